@@ -1,0 +1,57 @@
+"""The plain data that planner, refinement, flight and checker share, and the vocabulary of the claim."""
+
+from verify.data.errors import (
+    BadInput,
+    DoesNotFit,
+    Infeasible,
+    InternalError,
+    LtlplanError,
+    MissingEngine,
+    NotCertified,
+    Unsatisfiable,
+)
+from verify.data.formula import Formula, FormulaError, parse_formula
+from verify.data.mission import Mission
+from verify.data.mission_file import MissionError, load_mission, mission_to_yaml, parse_mission
+from verify.data.plan import Plan, RobotPlan, Visit, Waypoint, load_plan
+from verify.data.sequence import Passage, Sequence, SequenceError, parse_sequence
+from verify.data.trajectory import Trajectory
+from verify.data.vehicle import GRAVITY, Vehicle, load_vehicle, shipped_vehicles
+from verify.data.witness import Witness
+from verify.data.word import Letter, Word
+
+__all__ = [
+    "GRAVITY",
+    "BadInput",
+    "DoesNotFit",
+    "Formula",
+    "FormulaError",
+    "Infeasible",
+    "InternalError",
+    "Letter",
+    "LtlplanError",
+    "MissingEngine",
+    "Mission",
+    "MissionError",
+    "NotCertified",
+    "Passage",
+    "Plan",
+    "RobotPlan",
+    "Sequence",
+    "SequenceError",
+    "Trajectory",
+    "Unsatisfiable",
+    "Vehicle",
+    "Visit",
+    "Waypoint",
+    "Witness",
+    "Word",
+    "load_mission",
+    "load_plan",
+    "load_vehicle",
+    "mission_to_yaml",
+    "parse_formula",
+    "parse_mission",
+    "parse_sequence",
+    "shipped_vehicles",
+]

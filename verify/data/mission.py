@@ -1,0 +1,344 @@
+"""The mission: what was asked, as one frozen value (format 1 of the mission file).
+
+The classes here are the file's schema; `mission_file` reads YAML into them with line numbers and checks what
+spans several keys. Lengths are m, times s, angles rad; keys of the file that end in `_deg` are degrees, with a
+property beside them that gives radians.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from functools import cached_property
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+
+from verify.data.errors import BadInput
+from verify.data.formula import FREE, TRUE, Formula, parse_formula
+from verify.data.sequence import Sequence, parse_sequence
+from verify.data.vehicle import NotNegative, Number, Positive, Vehicle, load_vehicle
+from verify.data.word import Letter
+
+MISSION_FORMAT = 1
+
+Point = tuple[Number, Number, Number]
+Matrix = tuple[tuple[Number, Number, Number], tuple[Number, Number, Number], tuple[Number, Number, Number]]
+CostTerm = Literal["length", "effort", "time", "snap", "energy"]
+Costs = dict[CostTerm, NotNegative]
+Trace = Literal["finite", "infinite"]
+Reading = Literal["own", "joint"]
+Count = Annotated[int, Field(strict=True, ge=1)]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Spec(_Section):
+    """What must hold."""
+
+    formula: str | None = Field(default=None, description="LTL without X over regions, internal propositions and `free`")
+    trace: Trace = Field(default="finite", description="finite: LTLf until the mission ends; infinite: LTL over a lasso")
+    team: Reading = Field(default="own", description="own: each robot's letters by themselves; joint: unions of all robots' letters")
+    repeat: Count = Field(default=1, description="laps of the cycle that are flown, for infinite traces")
+
+
+class Region(_Section):
+    """A closed ellipsoid: the points r with (r - center)' matrix (r - center) <= 1."""
+
+    center: Point = Field(description="m, world frame")
+    radii: tuple[Positive, Positive, Positive] = Field(description="m, along the region's own x, y, z")
+    yaw_deg: Number = Field(default=0.0, description="deg, turns the region about z")
+    matrix: Matrix | None = Field(default=None, description="m^-2; written into resolved missions and, where given, exactly the region")
+
+    @property
+    def yaw(self) -> float:
+        """Yaw in rad."""
+        return math.radians(self.yaw_deg)
+
+    @property
+    def shape(self) -> NDArray[np.float64]:
+        """The matrix as an array, in m^-2. Shape (3, 3)."""
+        return np.array(self.matrix, dtype=np.float64)
+
+    def level(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (r - center)' matrix (r - center) in floats, for planning and pictures. Shape (..., 3) to (...)."""
+        offset = points - np.array(self.center)
+        return np.einsum("...i,ij,...j->...", offset, self.shape, offset)
+
+    @model_validator(mode="after")
+    def _with_matrix(self) -> Region:
+        wanted = _ellipsoid_matrix(self.radii, self.yaw)
+        if self.matrix is None:
+            object.__setattr__(self, "matrix", wanted)
+        elif not np.allclose(self.matrix, wanted, rtol=1e-9, atol=1e-12):
+            raise ValueError("matrix does not belong to these radii and yaw_deg; leave it out to have it computed")
+        elif self.matrix != tuple(zip(*self.matrix, strict=True)):
+            raise ValueError("matrix must be symmetric")
+        return self
+
+
+class Hoop(Region):
+    """A region with a ring that is flown through.
+
+    The normal is Rz(yaw) Ry(pitch) e_x: with pitch 0 it is horizontal, positive pitch turns it downwards.
+    """
+
+    pitch_deg: Annotated[Number, Field(gt=-90, lt=90)] = Field(
+        0.0, description="deg, turns the ring's normal (not the ellipsoid)"
+    )
+    opening: Positive = Field(description="m, inner radius of the ring")
+    rim: Positive = Field(
+        description="m, thickness of the ring: it fills radii opening to opening + rim, and rim along the normal"
+    )
+    reach: Positive | None = Field(default=None, description="m, front and rear control points lie this far from the centre")
+    clearance: Positive | None = Field(default=None, description="m, avoid points lie this far from the centre, to both sides")
+    normal: Point | None = Field(default=None, description="unit vector from rear to front; written into resolved missions")
+
+    @property
+    def pitch(self) -> float:
+        """Pitch in rad."""
+        return math.radians(self.pitch_deg)
+
+    @model_validator(mode="after")
+    def _with_normal(self) -> Hoop:
+        cos_pitch = math.cos(self.pitch)
+        wanted = (cos_pitch * math.cos(self.yaw), cos_pitch * math.sin(self.yaw), -math.sin(self.pitch))
+        if self.normal is None:
+            object.__setattr__(self, "normal", wanted)
+        elif not np.allclose(self.normal, wanted, rtol=0, atol=1e-9):
+            raise ValueError("normal does not belong to this yaw_deg and pitch_deg; leave it out to have it computed")
+        if self.reach is None:
+            object.__setattr__(self, "reach", max(self.radii) + 0.15)
+        if self.clearance is None:
+            object.__setattr__(self, "clearance", max(self.opening + self.rim, *self.radii) + 0.2)
+        return self
+
+
+class Environment(_Section):
+    """Which regions can be reached from which (2022 paper, Def. 4.2)."""
+
+    start: str = Field(default="robot", description="vertex where robots are before their first visit; left, never entered")
+    edges: tuple[tuple[str, str], ...] = Field(description="pairs of regions")
+    directed: bool = Field(default=False, strict=True, description="whether edges lead one way only")
+
+
+class Action(_Section):
+    """A change of the internal state, made inside one region."""
+
+    source: str = Field(alias="from", description="internal state before")
+    target: str = Field(alias="to", description="internal state after")
+    at: str = Field(description="region in which it is permitted")
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, serialize_by_alias=True)
+
+
+class Robot(_Section):
+    """The internal transition system, the same for every agent (2022 paper, Def. 4.1)."""
+
+    initial: str = "idle"
+    states: dict[str, tuple[str, ...]] = Field(default_factory=lambda: {"idle": ()}, description="state: its propositions")
+    actions: tuple[Action, ...] = ()
+
+
+class Agent(_Section):
+    """One quadcopter."""
+
+    start: Point = Field(description="m, hovering there at time 0")
+    yaw_deg: Number = Field(default=0.0, description="deg, heading at the start")
+    heading: Literal["fixed", "path"] | Point = Field(default="fixed", description="fixed, along the path, or towards a point (m)")
+    end: Point | None = Field(default=None, description="m, where it must finish")
+    cost: Costs | None = Field(default=None, description="weights of its own, instead of the planner's")
+
+    @property
+    def yaw(self) -> float:
+        """Start heading in rad."""
+        return math.radians(self.yaw_deg)
+
+
+class LegLimits(_Section):
+    """Limits that hold while a robot flies to one region, from its previous visit to this one."""
+
+    speed: Positive | None = None
+    acceleration: Positive | None = None
+
+
+class Limits(_Section):
+    """Tightens the vehicle's own limits."""
+
+    speed: Positive | None = Field(default=None, description="m/s")
+    acceleration: Positive | None = Field(default=None, description="m/s^2")
+    thrust_min: Positive | None = Field(default=None, description="N, collective")
+    thrust_max: Positive | None = Field(default=None, description="N, collective")
+    tilt_deg: Positive | None = Field(default=None, description="deg")
+    body_rate_deg: Positive | None = Field(default=None, description="deg/s, roll and pitch together")
+    yaw_rate_deg: Positive | None = Field(default=None, description="deg/s, about the body's z")
+    legs: dict[str, LegLimits] = Field(default_factory=dict, description="region: limits on the way there")
+
+
+class Box(_Section):
+    """An axis-aligned box, closed."""
+
+    min: Point = Field(description="m, lower corner")
+    max: Point = Field(description="m, upper corner")
+
+    @model_validator(mode="after")
+    def _not_empty(self) -> Box:
+        if any(low >= high for low, high in zip(self.min, self.max, strict=True)):
+            raise ValueError(f"min {list(self.min)} must be below max {list(self.max)} on every axis")
+        return self
+
+    def holds(self, point: Point) -> bool:
+        """Tell whether a point lies in the box."""
+        return all(low <= x <= high for low, x, high in zip(self.min, point, self.max, strict=True))
+
+
+class Planner(_Section):
+    """How to plan."""
+
+    method: Literal["exact", "mtac-e", "online-mtac-e"] = "exact"
+    objective: Literal["sum", "longest"] = Field(default="sum", description="sum of the robots' costs, or the dearest robot's")
+    cost: Costs = Field(default_factory=lambda: Costs(length=1.0), description="weights of named terms")
+    speed: Positive = Field(default=0.45, description="m/s, nominal speed along the path")
+    directions: Literal["nearest", "cheapest"] = Field(default="nearest", description="how sides of hoops are chosen")
+    samples: Annotated[int, Field(strict=True, ge=2, le=100_000)] = Field(default=50, description="cross-entropy: paths a round")
+    elite: Annotated[Number, Field(gt=0, lt=1)] = Field(default=0.1, description="cross-entropy: share of elite paths")
+    iterations: Annotated[int, Field(strict=True, ge=0, le=10_000)] = Field(default=12, description="cross-entropy: rounds")
+    target: NotNegative = Field(default=0.0, description="cross-entropy: a cost that is good enough")
+    seed: Annotated[int, Field(strict=True, ge=0)] = 0
+
+
+class EffectiveLimits(_Section):
+    """What the flight must keep: the vehicle's limits, tightened by the mission. SI units, radians."""
+
+    speed: float
+    acceleration: float
+    thrust_min: float
+    thrust_max: float
+    rotor_thrust_min: float
+    rotor_thrust_max: float
+    tilt: float
+    body_rate: float
+    yaw_rate: float
+
+
+def _named_vehicle(value: object) -> object:
+    """Replace the name of a shipped profile by the profile."""
+    if not isinstance(value, str):
+        return value
+    try:
+        return load_vehicle(value)
+    except BadInput as error:
+        raise ValueError(str(error)) from None
+
+
+class Mission(_Section):
+    """Everything that was asked, with every default filled in."""
+
+    format: Literal[1] = MISSION_FORMAT
+    name: str = Field(min_length=1, max_length=100, pattern=r"^[A-Za-z0-9][A-Za-z0-9_. -]*$")
+    spec: Spec = Field(default_factory=lambda: Spec())
+    hoops: dict[str, Hoop] = Field(default_factory=dict, description="regions with a ring")
+    regions: dict[str, Region] = Field(default_factory=dict, description="regions without a ring")
+    environment: Environment | None = Field(default=None, description="omitted: every region can be reached from every other")
+    robot: Robot = Field(default_factory=lambda: Robot(), description="omitted: one internal state, no propositions")
+    agents: dict[str, Agent] = Field(min_length=1)
+    vehicle: Annotated[Vehicle, BeforeValidator(_named_vehicle)] = Field(
+        description="a shipped profile's name or an inline table"
+    )
+    limits: Limits = Field(default_factory=lambda: Limits())
+    workspace: Box
+    separation: NotNegative = Field(default=0.3, description="m, between centres of robots")
+    separation_z: NotNegative | None = Field(
+        default=None, description="m, taller clearance in z for downwash: distance in z counts separation / separation_z"
+    )
+    margin: NotNegative = Field(default=0.05, description="m, the certificate's delta")
+    planner: Planner = Field(default_factory=lambda: Planner())
+    sequence: str | None = Field(default=None, description="hoop passages to fly exactly, such as `hoop0F (hoop1R)*`")
+
+    @property
+    def all_regions(self) -> dict[str, Region]:
+        """Hoops and plain regions together, hoops first."""
+        return {**self.hoops, **self.regions}
+
+    @property
+    def internal_propositions(self) -> frozenset[str]:
+        """Propositions of the robot's internal states."""
+        return frozenset(name for names in self.robot.states.values() for name in names)
+
+    @property
+    def propositions(self) -> frozenset[str]:
+        """Names that the formula may use, `free` included."""
+        return frozenset(self.all_regions) | self.internal_propositions | {FREE}
+
+    @cached_property
+    def formula(self) -> Formula:
+        """The formula over regions and internal propositions; `free` is written out as "in no region"."""
+        if self.spec.formula is None:
+            return TRUE
+        written = parse_formula(self.spec.formula, self.propositions, allow_next=False)
+        return written.substitute({FREE: in_no_region(self.all_regions)})
+
+    @cached_property
+    def passages(self) -> Sequence | None:
+        """The sequence to fly exactly, or None."""
+        return None if self.sequence is None else parse_sequence(self.sequence, tuple(self.hoops))
+
+    @cached_property
+    def effective_limits(self) -> EffectiveLimits:
+        """The vehicle's limits, tightened by the mission's."""
+        own, asked = self.vehicle, self.limits
+
+        def tighter(limit: float, wish: float | None) -> float:
+            return limit if wish is None else min(limit, wish)
+
+        return EffectiveLimits(
+            speed=tighter(own.speed, asked.speed),
+            acceleration=tighter(own.acceleration, asked.acceleration),
+            thrust_min=max(own.thrust_min, asked.thrust_min or 0.0),
+            thrust_max=tighter(own.thrust_max, asked.thrust_max),
+            rotor_thrust_min=own.rotor_thrust_min,
+            rotor_thrust_max=own.rotor_thrust_max,
+            tilt=math.radians(tighter(own.tilt_deg, asked.tilt_deg)),
+            body_rate=math.radians(tighter(own.body_rate_deg, asked.body_rate_deg)),
+            yaw_rate=math.radians(tighter(own.yaw_rate_deg, asked.yaw_rate_deg)),
+        )
+
+    @property
+    def initial_letter(self) -> Letter:
+        """Propositions of the robots' initial internal state."""
+        return frozenset(self.robot.states[self.robot.initial])
+
+    def resolved(self) -> dict[str, Any]:
+        """Return the mission as plain data with every default, matrix and vehicle number written out."""
+        return self.model_dump(mode="json", by_alias=True, exclude_none=True)
+
+    def digest(self) -> str:
+        """Return the SHA-256 of the resolved mission, in hexadecimal."""
+        text = json.dumps(self.resolved(), sort_keys=True, allow_nan=False, separators=(",", ":"))
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def in_no_region(regions: dict[str, Region]) -> Formula:
+    """Return the formula for `free`: in none of these regions."""
+    formula = TRUE
+    for name in regions:
+        outside = Formula("!", (Formula("name", (), name),))
+        formula = outside if formula == TRUE else Formula("&", (formula, outside))
+    return formula
+
+
+def _ellipsoid_matrix(radii: tuple[float, float, float], yaw: float) -> Matrix:
+    """Return Rz(yaw) diag(a^-2, b^-2, c^-2) Rz(yaw)', exactly symmetric."""
+    a, b, c = (1.0 / (radius * radius) for radius in radii)
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    xy = (a - b) * sin * cos
+    return (
+        (a * cos * cos + b * sin * sin, xy, 0.0),
+        (xy, a * sin * sin + b * cos * cos, 0.0),
+        (0.0, 0.0, c),
+    )

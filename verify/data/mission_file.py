@@ -1,0 +1,300 @@
+"""Mission files: YAML in, `Mission` out, with every fault at once and each at its line.
+
+Two passes. Every section, and every entry of a table of entries, is validated on its own, so one mistake does
+not hide the next; then whatever is sound is held against the rest (names, starts, edges, limits).
+"""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, TypeAdapter, ValidationError
+from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap, CommentedSeq, TaggedScalar
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+from verify.data.errors import BadInput, did_you_mean
+from verify.data.mission import (
+    Action,
+    Agent,
+    Box,
+    Environment,
+    Hoop,
+    LegLimits,
+    Limits,
+    Mission,
+    Planner,
+    Region,
+    Robot,
+    Spec,
+)
+from verify.data.mission_rules import broken_rules
+from verify.data.vehicle import Vehicle
+
+MAX_BYTES = 1_000_000
+MAX_NODES = 50_000
+MAX_DEPTH = 20
+
+KeyPath = tuple[str | int, ...]
+
+_SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
+    ("spec",): Spec,
+    ("hoops", "*"): Hoop,
+    ("regions", "*"): Region,
+    ("environment",): Environment,
+    ("robot",): Robot,
+    ("robot", "actions", "*"): Action,
+    ("agents", "*"): Agent,
+    ("vehicle",): Vehicle,
+    ("limits",): Limits,
+    ("limits", "legs", "*"): LegLimits,
+    ("workspace",): Box,
+    ("planner",): Planner,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One mistake in a mission file.
+
+    Attributes:
+        keys: Where, as keys and indices.
+        line: Line of the file, from 1; None where the mission did not come from a file.
+        reason: What is wrong and what would be right.
+    """
+
+    keys: KeyPath
+    line: int | None
+    reason: str
+
+
+class MissionError(BadInput):
+    """A mission that cannot be accepted; carries all its faults."""
+
+    def __init__(self, source: str, faults: list[Fault]) -> None:
+        self.source = source
+        self.faults = tuple(sorted(faults, key=lambda f: (f.line or 0, [str(k) for k in f.keys])))
+        lines = []
+        for fault in self.faults:
+            where = source if fault.line is None else f"{source}:{fault.line}"
+            keys = ".".join(map(str, fault.keys))
+            lines.append(f"{where}: {keys + ': ' if keys else ''}{fault.reason}")
+        super().__init__("\n".join(lines))
+
+
+def shipped_missions() -> tuple[str, ...]:
+    """Return the names of the missions that come with the package, sorted."""
+    folder = resources.files("ltlplan") / "missions"
+    return tuple(sorted(f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml")))
+
+
+def load_mission(source: str | os.PathLike[str]) -> Mission:
+    """Read a mission from a file, or a shipped one by its name.
+
+    Raises:
+        MissionError: All faults of the file, each with its line and keys.
+        BadInput: There is no such file or mission, or the file is too large or unreadable.
+    """
+    path = Path(source)
+    if isinstance(source, str) and not path.suffix and not path.exists():
+        known = shipped_missions()
+        if source not in known:
+            raise BadInput(
+                f"'{source}' is neither a file nor a shipped mission.{did_you_mean(source, known)} Shipped: {', '.join(known)}."
+            )
+        text = (resources.files("ltlplan") / "missions" / f"{source}.yaml").read_text(encoding="utf-8")
+        return parse_mission(text, f"{source}.yaml")
+    try:
+        if path.is_dir():
+            raise BadInput(f"{path} is a folder; name a mission file.")
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise BadInput(f"{path} cannot be read: {error.strerror or error}.") from None
+    if len(data) > MAX_BYTES:
+        raise BadInput(f"{path} is larger than {MAX_BYTES // 1000} kB; that is no mission file.")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise BadInput(f"{path} is not UTF-8 text (byte {error.start}); a mission file is YAML text.") from None
+    return parse_mission(text, str(path))
+
+
+def parse_mission(text: str, source: str = "mission") -> Mission:
+    """Read a mission from YAML text; `source` names it in messages."""
+    tree = _compose(text, source)
+    lines: dict[KeyPath, int] = {}
+    data = _plain(tree, (), lines, source)
+    values, faults = _sections(data)
+    found = [Fault(keys, _line(lines, keys), reason) for keys, reason in faults]
+    found += [Fault(keys, _line(lines, keys), reason) for keys, reason in broken_rules(values, data)]
+    if found:
+        raise MissionError(source, found)
+    return Mission.model_validate(values)
+
+
+def check_mission(mission: Mission) -> Mission:
+    """Return the mission after the same checks that a file undergoes, for missions built or changed in code.
+
+    Raises:
+        MissionError: All faults, with keys but without lines.
+    """
+    values = {name: getattr(mission, name) for name in Mission.model_fields}
+    faults = [Fault(keys, None, reason) for keys, reason in broken_rules(values, mission.resolved())]
+    if faults:
+        raise MissionError(mission.name, faults)
+    return mission
+
+
+def mission_to_yaml(mission: Mission) -> str:
+    """Return the resolved mission as YAML that reads back as the same mission."""
+    yaml = YAML(typ="safe", pure=True)
+    yaml.default_flow_style = None
+    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]  # ruamel declares it as None
+    yaml.width = 120
+    buffer = io.StringIO()
+    buffer.write("# A resolved mission: every default, region matrix and vehicle number is written out.\n")
+    yaml.dump(mission.resolved(), buffer)
+    return buffer.getvalue()
+
+
+def _compose(text: str, source: str) -> Any:
+    """Parse YAML 1.2 without aliases, refusing what could not be a mission."""
+    if not text.strip():
+        raise BadInput(f"{source} is empty; `ltlplan missions --new NAME` writes a mission to start from.")
+    try:
+        tree = YAML(typ="rt", pure=True).load(text)
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = None if mark is None else mark.line + 1
+        problem = " ".join(str(part) for part in (error.context, error.problem) if part)
+        raise MissionError(source, [Fault((), line, f"this is no YAML: {problem.splitlines()[0]}.")]) from None
+    except YAMLError as error:
+        raise BadInput(f"{source} is no YAML: {str(error).splitlines()[0]}") from None
+    except (RecursionError, ValueError) as error:
+        reason = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
+        raise BadInput(f"{source} is no mission file: {reason}.") from None
+    if not isinstance(tree, CommentedMap):
+        raise BadInput(f"{source} is no mission: the file must be a table of keys such as `name:` and `agents:`.")
+    return tree
+
+
+def _plain(node: Any, keys: KeyPath, lines: dict[KeyPath, int], source: str, budget: list[int] | None = None) -> Any:
+    """Turn ruamel's tree into plain values and note the line of every key."""
+    budget = [MAX_NODES] if budget is None else budget
+    budget[0] -= 1
+    if budget[0] < 0 or len(keys) > MAX_DEPTH:
+        raise BadInput(f"{source} is no mission file: it has too many or too deeply nested values.")
+    if isinstance(node, CommentedMap):
+        result: dict[str, Any] = {}
+        for key, value in node.items():
+            if not isinstance(key, str):
+                line = node.lc.key(key)[0] + 1
+                raise MissionError(source, [Fault((*keys, str(key)), line, "a key must be text; put it in quotes.")])
+            lines[(*keys, key)] = node.lc.key(key)[0] + 1
+            result[str(key)] = _plain(value, (*keys, key), lines, source, budget)
+        return result
+    if isinstance(node, CommentedSeq):
+        items: list[Any] = []
+        for index, value in enumerate(node):
+            lines[(*keys, index)] = node.lc.item(index)[0] + 1
+            items.append(_plain(value, (*keys, index), lines, source, budget))
+        return items
+    if isinstance(node, TaggedScalar):
+        raise MissionError(source, [Fault(keys, _line(lines, keys), f"YAML tags such as {node.tag.value} are not accepted.")])
+    if isinstance(node, bool) or node is None:
+        return node
+    for kind in (int, float, str):  # ruamel's scalars remember how they were written; we do not
+        if isinstance(node, kind):
+            return kind(node)
+    return str(node)  # a date, say: text to the schema, which then says what it wants
+
+
+def _line(lines: dict[KeyPath, int], keys: KeyPath) -> int | None:
+    """Return the line of the deepest key of `keys` that stands in the file."""
+    for length in range(len(keys), 0, -1):
+        if keys[:length] in lines:
+            return lines[keys[:length]]
+    return 1 if lines else None
+
+
+def _sections(data: dict[str, Any]) -> tuple[dict[str, Any], list[tuple[KeyPath, str]]]:
+    """Validate each section by itself; return the sound ones and the faults of the others."""
+    faults: list[tuple[KeyPath, str]] = []
+    values: dict[str, Any] = {}
+    fields = Mission.model_fields
+    for key in data:
+        if key not in fields:
+            faults.append(((key,), f"unknown key.{did_you_mean(key, fields)} Known here: {', '.join(fields)}."))
+    for name in ("format", *(n for n, field in fields.items() if field.is_required())):
+        if name not in data:
+            faults.append(((name,), f"missing: {fields[name].description or 'required'}."))
+    for key, field in fields.items():
+        if key not in data:
+            continue
+        if key in ("hoops", "regions", "agents") and isinstance(data[key], dict) and data[key]:
+            entry_type = field.annotation.__args__[1]  # type: ignore[union-attr]  # dict[str, entry]
+            adapter: TypeAdapter[Any] = TypeAdapter(entry_type)
+            values[key] = {}
+            for name, raw in data[key].items():
+                _validate(adapter, raw, (key, name), values[key], name, faults)
+        else:
+            whole: TypeAdapter[Any] = TypeAdapter(Annotated[field.annotation, field])
+            _validate(whole, data[key], (key,), values, key, faults)
+    return values, faults
+
+
+def _validate(
+    adapter: TypeAdapter[Any], raw: Any, keys: KeyPath, into: dict[str, Any], name: str, faults: list[tuple[KeyPath, str]]
+) -> None:
+    try:
+        into[name] = adapter.validate_python(raw)
+    except ValidationError as error:
+        faults.extend(_readable(error, keys))
+
+
+def _readable(error: ValidationError, keys: KeyPath) -> Iterator[tuple[KeyPath, str]]:
+    """Turn pydantic's findings into sentences."""
+    seen: set[tuple[KeyPath, str]] = set()
+    for item in error.errors():
+        where = (*keys, *(part for part in item["loc"] if not _is_type_name(part)))
+        message, value = item["msg"], item.get("input")
+        match item["type"]:
+            case "extra_forbidden":
+                known = _known_keys(where[:-1])
+                reason = f"unknown key.{did_you_mean(str(where[-1]), known)}" + (
+                    f" Known here: {', '.join(known)}." if known else ""
+                )
+            case "missing":
+                reason = "missing: this key is required."
+            case "value_error":
+                reason = message.removeprefix("Value error, ").rstrip(".") + "."
+            case _:
+                reason = f"{message[0].lower()}{message[1:]}, not {_short(value)}."
+        if (where, reason) not in seen:
+            seen.add((where, reason))
+            yield where, reason
+
+
+def _is_type_name(part: str | int) -> bool:
+    """Tell whether a location part is pydantic's name of a union member rather than a key."""
+    return isinstance(part, str) and (part.startswith(("tuple[", "literal[", "function-", "lax-or-strict")))
+
+
+def _known_keys(where: KeyPath) -> tuple[str, ...]:
+    """Return the keys that the section at `where` accepts."""
+    for pattern, model in _SECTIONS.items():
+        if len(pattern) == len(where) and all(p in ("*", k) for p, k in zip(pattern, where, strict=True)):
+            return tuple(field.alias or name for name, field in model.model_fields.items())
+    return ()
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,184 @@
+"""A plan: who visits what in which order, and the points that lead there. No times are promised yet.
+
+The planner writes it, refinement turns it into polynomials, and the checker holds the polynomials against it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from verify.data.errors import BadInput
+from verify.data.mission import Action, Mission, Point
+from verify.data.sequence import Direction
+from verify.data.vehicle import NotNegative, Number
+from verify.data.word import Word
+
+PLAN_FORMAT = 1
+
+Role = Literal["start", "front", "rear", "centre", "avoid", "via", "end"]
+
+
+class _Value(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Visit(_Value):
+    """One stay in one region.
+
+    Attributes:
+        region: Which region or hoop.
+        direction: For a hoop that is flown through: the side; None where no passage is planned.
+        actions: Changes of the internal state made during this visit, in order.
+    """
+
+    region: str
+    direction: Direction | None = None
+    actions: tuple[Action, ...] = ()
+
+
+class Waypoint(_Value):
+    """A point that the path goes through.
+
+    Attributes:
+        position: m, world frame.
+        role: Which control point it is; "via" for points that a planner added.
+        region: The hoop or region that it belongs to, if any (for "avoid": the hoop that is avoided).
+        visit: Index of the planned visit that it serves, if any.
+    """
+
+    position: Point
+    role: Role
+    region: str | None = None
+    visit: int | None = None
+
+
+class RobotPlan(_Value):
+    """What one robot does.
+
+    Attributes:
+        word: The letters that it will show; free flight included.
+        visits: Regions in the order in which they are entered (for a lasso: prefix, then one lap).
+        waypoints: At least the start. For a lasso the last waypoint repeats `waypoints[cycle_waypoint]`.
+        times: Nominal time at each waypoint, s; the first is 0 and none goes back.
+        cycle_visit: Index of the first visit of the cycle; None for a finite flight. Equal to the number of
+            visits where the cycle visits nothing (a hover).
+        cycle_waypoint: Index of the waypoint at which the cycle begins; None for a finite flight.
+        hold: s that the robot waits at its start before it departs.
+        cost: The robot's own cost under the planner's cost function.
+    """
+
+    word: Word
+    visits: tuple[Visit, ...] = ()
+    waypoints: tuple[Waypoint, ...] = Field(min_length=1)
+    times: tuple[NotNegative, ...] = Field(min_length=1)
+    cycle_visit: int | None = None
+    cycle_waypoint: int | None = None
+    hold: NotNegative = 0.0
+    cost: Number = 0.0
+
+
+class Precedence(_Value):
+    """`first` must have left its visit before `then` enters its own. Each is (robot, index of visit)."""
+
+    first: tuple[str, int]
+    then: tuple[str, int]
+
+
+class Plan(_Value):
+    """The planner's whole answer; carries its mission.
+
+    Attributes:
+        mission: What was asked.
+        robots: One entry for each of the mission's agents, in the mission's order.
+        precedences: Waits that the `timed` claim needs.
+        method: Which planner made it.
+        seed: The seed it was made with.
+        cost: Value of the objective (sum, or longest robot).
+        lower_bound: A proved lower bound on the discrete objective, where the method gives one.
+        complete: Whether the search was exhausted, so that the discrete objective is optimal.
+        notes: Sentences for a person: warnings, vacuous parts, how many candidates were tried.
+    """
+
+    mission: Mission
+    robots: dict[str, RobotPlan]
+    precedences: tuple[Precedence, ...] = ()
+    method: str = "exact"
+    seed: int = 0
+    cost: Number = 0.0
+    lower_bound: Number | None = None
+    complete: bool = False
+    notes: tuple[str, ...] = ()
+
+    @property
+    def words(self) -> dict[str, Word]:
+        """Each robot's word, in the mission's order."""
+        return {name: robot.word for name, robot in self.robots.items()}
+
+    def to_json(self) -> str:
+        """Return plan.json: everything but the mission, which is written beside it and named by digest."""
+        data: dict[str, Any] = {"format": PLAN_FORMAT, "mission": self.mission.digest()}
+        data.update(self.model_dump(mode="json", exclude={"mission"}))
+        for robot in data["robots"].values():
+            word = robot["word"]
+            word["prefix"] = [sorted(letter) for letter in word["prefix"]]
+            word["cycle"] = None if word["cycle"] is None else [sorted(letter) for letter in word["cycle"]]
+        return json.dumps(data, indent=1, allow_nan=False) + "\n"
+
+    def digest(self) -> str:
+        """Return the SHA-256 of plan.json, in hexadecimal."""
+        return hashlib.sha256(self.to_json().encode()).hexdigest()
+
+
+def plan_from_json(text: str, mission: Mission) -> Plan:
+    """Read plan.json again.
+
+    Raises:
+        BadInput: It is no plan of format 1, or was made for another mission.
+    """
+    try:
+        data = json.loads(text)
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise BadInput(f"plan.json is no JSON: {error}.") from None
+    if not isinstance(data, dict) or data.get("format") != PLAN_FORMAT:
+        raise BadInput(f'plan.json must be an object with "format": {PLAN_FORMAT}.')
+    made_for = data.pop("mission", None)
+    del data["format"]
+    if made_for != mission.digest():
+        raise BadInput("plan.json was made for another mission than mission.yaml (their digests differ).")
+    try:
+        plan = Plan.model_validate({**data, "mission": mission})
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise BadInput(f"plan.json, {'.'.join(map(str, first['loc']))}: {first['msg']}.") from None
+    _check(plan)
+    return plan
+
+
+def load_plan(path: str | Path, mission: Mission) -> Plan:
+    """Read a plan file that was made for `mission`."""
+    try:
+        return plan_from_json(Path(path).read_text(encoding="utf-8"), mission)
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInput(f"{path} cannot be read: {error}.") from None
+
+
+def _check(plan: Plan) -> None:
+    """Refuse a plan whose parts do not refer to each other and to the mission."""
+    agents = tuple(plan.mission.agents)
+    if tuple(plan.robots) != agents:
+        raise BadInput(f"plan.json has robots {', '.join(plan.robots)}; the mission has {', '.join(agents)}.")
+    for name, robot in plan.robots.items():
+        if len(robot.times) != len(robot.waypoints):
+            raise BadInput(f"plan.json, {name}: {len(robot.times)} times for {len(robot.waypoints)} waypoints.")
+        unknown = [visit.region for visit in robot.visits if visit.region not in plan.mission.all_regions]
+        if unknown:
+            raise BadInput(f"plan.json, {name}: '{unknown[0]}' is not a region of the mission.")
+    for precedence in plan.precedences:
+        for robot, visit in (precedence.first, precedence.then):
+            if robot not in plan.robots or not 0 <= visit < len(plan.robots[robot].visits):
+                raise BadInput(f"plan.json: a precedence names visit {visit} of '{robot}', which does not exist.")

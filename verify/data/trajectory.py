@@ -1,0 +1,157 @@
+"""One robot's flight as polynomials, exactly as it is exported.
+
+Conventions, stated here once: clocks start at zero when the mission starts (the robot already hovers at its
+start); coefficients are ascending powers of the piece's local time; before its first piece there is nothing, and
+after its last piece the robot hovers where the polynomial ended.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from verify.data.errors import BadInput
+
+AXES = ("x", "y", "z", "yaw")
+DEGREE = 7
+MAX_PIECES = 4096
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """One robot's flight: polynomials in local time, joined end to end.
+
+    Attributes:
+        durations: Length of each piece, in s, all positive and finite. Shape (pieces,), read-only float64.
+        coefficients: x, y, z in m and yaw in rad; ascending powers of local time. Shape (pieces, 4, 8),
+            read-only float64.
+        cycle: Index of the first piece of the part that repeats for ever, or None for a finite flight.
+
+    Raises:
+        BadInput: Shapes do not fit, a number is not finite, a duration is not positive, or there are no
+            pieces or more than 4096 of them.
+    """
+
+    durations: Floats
+    coefficients: Floats
+    cycle: int | None = None
+
+    def __init__(self, durations: ArrayLike, coefficients: ArrayLike, *, cycle: int | None = None) -> None:
+        times, values = _frozen(durations, "durations"), _frozen(coefficients, "coefficients")
+        if times.ndim != 1 or len(times) == 0:
+            raise BadInput(f"durations must have shape (pieces,) with at least one piece, not {times.shape}.")
+        if len(times) > MAX_PIECES:
+            raise BadInput(f"{len(times)} pieces; a trajectory has at most {MAX_PIECES}.")
+        if values.shape != (len(times), len(AXES), DEGREE + 1):
+            raise BadInput(
+                f"coefficients must have shape ({len(times)}, 4, 8) for {len(times)} durations (degree at most 7), "
+                f"not {values.shape}."
+            )
+        _require(np.isfinite(times) & (times > 0), times, "durations", "a positive, finite number of seconds")
+        _require(np.isfinite(values), values, "coefficients", "finite")
+        if cycle is not None and not 0 <= cycle < len(times):
+            raise BadInput(f"cycle must be the index of a piece, 0 to {len(times) - 1}, not {cycle}.")
+        object.__setattr__(self, "durations", times)
+        object.__setattr__(self, "coefficients", values)
+        object.__setattr__(self, "cycle", cycle)
+
+    def __len__(self) -> int:
+        return len(self.durations)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Trajectory) and self.digest() == other.digest()
+
+    def __hash__(self) -> int:
+        return hash(self.digest())
+
+    @cached_property
+    def knots(self) -> Floats:
+        """Start of each piece and the end of the last, in s. Shape (pieces + 1,)."""
+        return np.concatenate([[0.0], np.cumsum(self.durations)])
+
+    @property
+    def duration(self) -> float:
+        """Length of the flight in s (of prefix and one cycle, where there is a cycle)."""
+        return float(self.knots[-1])
+
+    @property
+    def is_float32(self) -> bool:
+        """Whether every number survives the vehicle's float32 unchanged."""
+        return all(np.array_equal(a.astype(np.float32).astype(np.float64), a) for a in (self.durations, self.coefficients))
+
+    def digest(self) -> str:
+        """Return the SHA-256 of the exact numbers (and of where the cycle starts), in hexadecimal."""
+        hasher = hashlib.sha256(b"trajectory-1 %d " % (-1 if self.cycle is None else self.cycle))
+        hasher.update(self.durations.astype("<f8").tobytes())
+        hasher.update(self.coefficients.astype("<f8").tobytes())
+        return hasher.hexdigest()
+
+    def evaluate(self, times: ArrayLike, derivative: int = 0) -> Floats:
+        """Return x, y, z and yaw, or a derivative of them, at mission times.
+
+        Args:
+            times: In s, any shape. Times after the end give the hover there (or the cycle, repeated); times
+                before zero are refused.
+            derivative: 0 for position and yaw, 1 for their rates, and so on.
+
+        Returns:
+            Shape (*times.shape, 4), in m and rad per s**derivative.
+        """
+        at = np.asarray(times, dtype=np.float64)
+        if not np.all(np.isfinite(at)) or np.any(at < 0):
+            raise BadInput("times must be finite and not before the mission's start at 0 s.")
+        if derivative < 0:
+            raise BadInput(f"derivative must be 0 or more, not {derivative}.")
+        ended = at > self.duration
+        if self.cycle is not None:
+            start, length = self.knots[self.cycle], self.duration - self.knots[self.cycle]
+            at = np.where(ended, start + np.mod(at - start, length), at)
+            ended = np.zeros_like(ended)
+        at = np.minimum(at, self.duration)
+        piece = np.clip(np.searchsorted(self.knots, at, side="right") - 1, 0, len(self) - 1)
+        local = np.clip(at - self.knots[piece], 0.0, self.durations[piece])[..., None]
+        coefficients = self.derivative_coefficients(derivative)[piece]
+        values = np.zeros(coefficients.shape[:-1])
+        for power in range(coefficients.shape[-1] - 1, -1, -1):
+            values = values * local + coefficients[..., power]
+        return np.where(ended[..., None], 0.0, values) if derivative else values
+
+    def derivative_coefficients(self, derivative: int) -> Floats:
+        """Return the ascending coefficients of a derivative. Shape (pieces, 4, max(8 - derivative, 1))."""
+        values = self.coefficients
+        for _ in range(min(derivative, DEGREE + 1)):
+            values = values[..., 1:] * np.arange(1, values.shape[-1]) if values.shape[-1] > 1 else values * 0.0
+        return values
+
+    def flattened(self, laps: int) -> Trajectory:
+        """Return what is flown: the prefix and `laps` copies of the cycle, as a finite flight.
+
+        A finite flight is returned as it is.
+        """
+        if laps < 1:
+            raise BadInput(f"laps must be at least 1, not {laps}.")
+        if self.cycle is None:
+            return self
+        index = np.concatenate([np.arange(self.cycle), np.tile(np.arange(self.cycle, len(self)), laps)])
+        return Trajectory(self.durations[index], self.coefficients[index])
+
+
+def _frozen(values: ArrayLike, name: str) -> Floats:
+    try:
+        array = np.array(values, dtype=np.float64, order="C", copy=True)
+    except (TypeError, ValueError) as error:
+        raise BadInput(f"{name} must be an array of numbers: {error}.") from None
+    array.setflags(write=False)
+    return array
+
+
+def _require(good: NDArray[np.bool_], values: Floats, name: str, what: str) -> None:
+    if not np.all(good):
+        where = tuple(int(i) for i in np.argwhere(~good)[0])
+        raise BadInput(f"{name}[{', '.join(map(str, where))}] is {values[where]}; it must be {what}.")

@@ -1,0 +1,105 @@
+"""Physical vehicles: what the flatness limits and the certificate need to know about an airframe.
+
+The shipped profiles are YAML files beside this module; each number there stands next to its source.
+Lag, drag and controller gains belong to `flight/airframes`.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from importlib import resources
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
+from ruamel.yaml import YAML
+
+from verify.data.errors import BadInput, did_you_mean
+
+GRAVITY = 9.80665
+"""Standard gravity in m/s^2, along -z."""
+
+Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+Positive = Annotated[float, Strict(), Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Strict(), Field(ge=0, allow_inf_nan=False)]
+
+
+class Vehicle(BaseModel):
+    """An airframe with its own limits. The vehicle is a sphere of `radius` around its centre."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str = Field(description="name of the profile", min_length=1)
+    mass: Positive = Field(description="kg, as flown")
+    radius: Positive = Field(description="m, sphere around the centre that holds the airframe and its propellers")
+    arm: Positive = Field(description="m, centre to motor axis; four motors in an X")
+    inertia: tuple[Positive, Positive, Positive] = Field(description="kg m^2, about the body's x, y, z")
+    torque_to_thrust: Positive = Field(description="m, yaw torque of a rotor per newton of its thrust")
+    rotor_thrust_min: NotNegative = Field(description="N, least thrust of one rotor")
+    rotor_thrust_max: Positive = Field(description="N, greatest thrust of one rotor")
+    thrust_min: Positive = Field(description="N, least collective thrust; above zero keeps the attitude defined")
+    thrust_max: Positive = Field(description="N, greatest collective thrust")
+    speed: Positive = Field(description="m/s")
+    acceleration: Positive = Field(description="m/s^2, of the centre, gravity not included")
+    tilt_deg: Annotated[Positive, Field(lt=90)] = Field(description="deg, between the body's z and the world's z")
+    body_rate_deg: Positive = Field(description="deg/s, norm of the roll and pitch rates together")
+    yaw_rate_deg: Positive = Field(description="deg/s, rate about the body's z axis")
+
+    @property
+    def tilt(self) -> float:
+        """Greatest tilt in rad."""
+        return math.radians(self.tilt_deg)
+
+    @property
+    def body_rate(self) -> float:
+        """Greatest norm of roll and pitch rate in rad/s."""
+        return math.radians(self.body_rate_deg)
+
+    @property
+    def yaw_rate(self) -> float:
+        """Greatest rate about the body's z axis in rad/s."""
+        return math.radians(self.yaw_rate_deg)
+
+    @property
+    def weight(self) -> float:
+        """Thrust needed to hover, in N."""
+        return self.mass * GRAVITY
+
+    @model_validator(mode="after")
+    def _can_hover(self) -> Vehicle:
+        if self.rotor_thrust_min >= self.rotor_thrust_max:
+            raise ValueError(
+                f"rotor_thrust_min {self.rotor_thrust_min} N is not below rotor_thrust_max {self.rotor_thrust_max} N"
+            )
+        if self.thrust_min >= self.thrust_max:
+            raise ValueError(f"thrust_min {self.thrust_min} N is not below thrust_max {self.thrust_max} N")
+        most = min(self.thrust_max, 4 * self.rotor_thrust_max)
+        if self.weight >= most:
+            raise ValueError(f"it cannot hover: {self.mass} kg weigh {self.weight:.4f} N, its rotors lift at most {most:.4f} N")
+        least = max(self.thrust_min, 4 * self.rotor_thrust_min)
+        if self.weight <= least:
+            raise ValueError(f"it cannot hover: {self.mass} kg weigh {self.weight:.4f} N, its least thrust is {least:.4f} N")
+        return self
+
+
+def shipped_vehicles() -> tuple[str, ...]:
+    """Return the names of the shipped profiles, sorted."""
+    folder = resources.files("verify.data") / "vehicles"
+    return tuple(sorted(f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml")))
+
+
+@cache
+def load_vehicle(name: str) -> Vehicle:
+    """Return a shipped profile by name.
+
+    Raises:
+        BadInput: There is no such profile; the message lists those that there are.
+    """
+    known = shipped_vehicles()
+    if name not in known:
+        raise BadInput(f"'{name}' is not a shipped vehicle.{did_you_mean(name, known)} Shipped: {', '.join(known)}.")
+    text = (resources.files("verify.data") / "vehicles" / f"{name}.yaml").read_text(encoding="utf-8")
+    entries: dict[str, Any] = YAML(typ="safe", pure=True).load(text)
+    values = {key: entry["value"] for key, entry in entries.items()}
+    values["inertia"] = tuple(values["inertia"])
+    return Vehicle(name=name, **values)

@@ -1,0 +1,37 @@
+"""Where and how a claim fails: the value that the judge hands back to whoever can repair the flight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Witness:
+    """One refused claim, with all that is needed to see it or to mend it.
+
+    Attributes:
+        claim: Name of the claim, e.g. "formula", "passages", "limits.speed", "separation".
+        sentence: One sentence for a person.
+        robot: The robot concerned, or None for the team.
+        other: The second robot, for claims about pairs.
+        time: Mission time in s at which the claim fails or is tightest, where there is one.
+        region: The region or hoop concerned.
+        visit: Index of the planned visit concerned (into `RobotPlan.visits`).
+        bound: The proved bound on the quantity, in the limit's unit.
+        limit: The limit that it breaks, in the same unit.
+        word: A counterexample, as letters with the robot that holds each, for claims about words.
+        order: Pairs ((robot, visit), (robot, visit)): the first must be over before the second begins, to
+            rule this counterexample out.
+    """
+
+    claim: str
+    sentence: str
+    robot: str | None = None
+    other: str | None = None
+    time: float | None = None
+    region: str | None = None
+    visit: int | None = None
+    bound: float | None = None
+    limit: float | None = None
+    word: tuple[tuple[str, frozenset[str]], ...] = ()
+    order: tuple[tuple[tuple[str, int], tuple[str, int]], ...] = ()

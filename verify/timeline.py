@@ -1,0 +1,88 @@
+"""The label timeline of one robot: for all times, where it must, may or cannot be.
+
+`labels` makes timelines from polynomials, `samples` from recorded flights; `behaviour` reads them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Literal
+
+Status = Literal["no", "may", "must"]
+"""Within the margin of the path: out of the region for sure, unknown, in it for sure."""
+
+
+@dataclass(frozen=True, slots=True)
+class Enclosure:
+    """A closed interval of exact times, in s, that holds one instant."""
+
+    low: Fraction
+    high: Fraction
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A region's status changes once, at one instant within `time`.
+
+    A direct change between "no" and "must" is exactly one crossing of the boundary (at margin 0, one simple root);
+    a spell of "may" allows any finite number of crossings.
+    """
+
+    time: Enclosure
+    region: str
+    status: Status
+
+
+@dataclass(frozen=True, slots=True)
+class InternalChange:
+    """A planned action: the internal propositions become `propositions` at exactly `time`."""
+
+    time: Fraction
+    source: str
+    target: str
+    at: str
+    visit: int
+    propositions: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Timeline:
+    """One robot's statuses over [0, duration]; every change is inside that interval.
+
+    Attributes:
+        robot: Name.
+        initial: Status of every region at time 0.
+        changes: Sorted by `time.low`; those of one region never overlap.
+        duration: T of the whole team, in s. For a lasso: end of the first lap.
+        internal: Internal propositions at time 0.
+        actions: Changes of the internal state, sorted by time.
+        cycle: Time at which the cycle begins, for a lasso; None for a finite flight.
+    """
+
+    robot: str
+    initial: dict[str, Status]
+    changes: tuple[Change, ...]
+    duration: Fraction
+    internal: frozenset[str] = frozenset()
+    actions: tuple[InternalChange, ...] = ()
+    cycle: Fraction | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Relations:
+    """What is proved of regions at large, so that impossible letters are left out.
+
+    Attributes:
+        disjoint: Pairs of regions (sorted by name) with no common point.
+        nested: Pairs (inner, outer): every point of inner lies in outer.
+    """
+
+    disjoint: frozenset[tuple[str, str]] = field(default_factory=frozenset)
+    nested: frozenset[tuple[str, str]] = field(default_factory=frozenset)
+
+    def allows(self, letter: frozenset[str]) -> bool:
+        """Tell whether a set of regions can be the set that one point lies in."""
+        if any(a in letter and b in letter for a, b in self.disjoint):
+            return False
+        return all(outer in letter or inner not in letter for inner, outer in self.nested)
