@@ -99,7 +99,7 @@ class Formula:
 
     def walk(self) -> Iterator[Formula]:
         """Yield this node and all below it, parents first."""
-        stack = [self]
+        stack: list[Formula] = [self]
         while stack:
             node = stack.pop()
             yield node

@@ -43,7 +43,9 @@ class Spec(_Section):
 
     formula: str | None = Field(default=None, description="LTL without X over regions, internal propositions and `free`")
     trace: Trace = Field(default="finite", description="finite: LTLf until the mission ends; infinite: LTL over a lasso")
-    team: Reading = Field(default="own", description="own: each robot's letters by themselves; joint: unions of all robots' letters")
+    team: Reading = Field(
+        default="own", description="own: each robot's letters by themselves; joint: unions of all robots' letters"
+    )
     repeat: Count = Field(default=1, description="laps of the cycle that are flown, for infinite traces")
 
 
@@ -53,7 +55,9 @@ class Region(_Section):
     center: Point = Field(description="m, world frame")
     radii: tuple[Positive, Positive, Positive] = Field(description="m, along the region's own x, y, z")
     yaw_deg: Number = Field(default=0.0, description="deg, turns the region about z")
-    matrix: Matrix | None = Field(default=None, description="m^-2; written into resolved missions and, where given, exactly the region")
+    matrix: Matrix | None = Field(
+        default=None, description="m^-2; written into resolved missions and, where given, exactly the region"
+    )
 
     @property
     def yaw(self) -> float:
@@ -150,7 +154,9 @@ class Agent(_Section):
 
     start: Point = Field(description="m, hovering there at time 0")
     yaw_deg: Number = Field(default=0.0, description="deg, heading at the start")
-    heading: Literal["fixed", "path"] | Point = Field(default="fixed", description="fixed, along the path, or towards a point (m)")
+    heading: Literal["fixed", "path"] | Point = Field(
+        default="fixed", description="fixed, along the path, or towards a point (m)"
+    )
     end: Point | None = Field(default=None, description="m, where it must finish")
     cost: Costs | None = Field(default=None, description="weights of its own, instead of the planner's")
 
@@ -202,10 +208,12 @@ class Planner(_Section):
 
     method: Literal["exact", "mtac-e", "online-mtac-e"] = "exact"
     objective: Literal["sum", "longest"] = Field(default="sum", description="sum of the robots' costs, or the dearest robot's")
-    cost: Costs = Field(default_factory=lambda: Costs(length=1.0), description="weights of named terms")
+    cost: Costs = Field(default_factory=lambda: {"length": 1.0}, description="weights of named terms")
     speed: Positive = Field(default=0.45, description="m/s, nominal speed along the path")
     directions: Literal["nearest", "cheapest"] = Field(default="nearest", description="how sides of hoops are chosen")
-    samples: Annotated[int, Field(strict=True, ge=2, le=100_000)] = Field(default=50, description="cross-entropy: paths a round")
+    samples: Annotated[int, Field(strict=True, ge=2, le=100_000)] = Field(
+        default=50, description="cross-entropy: paths a round"
+    )
     elite: Annotated[Number, Field(gt=0, lt=1)] = Field(default=0.1, description="cross-entropy: share of elite paths")
     iterations: Annotated[int, Field(strict=True, ge=0, le=10_000)] = Field(default=12, description="cross-entropy: rounds")
     target: NotNegative = Field(default=0.0, description="cross-entropy: a cost that is good enough")

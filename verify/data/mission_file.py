@@ -245,7 +245,7 @@ def _sections(data: dict[str, Any]) -> tuple[dict[str, Any], list[tuple[KeyPath,
             for name, raw in data[key].items():
                 _validate(adapter, raw, (key, name), values[key], name, faults)
         else:
-            whole: TypeAdapter[Any] = TypeAdapter(Annotated[field.annotation, field])
+            whole: TypeAdapter[Any] = TypeAdapter(Annotated[field.annotation, field])  # pyright: ignore[reportArgumentType, reportInvalidTypeForm]  # built at run time
             _validate(whole, data[key], (key,), values, key, faults)
     return values, faults
 
