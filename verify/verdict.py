@@ -1,0 +1,126 @@
+"""What the judge says of words: holds, fails or undecided, with the shortest reason to the contrary.
+
+A verdict is truthy only for `holds`, so that `if verdict:` never takes a doubt for a yes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from verify.data.witness import Witness
+from verify.data.word import Word, show_letter
+
+Outcome = Literal["holds", "fails", "undecided"]
+
+Reading = tuple[str, frozenset[str]]
+"""One position of a team word: a robot (or several names joined by "+") and the letter that it shows."""
+
+Order = tuple[tuple[tuple[str, int], tuple[str, int]], ...]
+"""Pairs ((robot, visit), (robot, visit)): the first must be over before the second begins."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The judge's answer to one question.
+
+    Attributes:
+        outcome: "holds", "fails", or "undecided" where a stated budget ran out.
+        sentence: One sentence for a person.
+        counterexample: A shortest word that breaks the claim: a `Word`, or for a team the readings in order.
+        time: Mission time, in s, at which the claim is broken, where there are times.
+        claim: What was asked: "formula", "transitions", ...
+        robot: The robot concerned, or None for the team.
+        visit: Index of that robot's planned visit or letter concerned.
+        region: The region concerned.
+        times: For each reading of the counterexample the interval of times, in s, in which it can be made.
+        order: Waits that would rule the counterexample out.
+        vacuous: Sentences: parts of the formula that hold only because they are never put to the test.
+    """
+
+    outcome: Outcome
+    sentence: str
+    counterexample: tuple[Reading, ...] | Word | None = None
+    time: float | None = None
+    claim: str = "formula"
+    robot: str | None = None
+    visit: int | None = None
+    region: str | None = None
+    times: tuple[tuple[float, float], ...] = ()
+    order: Order = ()
+    vacuous: tuple[str, ...] = ()
+
+    def __bool__(self) -> bool:
+        return self.outcome == "holds"
+
+    def witness(self) -> Witness:
+        """Return the refusal as the value that repair and reports work with."""
+        return Witness(
+            claim=self.claim,
+            sentence=self.sentence,
+            robot=self.robot,
+            time=self.time,
+            region=self.region,
+            visit=self.visit,
+            word=self.readings(),
+            order=self.order,
+        )
+
+    def readings(self) -> tuple[Reading, ...]:
+        """Return the counterexample as (robot, letter) pairs, a lasso's cycle once; empty where there is none."""
+        if self.counterexample is None:
+            return ()
+        if isinstance(self.counterexample, Word):
+            return tuple((self.robot or "", letter) for letter in self.counterexample.letters)
+        return self.counterexample
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the verdict as plain data for JSON."""
+        word = self.counterexample
+        cycle = word.cycle if isinstance(word, Word) else None
+        return {
+            "outcome": self.outcome,
+            "sentence": self.sentence,
+            "claim": self.claim,
+            "robot": self.robot,
+            "visit": self.visit,
+            "region": self.region,
+            "time": self.time,
+            "counterexample": [[robot, sorted(letter)] for robot, letter in self.readings()] or None,
+            "cycle_length": None if cycle is None else len(cycle),
+            "times": [list(interval) for interval in self.times],
+            "order": [[list(first), list(then)] for first, then in self.order],
+            "vacuous": list(self.vacuous),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class TeamVerdict:
+    """What holds of a team's words without their times; truthy only where both claims hold.
+
+    Attributes:
+        sequential: The words one after another, in every order (a plan must have it).
+        parallel: The words interleaved in every way that keeps each robot's own order.
+    """
+
+    sequential: Verdict
+    parallel: Verdict
+
+    def __bool__(self) -> bool:
+        return bool(self.sequential) and bool(self.parallel)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return both verdicts as plain data for JSON."""
+        return {"sequential": self.sequential.to_dict(), "parallel": self.parallel.to_dict()}
+
+
+def show_readings(readings: tuple[Reading, ...], limit: int = 24) -> str:
+    """Return readings such as `quad0 {}, quad1 {a}`, the robot named where it changes, cut in the middle when long."""
+    parts: list[str] = []
+    previous: str | None = None
+    for robot, letter in readings:
+        parts.append(show_letter(letter) if robot in (previous, "") else f"{robot} {show_letter(letter)}")
+        previous = robot
+    if len(parts) > limit:
+        parts = [*parts[: limit // 2], "...", *parts[-limit // 2 :]]
+    return ", ".join(parts)
