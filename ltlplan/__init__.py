@@ -1,1 +1,76 @@
-"""..."""
+"""The front door: missions in, certified flights out.
+
+Names are loaded at first use, so that `import ltlplan` and `ltlplan --help` stay quick.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ltlplan.automata import Automaton, translate
+    from ltlplan.decomposition import decomposition_set
+    from ltlplan.pipeline import Result, plan, run
+    from verify.data import (
+        LtlplanError,
+        Mission,
+        Plan,
+        Trajectory,
+        Vehicle,
+        Word,
+        load_mission,
+        load_plan,
+        load_vehicle,
+        parse_mission,
+    )
+
+_HOMES = {
+    "Automaton": "ltlplan.automata",
+    "LtlplanError": "verify.data",
+    "Mission": "verify.data",
+    "Plan": "verify.data",
+    "Result": "ltlplan.pipeline",
+    "Trajectory": "verify.data",
+    "Vehicle": "verify.data",
+    "Word": "verify.data",
+    "decomposition_set": "ltlplan.decomposition",
+    "load_mission": "verify.data",
+    "load_plan": "verify.data",
+    "load_vehicle": "verify.data",
+    "parse_mission": "verify.data",
+    "plan": "ltlplan.pipeline",
+    "run": "ltlplan.pipeline",
+    "translate": "ltlplan.automata",
+}
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Automaton",
+    "LtlplanError",
+    "Mission",
+    "Plan",
+    "Result",
+    "Trajectory",
+    "Vehicle",
+    "Word",
+    "decomposition_set",
+    "load_mission",
+    "load_plan",
+    "load_vehicle",
+    "parse_mission",
+    "plan",
+    "run",
+    "translate",
+]
+
+
+def __getattr__(name: str) -> Any:  # the values have as many types as there are names
+    if name not in _HOMES:
+        raise AttributeError(f"module 'ltlplan' has no attribute '{name}'")
+    return getattr(importlib.import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -94,6 +94,20 @@ def shipped_missions() -> tuple[str, ...]:
     return tuple(sorted(f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml")))
 
 
+def shipped_mission_text(name: str) -> str:
+    """Return the file of a shipped mission.
+
+    Raises:
+        BadInput: There is no such mission; the message lists those that there are.
+    """
+    known = shipped_missions()
+    if name not in known:
+        raise BadInput(
+            f"'{name}' is neither a file nor a shipped mission.{did_you_mean(name, known)} Shipped: {', '.join(known)}."
+        )
+    return (resources.files("ltlplan") / "missions" / f"{name}.yaml").read_text(encoding="utf-8")
+
+
 def load_mission(source: str | os.PathLike[str]) -> Mission:
     """Read a mission from a file, or a shipped one by its name.
 
@@ -103,13 +117,7 @@ def load_mission(source: str | os.PathLike[str]) -> Mission:
     """
     path = Path(source)
     if isinstance(source, str) and not path.suffix and not path.exists():
-        known = shipped_missions()
-        if source not in known:
-            raise BadInput(
-                f"'{source}' is neither a file nor a shipped mission.{did_you_mean(source, known)} Shipped: {', '.join(known)}."
-            )
-        text = (resources.files("ltlplan") / "missions" / f"{source}.yaml").read_text(encoding="utf-8")
-        return parse_mission(text, f"{source}.yaml")
+        return parse_mission(shipped_mission_text(source), f"{source}.yaml")
     try:
         if path.is_dir():
             raise BadInput(f"{path} is a folder; name a mission file.")

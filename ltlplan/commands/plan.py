@@ -1,0 +1,50 @@
+"""`ltlplan plan`: words, robots, hoops and waypoints, without trajectories."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+from ltlplan.commands.options import (
+    CostOption,
+    FormulaOption,
+    JsonOption,
+    MissionArgument,
+    OutOption,
+    SeedOption,
+    SequenceOption,
+    read_mission,
+)
+
+
+def command(
+    mission: MissionArgument,
+    out: OutOption = None,
+    seed: SeedOption = None,
+    sequence: SequenceOption = None,
+    formula: FormulaOption = None,
+    cost: CostOption = None,
+    json: JsonOption = False,
+) -> None:
+    """Plan a mission: each robot's word, visits and cost."""
+    import json as json_text
+
+    from ltlplan.commands.summary import plan_lines
+    from ltlplan.commands.terminal import print_json, progress_bar
+    from ltlplan.output import write_folder, write_plan_files
+    from ltlplan.pipeline import plan
+
+    asked = read_mission(mission, sequence=sequence, formula=formula, cost=cost)
+    with progress_bar(quiet=json) as progress:
+        made = plan(asked, seed=seed, progress=progress)
+    files: tuple[Path, ...] = ()
+    if out is not None:
+        files = write_folder(out, lambda folder: write_plan_files(made, folder))
+    if json:
+        print_json({"plan": json_text.loads(made.to_json()), "files": [str(path) for path in files]})
+        return
+    for line in plan_lines(made):
+        typer.echo(line)
+    for path in files:
+        typer.echo(f"wrote {path}")

@@ -1,0 +1,45 @@
+"""`ltlplan run`: plan, refine, certify, fly in simulation, export; one summary at the end."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ltlplan.commands.options import (
+    CostOption,
+    FormulaOption,
+    JsonOption,
+    MarginOption,
+    MissionArgument,
+    OutOption,
+    SeedOption,
+    SequenceOption,
+    read_mission,
+)
+
+
+def command(
+    mission: MissionArgument,
+    out: OutOption = None,
+    seed: SeedOption = None,
+    sequence: SequenceOption = None,
+    formula: FormulaOption = None,
+    cost: CostOption = None,
+    margin: MarginOption = None,
+    json: JsonOption = False,
+) -> None:
+    """Plan, refine, certify, fly in simulation and export a mission."""
+    from ltlplan.commands.summary import print_summary, summary_data
+    from ltlplan.commands.terminal import print_json, progress_bar
+    from ltlplan.pipeline import run
+
+    asked = read_mission(mission, sequence=sequence, formula=formula, cost=cost, margin=margin)
+    with progress_bar(quiet=json) as progress:
+        result = run(asked, out or Path("out") / asked.name, seed=seed, progress=progress)
+    if json:
+        print_json(summary_data(result))
+    else:
+        print_summary(result)
+    if not summary_data(result)["holds"]:
+        from verify.data import NotCertified
+
+        raise NotCertified("The simulated flight left the certificate's tube; see the summary.")

@@ -1,0 +1,155 @@
+"""The whole way from a mission to files: the only place, with the commands above it, that calls the judge.
+
+    mission - plan - trajectories - certificate - flight - files
+
+Every arrow is a function from one frozen value to the next. A refused certificate goes back to refinement with
+its witnesses, a handful of times at most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ltlplan.planner import make_plan
+from verify.data import InternalError, Mission, NotCertified, Plan, Trajectory
+
+if TYPE_CHECKING:
+    from flight import FlightLog
+    from verify import Certificate
+
+Progress = Callable[[str, float], None]
+
+MAX_ROUNDS = 6
+"""How often refinement may try to mend what the checker refused."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a run made.
+
+    Attributes:
+        mission: What was asked.
+        plan: Words, assignment, waypoints, cost.
+        team: One trajectory a robot, in the mission's order; float32-exact.
+        certificate: The proof.
+        log: The simulated flight.
+        rounds: How many times refinement ran until the certificate held.
+        files: What was written, if anything.
+    """
+
+    mission: Mission
+    plan: Plan
+    team: dict[str, Trajectory]
+    certificate: Certificate
+    log: FlightLog
+    rounds: int
+    files: tuple[Path, ...] = ()
+
+
+def plan(mission: Mission, *, seed: int | None = None, progress: Progress | None = None) -> Plan:
+    """Plan a mission and check the planned words, as words.
+
+    Args:
+        mission: What is asked.
+        seed: Source of every draw, instead of the mission's own.
+        progress: Told a sentence and the share done, 0 to 1.
+
+    Raises:
+        Unsatisfiable: No word that these robots can fly satisfies the formula.
+        Infeasible: A word exists, but no way between the hoops was found.
+        InternalError: The planner's words fail in the checker.
+    """
+    from verify import check_team, check_word
+
+    made = make_plan(mission, seed=seed, progress=progress)
+    words = made.words
+    if mission.spec.trace == "infinite":
+        (word,) = words.values()
+        verdict = check_word(mission.formula, word.prefix, word.cycle)
+    else:
+        verdict = check_team(mission.formula, words, reading=mission.spec.team).sequential
+    if verdict.outcome == "fails" and made.method != "sequence":
+        raise InternalError(f"The planner's words fail in the checker: {verdict.sentence}")
+    if verdict.outcome == "fails":
+        raise NotCertified(f"The sequence breaks the formula: {verdict.sentence}")
+    vacuous = tuple(f"Holds only vacuously: {part}" for part in verdict.vacuous)
+    return made.model_copy(update={"notes": (*made.notes, *vacuous)}) if vacuous else made
+
+
+def certified_team(
+    made: Plan, *, margin: float | None = None, progress: Progress | None = None
+) -> tuple[Plan, dict[str, Trajectory], Certificate, int]:
+    """Refine a plan until its trajectories are certified.
+
+    Args:
+        made: The plan.
+        margin: Margin to prove, in m, instead of the mission's.
+        progress: Told a sentence and the share done, 0 to 1.
+
+    Returns:
+        The plan (with the precedences that the proof asked for), the team's trajectories, the certificate, and
+        the number of rounds.
+
+    Raises:
+        Infeasible: Refinement found no trajectory within the limits.
+        NotCertified: The last of a handful of rounds was still refused; carries the witnesses.
+    """
+    import refine
+    import verify
+
+    say = progress or (lambda _sentence, _share: None)
+    team: dict[str, Trajectory] | None = None
+    witnesses: tuple[verify.Witness, ...] = ()
+    for attempt in range(1, MAX_ROUNDS + 1):
+        say("refining" if attempt == 1 else f"refining, round {attempt}", (attempt - 1) / MAX_ROUNDS)
+        team = refine.refine(made, witnesses=witnesses, previous=team)
+        say("proving" if attempt == 1 else f"proving, round {attempt}", (attempt - 0.5) / MAX_ROUNDS)
+        certificate = verify.judge(made, team, margin=margin)
+        refused = [claim for claim in certificate.claims if claim.verdict != "holds"]
+        if not refused:
+            return made, team, certificate, attempt
+        latest = tuple(claim.witness for claim in refused if claim.witness is not None)
+        witnesses = (*witnesses, *latest)
+    raise NotCertified(
+        f"Not certified after {MAX_ROUNDS} rounds of refinement. " + " ".join(claim.sentence for claim in refused), latest
+    )
+
+
+def run(
+    mission: Mission,
+    out: str | Path | None = None,
+    *,
+    seed: int | None = None,
+    progress: Progress | None = None,
+) -> Result:
+    """Plan, refine, certify, fly in simulation and, where `out` is given, write all files.
+
+    Args:
+        mission: What is asked.
+        out: Folder to write; it appears whole or not at all.
+        seed: Source of every draw, instead of the mission's own.
+        progress: Told a sentence and the share done, 0 to 1.
+
+    Raises:
+        LtlplanError: Any of the stages refused; the class says which and the message why.
+    """
+    import flight
+    from ltlplan import output
+
+    def part(low: float, high: float) -> Progress:
+        return lambda sentence, share: progress(sentence, low + (high - low) * share) if progress else None
+
+    target = None if out is None else output.check_target(out)
+    made = plan(mission, seed=seed, progress=part(0.0, 0.25))
+    made, team, certificate, rounds = certified_team(made, progress=part(0.25, 0.7))
+    part(0.7, 0.9)("flying in simulation", 0.0)
+    log = flight.fly(made, team, certificate, seed=made.seed)
+    result = Result(mission, made, team, certificate, log, rounds)
+    if target is None:
+        return result
+    part(0.9, 1.0)("writing files", 0.0)
+    files = output.write_run(result, target)
+    return Result(mission, made, team, certificate, log, rounds, files)
