@@ -27,26 +27,14 @@ app.command("missions")(missions.command)
 
 def main() -> None:
     """Run the command line; end with the exit code of the error, if any, and without a traceback for mistakes."""
-    from ltlplan.commands.terminal import report_bug, report_error
-
     try:
-        app(standalone_mode=False)
-    except typer.Exit as stop:
-        sys.exit(stop.exit_code)
-    except typer.Abort:
-        sys.exit(130)
-    except KeyboardInterrupt:
-        sys.exit(130)
+        app()
     except Exception as error:  # the outermost door: every error becomes a message and an exit code
-        import click
-
+        from ltlplan.commands.terminal import report_bug, report_error
         from verify.data.errors import LtlplanError
 
-        if isinstance(error, click.exceptions.ClickException):
-            error.show()
-            sys.exit(2)
         if isinstance(error, LtlplanError):
-            report_error(error, "--json" in sys.argv)
+            report_error(error, as_json="--json" in sys.argv)
             sys.exit(error.exit_code)
         report_bug(error)
         sys.exit(1)

@@ -46,7 +46,7 @@ def print_json(data: Any) -> None:
     sys.stdout.write(json.dumps(data, indent=1, allow_nan=False) + "\n")
 
 
-def report_error(error: LtlplanError, as_json: bool) -> None:
+def report_error(error: LtlplanError, *, as_json: bool) -> None:
     """Tell a user's mistake or an honest refusal, without a traceback."""
     if as_json:
         print_json({"error": type(error).__name__, "exit_code": error.exit_code, "message": str(error)})

@@ -2,7 +2,7 @@
 
 Spot's lexer reads `F Gate1` as `F G ate1` and `FIRE` as `F IRE`. Here a name is a letter or `_` followed by
 letters, digits and `_`, and an operator letter is an operator only when it stands alone. The grammar and
-the precedences are Spot's (loosest first: `->` `<->`, `xor`, `|`, `&`, `U W R M`, then the prefix
+the precedences are Spot's (loosest first: `->` `<->`, `|`, `xor`, `&`, `U W R M`, then the prefix
 operators `F G X X[!] !`); the tests hold this reader against Spot's on random formulas.
 Whoever passes a formula on to Spot uses `Formula.quoted`.
 """
@@ -55,7 +55,7 @@ _KIND_TO_OPERATOR: Mapping[str, str] = {
 _PREFIX = frozenset({"!", "F", "G", "X", "X[!]"})
 # operator -> (left binding power, right binding power); a smaller right power makes it right-associative
 _INFIX: Mapping[str, tuple[int, int]] = {
-    "->": (2, 1), "<->": (2, 1), "xor": (3, 4), "|": (5, 6), "&": (7, 8),
+    "->": (2, 1), "<->": (2, 1), "|": (3, 4), "xor": (5, 6), "&": (7, 8),
     "U": (10, 9), "W": (10, 9), "R": (10, 9), "M": (10, 9),
 }  # fmt: skip
 _PREFIX_POWER = 11

@@ -1,0 +1,87 @@
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from verify.data.formula import FALSE, MAX_DEPTH, Formula, FormulaError, parse_formula
+
+spot = pytest.importorskip("spot")
+
+
+@pytest.mark.parametrize("name", ["Gate1", "FIRE", "Xray", "alive", "hoopF", "G1", "U2", "Wind", "true1", "X_1"])
+def test_names_that_begin_like_operators_are_names(name: str) -> None:
+    formula = parse_formula(f"F {name}", {name})
+    assert formula == Formula("F", (Formula("name", (), name),))
+    assert spot.formula(formula.quoted()) == spot.formula.F(spot.formula.ap(name))
+
+
+@pytest.mark.parametrize("seed", range(150))
+def test_reads_random_formulas_as_spot_does(seed: int) -> None:
+    random = next(iter(spot.randltl(4, seed=seed, tree_size=18)))
+    formula = parse_formula(random.to_str("spot", True))
+    assert spot.formula(formula.quoted()) == random
+    assert spot.formula(str(formula)) == random
+    assert parse_formula(str(formula)) == formula
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["a -> b -> c", "a <-> b -> c", "a U b U c", "a W b R c", "!a U b", "F a U b", "a & b | c ^ d", "a xor b & c", "G a -> F b",
+     "!F!a", "a | b & c U d", "a M b W c", "[]<>a", "a => b <=> c", "a && b || !c", "X a & X[!] b", "(a)", "~a", "1 U 0"],
+)  # fmt: skip
+def test_precedence_is_spots(text: str) -> None:
+    assert spot.formula(parse_formula(text).quoted()) == spot.formula(text)
+
+
+@given(st.recursive(
+    st.sampled_from([Formula("name", (), n) for n in ("a", "b", "Gate1")] + [FALSE]),
+    lambda inner: st.builds(lambda op, f: Formula(op, (f,)), st.sampled_from(["!", "F", "G", "X", "X[!]"]), inner)
+    | st.builds(lambda op, f, g: Formula(op, (f, g)), st.sampled_from(["&", "|", "xor", "->", "<->", "U", "W", "R", "M"]), inner, inner),
+    max_leaves=12,
+))  # fmt: skip
+@settings(max_examples=200, deadline=None)
+def test_a_formula_reads_back_as_itself(formula: Formula) -> None:
+    assert parse_formula(str(formula)) == formula
+    assert parse_formula(formula.quoted()) == formula
+
+
+@pytest.mark.parametrize(
+    ("text", "position", "says"),
+    [
+        ("", 0, "empty"),
+        ("F ", 2, "ends where"),
+        ("a & & b", 4, "stands where"),
+        ("(a | b", 0, "never closed"),
+        ("a b", 2, "not expected"),
+        ("a)", 1, "no partner"),
+        ("a @ b", 2, "not part of a formula"),
+        ("F[2:3] a", 1, "SERE"),
+        ("{a;b}", 0, "SERE"),
+        ("F U", 2, "stands where"),
+    ],
+)
+def test_faults_are_pointed_at(text: str, position: int, says: str) -> None:
+    with pytest.raises(FormulaError, match=says) as caught:
+        parse_formula(text)
+    assert caught.value.position == position
+    assert str(caught.value).splitlines()[-1] == "  " + " " * position + "^"
+
+
+def test_every_unknown_name_is_reported_with_the_nearest_known() -> None:
+    with pytest.raises(FormulaError) as caught:
+        parse_formula("F smok & G !watr", {"smoke", "water"})
+    assert len(caught.value.reasons) == 2
+    assert "Did you mean 'smoke'?" in str(caught.value)
+    assert "Did you mean 'water'?" in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["X a", "F X[!] a"])
+def test_next_is_refused_where_time_is_continuous(text: str) -> None:
+    assert parse_formula(text).uses_next()
+    with pytest.raises(FormulaError, match="no next step"):
+        parse_formula(text, allow_next=False)
+
+
+@pytest.mark.parametrize("text", ["(" * 3000 + "a" + ")" * 3000, "!" * 5000 + "a", "a U " * 5000 + "a", "a & " * 60_000 + "a"])
+def test_hostile_texts_end_with_an_error(text: str) -> None:
+    with pytest.raises(FormulaError, match=str(MAX_DEPTH) + "|characters"):
+        parse_formula(text)

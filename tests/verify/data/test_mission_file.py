@@ -1,0 +1,185 @@
+from pathlib import Path
+
+import pytest
+
+from verify.data import BadInput, Mission, MissionError, load_mission, mission_to_yaml, parse_mission
+from verify.data.mission_file import MAX_BYTES, shipped_missions
+
+GOOD = """\
+format: 1
+name: test
+spec: {formula: F a & G !b}
+hoops:
+  a: {center: [0.5, 0.0, 1.0], radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}
+regions:
+  b: {center: [-0.5, 0.5, 1.0], radii: [0.2, 0.3, 0.2], yaw_deg: 30}
+environment: {edges: [[robot, a], [a, b]]}
+robot: {initial: off, states: {off: [], on: [lit]}, actions: [{from: off, to: on, at: a}]}
+agents:
+  quad0: {start: [1.2, 0.0, 0.8]}
+  quad1: {start: [1.2, 0.8, 0.8]}
+vehicle: crazyflie-2.1
+workspace: {min: [-1.6, -1.3, 0.2], max: [1.6, 1.3, 1.8]}
+"""
+
+
+def faults(text: str) -> str:
+    with pytest.raises(BadInput) as caught:
+        parse_mission(text, "test.yaml")
+    return str(caught.value)
+
+
+def test_a_sound_mission_is_read() -> None:
+    mission = parse_mission(GOOD)
+    assert mission.propositions == {"a", "b", "lit", "free"}
+    assert mission.effective_limits.speed == mission.vehicle.speed
+
+
+@pytest.mark.parametrize("name", shipped_missions())
+def test_a_resolved_mission_reads_back_as_itself(name: str) -> None:
+    mission = load_mission(name)
+    again = parse_mission(mission_to_yaml(mission))
+    assert again == mission
+    assert again.digest() == mission.digest()
+    assert mission_to_yaml(again) == mission_to_yaml(mission)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "says"),
+    [
+        (
+            "radii: [0.2, 0.2, 0.2], opening",
+            "raduis: [0.2, 0.2, 0.2], opening",
+            5,
+            "hoops.a.raduis: unknown key. Did you mean 'radii'?",
+        ),
+        ("radii: [0.2, 0.2, 0.2], opening", "opening", 5, "hoops.a.radii: missing"),
+        ("[0.2, 0.2, 0.2]", "[0.2, 0.2]", 5, "hoops.a.radii"),
+        ("[0.2, 0.2, 0.2]", "[0.2, -0.2, 0.2]", 5, "greater than 0"),
+        ("center: [0.5, 0.0, 1.0]", "center: [0.5, .nan, 1.0]", 5, "finite"),
+        ("center: [0.5, 0.0, 1.0]", "center: [0.5, true, 1.0]", 5, "hoops.a.center.1"),
+        ("F a & G !b", "F a & G !c", 3, "'c' is not a name of this mission"),
+        ("F a & G !b", "F a & & b", 3, "^"),
+        ("F a & G !b", "X a", 3, "no next step"),
+        ("[a, b]]", "[a, bb]]", 8, "Did you mean 'b'?"),
+        ("[[robot, a]", "[[a, a]", 8, "joins two different"),
+        ("initial: off", "initial: of", 9, "Did you mean 'off'?"),
+        ("at: a}", "at: q}", 9, "robot.actions.0.at: 'q' is not a region"),
+        ("on: [lit]", "on: [a]", 9, "both a region and an internal"),
+        ("start: [1.2, 0.0, 0.8]", "start: [2.2, 0.0, 0.8]", 11, "outside the workspace"),
+        ("start: [1.2, 0.0, 0.8]", "start: [0.7, 0.0, 1.0]", 11, "edge of 'a'"),
+        ("start: [1.2, 0.0, 0.8]", "start: [0.5, 0.26, 1.0]", 11, "rim of 'a'"),
+        ("start: [1.2, 0.8, 0.8]", "start: [1.2, 0.1, 0.8]", 12, "separation"),
+        ("crazyflie-2.1", "crazyfly-2.1", 13, "Did you mean 'crazyflie-2.1'?"),
+        ("min: [-1.6,", "min: [2.6,", 14, "must be below max"),
+        ("format: 1", "format: 2", 1, "format"),
+        ("name: test", "name: ''", 2, "name"),
+        ("opening: 0.25", "opening: 0.05", 5, "no wider than the vehicle"),
+        ("opening: 0.25", "opening: 0.1", 5, "leaves no room"),
+        ("  b: {center: [-0.5, 0.5, 1.0]", "  b: {center: [-0.5, 0.5, 2.0]", 7, "outside the workspace"),
+    ],
+)
+def test_each_fault_is_named_with_line_and_key(old: str, new: str, line: int, says: str) -> None:
+    assert old in GOOD
+    message = faults(GOOD.replace(old, new, 1))
+    assert f"test.yaml:{line}:" in message
+    assert says in message
+
+
+@pytest.mark.parametrize("name", ["F", "G", "U", "X", "xor", "V", "free"])
+def test_operator_names_are_refused_as_regions(name: str) -> None:
+    assert f"'{name}'" in faults(GOOD.replace("  b: {", f"  {name}: {{").replace("!b", "!a").replace("[a, b]", "[robot, a]"))
+
+
+def test_all_faults_at_once() -> None:
+    text = (
+        GOOD.replace("radii: [0.2, 0.2, 0.2]", "raddii: [0.2, 0.2, 0.2]")
+        .replace("!b", "!bb")
+        .replace("vehicle: crazyflie-2.1", "vehicle: kite")
+    )
+    message = faults(text)
+    for says in ("raddii", "'bb' is not a name", "'kite' is not a shipped vehicle", "hoops.a.radii: missing"):
+        assert says in message
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "empty"),
+        ("   \n# nothing\n", "table of keys"),
+        ("[1, 2]", "table of keys"),
+        ("just words", "table of keys"),
+        ("a: [1, 2", "no YAML"),
+        ("a: 1\na: 2\n", "duplicate"),
+        ("a: &x 1\nb: *x\nname: !!python/object:os.system 1\n", "tags|unknown key"),
+        ("? [1, 2]\n: 3\n", "key must be text|unknown key|table"),
+        ("a: " + "[" * 5000, "nested|no YAML"),
+        ("a: " + "{b: " * 400 + "1" + "}" * 400, "nested"),
+        ("1: 2\n", "key must be text"),
+        ("\x00", "YAML|mission"),
+        ("a: 'open", "no YAML"),
+        ("--- a\n--- b\n", "YAML|mission"),
+    ],
+)
+def test_what_is_no_mission_gets_one_clear_message(text: str, says: str) -> None:
+    import re
+
+    assert re.search(says, faults(text)), faults(text)
+
+
+def test_aliases_cannot_blow_up() -> None:
+    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
+    lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 12)]
+    assert "too many" in faults("\n".join(lines))
+
+
+def test_unreadable_files(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="cannot be read"):
+        load_mission(tmp_path / "none.yaml")
+    with pytest.raises(BadInput, match="folder"):
+        load_mission(tmp_path)
+    large = tmp_path / "large.yaml"
+    large.write_bytes(b"#" * (MAX_BYTES + 1))
+    with pytest.raises(BadInput, match="larger than"):
+        load_mission(large)
+    binary = tmp_path / "binary.yaml"
+    binary.write_bytes(b"\xff\xfe\x00\x01")
+    with pytest.raises(BadInput, match="UTF-8"):
+        load_mission(binary)
+
+
+def test_a_team_has_no_infinite_trace() -> None:
+    assert "one robot" in faults(GOOD.replace("F a & G !b}", "G F a, trace: infinite}"))
+
+
+def test_limits_only_tighten() -> None:
+    assert "above the vehicle's own" in faults(GOOD + "limits: {speed: 99.0}\n")
+    assert "cannot hold the vehicle's weight" in faults(GOOD + "limits: {thrust_max: 0.1}\n")
+
+
+def test_a_vehicle_that_cannot_hover_is_refused() -> None:
+    inline = parse_mission(GOOD).vehicle.model_dump()
+    inline["mass"] = 0.06
+    text = GOOD.replace("vehicle: crazyflie-2.1", f"vehicle: {inline}".replace("(", "[").replace(")", "]"))
+    assert "cannot hover" in faults(text)
+
+
+def test_free_is_written_out() -> None:
+    mission = parse_mission(GOOD.replace("F a & G !b", "(a | free) U b"))
+    assert mission.formula.names() == {"a", "b"}
+
+
+def test_a_missing_spec_and_sequence() -> None:
+    assert "spec.formula, a sequence, or both" in faults(GOOD.replace("spec: {formula: F a & G !b}\n", ""))
+    sequence = GOOD.replace("spec: {formula: F a & G !b}\n", "sequence: aF aR\n").replace(
+        "  quad1: {start: [1.2, 0.8, 0.8]}\n", ""
+    )
+    assert isinstance(parse_mission(sequence), Mission)
+
+
+def test_an_error_carries_its_faults() -> None:
+    with pytest.raises(MissionError) as caught:
+        parse_mission(GOOD.replace("F a & G !b", "F q"), "m.yaml")
+    (fault,) = caught.value.faults
+    assert fault.keys == ("spec", "formula")
+    assert fault.line == 3
