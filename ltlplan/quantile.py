@@ -1,0 +1,140 @@
+"""Points at a quantile of a multivariate normal distribution, and the threshold step made from them.
+
+Sections 6.1 and 6.2 of the 2022 paper (eq. 9 to 13, Algorithm 3). A normal distribution in several dimensions has
+no quantile point but a quantile surface: the ellipsoid around the mean that holds a given share of the
+probability. Algorithm 3 draws a point of it: a direction, uniform on the unit sphere, stretched by the square
+root of the covariance and by the radius c, where c^2 is the chi-squared quantile.
+
+Where this differs from the printed text:
+
+* Eq. (9) takes the infimum over Phi(x) <= p; the quantile is the infimum over Phi(x) >= p.
+* Eq. (10) and (12) multiply by the covariance where its square root is meant, as lines 3 and 4 of Algorithm 3
+  and the text's own "2 sigma / sqrt(pi)" say. The half in eq. (11) belongs to both terms, as eq. (12) has it.
+* Both quantile samples of eq. (12) use the same direction; with two directions their difference would be noise.
+* 1 - rho + 1/N must be below 1, so N > 1/rho is required.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+from scipy.special import gammaincinv
+
+from verify.data.errors import BadInput
+
+Floats = NDArray[np.float64]
+
+
+def quantile_samples(mean: Floats, covariance: Floats, probability: float, count: int, rng: Generator) -> Floats:
+    """Draw points uniformly by direction from a quantile surface (Algorithm 3).
+
+    Args:
+        mean: Centre. Shape (dimension,).
+        covariance: Symmetric, no negative eigenvalue. Shape (dimension, dimension).
+        probability: Share of the distribution inside the surface, between 0 and 1.
+        count: How many points.
+        rng: Source of the directions.
+
+    Returns:
+        Shape (count, dimension).
+
+    Raises:
+        BadInput: The probability is not between 0 and 1, or the covariance is no covariance.
+    """
+    centre = np.asarray(mean, dtype=np.float64)
+    if count < 1:
+        raise BadInput(f"count must be at least 1, not {count}.")
+    if centre.ndim != 1 or np.shape(covariance) != (len(centre), len(centre)):
+        raise BadInput(
+            f"a mean of shape {centre.shape} needs a covariance of shape {centre.shape * 2}, not {np.shape(covariance)}."
+        )
+    stretched = quantile_radius(probability, len(centre)) * square_root(covariance)
+    return directions(rng, (count, len(centre))) @ stretched + centre
+
+
+def directions(rng: Generator, shape: tuple[int, ...]) -> Floats:
+    """Draw unit vectors, uniform on the sphere (Algorithm 3, lines 5 to 8). The last axis holds a vector."""
+    normal = rng.standard_normal(shape)
+    return normal / np.sqrt(np.sum(normal * normal, axis=-1, keepdims=True))
+
+
+@lru_cache(maxsize=256)
+def quantile_radius(probability: float, dimension: int) -> float:
+    """Return c: the ellipsoid of radius c, in standard deviations, holds this share (Algorithm 3, lines 1 and 2).
+
+    Raises:
+        BadInput: The probability is not between 0 and 1, or the dimension is not positive.
+    """
+    if not 0 < probability < 1:
+        raise BadInput(f"a quantile lies between 0 and 1, not at {probability:g}.")
+    if dimension < 1:
+        raise BadInput(f"dimension must be at least 1, not {dimension}.")
+    return math.sqrt(2.0 * float(gammaincinv(dimension / 2.0, probability)))
+
+
+def square_root(covariance: Floats) -> Floats:
+    """Return the symmetric square root V D^(1/2) V' of covariances (Algorithm 3, line 3).
+
+    Args:
+        covariance: Shape (..., dimension, dimension).
+
+    Raises:
+        BadInput: A matrix is not symmetric, not finite, or has a clearly negative eigenvalue.
+    """
+    matrix = np.asarray(covariance, dtype=np.float64)
+    if not np.all(np.isfinite(matrix)) or not np.allclose(matrix, np.swapaxes(matrix, -1, -2), rtol=1e-9, atol=1e-12):
+        raise BadInput("a covariance must be finite and symmetric.")
+    values, vectors = np.linalg.eigh(matrix)
+    scale = np.maximum(np.max(np.abs(values), axis=-1, keepdims=True), 1e-300)
+    if np.any(values < -1e-9 * scale):
+        raise BadInput(f"a covariance has no negative eigenvalue; this one has {float(values.min()):g}.")
+    # rounding of a singular covariance leaves eigenvalues such as -1e-20, which are zeros
+    return np.einsum("...ij,...j,...kj->...ik", vectors, np.sqrt(np.maximum(values, 0.0)), vectors)
+
+
+def check_quantile(elite: float, trajectories: int) -> None:
+    """Refuse an elite share and a number of trajectories between which eq. (11) has no quantile.
+
+    Raises:
+        BadInput: The share is not between 0 and 1, or N <= 1 / rho.
+    """
+    if not 0 < elite < 1:
+        raise BadInput(f"the elite share rho must lie between 0 and 1, not at {elite:g}.")
+    # 1 - rho + 1/N < 1, with a grain of tolerance in the strict direction
+    if not trajectories * elite > 1 + 1e-12:
+        raise BadInput(
+            f"{trajectories} trajectories are too few for rho = {elite:g}: more than 1 / rho = {1 / elite:g} are needed, "
+            "so that the quantile 1 - rho + 1/N is below 1."
+        )
+
+
+def quantile_step(root: Floats, direction: Floats, elite: float, trajectories: int) -> Floats:
+    """Return the matrix step of eq. (12): the spread of two samples times the gap between two quantile points.
+
+    Args:
+        root: Square roots of the covariances of the path's points. Shape (..., points, dimension, dimension).
+        direction: The points of the unit sphere that both quantile samples use. Shape (..., points, dimension).
+        elite: Share rho of the elite set.
+        trajectories: N, how many trajectories the elite set is thought to be a share of; more than 1 / rho.
+
+    Returns:
+        Shape (..., points, dimension). Its numbers serve as a step of the threshold, which is a cost.
+
+    Raises:
+        BadInput: N <= 1 / rho.
+    """
+    check_quantile(elite, trajectories)
+    dimension = root.shape[-1]
+    gap = quantile_radius(1 - elite + 1 / trajectories, dimension) - quantile_radius(1 - elite, dimension)
+    # F^-1(1 - rho + 1/N) - F^-1(1 - rho): the means cancel, both use `direction`
+    difference = np.einsum("...ij,...j->...i", root, gap * direction)
+    return np.einsum("...ij,...j->...i", root, difference) / math.sqrt(math.pi)
+
+
+def scalar_step(step: Floats) -> Floats:
+    """Return eq. (13): the least sum of absolute entries over the path's points. Shape (..., points, dimension) to (...)."""
+    return np.min(np.sum(np.abs(step), axis=-1), axis=-1)
