@@ -1,0 +1,125 @@
+"""AVOID: the way from one control point to the next past the hoops that stand between them (Algorithm 1, lines 8 to 12).
+
+A hoop in the way is passed by its nearer avoid point, the other one where the first is not free; several in a row are passed
+one after another. Where the straight line to an avoid point would itself cross the hoop's ring, as from a hoop's own front
+to its own side, the way first goes out to the height of the avoid point, `reach` before or behind it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ltlplan.hoops.clearance import Room, blocked
+from ltlplan.hoops.control_points import control_points
+from verify.data import Infeasible
+from verify.data.mission import Hoop, Mission
+from verify.data.plan import Role
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Detour:
+    """One point on the way past an obstacle.
+
+    Attributes:
+        position: m. Shape (3,).
+        role: "avoid" for a hoop's control point, "via" for a point that leads to one.
+        region: The obstacle.
+    """
+
+    position: Floats
+    role: Role
+    region: str
+
+
+class Blocked(Infeasible):
+    """Both ways past a hoop are blocked.
+
+    Attributes:
+        region: The hoop or region in the way.
+    """
+
+    def __init__(self, region: str, start: Floats, end: Floats, reasons: list[str]) -> None:
+        self.region = region
+        why = "; ".join(reasons) if reasons else "it is being passed already"
+        super().__init__(f"'{region}' stands in the way from {_show(start)} to {_show(end)} and cannot be passed: {why}.")
+
+
+def avoid(mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str] = ()) -> tuple[Detour, ...]:
+    """Return the points to fly by between two points, none where the straight line is free.
+
+    Args:
+        mission: Gives the hoops' control points.
+        where: Obstacles and walls, with the margin to keep.
+        start: m. Shape (3,).
+        end: m. Shape (3,).
+        permitted: Regions that this leg may enter.
+
+    Raises:
+        Blocked: Both avoid points of a hoop in the way are blocked; the message says by what.
+    """
+    return _way(mission, where, start, end, permitted, frozenset())
+
+
+def _way(
+    mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str], passed: frozenset[str]
+) -> tuple[Detour, ...]:
+    hit = blocked(start, end, where, permitted)
+    if hit is None:
+        return ()
+    if hit.name == "workspace" or hit.name in passed:
+        raise Blocked(hit.name, start, end, ["the line leaves the workspace"] if hit.name == "workspace" else [])
+    reasons: list[str] = []
+    for points in _candidates(mission, where, hit.name, start, end):
+        outside = [point for point in points if not where.inside(point.position)]
+        inner = [blocked(a.position, b.position, where, permitted) for a, b in zip(points, points[1:], strict=False)]
+        if outside:
+            reasons.append(f"the point {_show(outside[0].position)} beside it is too near a wall or outside the workspace")
+            continue
+        if any(inner):
+            reasons.append(f"'{next(c.name for c in inner if c)}' is beside it")
+            continue
+        try:
+            before = _way(mission, where, start, points[0].position, permitted, passed | {hit.name})
+            after = _way(mission, where, points[-1].position, end, permitted, passed | {hit.name})
+        except Blocked as error:
+            if error.region != hit.name:
+                reasons.append(f"'{error.region}' blocks the way by {_show(points[0].position)}")
+            continue
+        return (*before, *points, *after)
+    raise Blocked(hit.name, start, end, list(dict.fromkeys(reasons)))
+
+
+def _candidates(mission: Mission, where: Room, name: str, start: Floats, end: Floats) -> Iterator[tuple[Detour, ...]]:
+    """Yield ways past one obstacle: the nearer side first, and for each side the shortest way first."""
+    region = mission.all_regions[name]
+    if isinstance(region, Hoop):
+        points = control_points(region)
+        ahead = float(region.reach or 0.0) * points.frame[:, 0]
+        sides = points.avoid
+    else:
+        centre = np.array(region.center)
+        along = end - start
+        left = np.cross([0.0, 0.0, 1.0], along)
+        if np.linalg.norm(left) < 1e-9 * max(1.0, float(np.linalg.norm(along))):
+            left = np.array([0.0, 1.0, 0.0])
+        aside = left / np.linalg.norm(left) * (max(region.radii) * where.obstacles[name].level ** 0.5 + 0.1)
+        sides = np.stack([centre + aside, centre - aside])
+        ahead = along / np.linalg.norm(along) * max(region.radii)
+    for side in sorted(sides, key=lambda point: float(np.linalg.norm(point - start))):
+        main = Detour(side, "avoid", name)
+        near, far = (ahead if (start - side) @ ahead >= 0 else -ahead), (ahead if (end - side) @ ahead >= 0 else -ahead)
+        first, last = Detour(side + near, "via", name), Detour(side + far, "via", name)
+        yield (main,)
+        yield (first, main)
+        yield (main, last)
+        yield (first, main, last)
+
+
+def _show(point: Floats) -> str:
+    return "(" + ", ".join(f"{x:.2f}" for x in point) + ")"

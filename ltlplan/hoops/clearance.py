@@ -1,0 +1,227 @@
+"""Whether a planned path keeps clear, for all times: of regions that it may not enter, of rings, of the walls.
+
+A polynomial is above zero on an interval where all its Bernstein coefficients are; where that does not decide, the interval
+is halved. Arithmetic is in floats: the planner's own judgement of its spline, with room to spare, never a certificate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verify.data.mission import Hoop, Mission
+
+Floats = NDArray[np.float64]
+
+_DEGREE = 14  # of a squared distance along a piece of degree 7
+_HALVINGS = 14
+
+
+@dataclass(frozen=True, slots=True)
+class Conflict:
+    """One place where a path comes too near.
+
+    Attributes:
+        piece: Index of the piece.
+        share: Where on it, 0 to 1.
+        obstacle: "region", "ring" (or the opening of a hoop that is not flown through here) or "workspace".
+        name: The region's name; "workspace" for the walls.
+    """
+
+    piece: int
+    share: float
+    obstacle: Literal["region", "ring", "workspace"]
+    name: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Obstacle:
+    """One region with what must be kept from it.
+
+    Attributes:
+        centre: m. Shape (3,).
+        matrix: The ellipsoid's. Shape (3, 3).
+        level: Points outside have a level above this one.
+        normal: Of the ring, where there is one. Shape (3,).
+        height: m; the ring with its clearance fills |x| <= height along the normal.
+        outer: m; points farther from the axis than this are clear of the ring.
+        inner: m; points nearer to the axis than this pass through the opening.
+    """
+
+    name: str
+    centre: Floats
+    matrix: Floats
+    level: float
+    normal: Floats | None = None
+    height: float = 0.0
+    outer: float = 0.0
+    inner: float = 0.0
+
+    def holds(self, point: Floats) -> bool:
+        """Tell whether a point is in the region or nearer to it than allowed."""
+        offset = point - self.centre
+        return bool(offset @ self.matrix @ offset <= self.level)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Room:
+    """A mission's obstacles and walls, with a margin.
+
+    Attributes:
+        obstacles: By name.
+        low: m, the workspace's lower corner, moved inwards by the margin. Shape (3,).
+        high: m, the upper corner likewise. Shape (3,).
+    """
+
+    obstacles: dict[str, Obstacle]
+    low: Floats
+    high: Floats
+
+    def inside(self, point: Floats) -> bool:
+        """Tell whether a point keeps clear of the walls."""
+        return bool(np.all(point >= self.low) and np.all(point <= self.high))
+
+
+def room(mission: Mission, slack: float = 0.0) -> Room:
+    """Return what a path must keep clear of: the mission's margin plus `slack` m everywhere."""
+    near = mission.margin + slack
+    clear = mission.vehicle.radius + near
+    obstacles: dict[str, Obstacle] = {}
+    for name, region in mission.all_regions.items():
+        centre, level = np.array(region.center), (1.0 + near / min(region.radii)) ** 2
+        if isinstance(region, Hoop):
+            obstacles[name] = Obstacle(
+                name,
+                centre,
+                region.shape,
+                level,
+                np.array(region.normal),
+                region.rim / 2 + clear,
+                region.opening + region.rim + clear,
+                max(region.opening - clear, 1e-3),
+            )
+        else:
+            obstacles[name] = Obstacle(name, centre, region.shape, level)
+    return Room(obstacles, np.array(mission.workspace.min) + near, np.array(mission.workspace.max) - near)
+
+
+def conflicts(coefficients: Floats, durations: Floats, where: Room, permitted: Sequence[Collection[str]]) -> list[Conflict]:
+    """Find where a path comes too near, in order along it; an empty list means that it keeps clear for all times.
+
+    Args:
+        coefficients: Ascending powers of local time, m. Shape (pieces, 3, 8).
+        durations: s. Shape (pieces,).
+        where: Obstacles and walls.
+        permitted: For each piece, the regions that it may enter; a hoop among them is flown through its opening.
+
+    Returns:
+        At most one conflict a piece and obstacle.
+    """
+    nodes, to_bernstein = _interpolation()
+    scaled = coefficients * durations[:, None, None] ** np.arange(coefficients.shape[2])
+    path = np.einsum("pak,nk->pna", scaled, nodes[:, None] ** np.arange(coefficients.shape[2]))
+    claims, labels = [], []
+    for piece, name, kind, first, second in _claims(path, where, permitted):
+        claims.append((first, second))
+        labels.append((piece, kind, name))
+    if not claims:
+        return []
+    found = _refuted(np.array(claims) @ to_bernstein.T)
+    return sorted(
+        (Conflict(labels[i][0], share, labels[i][1], labels[i][2]) for i, share in found), key=lambda c: (c.piece, c.share)
+    )
+
+
+def blocked(start: Floats, end: Floats, where: Room, permitted: Collection[str] = ()) -> Conflict | None:
+    """Return the first obstacle on the straight line between two points, or None."""
+    line = np.zeros((1, 3, 8))
+    line[0, :, 0], line[0, :, 1] = start, end - start
+    found = conflicts(line, np.ones(1), where, [permitted])
+    return found[0] if found else None
+
+
+def _claims(
+    path: Floats, where: Room, permitted: Sequence[Collection[str]]
+) -> Iterator[tuple[int, str, Literal["region", "ring", "workspace"], Floats, Floats]]:
+    """Yield (piece, name, kind, f, g): f > 0 or g > 0 must hold at every instant, given by values at the nodes."""
+    never = np.full(path.shape[1], -1.0)
+    pieces = range(len(path))
+    for obstacle in where.obstacles.values():
+        offset = path - obstacle.centre
+        level = np.einsum("pna,ab,pnb->pn", offset, obstacle.matrix, offset)
+        enters = [obstacle.name in permitted[piece] for piece in pieces]
+        for piece in pieces:
+            if not enters[piece]:
+                yield piece, obstacle.name, "region", level[piece] - obstacle.level, never
+        if obstacle.normal is None:
+            continue
+        along = (offset @ obstacle.normal) ** 2
+        across = np.einsum("pna,pna->pn", offset, offset) - along
+        for piece in pieces:
+            past = across[piece] - obstacle.outer**2
+            yield (
+                piece,
+                obstacle.name,
+                "ring",
+                along[piece] - obstacle.height**2,
+                obstacle.inner**2 - across[piece] if enters[piece] else past,
+            )
+    for axis in range(3):
+        for piece in pieces:
+            yield piece, "workspace", "workspace", path[piece, :, axis] - where.low[axis], never
+            yield piece, "workspace", "workspace", where.high[axis] - path[piece, :, axis], never
+
+
+def _refuted(claims: Floats) -> list[tuple[int, float]]:
+    """Return (claim, share of the piece) for each claim that is false or cannot be decided. Shape (claims, 2, 15)."""
+    left, right = _halving()
+    number, start, width = np.arange(len(claims)), np.zeros(len(claims)), 1.0
+    found: dict[int, float] = {}
+    for step in range(_HALVINGS + 1):
+        undecided = ~np.any(np.all(claims > 0, axis=2), axis=1)
+        claims, number, start = claims[undecided], number[undecided], start[undecided]
+        for end, at in ((0, start), (-1, start + width)):
+            for i in np.flatnonzero(np.all(claims[:, :, end] <= 0, axis=1)):
+                found[int(number[i])] = min(found.get(int(number[i]), 2.0), float(at[i]))
+        if step == _HALVINGS:
+            for i, at in zip(number, start, strict=True):
+                found.setdefault(int(i), float(at))
+        open_still = ~np.isin(number, list(found))
+        claims, number, start = claims[open_still], number[open_still], start[open_still]
+        if not len(claims):
+            break
+        width /= 2
+        claims = np.concatenate([claims @ left.T, claims @ right.T])
+        number, start = np.concatenate([number, number]), np.concatenate([start, start + width])
+    return sorted(found.items())
+
+
+@cache
+def _interpolation() -> tuple[Floats, Floats]:
+    """Nodes in [0, 1] and the matrix from values there to Bernstein coefficients. Shapes (15,), (15, 15)."""
+    nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
+    choose = _binomials()[_DEGREE]
+    k = np.arange(_DEGREE + 1)
+    basis = choose * nodes[:, None] ** k * (1.0 - nodes[:, None]) ** (_DEGREE - k)
+    return nodes, np.linalg.inv(basis)
+
+
+@cache
+def _halving() -> tuple[Floats, Floats]:
+    """Matrices from Bernstein coefficients on [0, 1] to those on its halves (de Casteljau). Shapes (15, 15)."""
+    left = np.array([_binomials()[i] / 2.0**i for i in range(_DEGREE + 1)])
+    return left, left[::-1, ::-1].copy()
+
+
+@cache
+def _binomials() -> Floats:
+    table = np.zeros((_DEGREE + 1, _DEGREE + 1))
+    table[:, 0] = 1.0
+    for n in range(1, _DEGREE + 1):
+        table[n, 1:] = table[n - 1, 1:] + table[n - 1, :-1]
+    return table

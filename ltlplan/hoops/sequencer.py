@@ -1,0 +1,418 @@
+"""The sequence-of-hoops planner (Algorithm 1 of the 2019 paper): from visits to waypoints and nominal times.
+
+    start -> [avoid ..] -> rear, centre, front of the first hoop -> [avoid ..] -> .. -> end
+
+Each leg between two passages goes straight, or past the avoid points of what stands in its way. Each segment is one of four
+primitives, whose length gives its time. The spline of least snap through the waypoints at these times is then judged for
+all times; where it cuts a corner too closely, a point on the leg itself is added, which pulls it back to the clear line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ltlplan.hoops.avoid import Blocked, avoid
+from ltlplan.hoops.clearance import Conflict, Room, conflicts, room
+from ltlplan.hoops.control_points import control_points
+from ltlplan.hoops.primitives import Primitive, choose
+from ltlplan.hoops.sides import Directions, Side, choose_sides
+from ltlplan.splines import Spline
+from verify.data import BadInput, Infeasible, Mission, RobotPlan, Visit, Waypoint, Word
+from verify.data.errors import did_you_mean
+from verify.data.mission import Hoop
+from verify.data.plan import Role
+
+Floats = NDArray[np.float64]
+
+_SLACKS = (0.04, 0.02, 0.0)
+"""m beyond the mission's margin that the nominal spline keeps, where there is room: refinement changes it a little."""
+_REPAIRS = 24
+_SHORTEST = 0.08
+"""m; a shorter segment is not divided again."""
+_HOVER = 1.0
+"""s; nominal length of a cycle that only hovers."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Stop:
+    """One waypoint with what belongs to the segment that leads to it.
+
+    Attributes:
+        position: m. Shape (3,).
+        role: Which control point it is.
+        region: The hoop or region that it belongs to.
+        visit: Index of the visit that it serves.
+        permitted: Regions that the segment to this point may enter.
+        axes: Frame of the hoop in which the segment is measured, as columns; None where there is no hoop. Shape (3, 3).
+    """
+
+    position: Floats
+    role: Role
+    region: str | None = None
+    visit: int | None = None
+    permitted: frozenset[str] = frozenset()
+    axes: Floats | None = None
+
+
+class SplineBlocked(Infeasible):
+    """The spline through the control points still comes too near; carries the first place where it does.
+
+    Attributes:
+        conflict: Obstacle, piece and place.
+    """
+
+    def __init__(self, conflict: Conflict, stops: Sequence[Stop]) -> None:
+        self.conflict = conflict
+        what = {
+            "workspace": "leaves the workspace, margin included,",
+            "ring": f"comes too near the ring of '{conflict.name}'",
+            "region": f"touches '{conflict.name}', which it may not enter there,",
+        }[conflict.obstacle]
+        after, before = stops[conflict.piece], stops[conflict.piece + 1]
+        super().__init__(
+            f"The spline through the control points {what} between {_name(after)} and {_name(before)}, "
+            "whichever points are added. Move the hoop, or change its `reach` or `clearance`."
+        )
+
+
+def route(
+    mission: Mission,
+    robot: str,
+    visits: Sequence[Visit],
+    cycle_visit: int | None = None,
+    *,
+    directions: Directions | None = None,
+    word: Word | None = None,
+) -> RobotPlan:
+    """Lead one robot through its visits: sides of hoops, waypoints and nominal times.
+
+    Args:
+        mission: Hoops, regions, workspace, margin and nominal speed.
+        robot: Name of the agent.
+        visits: Regions in order; a visit's `direction` is kept where it is given and chosen where it is None.
+        cycle_visit: First visit of a lasso's cycle; the number of visits for a cycle that only hovers; None for a
+            finite flight.
+        directions: `nearest` takes the nearest control point of each hoop in turn, `cheapest` the shortest whole
+            sequence; None takes the mission's `planner.directions`.
+        word: The letters that the robot will show; computed from the visits where it is None. Where its last letter
+            is the last visit's region, the flight ends inside that region.
+
+    Returns:
+        The plan, with a cost under the mission's cost function for this robot. For a lasso the last waypoint repeats
+        `waypoints[cycle_waypoint]`.
+
+    Raises:
+        BadInput: No such robot or region, or a direction for a region that has no ring.
+        Infeasible: A hoop cannot be reached without crossing another one, or the spline has no room; names the hoop.
+    """
+    _check(mission, robot, visits, cycle_visit)
+    word = _word(mission, robot, visits, cycle_visit) if word is None else word
+    problem: Infeasible | None = None
+    for slack in _SLACKS:
+        try:
+            return _route(mission, robot, tuple(visits), cycle_visit, directions or mission.planner.directions, word, slack)
+        except Infeasible as error:
+            problem = problem or error
+    assert problem is not None
+    raise problem
+
+
+def route_sequence(mission: Mission) -> RobotPlan:
+    """Fly exactly the mission's `sequence` of passages with its one robot.
+
+    Raises:
+        BadInput: The mission has no sequence or several agents.
+        Infeasible: See `route`.
+    """
+    sequence = mission.passages
+    if sequence is None:
+        raise BadInput(f"Mission '{mission.name}' has no `sequence`; write one such as `sequence: hoop0F hoop1R`.")
+    if len(mission.agents) != 1:
+        raise BadInput(f"A sequence is flown by one robot; mission '{mission.name}' has {len(mission.agents)}.")
+    passages = sequence.prefix + (sequence.cycle or ())
+    visits = tuple(Visit(region=passage.hoop, direction=passage.direction) for passage in passages)
+    return route(mission, next(iter(mission.agents)), visits, None if sequence.cycle is None else len(sequence.prefix))
+
+
+def segments(mission: Mission, plan: RobotPlan) -> tuple[Primitive, ...]:
+    """Return the primitive of each segment between a plan's waypoints, for drawings and tables."""
+    stops = [Stop(np.array(w.position), w.role, w.region, axes=_axes(mission, w.region)) for w in plan.waypoints]
+    return tuple(_primitives(stops))
+
+
+def _route(
+    mission: Mission,
+    robot: str,
+    visits: tuple[Visit, ...],
+    cycle_visit: int | None,
+    directions: Directions,
+    word: Word,
+    slack: float,
+) -> RobotPlan:
+    where = room(mission, slack)
+    inside_last = _ends_inside(mission, robot, visits, cycle_visit, word)
+    builder = _Builder(mission, robot, visits, where, inside_last)
+    sides = choose_sides(mission, builder.start, visits, cycle_visit, builder.length, directions, inside_last)
+    stops, cycle = builder.stops(sides, cycle_visit)
+    stops, times = _repaired(stops, cycle, where, mission.planner.speed)
+    if cycle_visit == len(visits):
+        stops, times, cycle = [*stops, stops[-1]], [*times, times[-1] + _HOVER], len(stops) - 1
+    plan = RobotPlan(
+        word=word,
+        visits=tuple(visit.model_copy(update={"direction": side}) for visit, side in zip(visits, sides, strict=True)),
+        waypoints=tuple(Waypoint(position=_point(s.position), role=s.role, region=s.region, visit=s.visit) for s in stops),
+        times=tuple(times),
+        cycle_visit=cycle_visit,
+        cycle_waypoint=cycle,
+    )
+    return plan
+
+
+class _Builder:
+    """The stops of one robot's way, leg by leg."""
+
+    def __init__(self, mission: Mission, robot: str, visits: tuple[Visit, ...], where: Room, inside_last: bool) -> None:
+        self.mission, self.visits, self.where, self.inside_last = mission, visits, where, inside_last
+        agent = mission.agents[robot]
+        self.start = np.array(agent.start)
+        self.end = None if agent.end is None else np.array(agent.end)
+        self.start_regions = frozenset(n for n, o in where.obstacles.items() if o.holds(self.start))
+        self.begins_inside = bool(visits) and _inside(mission, self.start, visits[0].region)
+        self._legs: dict[tuple[int, Side, int, Side], list[Stop]] = {}
+
+    def length(self, i: int, left: Side, j: int, entered: Side) -> float:
+        """Length of the leg from one visit to the next by its primitives, in m."""
+        first, exit_from = self._exit(i, left)
+        stops = [*([] if exit_from is None else [exit_from]), first, *self._leg(i, left, j, entered)]
+        return sum(p.length for p in _primitives(stops)[0 if exit_from is None else 1 :])
+
+    def stops(self, sides: Sequence[Side], cycle_visit: int | None) -> tuple[list[Stop], int | None]:
+        """Return all stops and the index of the stop where the cycle begins, if there is one."""
+        stops = [Stop(self.start, "start", visit=0 if self.begins_inside else None)]
+        cycle: int | None = None
+        closing = cycle_visit is not None and cycle_visit < len(self.visits)
+        for i, side in enumerate(sides):
+            if i == 0 and self.begins_inside and side is None:
+                continue
+            left = sides[i - 1] if i else None
+            leg = self._leg(i - 1, left, i, side)
+            stops += leg
+            if closing and i == cycle_visit:
+                cycle = len(stops) - 1 if side is not None else len(stops) - 2
+            stops += self._passage(i, side)
+        if closing and cycle is not None and cycle_visit is not None:
+            leg = self._leg(len(sides) - 1, sides[-1], cycle_visit, sides[cycle_visit])
+            stops += leg if sides[cycle_visit] is not None else leg[:-1]
+        elif self.end is not None:
+            stops += self._to_end(len(sides) - 1, sides[-1] if sides else None)
+        return stops, cycle
+
+    def _exit(self, i: int, side: Side) -> tuple[Stop, Stop | None]:
+        """Return where visit i is left, and the point before that."""
+        if i < 0:
+            return Stop(self.start, "start"), None
+        name = self.visits[i].region
+        region = self.mission.all_regions[name]
+        if side is None or not isinstance(region, Hoop):
+            return Stop(np.array(region.center), "centre", name, i), None
+        points = control_points(region)
+        return Stop(points.ends(side)[1], "front", name, i, axes=points.frame), Stop(points.centre, "centre", name, i)
+
+    def _leg(self, i: int, left: Side, j: int, entered: Side) -> list[Stop]:
+        """Return the stops after visit i up to the first stop of visit j (its entry, or its centre)."""
+        key = (i, left, j, entered)
+        if key not in self._legs:
+            name = self.visits[j].region
+            region = self.mission.all_regions[name]
+            axes = _axes(self.mission, name)
+            if entered is not None and isinstance(region, Hoop):
+                target = Stop(
+                    control_points(region).ends(entered)[0], "rear" if entered == "F" else "front", name, j, axes=axes
+                )
+            else:
+                target = Stop(np.array(region.center), "centre", name, j, frozenset({name}))
+            if np.allclose(self._exit(i, left)[0].position, target.position, atol=1e-9):
+                self._legs[key] = []  # turned about where the last passage ended
+            else:
+                self._legs[key] = self._way(i, left, target)
+                if target.role == "centre":
+                    self._legs[key] = self._with_gate(self._exit(i, left)[0].position, self._legs[key])
+        return self._legs[key]
+
+    def _with_gate(self, origin: Floats, leg: list[Stop]) -> list[Stop]:
+        """Put a point before a region's centre, clear of the region, on the last straight piece: a lap begins there."""
+        target = leg[-1]
+        before = leg[-2].position if len(leg) > 1 else origin
+        obstacle = self.where.obstacles[str(target.region)]
+        line = before - target.position
+        level = float(line @ obstacle.matrix @ line)
+        if level <= obstacle.level * 1.2:
+            return leg
+        gate = target.position + line * min(1.0, (obstacle.level * 1.1 / level) ** 0.5)
+        permitted = target.permitted if len(leg) == 1 else frozenset()
+        source = leg[-1].permitted - target.permitted
+        return [
+            *leg[:-1],
+            Stop(gate, "via", target.region, target.visit, source | (permitted & source)),
+            replace(target, permitted=target.permitted),
+        ]
+
+    def _way(self, i: int, left: Side, target: Stop) -> list[Stop]:
+        """Return detours and target; first and last segment may also be in the regions that they leave and reach."""
+        origin = self._exit(i, left)[0]
+        leaves = self.start_regions if i < 0 else frozenset({self.visits[i].region} if left is None else ())
+        reaches = frozenset(target.permitted)
+        points = avoid(self.mission, self.where, origin.position, target.position, leaves | reaches)
+        way = [
+            Stop(p.position, p.role, p.region, None, leaves if k == 0 else frozenset(), _axes(self.mission, p.region))
+            for k, p in enumerate(points)
+        ]
+        return [*way, replace(target, permitted=reaches | (leaves if not way else frozenset()))]
+
+    def _passage(self, i: int, side: Side) -> list[Stop]:
+        if side is None:
+            return []
+        name = self.visits[i].region
+        region = self.mission.all_regions[name]
+        assert isinstance(region, Hoop)
+        points = control_points(region)
+        through = frozenset({name})
+        return [
+            Stop(points.centre, "centre", name, i, through, points.frame),
+            Stop(points.ends(side)[1], "front" if side == "F" else "rear", name, i, through, points.frame),
+        ]
+
+    def _to_end(self, i: int, left: Side) -> list[Stop]:
+        assert self.end is not None
+        if self.inside_last or np.allclose(self._exit(i, left)[0].position, self.end, atol=1e-9):
+            return []
+        inside = [n for n, o in self.where.obstacles.items() if o.holds(self.end)]
+        stay = frozenset({self.visits[i].region} if i >= 0 and left is None else ())
+        if set(inside) - stay - self.start_regions:
+            raise BadInput(
+                f"The end waypoint {list(map(float, self.end))} lies in or at '{inside[0]}', which is not visited last."
+            )
+        return self._way(i, left, Stop(self.end, "end", permitted=stay & frozenset(inside)))
+
+
+def _primitives(stops: Sequence[Stop]) -> list[Primitive]:
+    """Return the primitive of each segment between stops."""
+    result = []
+    for i in range(1, len(stops)):
+        previous = stops[i - 2].position if i > 1 else None
+        axes = stops[i].axes
+        if axes is None:
+            chord = stops[i].position - stops[i - 1].position
+            result.append(Primitive("STRAIGHT", float(np.linalg.norm(chord))))
+        else:
+            result.append(choose(previous, stops[i - 1].position, stops[i].position, axes))
+    return result
+
+
+def _times(stops: Sequence[Stop], speed: float) -> list[float]:
+    """Return nominal times: each segment takes its primitive's length over the speed."""
+    times = [0.0]
+    for primitive in _primitives(stops):
+        times.append(times[-1] + primitive.time(speed))
+    return times
+
+
+def _repaired(stops: list[Stop], cycle: int | None, where: Room, speed: float) -> tuple[list[Stop], list[float]]:
+    """Add points on legs until the spline keeps clear; the points lie on lines that do.
+
+    Raises:
+        SplineBlocked: It does not help.
+    """
+    if len(stops) == 1:
+        return stops, [0.0]
+    for _ in range(_REPAIRS):
+        times = _times(stops, speed)
+        spline = Spline(times, cycle)
+        coefficients = spline.through([stop.position for stop in stops])
+        found = conflicts(coefficients, spline.durations, where, [stop.permitted for stop in stops[1:]])
+        if not found:
+            return stops, times
+        divided = _divided(stops, found)
+        if len(divided) == len(stops):
+            raise SplineBlocked(found[0], stops)
+        shift = 0 if cycle is None else len([1 for piece in _pieces(stops, found) if piece < cycle])
+        stops, cycle = divided, None if cycle is None else cycle + shift
+    raise SplineBlocked(found[0], stops)
+
+
+def _pieces(stops: Sequence[Stop], found: Sequence[Conflict]) -> list[int]:
+    lengths = [float(np.linalg.norm(b.position - a.position)) for a, b in zip(stops, stops[1:], strict=False)]
+    return sorted({c.piece for c in found if lengths[c.piece] > 2 * _SHORTEST})
+
+
+def _divided(stops: list[Stop], found: Sequence[Conflict]) -> list[Stop]:
+    result = list(stops)
+    for piece in reversed(_pieces(stops, found)):
+        a, b = stops[piece], stops[piece + 1]
+        middle = Stop((a.position + b.position) / 2, "via", None, b.visit if b.permitted else None, b.permitted, b.axes)
+        result.insert(piece + 1, middle)
+    return result
+
+
+def _ends_inside(mission: Mission, robot: str, visits: Sequence[Visit], cycle_visit: int | None, word: Word) -> bool:
+    """Tell whether the flight ends (or its hovering cycle is) in the last visit's region."""
+    if not visits or (cycle_visit is not None and cycle_visit < len(visits)) or visits[-1].direction is not None:
+        return False
+    if mission.agents[robot].end is not None and not _inside(mission, np.array(mission.agents[robot].end), visits[-1].region):
+        return False
+    return visits[-1].region in word.letters[-1]
+
+
+def _inside(mission: Mission, point: Floats, region: str) -> bool:
+    return bool(mission.all_regions[region].level(point) <= 1.0)
+
+
+def _axes(mission: Mission, region: str | None) -> Floats | None:
+    hoop = mission.hoops.get(region or "")
+    return None if hoop is None else control_points(hoop).frame
+
+
+def _check(mission: Mission, robot: str, visits: Sequence[Visit], cycle_visit: int | None) -> None:
+    if robot not in mission.agents:
+        raise BadInput(f"'{robot}' is not an agent.{did_you_mean(robot, mission.agents)} Agents: {', '.join(mission.agents)}.")
+    known = mission.all_regions
+    for visit in visits:
+        if visit.region not in known:
+            raise BadInput(f"'{visit.region}' is not a region.{did_you_mean(visit.region, known)} Regions: {', '.join(known)}.")
+        if visit.direction is not None and visit.region not in mission.hoops:
+            raise BadInput(f"'{visit.region}' has no ring, so it has no side {visit.direction}.")
+    if cycle_visit is not None and not 0 <= cycle_visit <= len(visits):
+        raise BadInput(f"cycle_visit must be 0 to {len(visits)}, not {cycle_visit}.")
+
+
+def _word(mission: Mission, robot: str, visits: Sequence[Visit], cycle_visit: int | None) -> Word:
+    internal = mission.initial_letter
+    point = np.array(mission.agents[robot].start)
+    here = frozenset(n for n in mission.all_regions if _inside(mission, point, n))
+    letters, cycle_start = [here | internal], None
+    for i, visit in enumerate(visits):
+        if i == cycle_visit:
+            cycle_start = len(letters)
+        letters.append(frozenset({visit.region}) | internal)
+        for action in visit.actions:
+            internal = frozenset(mission.robot.states[action.target])
+            letters.append(frozenset({visit.region}) | internal)
+        letters.append(internal)
+    if cycle_visit is None:
+        return Word(tuple(letters))
+    if cycle_start is None:
+        return Word(tuple(letters), (letters[-1],))
+    return Word(tuple(letters[:cycle_start]), tuple(letters[cycle_start:]))
+
+
+def _point(position: Floats) -> tuple[float, float, float]:
+    x, y, z = (float(v) for v in position)
+    return x, y, z
+
+
+def _name(stop: Stop) -> str:
+    return f"the {stop.role}{f' of {stop.region!r}' if stop.region else ''}"

@@ -1,0 +1,167 @@
+"""Splines of least snap through points at given times, as matrices: one for all paths of a round.
+
+A path through points p_0 .. p_m at times t_0 .. t_m has one polynomial of degree 7 a piece, is three times
+continuously differentiable, starts and ends at rest, and has the smallest integral of |snap|^2 of all such paths. For
+given times the polynomials depend linearly on the points, so whatever is sampled of a path (positions, velocities,
+snap at any times) is one matrix times the points, and a thousand paths are one matrix product.
+A lasso closes on itself: velocity, acceleration and jerk at the last point are those at the point where the cycle began.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from verify.data import BadInput, Trajectory
+
+Floats = NDArray[np.float64]
+
+ORDERS = 4
+"""Position, velocity, acceleration and jerk are held at each point."""
+
+
+def _hermite() -> Floats:
+    """Map (position, velocity, acceleration, jerk at 0, the same at 1) to ascending coefficients of degree 7."""
+    rows = np.zeros((8, 8))
+    for order in range(ORDERS):
+        for power in range(8):
+            factor = float(np.prod(np.arange(power - order + 1, power + 1))) if power >= order else 0.0
+            rows[order, power] = factor if power == order else 0.0
+            rows[ORDERS + order, power] = factor
+    return np.linalg.inv(rows)
+
+
+_HERMITE = _hermite()
+_FALLING = np.array([np.prod(np.arange(p - 3, p + 1)) if p >= 4 else 0.0 for p in range(8)])
+_GRAM = np.array([[_FALLING[i] * _FALLING[j] / (i + j - 7) if i >= 4 and j >= 4 else 0.0 for j in range(8)] for i in range(8)])
+_SNAP = _HERMITE.T @ _GRAM @ _HERMITE
+"""Integral of snap^2 over a piece of length 1, as a quadratic form of its end states."""
+
+
+@dataclass(frozen=True, eq=False)
+class Spline:
+    """The least-snap spline through any points at these times.
+
+    Attributes:
+        times: Time at each point, s, increasing; the first need not be 0. Shape (points,), at least 2.
+        cycle: Index of the point at which a lasso's cycle begins, its last point being where it closes; None for
+            a path that ends at rest.
+    """
+
+    times: Floats
+    cycle: int | None = None
+
+    def __init__(self, times: ArrayLike, cycle: int | None = None) -> None:
+        at = np.array(times, dtype=np.float64)
+        if at.ndim != 1 or len(at) < 2 or not np.all(np.isfinite(at)) or np.any(np.diff(at) <= 0):
+            raise BadInput("A spline needs two or more times that are finite and increase.")
+        if cycle is not None and not 0 <= cycle < len(at) - 1:
+            raise BadInput(f"The cycle must begin at one of the points 0 to {len(at) - 2}, not {cycle}.")
+        at.setflags(write=False)
+        object.__setattr__(self, "times", at)
+        object.__setattr__(self, "cycle", cycle)
+
+    @property
+    def durations(self) -> Floats:
+        """Length of each piece, s. Shape (points - 1,)."""
+        return np.diff(self.times)
+
+    @cached_property
+    def coefficients(self) -> Floats:
+        """Map points to ascending coefficients of local time. Shape (pieces, 8, points), read-only."""
+        result = self._coefficients(np.eye(len(self.times)))
+        result.setflags(write=False)
+        return result
+
+    def through(self, points: ArrayLike) -> Floats:
+        """Return the coefficients of the spline through these points. Shape (points, axes) to (pieces, axes, 8)."""
+        values = np.asarray(points, dtype=np.float64)
+        if values.ndim != 2 or len(values) != len(self.times):
+            raise BadInput(f"The spline has {len(self.times)} times; points must have shape ({len(self.times)}, axes).")
+        return self._coefficients(values).transpose(0, 2, 1)
+
+    def sampling(self, at: ArrayLike, derivative: int = 0) -> Floats:
+        """Return the matrix that maps points to a derivative of the path at the times `at`.
+
+        Args:
+            at: s, each within the spline's times. Shape (instants,).
+            derivative: 0 for position, 1 for velocity, and so on.
+
+        Returns:
+            Shape (instants, points).
+        """
+        times = np.asarray(at, dtype=np.float64)
+        piece = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
+        return np.einsum("ik,ikp->ip", powers(times - self.times[piece], derivative), self.coefficients[piece])
+
+    def _coefficients(self, points: Floats) -> Floats:
+        """Ascending coefficients of the splines through the columns of `points`. Shape (pieces, 8, columns)."""
+        pieces, columns = len(self.times) - 1, points.shape[1]
+        unit = float(np.mean(self.durations))  # solved in this unit of time, so that the orders are of one size
+        lengths = self.durations / unit
+        scale = lengths[:, None] ** np.arange(ORDERS)
+        scales = np.concatenate([scale, scale], axis=1)
+        forms = scales[:, :, None] * _SNAP * scales[:, None, :] / lengths[:, None, None] ** 7
+        node = np.arange(pieces + 1)
+        slot = node.copy()
+        if self.cycle is not None:
+            slot[-1] = self.cycle
+        unknown = -np.ones((pieces + 1, ORDERS - 1), dtype=np.int64)
+        moving = np.array([i for i in range(1, pieces) if slot[i] == i], dtype=np.int64)
+        unknown[moving] = np.arange(3 * len(moving)).reshape(-1, 3)
+        if self.cycle is not None and self.cycle > 0:
+            unknown[-1] = unknown[self.cycle]
+        elif self.cycle == 0:
+            unknown[0] = unknown[-1] = 3 * len(moving) + np.arange(3)
+        states = np.zeros((pieces + 1, ORDERS, columns))
+        states[:, 0] = points
+        count = int(unknown.max(initial=-1)) + 1
+        if count:
+            index = np.full((pieces, 2 * ORDERS), -1, dtype=np.int64)
+            index[:, 1:ORDERS], index[:, ORDERS + 1 :] = unknown[:-1], unknown[1:]
+            ends = np.zeros((pieces, 2 * ORDERS, columns))
+            ends[:, 0], ends[:, ORDERS] = points[:-1], points[1:]
+            pull = np.einsum("pij,pjc->pic", forms, ends)
+            known = index >= 0
+            right = np.zeros((count, columns))
+            np.add.at(right, index[known], -pull[known])
+            pair = known[:, :, None] & known[:, None, :]
+            rows = np.broadcast_to(index[:, :, None], pair.shape)[pair]
+            cols = np.broadcast_to(index[:, None, :], pair.shape)[pair]
+            matrix = sparse.csc_matrix((forms[pair], (rows, cols)), shape=(count, count))
+            solved = splu(matrix).solve(right)
+            free = unknown[:, 0] >= 0
+            states[free, 1:] = solved[unknown[free]]
+        ends = np.concatenate([states[:-1], states[1:]], axis=1) * scales[:, :, None]
+        local = np.einsum("kj,pjc->pkc", _HERMITE, ends)
+        return local / self.durations[:, None, None] ** np.arange(8)[None, :, None]
+
+
+def powers(local: Floats, derivative: int = 0) -> Floats:
+    """Return the rows (d/dt)^derivative of (1, t, .., t^7) at local times. Shape (n,) to (n, 8)."""
+    result = np.zeros((len(local), 8))
+    for power in range(derivative, 8):
+        factor = float(np.prod(np.arange(power - derivative + 1, power + 1)))
+        result[:, power] = factor * local ** (power - derivative)
+    return result
+
+
+def nominal_trajectory(points: ArrayLike, times: ArrayLike, *, cycle: int | None = None, yaw: float = 0.0) -> Trajectory:
+    """Return the least-snap spline through points, as a trajectory with a fixed heading.
+
+    Args:
+        points: m. Shape (points, 3).
+        times: s, increasing. Shape (points,).
+        cycle: Index of the point where the cycle begins, or None.
+        yaw: rad.
+    """
+    spline = Spline(times, cycle)
+    coefficients = np.zeros((len(spline.times) - 1, 4, 8))
+    coefficients[:, :3] = spline.through(points)
+    coefficients[:, 3, 0] = yaw
+    return Trajectory(spline.durations, coefficients, cycle=cycle)
