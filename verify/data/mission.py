@@ -144,9 +144,9 @@ class Action(_Section):
 class Robot(_Section):
     """The internal transition system, the same for every agent (2022 paper, Def. 4.1)."""
 
-    initial: str = "idle"
+    initial: str = Field(default="idle", description="internal state at time 0")
     states: dict[str, tuple[str, ...]] = Field(default_factory=lambda: {"idle": ()}, description="state: its propositions")
-    actions: tuple[Action, ...] = ()
+    actions: tuple[Action, ...] = Field(default=(), description="changes of the internal state")
 
 
 class Agent(_Section):
@@ -169,8 +169,8 @@ class Agent(_Section):
 class LegLimits(_Section):
     """Limits that hold while a robot flies to one region, from its previous visit to this one."""
 
-    speed: Positive | None = None
-    acceleration: Positive | None = None
+    speed: Positive | None = Field(default=None, description="m/s")
+    acceleration: Positive | None = Field(default=None, description="m/s^2")
 
 
 class Limits(_Section):
@@ -206,7 +206,7 @@ class Box(_Section):
 class Planner(_Section):
     """How to plan."""
 
-    method: Literal["exact", "mtac-e", "online-mtac-e"] = "exact"
+    method: Literal["exact", "mtac-e", "online-mtac-e"] = Field(default="exact", description="how robots and words are chosen")
     objective: Literal["sum", "longest"] = Field(default="sum", description="sum of the robots' costs, or the dearest robot's")
     cost: Costs = Field(default_factory=lambda: {"length": 1.0}, description="weights of named terms")
     speed: Positive = Field(default=0.45, description="m/s, nominal speed along the path")
@@ -217,7 +217,7 @@ class Planner(_Section):
     elite: Annotated[Number, Field(gt=0, lt=1)] = Field(default=0.1, description="cross-entropy: share of elite paths")
     iterations: Annotated[int, Field(strict=True, ge=0, le=10_000)] = Field(default=12, description="cross-entropy: rounds")
     target: NotNegative = Field(default=0.0, description="cross-entropy: a cost that is good enough")
-    seed: Annotated[int, Field(strict=True, ge=0)] = 0
+    seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="source of every draw")
 
 
 class EffectiveLimits(_Section):
@@ -248,18 +248,20 @@ class Mission(_Section):
     """Everything that was asked, with every default filled in."""
 
     format: Literal[1] = MISSION_FORMAT
-    name: str = Field(min_length=1, max_length=100, pattern=r"^[A-Za-z0-9][A-Za-z0-9_. -]*$")
+    name: str = Field(
+        min_length=1, max_length=100, pattern=r"^[A-Za-z0-9][A-Za-z0-9_. -]*$", description="letters, digits, `_ . -`, space"
+    )
     spec: Spec = Field(default_factory=lambda: Spec())
     hoops: dict[str, Hoop] = Field(default_factory=dict, description="regions with a ring")
     regions: dict[str, Region] = Field(default_factory=dict, description="regions without a ring")
     environment: Environment | None = Field(default=None, description="omitted: every region can be reached from every other")
     robot: Robot = Field(default_factory=lambda: Robot(), description="omitted: one internal state, no propositions")
-    agents: dict[str, Agent] = Field(min_length=1)
+    agents: dict[str, Agent] = Field(min_length=1, description="the quadcopters, by name")
     vehicle: Annotated[Vehicle, BeforeValidator(_named_vehicle)] = Field(
         description="a shipped profile's name or an inline table"
     )
     limits: Limits = Field(default_factory=lambda: Limits())
-    workspace: Box
+    workspace: Box = Field(description="where the vehicles' centres, with the margin, must stay")
     separation: NotNegative = Field(default=0.3, description="m, between centres of robots")
     separation_z: NotNegative | None = Field(
         default=None, description="m, taller clearance in z for downwash: distance in z counts separation / separation_z"
