@@ -69,11 +69,8 @@ def show_type(annotation: Any) -> str:
     if annotation is type(None):
         return ""
     if origin is tuple:
-        return (
-            f"list of {len(arguments)} {show_type(arguments[0])}s"
-            if len(arguments) > 1
-            else f"list of {show_type(arguments[0])}s"
-        )
+        count = f"{len(arguments)} " if len(arguments) > 1 else ""
+        return f"list of {count}{plural(show_type(arguments[0]))}"
     if origin is dict:
         return f"table of {plural(show_type(arguments[1]))}"
     if origin is not None and arguments and all(isinstance(a, (str, int)) for a in arguments):
