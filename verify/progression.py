@@ -1,0 +1,441 @@
+"""Our own automata, by formula progression, independent of Spot.
+
+Progression rewrites what remains to be fulfilled while letters are read. The rest is kept as a Boolean function
+of the temporal subformulas, stored as an ordered binary decision diagram: two rests that are propositionally the
+same are the same number, so there are finitely many and comparing them is comparing integers.
+
+For finite traces a rest must make sense when nothing is left to read: `F U M X[!]` are false there, `G R W X`
+true. One extra variable, "there is another letter", tells `X` (weak) from `X[!]` (strong).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+from verify.data.errors import LtlplanError
+from verify.data.formula import Formula
+from verify.data.word import Letter
+
+State = int
+"""What remains: a node of the automaton's decision diagram."""
+
+DOOMED: State = 0
+"""No continuation can satisfy the formula any more."""
+
+SETTLED: State = 1
+"""Every continuation satisfies the formula."""
+
+MAX_VARIABLES = 250
+MAX_NODES = 400_000
+
+Kind = Literal["true", "false", "name", "not", "and", "or", "F", "G", "U", "W", "R", "M", "X", "X[!]"]
+
+
+class OutOfBudget(LtlplanError):
+    """A question was too large for the budget; whoever asked answers `undecided`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Normal:
+    """A formula in negation normal form as a table: entry i uses only entries before it.
+
+    Attributes:
+        kinds: Operator of each entry; "not" only on names.
+        arguments: Entries that it applies to; any number for "and" and "or".
+        names: Proposition of "name" and "not" entries.
+        root: The whole formula.
+    """
+
+    kinds: tuple[Kind, ...]
+    arguments: tuple[tuple[int, ...], ...]
+    names: tuple[str, ...]
+    root: int
+
+    @property
+    def propositions(self) -> frozenset[str]:
+        """Names that the root depends on."""
+        seen, stack, found = set[int](), [self.root], set[str]()
+        while stack:
+            entry = stack.pop()
+            if entry not in seen:
+                seen.add(entry)
+                stack.extend(self.arguments[entry])
+                if self.names[entry]:
+                    found.add(self.names[entry])
+        return frozenset(found)
+
+    @property
+    def uses_next(self) -> bool:
+        """Tell whether X or X[!] occurs."""
+        return any(kind in ("X", "X[!]") for kind in self.kinds)
+
+
+_DUAL: dict[str, Kind] = {"F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W", "X": "X[!]", "X[!]": "X"}
+
+
+def normal_form(formula: Formula, *, negated: bool = False) -> Normal:
+    """Push negations down to the propositions (of the formula, or of its negation)."""
+    table = _Table()
+    done: dict[tuple[int, bool], int] = {}
+    stack: list[tuple[Formula, bool]] = [(formula, negated)]
+    while stack:
+        node, negative = stack[-1]
+        if (id(node), negative) in done:
+            stack.pop()
+            continue
+        needed = [(argument, sign) for argument, sign in _needs(node, negative) if (id(argument), sign) not in done]
+        if needed:
+            stack.extend(needed)
+            continue
+        stack.pop()
+        done[id(node), negative] = _entry(node, negative, table, done)
+    return table.finish(done[id(formula), negated])
+
+
+def _needs(node: Formula, negative: bool) -> list[tuple[Formula, bool]]:
+    if node.operator in ("xor", "<->"):
+        return [(argument, sign) for argument in node.arguments for sign in (False, True)]
+    if node.operator == "!":
+        return [(node.arguments[0], not negative)]
+    if node.operator == "->":
+        return [(node.arguments[0], not negative), (node.arguments[1], negative)]
+    return [(argument, negative) for argument in node.arguments]
+
+
+def _entry(node: Formula, negative: bool, table: _Table, done: dict[tuple[int, bool], int]) -> int:
+    arguments = [done[id(argument), sign] for argument, sign in _needs(node, negative)]
+    match node.operator:
+        case "true" | "false":
+            return table.constant((node.operator == "true") != negative)
+        case "name":
+            return table.add("not" if negative else "name", (), node.name)
+        case "!":
+            return arguments[0]
+        case "&" | "|" | "->":
+            conjunction = (node.operator == "&") != negative
+            return table.junction("and" if conjunction else "or", arguments)
+        case "xor" | "<->":
+            left, not_left, right, not_right = arguments
+            if (node.operator == "xor") != negative:
+                pairs = ((left, not_right), (not_left, right))
+            else:
+                pairs = ((left, right), (not_left, not_right))
+            return table.junction("or", [table.junction("and", list(pair)) for pair in pairs])
+        case _:
+            kind: Kind = _DUAL[node.operator] if negative else node.operator  # type: ignore[assignment]  # the temporal ones
+            return table.temporal(kind, tuple(arguments))
+
+
+class _Table:
+    """Entries under construction; equal entries are one."""
+
+    def __init__(self) -> None:
+        self.entries: list[tuple[Kind, tuple[int, ...], str]] = []
+        self.known: dict[tuple[Kind, tuple[int, ...], str], int] = {}
+
+    def add(self, kind: Kind, arguments: tuple[int, ...] = (), name: str = "") -> int:
+        key = (kind, arguments, name)
+        if key not in self.known:
+            self.known[key] = len(self.entries)
+            self.entries.append(key)
+        return self.known[key]
+
+    def constant(self, value: bool) -> int:
+        return self.add("true" if value else "false")
+
+    def junction(self, kind: Literal["and", "or"], arguments: Iterable[int]) -> int:
+        """Flatten, sort and shorten a conjunction or disjunction."""
+        parts = set[int]()
+        for argument in arguments:
+            inner = self.entries[argument]
+            parts.update(inner[1] if inner[0] == kind else (argument,))
+        absorbing, neutral = ("false", "true") if kind == "and" else ("true", "false")
+        kinds = {self.entries[part][0] for part in parts}
+        if absorbing in kinds:
+            return self.constant(kind == "or")
+        parts = {part for part in parts if self.entries[part][0] != neutral}
+        literals = {(self.entries[p][0], self.entries[p][2]) for p in parts}
+        if any(k == "name" and ("not", name) in literals for k, name in literals):
+            return self.constant(kind == "or")
+        if not parts:
+            return self.constant(kind == "and")
+        return min(parts) if len(parts) == 1 else self.add(kind, tuple(sorted(parts)))
+
+    def temporal(self, kind: Kind, arguments: tuple[int, ...]) -> int:
+        """Add a temporal entry; G F G x and the like are shortened only where that holds on every trace."""
+        inner = self.entries[arguments[0]]
+        if kind in ("F", "G") and inner[0] == kind:  # F F x = F x, G G x = G x
+            return arguments[0]
+        if kind == "G" and inner[0] == "and":  # G(x & y) = G x & G y, so that conjuncts come apart
+            return self.junction("and", [self.temporal("G", (part,)) for part in inner[1]])
+        if kind == "F" and inner[0] == "or":
+            return self.junction("or", [self.temporal("F", (part,)) for part in inner[1]])
+        if kind in ("F", "G") and inner[0] in ("true", "false"):  # traces are not empty
+            return arguments[0]
+        return self.add(kind, arguments)
+
+    def finish(self, root: int) -> Normal:
+        kinds, arguments, names = zip(*self.entries, strict=True)
+        return Normal(tuple(kinds), tuple(arguments), tuple(names), root)
+
+
+def conjuncts(normal: Normal) -> tuple[Normal, ...]:
+    """Return the parts of the topmost conjunction.
+
+    A claim about every word of a set holds for a conjunction exactly where it holds for each part, and parts
+    are far smaller.
+    """
+    parts = normal.arguments[normal.root] if normal.kinds[normal.root] == "and" else (normal.root,)
+    return tuple(_restricted(normal, part) for part in parts)
+
+
+def _restricted(normal: Normal, root: int) -> Normal:
+    """Return the table of one entry alone."""
+    seen, stack = {root}, [root]
+    while stack:
+        for argument in normal.arguments[stack.pop()]:
+            if argument not in seen:
+                seen.add(argument)
+                stack.append(argument)
+    old = sorted(seen)
+    new = {entry: i for i, entry in enumerate(old)}
+    return Normal(
+        tuple(normal.kinds[i] for i in old),
+        tuple(tuple(new[a] for a in normal.arguments[i]) for i in old),
+        tuple(normal.names[i] for i in old),
+        new[root],
+    )
+
+
+def to_formula(normal: Normal) -> Formula:
+    """Return the table as a formula again, for messages and for Spot."""
+    built: list[Formula] = []
+    for kind, arguments, name in zip(normal.kinds, normal.arguments, normal.names, strict=True):
+        match kind:
+            case "name":
+                built.append(Formula("name", (), name))
+            case "not":
+                built.append(Formula("!", (Formula("name", (), name),)))
+            case "and" | "or":
+                built.append(_balanced("&" if kind == "and" else "|", [built[a] for a in arguments]))
+            case _:
+                built.append(Formula(kind, tuple(built[a] for a in arguments)))
+    return built[normal.root]
+
+
+def _balanced(operator: Literal["&", "|"], parts: list[Formula]) -> Formula:
+    while len(parts) > 1:
+        paired = [Formula(operator, (a, b)) for a, b in zip(parts[::2], parts[1::2], strict=False)]
+        parts = paired + parts[len(paired) * 2 :]
+    return parts[0]
+
+
+class Automaton:
+    """A deterministic automaton over finite words, built as it is asked.
+
+    Attributes:
+        initial: What remains before the first letter: the whole formula.
+        propositions: The names that letters are cut down to.
+    """
+
+    def __init__(self, normal: Normal) -> None:
+        self.normal = normal
+        self.propositions = normal.propositions
+        self._diagram = _Diagram(normal)
+        self._letters: dict[Letter, list[State]] = {}
+        self._next: dict[tuple[State, Letter], State] = {}
+        self.initial: State = self._diagram.of_entry(normal.root)
+
+    def cut(self, letter: Letter) -> Letter:
+        """Return what the formula sees of a letter."""
+        return letter & self.propositions
+
+    def step(self, state: State, letter: Letter) -> State:
+        """Return what remains after one more letter (already cut down to the formula's propositions).
+
+        Raises:
+            OutOfBudget: The diagram has grown too large.
+        """
+        key = (state, letter)
+        found = self._next.get(key)
+        if found is None:
+            rewritten = self._letters.get(letter)
+            if rewritten is None:
+                rewritten = self._letters[letter] = self._diagram.rewritten(letter)
+            found = self._next[key] = self._diagram.advance(state, rewritten)
+        return found
+
+    def run(self, letters: Iterable[Letter], state: State | None = None) -> State:
+        """Return what remains after several letters."""
+        state = self.initial if state is None else state
+        for letter in letters:
+            state = self.step(state, letter & self.propositions)
+        return state
+
+    def accepts(self, state: State) -> bool:
+        """Tell whether the word may end here. The empty word is no trace: ask only after a letter."""
+        return self._diagram.ends_well(state)
+
+
+class _Diagram:
+    """Boolean functions of the normal form's literals and temporal entries, as shared decision diagrams.
+
+    Every function grows with its variables but for the last one, `more` ("there is another letter").
+    """
+
+    def __init__(self, normal: Normal) -> None:
+        self.normal = normal
+        self.variables = [i for i, kind in enumerate(normal.kinds) if kind not in ("true", "false", "and", "or")]
+        if len(self.variables) > MAX_VARIABLES:
+            raise OutOfBudget(
+                f"one part of the formula has {len(self.variables)} temporal operators and literals; {MAX_VARIABLES} is the most"
+            )
+        self.level = {entry: i for i, entry in enumerate(self.variables)}
+        self.more_level = len(self.variables)
+        bottom = self.more_level + 1
+        self.nodes: list[tuple[int, int, int]] = [(bottom, 0, 0), (bottom, 1, 1)]  # level, where false, where true
+        self.unique: dict[tuple[int, int, int], int] = {}
+        self.meets: dict[tuple[int, int], int] = {}
+        self.joins: dict[tuple[int, int], int] = {}
+        self.entries: dict[int, int] = {}
+        self.good: dict[int, bool] = {0: False, 1: True}
+
+    @cached_property
+    def more(self) -> int:
+        return self.make(self.more_level, 0, 1)
+
+    @cached_property
+    def end(self) -> int:
+        return self.make(self.more_level, 1, 0)
+
+    def make(self, level: int, low: int, high: int) -> int:
+        if low == high:
+            return low
+        key = (level, low, high)
+        node = self.unique.get(key)
+        if node is None:
+            if len(self.nodes) > MAX_NODES:
+                raise OutOfBudget(f"what remains of the formula takes more than {MAX_NODES} nodes")
+            node = self.unique[key] = len(self.nodes)
+            self.nodes.append(key)
+        return node
+
+    def meet(self, a: int, b: int) -> int:
+        if a == b or b == 1:
+            return a
+        if a == 1:
+            return b
+        if a == 0 or b == 0:
+            return 0
+        key = (a, b) if a < b else (b, a)
+        found = self.meets.get(key)
+        if found is None:
+            level, (low_a, high_a), (low_b, high_b) = self._split(a, b)
+            found = self.meets[key] = self.make(level, self.meet(low_a, low_b), self.meet(high_a, high_b))
+        return found
+
+    def join(self, a: int, b: int) -> int:
+        if a == b or b == 0:
+            return a
+        if a == 0:
+            return b
+        if a == 1 or b == 1:
+            return 1
+        key = (a, b) if a < b else (b, a)
+        found = self.joins.get(key)
+        if found is None:
+            level, (low_a, high_a), (low_b, high_b) = self._split(a, b)
+            found = self.joins[key] = self.make(level, self.join(low_a, low_b), self.join(high_a, high_b))
+        return found
+
+    def _split(self, a: int, b: int) -> tuple[int, tuple[int, int], tuple[int, int]]:
+        level_a, low_a, high_a = self.nodes[a]
+        level_b, low_b, high_b = self.nodes[b]
+        level = min(level_a, level_b)
+        return level, (low_a, high_a) if level_a == level else (a, a), (low_b, high_b) if level_b == level else (b, b)
+
+    def of_entry(self, entry: int) -> int:
+        """Return an entry as a function: temporal entries and literals are variables."""
+        if not self.entries:
+            for i, (kind, arguments) in enumerate(zip(self.normal.kinds, self.normal.arguments, strict=True)):
+                match kind:
+                    case "true" | "false":
+                        self.entries[i] = int(kind == "true")
+                    case "and":
+                        self.entries[i] = self._fold(self.meet, [self.entries[a] for a in arguments])
+                    case "or":
+                        self.entries[i] = self._fold(self.join, [self.entries[a] for a in arguments])
+                    case _:
+                        self.entries[i] = self.make(self.level[i], 0, 1)
+        return self.entries[entry]
+
+    @staticmethod
+    def _fold(operation: Callable[[int, int], int], parts: list[int]) -> int:
+        while len(parts) > 1:
+            paired = [operation(a, b) for a, b in zip(parts[::2], parts[1::2], strict=False)]
+            parts = paired + parts[len(paired) * 2 :]
+        return parts[0]
+
+    def rewritten(self, letter: Letter) -> list[int]:
+        """Return, for every entry, what remains of it after `letter`."""
+        rest: list[int] = []
+        for i, (kind, arguments, name) in enumerate(
+            zip(self.normal.kinds, self.normal.arguments, self.normal.names, strict=True)
+        ):
+            match kind:
+                case "true" | "false":
+                    value = int(kind == "true")
+                case "name":
+                    value = int(name in letter)
+                case "not":
+                    value = int(name not in letter)
+                case "and":
+                    value = self._fold(self.meet, [rest[a] for a in arguments])
+                case "or":
+                    value = self._fold(self.join, [rest[a] for a in arguments])
+                case "X":
+                    value = self.join(self.end, self.of_entry(arguments[0]))
+                case "X[!]":
+                    value = self.meet(self.more, self.of_entry(arguments[0]))
+                case "F":
+                    value = self.join(rest[arguments[0]], self.of_entry(i))
+                case "G":
+                    value = self.meet(rest[arguments[0]], self.of_entry(i))
+                case "U" | "W":
+                    value = self.join(rest[arguments[1]], self.meet(rest[arguments[0]], self.of_entry(i)))
+                case "R" | "M":
+                    value = self.meet(rest[arguments[1]], self.join(rest[arguments[0]], self.of_entry(i)))
+            rest.append(value)
+        return rest
+
+    def advance(self, state: int, rewritten: list[int]) -> int:
+        """Replace every variable by what remains of it."""
+        done = {0: 0, 1: 1}
+
+        def go(node: int) -> int:
+            found = done.get(node)
+            if found is None:
+                level, low, high = self.nodes[node]
+                if level == self.more_level:
+                    found = high  # a letter was read, so there was one
+                else:  # the function grows with this variable: f = low or (variable and high)
+                    found = self.join(go(low), self.meet(rewritten[self.variables[level]], go(high)))
+                done[node] = found
+            return found
+
+        return go(state)
+
+    def ends_well(self, state: int) -> bool:
+        """Evaluate a rest where nothing is left to read."""
+        found = self.good.get(state)
+        if found is None:
+            level, low, high = self.nodes[state]
+            if level == self.more_level:
+                value = False
+            else:
+                value = self.normal.kinds[self.variables[level]] in ("G", "R", "W", "X", "not")
+            found = self.good[state] = self.ends_well(high if value else low)
+        return found

@@ -1,0 +1,318 @@
+"""What one robot can do: its letters, when it can hold them, and which can follow which.
+
+A timeline leaves things open: when exactly a boundary is crossed, and whether a region that only *may* hold the
+robot does. A behaviour is the finite graph of all that it leaves open. Its nodes are letters within a span of time;
+a path from an initial to a final node is one word that the robot can give.
+
+Two facts about paths through closed regions keep the graph exact. A path is continuous, so when it leaves one region
+and enters another at one instant it is in both at that instant: letters only grow or only shrink from one to the
+next. And a crossing that is known to be one crossing happens once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import combinations
+
+from verify.data.errors import InternalError
+from verify.data.word import Letter, Word
+from verify.progression import OutOfBudget
+from verify.timeline import Change, InternalChange, Relations, Status, Timeline
+
+MAX_OPEN = 10
+"""Regions that may be switched at one instant; 2 to this power letters are followed."""
+
+MAX_NODES = 50_000
+
+ALWAYS = (Fraction(0), Fraction(0))
+"""The span of nodes without times: each overlaps each."""
+
+
+@dataclass(frozen=True, slots=True)
+class RobotBehaviour:
+    """All words of one robot, as a graph; one node is one letter held within one span of time.
+
+    Attributes:
+        robot: Name.
+        letters: Letter of each node.
+        spans: First and last instant, in s, at which the robot can be at each node.
+        following: Nodes that can come after each node.
+        initial: Where it can begin.
+        final: Where it can end (for a lasso: where a lap can end).
+        laps: Edges that begin the next lap of a lasso.
+        actions: For each node, how many planned actions are done.
+    """
+
+    robot: str
+    letters: tuple[Letter, ...]
+    spans: tuple[tuple[Fraction, Fraction], ...]
+    following: tuple[tuple[int, ...], ...]
+    initial: tuple[int, ...]
+    final: frozenset[int]
+    laps: frozenset[tuple[int, int]] = frozenset()
+    actions: tuple[int, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.letters)
+
+    @property
+    def constant(self) -> bool:
+        """Tell whether the robot holds one letter all the time."""
+        return len(self.letters) == 1 and not self.laps
+
+
+def from_word(robot: str, word: Word) -> RobotBehaviour:
+    """Return the behaviour of a robot that gives exactly this finite word, at any times."""
+    n = len(word.prefix)
+    following = tuple((i + 1,) if i + 1 < n else () for i in range(n))
+    return RobotBehaviour(robot, word.prefix, (ALWAYS,) * n, following, (0,), frozenset({n - 1}))
+
+
+def cut_timeline(timeline: Timeline, names: frozenset[str]) -> Timeline:
+    """Return the timeline without the regions and internal propositions that are not in `names`."""
+    actions: list[InternalChange] = []
+    before = timeline.internal & names
+    for action in timeline.actions:
+        after = action.propositions & names
+        if after != before or timeline.cycle is not None:
+            actions.append(replace(action, propositions=after))
+        before = after
+    return replace(
+        timeline,
+        initial={region: status for region, status in timeline.initial.items() if region in names},
+        changes=tuple(change for change in timeline.changes if change.region in names),
+        internal=timeline.internal & names,
+        actions=tuple(actions),
+    )
+
+
+def from_timeline(timeline: Timeline, relations: Relations) -> RobotBehaviour:
+    """Return everything that a timeline leaves open.
+
+    Raises:
+        OutOfBudget: Too many regions are open at one time.
+        InternalError: The timeline contradicts itself or the relations, so that no behaviour is left.
+    """
+    return _merged(_Unfolding(timeline, relations).graph())
+
+
+# A region within one slot of time: "no" and "must" fix it, "may" leaves it free, "rise" and "fall" switch it once.
+_Mode = str
+_Key = tuple[int, frozenset[str], int, frozenset[str]]  # slot, regions, actions done in this lap, internal propositions
+
+
+class _Unfolding:
+    """The graph of a timeline. Slots of time alternate: an endpoint of some enclosure, then the gap to the next."""
+
+    def __init__(self, timeline: Timeline, relations: Relations) -> None:
+        self.timeline = timeline
+        self.relations = relations
+        times = {Fraction(0), timeline.duration}
+        for change in timeline.changes:
+            times |= {change.time.low, change.time.high}
+        times |= {action.time for action in timeline.actions}
+        if timeline.cycle is not None:
+            times.add(timeline.cycle)
+        self.times = sorted(times)
+        if self.times[0] < 0 or self.times[-1] > timeline.duration:
+            raise InternalError(f"{timeline.robot}'s timeline has changes outside [0, T].")
+        self.slot_of = {time: 2 * i for i, time in enumerate(self.times)}
+        self.last = 2 * len(self.times) - 2
+        regions = sorted(set(timeline.initial) | {change.region for change in timeline.changes})
+        self.modes = {region: self._modes(region) for region in regions}
+        self.action_slots = [self.slot_of[action.time] for action in timeline.actions]
+        if timeline.cycle is None:
+            self.start_of_lap, self.first_action = -1, 0
+        else:
+            self.start_of_lap = self.slot_of[timeline.cycle]
+            self.first_action = sum(slot < self.start_of_lap for slot in self.action_slots)
+            for modes in self.modes.values():  # where a lap's ends differ, the joint leaves the region open
+                if modes[self.start_of_lap] != modes[self.last] or modes[self.last] in ("rise", "fall"):
+                    modes[self.start_of_lap] = modes[self.last] = "may"
+
+    def _modes(self, region: str) -> list[_Mode]:
+        """Return the region's mode in every slot.
+
+        Before a first crossing into *may* the region might as well be *may* and not used: so a spell of *may* lasts
+        from the earliest start to the latest end. Where two changes share an endpoint it is *may* there.
+        """
+        modes: list[_Mode] = []
+        status: Status = self.timeline.initial.get(region, "no")
+
+        def fill(mode: _Mode, until: int) -> None:
+            modes.extend([mode] * (until - len(modes)))
+
+        for change in self._changes(region):
+            if change.status == status:
+                continue
+            low, high = self.slot_of[change.time.low], self.slot_of[change.time.high]
+            for slot in range(low, len(modes)):
+                modes[slot] = "may"
+            if change.status == "may":
+                fill(status, low)
+            elif status == "may":
+                fill("may", high + 1)
+            else:
+                fill(status, low)
+                fill("rise" if change.status == "must" else "fall", high + 1)
+            status = change.status
+        fill(status, self.last + 1)
+        return modes
+
+    def _changes(self, region: str) -> Iterator[Change]:
+        for change in self.timeline.changes:
+            if change.region == region:
+                if change.time.low > change.time.high:
+                    raise InternalError(f"{self.timeline.robot}'s timeline has an enclosure that ends before it begins.")
+                yield change
+
+    def graph(self) -> RobotBehaviour:
+        """Follow every move from time 0 on."""
+        initial = list(self._initial())
+        index: dict[_Key, int] = {key: i for i, key in enumerate(initial)}
+        order = list(initial)
+        following: list[tuple[int, ...]] = []
+        laps = set[tuple[int, int]]()
+        for number, key in enumerate(order):
+            targets: list[int] = []
+            for target, is_lap in self._moves(key):
+                if target not in index:
+                    if len(order) >= MAX_NODES:
+                        raise OutOfBudget(f"{self.timeline.robot}'s labels leave more than {MAX_NODES} possibilities open")
+                    index[target] = len(order)
+                    order.append(target)
+                targets.append(index[target])
+                if is_lap:
+                    laps.add((number, index[target]))
+            following.append(tuple(targets))
+        final = frozenset(i for i, key in enumerate(order) if self._is_final(key))
+        graph = RobotBehaviour(
+            self.timeline.robot,
+            tuple(regions | internal for _, regions, _, internal in order),
+            tuple(self._span(slot) for slot, _, _, _ in order),
+            tuple(following),
+            tuple(range(len(initial))),
+            final,
+            frozenset(laps),
+            tuple(done for _, _, done, _ in order),
+        )
+        return _useful(graph)
+
+    def _span(self, slot: int) -> tuple[Fraction, Fraction]:
+        return self.times[slot // 2], self.times[(slot + 1) // 2]
+
+    def _initial(self) -> Iterator[_Key]:
+        fixed = frozenset(r for r, modes in self.modes.items() if modes[0] in ("must", "fall"))
+        for extra in _subsets([r for r, modes in self.modes.items() if modes[0] == "may"], empty=True):
+            if self.relations.allows(fixed | extra):
+                yield 0, fixed | extra, 0, self.timeline.internal
+
+    def _moves(self, key: _Key) -> Iterator[tuple[_Key, bool]]:
+        slot, inside, done, internal = key
+        advances = [(done, internal)]
+        while len(self.action_slots) > advances[-1][0] and self.action_slots[advances[-1][0]] == slot:
+            advances.append((advances[-1][0] + 1, self.timeline.actions[advances[-1][0]].propositions))
+        grow = [r for r, modes in self.modes.items() if modes[slot] in ("may", "rise") and r not in inside]
+        shrink = [r for r, modes in self.modes.items() if modes[slot] in ("may", "fall") and r in inside]
+        letters = [inside]
+        letters += [inside | more for more in _subsets(grow)]
+        letters += [inside - less for less in _subsets(shrink)]
+        for letter in letters:
+            for after, propositions in advances:
+                if (letter != inside or after != done) and self.relations.allows(letter):
+                    yield (slot, letter, after, propositions), False
+        if len(advances) > 1:
+            return  # an action of this instant is still to come
+        if slot < self.last and self._fits(slot + 1, inside):
+            yield (slot + 1, inside, done, internal), False
+        if slot == self.last and self.start_of_lap >= 0 and self._is_final(key) and self._fits(self.start_of_lap, inside):
+            yield (self.start_of_lap, inside, self.first_action, internal), True
+
+    def _fits(self, slot: int, inside: frozenset[str]) -> bool:
+        return all(
+            not (modes[slot] == "no" and region in inside) and not (modes[slot] == "must" and region not in inside)
+            for region, modes in self.modes.items()
+        )
+
+    def _is_final(self, key: _Key) -> bool:
+        slot, inside, done, _ = key
+        if slot != self.last or done != len(self.action_slots):
+            return False
+        return all(
+            not (modes[slot] == "rise" and region not in inside) and not (modes[slot] == "fall" and region in inside)
+            for region, modes in self.modes.items()
+        )
+
+
+def _subsets(items: list[str], *, empty: bool = False) -> Iterator[frozenset[str]]:
+    if len(items) > MAX_OPEN:
+        raise OutOfBudget(f"{len(items)} regions are open at one time ({', '.join(items[:4])}, ...); {MAX_OPEN} is the most")
+    for size in range(0 if empty else 1, len(items) + 1):
+        for chosen in combinations(items, size):
+            yield frozenset(chosen)
+
+
+def _useful(graph: RobotBehaviour) -> RobotBehaviour:
+    """Keep the nodes from which the flight can be completed. There must be one at the start."""
+    backwards: list[list[int]] = [[] for _ in graph.letters]
+    for node, targets in enumerate(graph.following):
+        for target in targets:
+            backwards[target].append(node)
+    alive, stack = set(graph.final), list(graph.final)
+    while stack:
+        for node in backwards[stack.pop()]:
+            if node not in alive:
+                alive.add(node)
+                stack.append(node)
+    if not alive.intersection(graph.initial):
+        raise InternalError(f"{graph.robot}'s timeline contradicts itself: no behaviour agrees with it.")
+    return _kept(graph, sorted(alive), {})
+
+
+def _kept(graph: RobotBehaviour, nodes: Iterable[int], spans: dict[int, tuple[Fraction, Fraction]]) -> RobotBehaviour:
+    kept = list(nodes)
+    new = {node: i for i, node in enumerate(kept)}
+    return RobotBehaviour(
+        graph.robot,
+        tuple(graph.letters[i] for i in kept),
+        tuple(spans.get(i, graph.spans[i]) for i in kept),
+        tuple(tuple(new[t] for t in graph.following[i] if t in new) for i in kept),
+        tuple(new[i] for i in graph.initial if i in new),
+        frozenset(new[i] for i in graph.final if i in new),
+        frozenset((new[a], new[b]) for a, b in graph.laps if a in new and b in new),
+        tuple(graph.actions[i] for i in kept),
+    )
+
+
+def _merged(graph: RobotBehaviour) -> RobotBehaviour:
+    """Join nodes that follow one another without a choice or a change, so that a long wait is one node."""
+    entering = [0] * len(graph)
+    for node in graph.initial:
+        entering[node] += 1
+    for targets in graph.following:
+        for target in targets:
+            entering[target] += 1
+    lap_starts = {b for _, b in graph.laps}
+    head: dict[int, int] = {}
+    following = list(graph.following)
+    spans = list(graph.spans)
+    final = set(graph.final)
+    order = sorted(range(len(graph)), key=lambda node: (graph.spans[node], node))
+    for node in order:
+        start = head.get(node, node)
+        if len(graph.following[node]) != 1 or node in graph.final:
+            continue
+        target = graph.following[node][0]
+        same = graph.letters[target] == graph.letters[node] and graph.actions[target] == graph.actions[node]
+        if entering[target] != 1 or not same or target in lap_starts or target in head or target == start:
+            continue
+        head[target] = start
+        following[start] = following[target]
+        spans[start] = (spans[start][0], max(spans[start][1], graph.spans[target][1]))
+        if target in final:
+            final.add(start)
+    laps = frozenset((head.get(a, a), b) for a, b in graph.laps)
+    joined = replace(graph, following=tuple(following), final=frozenset(final), laps=laps)
+    return _kept(joined, [n for n in range(len(graph)) if n not in head], dict(enumerate(spans)))
