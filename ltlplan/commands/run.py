@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import typer
+
 from ltlplan.commands.options import (
     CostOption,
     FormulaOption,
@@ -28,7 +30,7 @@ def command(
     json: JsonOption = False,
 ) -> None:
     """Plan, refine, certify, fly in simulation and export a mission."""
-    from ltlplan.commands.summary import print_summary, summary_data
+    from ltlplan.commands.summary import summary_data, summary_lines
     from ltlplan.commands.terminal import print_json, progress_bar
     from ltlplan.pipeline import run
 
@@ -38,7 +40,8 @@ def command(
     if json:
         print_json(summary_data(result))
     else:
-        print_summary(result)
+        for line in summary_lines(result):
+            typer.echo(line)
     if not summary_data(result)["holds"]:
         from verify.data import NotCertified
 

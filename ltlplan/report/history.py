@@ -1,0 +1,130 @@
+"""What a sampled flight says over time: letters, readings of the team, sub-formulas, what is still to do.
+
+For pictures only. Claims come from the certificate, which does not sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verify.data import Formula, Letter, Mission, Word
+from verify.progression import DOOMED, SETTLED, Automaton, normal_form
+from verify.semantics import truth_table
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Spell:
+    """A letter or a value that lasts from `start` to `end`, in s."""
+
+    start: float
+    end: float
+    letter: Letter
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """One position of the team word: a robot's new letter, and when it appeared, in s."""
+
+    time: float
+    robot: str
+    letter: Letter
+
+
+def letter_spells(
+    mission: Mission, times: Floats, path: Floats, actions: Sequence[tuple[float, str]], states: Mapping[str, tuple[str, ...]]
+) -> list[Spell]:
+    """Return a robot's letters over time.
+
+    Args:
+        mission: Gives the regions and the initial letter.
+        times: s. Shape (samples,).
+        path: Positions in m in the first three columns. Shape (samples, 3 or more).
+        actions: (time in s, new internal state), sorted by time.
+        states: Propositions of each internal state.
+    """
+    inside = {name: region.level(path[:, :3]) <= 1.0 for name, region in mission.all_regions.items()}
+    spells: list[Spell] = []
+    for index, time in enumerate(times):
+        internal = mission.initial_letter
+        for instant, state in actions:
+            if instant <= time:
+                internal = frozenset(states[state])
+        letter = internal | {name for name, level in inside.items() if level[index]}
+        end = float(times[min(index + 1, len(times) - 1)])
+        if spells and spells[-1].letter == letter:
+            spells[-1] = Spell(spells[-1].start, end, letter)
+        else:
+            spells.append(Spell(float(time), end, letter))
+    return spells
+
+
+def team_readings(spells: Mapping[str, Sequence[Spell]], *, joint: bool) -> list[Reading]:
+    """Return the readings of the team in order of time; under `joint`, unions of what all robots hold."""
+    if not joint:
+        readings = [Reading(spell.start, robot, spell.letter) for robot, mine in spells.items() for spell in mine]
+        return sorted(readings, key=lambda reading: reading.time)
+    readings = []
+    for time in sorted({spell.start for mine in spells.values() for spell in mine}):
+        held = [next(s.letter for s in reversed(mine) if s.start <= time) for mine in spells.values()]
+        readings.append(Reading(time, "team", frozenset().union(*held)))
+    return readings
+
+
+def truth_spells(formula: Formula, readings: Sequence[Reading], end: float, cycle: float | None) -> dict[str, list[Spell]]:
+    """Return, for each sub-formula that is more than a name, when it is true: spells with a letter {"true"}.
+
+    Args:
+        formula: The mission's formula.
+        readings: The team word.
+        end: End of the mission, s.
+        cycle: Time at which the cycle begins, s, for a lasso of one robot.
+    """
+    letters = [reading.letter for reading in readings]
+    if cycle is None:
+        word = Word(tuple(letters))
+    else:
+        split = next((i for i, reading in enumerate(readings) if reading.time >= cycle), len(letters) - 1)
+        word = Word(tuple(letters[:split]), tuple(letters[split:]))
+    table = truth_table(formula, word)
+    result: dict[str, list[Spell]] = {}
+    seen: list[Formula] = []
+    for node in (formula, *formula.walk()):
+        if node.operator in ("name", "true", "false") or node in seen:
+            continue
+        seen.append(node)
+        row, spells = table.row(node), list[Spell]()
+        for index, reading in enumerate(readings):
+            until = readings[index + 1].time if index + 1 < len(readings) else end
+            if row[index] and until > reading.time:
+                spells.append(Spell(reading.time, until, frozenset({"true"})))
+        result[str(node)] = spells
+    return result
+
+
+def still_to_do(formula: Formula, readings: Sequence[Reading]) -> list[tuple[float, str]]:
+    """Return, at each reading, what each part of the topmost conjunction still asks for."""
+    parts = formula.conjuncts()
+    automata = [Automaton(normal_form(part)) for part in parts]
+    states = [automaton.initial for automaton in automata]
+    rows: list[tuple[float, str]] = []
+    for reading in readings:
+        words: list[str] = []
+        for index, (part, automaton) in enumerate(zip(parts, automata, strict=True)):
+            states[index] = automaton.step(states[index], automaton.cut(reading.letter))
+            words.append(f"{part}: {_state(automaton, states[index])}")
+        rows.append((reading.time, "; ".join(words)))
+    return rows
+
+
+def _state(automaton: Automaton, state: int) -> str:
+    if state == SETTLED:
+        return "done"
+    if state == DOOMED:
+        return "broken"
+    return "kept so far" if automaton.accepts(state) else "open"
