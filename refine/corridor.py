@@ -1,0 +1,102 @@
+"""A smooth path that keeps its course: minimum snap, with separating planes put in only where the curve breaks a rule.
+
+Rows act on Bernstein points, so a rule that they keep holds at all times on that leg, not at samples. Samples only decide
+which rules are worth writing down; the loop ends when no rule is broken any more.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refine.basis import bernstein_matrix
+from refine.course import Course, Tube
+from refine.qp import Programme, Row, rest_to_rest, solve
+from refine.spline import Spline
+from verify.data import Infeasible
+
+Floats = NDArray[np.float64]
+
+ROUNDS = 25
+BUFFER = 2e-3
+"""m by which planes stand off the body, where the straight leg allows it."""
+_SAMPLES = np.linspace(0.0, 1.0, 65)
+_WHOLE = bernstein_matrix()
+_SIDES = 12
+
+Key = tuple[int, int]
+
+
+def fit(course: Course, durations: Floats | None = None, *, buffer: float = BUFFER) -> Spline:
+    """Return the spline of least snap that goes through a course's points and keeps its rules at all times.
+
+    Args:
+        course: Points and rules.
+        durations: Instead of the course's nominal ones, s. Shape (legs,).
+        buffer: m by which planes stand off.
+
+    Raises:
+        Infeasible: The rules contradict each other.
+    """
+    times = course.durations if durations is None else durations
+    fixed = rest_to_rest(course.points, course.cycle)
+    rows: dict[tuple[str, int, int], list[Row]] = {}
+    path = solve(Programme(times, fixed, (), course.cycle))
+    for _ in range(ROUNDS):
+        fresh = _broken(course, path, rows, buffer)
+        if not fresh:
+            return path
+        rows.update(fresh)
+        path = solve(Programme(times, fixed, tuple(row for group in rows.values() for row in group), course.cycle))
+    raise Infeasible(f"{course.robot}: no path kept the corridors within {ROUNDS} rounds.")
+
+
+def _broken(
+    course: Course, path: Spline, known: dict[tuple[str, int, int], list[Row]], buffer: float
+) -> dict[tuple[str, int, int], list[Row]]:
+    """Return rows for the rules that the path breaks and that are not written down yet."""
+    fresh: dict[tuple[str, int, int], list[Row]] = {}
+    points = path.sample(_SAMPLES)
+    for index, leg in enumerate(course.legs):
+        a, b = course.points[index], course.points[index + 1]
+        for number, body in enumerate(leg.obstacles):
+            key = ("body", index, number)
+            if key not in known and body.clearance(points[index]).min() < 0.0:
+                plane = body.plane(a, b)
+                if plane is None:
+                    raise Infeasible(f"{course.robot}: '{body.name}' meets the straight leg {index}.")
+                slack = min(float(plane.normal @ a), float(plane.normal @ b)) - plane.offset
+                fresh[key] = _rows(index, plane.normal, plane.offset + min(buffer, 0.9 * slack))
+        if leg.tube is not None and ("tube", index, 0) not in known and _outside(leg.tube, points[index]):
+            fresh["tube", index, 0] = _tube_rows(index, leg.tube, a, b)
+        for axis in range(3):
+            unit = np.eye(3)[axis]
+            if ("low", index, axis) not in known and points[index, :, axis].min() < course.low[axis]:
+                fresh["low", index, axis] = _rows(index, unit, min(course.low[axis], a[axis], b[axis]))
+            if ("high", index, axis) not in known and points[index, :, axis].max() > course.high[axis]:
+                fresh["high", index, axis] = _rows(index, -unit, min(-course.high[axis], -a[axis], -b[axis]))
+    return fresh
+
+
+def _rows(piece: int, normal: Floats, offset: float) -> list[Row]:
+    return [Row(piece, weights, normal, offset) for weights in _WHOLE]
+
+
+def _outside(tube: Tube, points: Floats) -> bool:
+    offset = points - tube.centre
+    along = offset @ tube.normal
+    across = offset - along[:, None] * tube.normal
+    return bool(np.linalg.norm(across, axis=1).max() > tube.radius)
+
+
+def _tube_rows(piece: int, tube: Tube, a: Floats, b: Floats) -> list[Row]:
+    """Return rows for a prism inscribed in the tube (widened where an end of the leg needs it)."""
+    first = np.cross(tube.normal, [0.0, 0.0, 1.0] if abs(tube.normal[2]) < 0.9 else [1.0, 0.0, 0.0])
+    first /= np.linalg.norm(first)
+    second = np.cross(tube.normal, first)
+    rows: list[Row] = []
+    for angle in np.arange(_SIDES) * (2 * np.pi / _SIDES):
+        inward = -(np.cos(angle) * first + np.sin(angle) * second)
+        offset = float(inward @ tube.centre) - tube.radius * np.cos(np.pi / _SIDES)
+        rows += _rows(piece, inward, min(offset, float(inward @ a), float(inward @ b)))
+    return rows

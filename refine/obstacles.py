@@ -1,0 +1,139 @@
+"""What a leg of the path must stay out of, as convex bodies with separating planes.
+
+Two bodies are enough: an ellipsoid (a region that the word does not allow, grown by the margin; the place where another
+robot hovers) and a ring's disc (rim and opening, grown by the margin and the vehicle's radius). A plane between a straight
+leg and a convex body keeps the leg's whole curve outside once all its Bernstein points are on the far side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verify.data.mission import Hoop, Region
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """The half-space of points with normal . point >= offset; `normal` is a unit vector, `offset` in m."""
+
+    normal: Floats
+    offset: float
+
+
+@dataclass(frozen=True, eq=False)
+class Ball:
+    """An ellipsoid as the unit ball of a metric: points with |root (r - centre)| <= 1.
+
+    Attributes:
+        name: What it stands for, in messages.
+        centre: m. Shape (3,).
+        root: Square root of its matrix, m^-1. Shape (3, 3).
+    """
+
+    name: str
+    centre: Floats
+    root: Floats
+
+    @cached_property
+    def least_radius(self) -> float:
+        """Its smallest half-axis in m."""
+        return float(1.0 / np.linalg.norm(self.root, 2))
+
+    def clearance(self, points: Floats) -> Floats:
+        """Return how far points are outside, in m (a lower bound of the distance), negative inside. Shape (..., 3) to (...)."""
+        return (np.linalg.norm((points - self.centre) @ self.root.T, axis=-1) - 1.0) * self.least_radius
+
+    def plane(self, a: Floats, b: Floats) -> Plane | None:
+        """Return a plane with the body on one side and the segment a b on the other; None where they meet."""
+        start, end = self.root @ (a - self.centre), self.root @ (b - self.centre)
+        nearest = _nearest_on_segment(start, end)
+        distance = float(np.linalg.norm(nearest))
+        if distance <= 1.0:
+            return None
+        normal = self.root.T @ (nearest / distance)
+        size = float(np.linalg.norm(normal))
+        return Plane(normal / size, float(normal @ self.centre + 1.0) / size)
+
+
+@dataclass(frozen=True, eq=False)
+class Disc:
+    """A flat cylinder grown by a ball: all points within `growth` of it.
+
+    Attributes:
+        name: What it stands for, in messages.
+        centre: m. Shape (3,).
+        normal: Unit vector. Shape (3,).
+        radius: m.
+        half: Half its thickness, m.
+        growth: m.
+    """
+
+    name: str
+    centre: Floats
+    normal: Floats
+    radius: float
+    half: float
+    growth: float
+
+    def _nearest(self, points: Floats) -> Floats:
+        """Return the nearest points of the cylinder."""
+        offset = points - self.centre
+        along = offset @ self.normal
+        across = offset - along[..., None] * self.normal
+        size = np.linalg.norm(across, axis=-1)
+        shrink = np.minimum(1.0, self.radius / np.maximum(size, 1e-12))
+        return self.centre + np.clip(along, -self.half, self.half)[..., None] * self.normal + across * shrink[..., None]
+
+    def clearance(self, points: Floats) -> Floats:
+        """Return how far points are outside, in m; -growth for points of the cylinder itself."""
+        return np.linalg.norm(points - self._nearest(points), axis=-1) - self.growth
+
+    def plane(self, a: Floats, b: Floats) -> Plane | None:
+        """Return a plane with the body on one side and the segment a b on the other; None where they meet."""
+        low, high = 0.0, 1.0
+        for _ in range(40):  # the distance to a convex body is convex along the segment
+            left, right = low + (high - low) / 3, high - (high - low) / 3
+            pair = self.clearance(np.stack([a + left * (b - a), a + right * (b - a)]))
+            low, high = (low, right) if pair[0] <= pair[1] else (left, high)
+        point = a + (low + high) / 2 * (b - a)
+        nearest = self._nearest(point)
+        distance = float(np.linalg.norm(point - nearest))
+        if distance <= self.growth:
+            return None
+        normal = (point - nearest) / distance
+        return Plane(normal, float(normal @ nearest) + self.growth)
+
+
+Obstacle = Ball | Disc
+
+
+def grown_region(name: str, region: Region, margin: float) -> Ball:
+    """Return the ellipsoid outside of which a point cannot be in the region within `margin` (scaled by 1 + margin / min radius)."""
+    scale = 1.0 + margin / min(region.radii)
+    values, vectors = np.linalg.eigh(region.shape)
+    root = (vectors * np.sqrt(values)) @ vectors.T / scale
+    return Ball(name, np.array(region.center), root)
+
+
+def ring(name: str, hoop: Hoop, margin: float) -> Disc:
+    """Return rim and opening of a hoop that is not being flown through, grown by `margin`."""
+    return Disc(f"ring of {name}", np.array(hoop.center), np.array(hoop.normal), hoop.opening + hoop.rim, hoop.rim / 2, margin)
+
+
+def keep_out(name: str, point: Floats, distance: float, z_scale: float) -> Ball:
+    """Return the place where another robot hovers: `distance` around it, with z counted `z_scale` times."""
+    return Ball(name, np.array(point), np.diag([1.0, 1.0, z_scale]) / distance)
+
+
+def _nearest_on_segment(a: Floats, b: Floats) -> Floats:
+    """Return the segment's point nearest to the origin."""
+    step = b - a
+    square = float(step @ step)
+    share = 0.0 if square == 0.0 else float(np.clip(-(a @ step) / square, 0.0, 1.0))
+    return a + share * step

@@ -1,0 +1,148 @@
+"""To float32, the vehicle's own numbers, with joints repaired.
+
+Rounding coefficients one by one opens small gaps at the joints. Here each piece is rounded in order: its first four
+coefficients are the rounded state of the node, the others are computed anew so that its end meets the next node's rounded
+state, and the next piece starts at the float32 nearest to where this one really ends. Position then jumps by at most half
+a float32 ulp; the jumps of the derivatives are reported.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refine.basis import HERMITE, ORDER, SIZE, derivative_weights
+from refine.spline import Spline
+from verify.data import InternalError, Trajectory
+
+Floats = NDArray[np.float64]
+
+_FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
+
+
+def quantise(path: Spline, *, cycle: int | None = None) -> Trajectory:
+    """Return a flight in exact float32 values.
+
+    Args:
+        path: x, y, z and yaw: four axes.
+        cycle: Piece at which the cycle begins; the last node repeats that piece's start.
+
+    Raises:
+        InternalError: A cycle's joint could not be closed to half an ulp.
+    """
+    durations = round32(path.durations)
+    nodes = round32(path.states / _FACTORIALS[:, None])  # c0..c3 at every node
+    if cycle is not None:
+        nodes[-1] = nodes[cycle]
+    pieces = len(path)
+    coefficients = np.zeros((pieces, 4, SIZE))
+    start = nodes[0].copy()
+    for piece in range(pieces):
+        end = nodes[piece + 1]
+        hover = not start[1:].any() and not end[1:].any() and np.array_equal(path.states[piece], path.states[piece + 1])
+        coefficients[piece, :, 0] = start[0]
+        if not hover:
+            coefficients[piece] = _rounded_piece(start, end, durations[piece])
+        if piece + 1 < pieces:
+            start = nodes[piece + 1].copy()
+            for axis in range(4):
+                start[0, axis] = nearest32(exact_end(coefficients[piece, axis], durations[piece]))
+        elif cycle is not None:
+            for axis in range(4):
+                _close(coefficients[piece, axis], durations[piece], float(coefficients[cycle, axis, 0]))
+    return Trajectory(durations, coefficients, cycle=cycle)
+
+
+def round32(values: Floats) -> Floats:
+    """Round to float32, kept as float64."""
+    return np.asarray(values, dtype=np.float64).astype(np.float32).astype(np.float64)
+
+
+def nearest32(value: Fraction) -> float:
+    """Return the float32 nearest to an exact number (through float64; a double rounding can move a tie by 2^-53)."""
+    near = np.float32(float(value))
+    around = (near, np.nextafter(near, np.float32(-np.inf)), np.nextafter(near, np.float32(np.inf)))
+    return min((float(option) for option in around), key=lambda option: abs(Fraction(option) - value))
+
+
+def exact_end(coefficients: Floats, duration: float, derivative: int = 0) -> Fraction:
+    """Return one axis of a piece, or a derivative of it, at its end, exactly."""
+    time = Fraction(float(duration))
+    weights = derivative_weights(derivative)
+    total = Fraction(0)
+    for power in range(SIZE - 1, derivative - 1, -1):
+        total = total * time + Fraction(float(coefficients[power])) * int(weights[power])
+    return total
+
+
+def _rounded_piece(start: Floats, end: Floats, duration: float) -> Floats:
+    """Return one piece's coefficients from rounded c0..c3 at both ends. Shapes (4, axes), (4, axes) to (axes, 8)."""
+    powers = duration ** np.arange(SIZE)
+    scale = (_FACTORIALS * powers[:ORDER])[:, None]
+    unit = HERMITE @ np.concatenate([start * scale, end * scale])
+    coefficients = (unit / powers[:, None]).T
+    coefficients[:, :ORDER] = start.T
+    return round32(coefficients)
+
+
+def _close(coefficients: Floats, duration: float, target: float) -> None:
+    """Move the last coefficients by a few ulps, in place, until the end is within half an ulp of `target`."""
+    time, aim = Fraction(float(duration)), Fraction(target)
+    half = Fraction(float(np.spacing(np.float32(abs(target))))) / 2 if target else Fraction(1, 2**40)
+    best = coefficients.copy()
+    for nudge in range(64):
+        trial = coefficients.copy()
+        for power in (1 + nudge % 7,) if nudge else ():
+            step = np.float32((nudge // 7 + 1) * (-1) ** nudge)
+            trial[power] = float(np.float32(trial[power]) + step * np.spacing(np.float32(abs(trial[power]))))
+        for power in range(ORDER, SIZE):
+            miss = aim - exact_end(trial, duration)
+            trial[power] = nearest32(Fraction(float(trial[power])) + miss / time**power)
+        if abs(aim - exact_end(trial, duration)) < abs(aim - exact_end(best, duration)):
+            best = trial
+        if abs(aim - exact_end(best, duration)) <= half:
+            coefficients[:] = best
+            return
+    raise InternalError(f"The cycle's joint stays {float(abs(aim - exact_end(best, duration))):.3g} m open in float32.")
+
+
+@dataclass(frozen=True)
+class Jumps:
+    """Greatest jumps at the joints of a flight, over all axes, computed exactly and rounded up.
+
+    Attributes:
+        position: m, or rad for yaw.
+        ulps: The same in units of the float32 spacing there.
+        velocity: m/s.
+        acceleration: m/s^2.
+        jerk: m/s^3.
+    """
+
+    position: float
+    ulps: float
+    velocity: float
+    acceleration: float
+    jerk: float
+
+
+def jumps(flight: Trajectory) -> Jumps:
+    """Measure the joints of a flight, the cycle's closing one included."""
+    greatest = [0.0] * ORDER
+    ulps = 0.0
+    pairs = [(piece, piece + 1) for piece in range(len(flight) - 1)]
+    if flight.cycle is not None:
+        pairs.append((len(flight) - 1, flight.cycle))
+    for before, after in pairs:
+        for axis in range(4):
+            for derivative in range(ORDER):
+                end = exact_end(flight.coefficients[before, axis], float(flight.durations[before]), derivative)
+                begin = Fraction(float(flight.coefficients[after, axis, derivative])) * int(_FACTORIALS[derivative])
+                gap = abs(end - begin)
+                greatest[derivative] = max(greatest[derivative], float(np.nextafter(float(gap), np.inf)) if gap else 0.0)
+                if derivative == 0 and gap:
+                    spacing = float(np.spacing(np.float32(abs(float(begin)))))
+                    ulps = max(ulps, float(gap) / spacing)
+    return Jumps(greatest[0], ulps, *greatest[1:])

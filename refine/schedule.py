@@ -1,0 +1,150 @@
+"""When each robot departs, so that robots keep their distance and planned precedences hold.
+
+Departures are tried first: robots in some order, each as early as the ones before it allow. Distances are sampled with
+what may happen between two samples added on top (speed times half a step), so that a schedule that passes holds for all t.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refine.spline import Spline
+from verify.data.plan import Precedence
+
+Floats = NDArray[np.float64]
+
+GRID = 1 / 8
+"""s between two departures that are tried; exact in float32."""
+_STEP = 1 / 64
+_ORDERS = 48
+_LATEST = 600.0
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """What scheduling needs to know of a robot's flight.
+
+    Attributes:
+        name: The robot's.
+        path: From its departure; before and after it hovers. At least three axes.
+        visits: (enter, leave) of each visit in s after departure.
+        earliest: Least departure, s.
+    """
+
+    name: str
+    path: Spline
+    visits: tuple[tuple[float, float], ...]
+    earliest: float
+
+
+@dataclass(frozen=True, eq=False)
+class Conflict:
+    """No departures were found; `pair` names two robots that stay too near each other, at `distance` m."""
+
+    pair: tuple[str, str]
+    distance: float
+    time: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Track:
+    points: Floats
+    """At multiples of _STEP from departure to arrival, z scaled. Shape (samples, 3)."""
+    reach: float
+    """How far it may go in half a step, m."""
+
+
+def departures(
+    flights: Sequence[Flight], *, distance: float, z_scale: float, precedences: Sequence[Precedence] = ()
+) -> dict[str, float] | Conflict:
+    """Return departure times in s by robot, the shortest team time among the orders that were tried.
+
+    Args:
+        flights: One each robot.
+        distance: m to keep between centres.
+        z_scale: Distances in z count this many times.
+        precedences: Visits that must be over before others begin.
+    """
+    tracks = {flight.name: _track(flight, z_scale) for flight in flights}
+    best: tuple[float, float, dict[str, float]] | None = None
+    conflict: Conflict | None = None
+    for order in itertools.islice(itertools.permutations(flights), _ORDERS):
+        found = _in_order(order, tracks, distance, precedences)
+        if isinstance(found, Conflict):
+            conflict = conflict or found
+            continue
+        total = max(found[flight.name] + flight.path.duration for flight in flights)
+        key = (total, sum(found.values()))
+        if best is None or key < best[:2]:
+            best = (*key, found)
+    if best is not None:
+        return {flight.name: best[2][flight.name] for flight in flights}
+    return conflict or Conflict(("", ""), 0.0, 0.0)
+
+
+def _track(flight: Flight, z_scale: float) -> _Track:
+    times = np.arange(0.0, flight.path.duration + _STEP, _STEP)
+    knots = flight.path.knots
+    piece = np.clip(np.searchsorted(knots, times, side="right") - 1, 0, len(flight.path) - 1)
+    local = np.minimum(times - knots[piece], flight.path.durations[piece])
+    points = np.zeros((len(times), 3))
+    coefficients = flight.path.coefficients[piece]
+    for power in range(7, -1, -1):
+        points = points * local[:, None] + coefficients[:, :3, power]
+    points[:, 2] *= z_scale
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return _Track(points, 0.55 * float(steps.max(initial=0.0)))
+
+
+def _in_order(
+    order: Sequence[Flight], tracks: dict[str, _Track], distance: float, precedences: Sequence[Precedence]
+) -> dict[str, float] | Conflict:
+    """Give each robot the earliest departure that those before it in the order allow."""
+    chosen: dict[str, float] = {}
+    by_name = {flight.name: flight for flight in order}
+    for flight in order:
+        earliest, latest = np.ceil(flight.earliest / GRID) * GRID, _LATEST
+        for precedence in precedences:
+            (first, left), (then, right) = precedence.first, precedence.then
+            if then == flight.name and first in chosen:
+                wait = chosen[first] + by_name[first].visits[left][1] - flight.visits[right][0] + GRID / 2
+                earliest = max(earliest, np.ceil(wait / GRID) * GRID)
+            if first == flight.name and then in chosen:
+                latest = min(latest, chosen[then] + by_name[then].visits[right][0] - flight.visits[left][1] - GRID / 2)
+        busy = max((chosen[other] + by_name[other].path.duration for other in chosen), default=0.0)
+        last = min(latest, max(earliest, busy) + 2 * GRID)
+        found: float | None = None
+        worst: Conflict | None = None
+        for departure in np.arange(earliest, last + GRID / 4, GRID):
+            worst = _conflict(flight.name, float(departure), chosen, tracks, distance)
+            if worst is None:
+                found = float(departure)
+                break
+        if found is None:
+            return worst or Conflict((flight.name, flight.name), 0.0, 0.0)
+        chosen[flight.name] = found
+    return chosen
+
+
+def _conflict(
+    name: str, departure: float, chosen: dict[str, float], tracks: dict[str, _Track], distance: float
+) -> Conflict | None:
+    """Return where a robot departing then comes too near one of the others; None where it does not."""
+    mine = tracks[name]
+    for other, other_departure in chosen.items():
+        theirs = tracks[other]
+        shift, other_shift = round(departure / _STEP), round(other_departure / _STEP)
+        count = max(shift + len(mine.points), other_shift + len(theirs.points))
+        index = np.arange(count)
+        a = mine.points[np.clip(index - shift, 0, len(mine.points) - 1)]
+        b = theirs.points[np.clip(index - other_shift, 0, len(theirs.points) - 1)]
+        gap = np.linalg.norm(a - b, axis=1)
+        nearest = int(np.argmin(gap))
+        if gap[nearest] - mine.reach - theirs.reach < distance:
+            return Conflict((name, other), float(gap[nearest]), nearest * _STEP)
+    return None

@@ -1,0 +1,296 @@
+"""`refine`: from a plan to polynomials for the whole team.
+
+Reads downwards: each robot gets a course and a smooth path that keeps it, is slowed until its limits hold, turns its
+heading; then the team's departures are chosen so that robots keep their distance, and everything is rounded to float32.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refine.corridor import BUFFER, fit
+from refine.course import PAD, Course, course_of
+from refine.labels import stays, troubles
+from refine.limits import LIMIT_NAMES, Limits
+from refine.obstacles import Ball, keep_out
+from refine.peaks import shares_used
+from refine.quantise import quantise
+from refine.schedule import Conflict, Flight, departures
+from refine.spline import Spline
+from refine.timing import SAFETY, stretch_to_limits
+from refine.yaw import heading_spline
+from verify.data import DoesNotFit, Infeasible, Mission, Plan, RobotPlan, Trajectory, Witness
+from verify.data.plan import Precedence
+
+Floats = NDArray[np.float64]
+Progress = Callable[[str, float], None]
+
+PIECES = 31
+"""Pieces that a Crazyflie's trajectory memory holds."""
+HOVER = 1.0
+"""s of the hover piece of a robot that goes nowhere, or of a cycle that is a hover."""
+_LEG_ROUNDS = 8
+
+
+@dataclass(frozen=True)
+class _Wishes:
+    """What witnesses of a refused certificate ask of the next attempt.
+
+    Attributes:
+        limits: (robot, limit): factor in (0, 1] by which it is tightened.
+        pad: Robot: m on top of the margin.
+        distance: m on top of the separation.
+        precedences: More waits.
+    """
+
+    limits: dict[tuple[str, str], float]
+    pad: dict[str, float]
+    distance: float
+    precedences: tuple[Precedence, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Robot:
+    name: str
+    plan: RobotPlan
+    limits: Limits
+    course: Course | None
+    path: Spline
+    yaw: Spline | None
+    cycle: int | None
+
+
+def refine(
+    plan: Plan,
+    *,
+    witnesses: Iterable[Witness] = (),
+    previous: Mapping[str, Trajectory] | None = None,
+    progress: Progress | None = None,
+    max_pieces: int = PIECES,
+) -> dict[str, Trajectory]:
+    """Turn a plan into polynomials that keep its labels, its limits and the team's separation.
+
+    Args:
+        plan: Who visits what, with waypoints and nominal times.
+        witnesses: What the judge refused so far; each is repaired (limits tightened, clearances widened, waits added).
+            Hand in those of all earlier attempts together.
+        previous: The flights that were refused; only for callers that want to say so, the repair starts from the plan.
+        progress: Told a sentence and a share of the work.
+        max_pieces: Pieces that the target holds for one robot.
+
+    Returns:
+        One flight for each robot, in the mission's order, in exact float32 values.
+
+    Raises:
+        BadInput: The plan's numbers do not fit each other.
+        Infeasible: A limit or a label cannot be kept; carries a witness.
+        DoesNotFit: A flight needs more than `max_pieces` pieces.
+    """
+    del previous
+    wishes = _wishes(plan, tuple(witnesses))
+    tell = progress or _quiet
+    robots: dict[str, _Robot] = {}
+    for index, name in enumerate(plan.robots):
+        tell(f"smoothing the path of {name}", 0.8 * index / len(plan.robots))
+        robots[name] = _single(plan, name, wishes, _idle_others(plan, name, wishes))
+    tell("choosing departures", 0.8)
+    starts = _schedule(plan, robots, wishes)
+    tell("rounding to the vehicle's numbers", 0.95)
+    flights = {name: _assemble(robot, plan.mission.agents[name].yaw, starts[name]) for name, robot in robots.items()}
+    for name, flight in flights.items():
+        if len(flight) > max_pieces:
+            raise DoesNotFit(
+                f"{name} needs {len(flight)} pieces; the target holds {max_pieces}. Split the flight or stream it."
+            )
+    tell("refined", 1.0)
+    return flights
+
+
+def _quiet(_sentence: str, _share: float) -> None:
+    """Report nothing."""
+
+
+def _wishes(plan: Plan, witnesses: tuple[Witness, ...]) -> _Wishes:
+    limits: dict[tuple[str, str], float] = {}
+    pad: Counter[str] = Counter()
+    distance, precedences = 0.0, list(plan.precedences)
+    for witness in witnesses:
+        names = list(plan.robots) if witness.robot is None else [witness.robot]
+        limit = witness.claim.removeprefix("limits.")
+        if witness.claim == "separation":
+            short = max(0.0, (witness.limit or 0.0) - (witness.bound or 0.0))
+            distance += short + 5e-3
+        elif limit in LIMIT_NAMES:
+            for name in names:
+                limits[name, limit] = limits.get((name, limit), 1.0) * _tightening(limit, witness)
+        elif witness.order:
+            precedences += [Precedence(first=first, then=then) for first, then in witness.order]
+        else:
+            pad.update(dict.fromkeys(names, 1))
+    unique = tuple(dict.fromkeys((p.first, p.then) for p in precedences))
+    return _Wishes(
+        limits,
+        {name: 5e-3 * count for name, count in pad.items()},
+        distance,
+        tuple(Precedence(first=f, then=t) for f, t in unique),
+    )
+
+
+def _tightening(limit: str, witness: Witness) -> float:
+    """Return the factor by which a limit that was broken by a known amount is tightened."""
+    if witness.bound is None or witness.limit is None or not witness.bound > 0:
+        return 0.98
+    over = (
+        witness.limit / witness.bound if not limit.endswith("min") else witness.bound / witness.limit if witness.limit else 0.98
+    )
+    return float(np.clip(over, 0.8, 0.998)) * 0.998
+
+
+def _idle_others(plan: Plan, name: str, wishes: _Wishes) -> tuple[Ball, ...]:
+    """Return the places of robots that never move, to be kept clear of."""
+    distance, z_scale = _distance(plan.mission, wishes)
+    idle = [other for other, robot in plan.robots.items() if other != name and _still(robot)]
+    return tuple(
+        keep_out(f"{other}, which hovers there", np.array(plan.robots[other].waypoints[0].position), distance + 0.02, z_scale)
+        for other in idle
+    )
+
+
+def _still(robot: RobotPlan) -> bool:
+    """Tell whether a robot never leaves its start."""
+    return len({waypoint.position for waypoint in robot.waypoints}) == 1
+
+
+def _distance(mission: Mission, wishes: _Wishes) -> tuple[float, float]:
+    """Return the distance that nominal paths keep, and how much z counts."""
+    z_scale = 1.0 if mission.separation_z in (None, 0.0) else mission.separation / float(mission.separation_z)
+    return mission.separation + 2 * mission.margin * max(1.0, z_scale) + 1e-3 + wishes.distance, z_scale
+
+
+def _single(plan: Plan, name: str, wishes: _Wishes, extra: tuple[Ball, ...]) -> _Robot:
+    """Return one robot's flight, without waits."""
+    mission, robot, agent = plan.mission, plan.robots[name], plan.mission.agents[name]
+    limits = Limits.of_mission(mission)
+    for (who, limit), factor in wishes.limits.items():
+        if who == name:
+            limits = limits.tightened(limit, factor)
+    if _still(robot):
+        return _Robot(
+            name,
+            robot,
+            limits,
+            None,
+            _hover(np.array(robot.waypoints[0].position), HOVER),
+            None,
+            None if robot.cycle_waypoint is None else 0,
+        )
+    more = wishes.pad.get(name, 0.0)
+    course = course_of(mission, name, robot, pad=PAD + more, extra=extra)
+    hovering = course.cycle is not None and course.cycle == len(course)
+    if hovering:
+        course = replace(course, cycle=None)
+    path, yaw = _timed(mission, robot, course, limits, agent.heading, agent.yaw, BUFFER + more)
+    found = troubles(path, mission, name, robot)
+    if found:
+        raise Infeasible(found[0].sentence, found[0])
+    cycle = course.cycle
+    if hovering:
+        cycle = len(path)
+        path = Spline(np.append(path.durations, HOVER), np.concatenate([path.states, path.states[-1:]]))
+        yaw = None if yaw is None else Spline(path.durations, np.concatenate([yaw.states, yaw.states[-1:]]))
+    return _Robot(name, robot, limits, course, path, yaw, cycle)
+
+
+def _timed(
+    mission: Mission, robot: RobotPlan, course: Course, limits: Limits, heading, start_yaw: float, buffer: float
+) -> tuple[Spline, Spline | None]:
+    """Return path and yaw with durations long enough for the limits, the legs' own ones first."""
+    durations = course.durations
+    path = fit(course, durations, buffer=buffer)
+    for _ in range(_LEG_ROUNDS):
+        slow = _slow_legs(mission, robot, course, path)
+        if np.all(slow <= 1.0):
+            break
+        durations = durations * slow
+        path = fit(course, durations, buffer=buffer)
+    yaw = heading_spline(path, heading, start_yaw, cycle=course.cycle)
+    factor = stretch_to_limits(path, yaw, limits)
+    factor *= float(np.max(_slow_legs(mission, robot, course, path.stretched(factor)), initial=1.0))
+    return path.stretched(factor), None if yaw is None else yaw.stretched(factor)
+
+
+def _slow_legs(mission: Mission, robot: RobotPlan, course: Course, path: Spline) -> Floats:
+    """Return how much longer each leg must last for the limits of its own. Shape (legs,)."""
+    factors = np.ones(len(course))
+    if not mission.limits.legs:
+        return factors
+    for visit in range(len(robot.visits)):
+        own = mission.limits.legs.get(robot.visits[visit].region)
+        legs = np.array([leg.visit == visit for leg in course.legs])
+        if own is None or not legs.any():
+            continue
+        limits = Limits(
+            speed=np.inf if own.speed is None else own.speed,
+            acceleration=np.inf if own.acceleration is None else own.acceleration,
+        )
+        used = shares_used(path, None, limits)
+        if "speed" in used:
+            factors[legs] = np.maximum(factors[legs], used["speed"][2][legs].max() * (1 + 2 * SAFETY))
+        if "acceleration" in used:
+            factors[legs] = np.maximum(factors[legs], np.sqrt(used["acceleration"][2][legs].max()) * (1 + 2 * SAFETY))
+    return np.where(factors > 1.0 + SAFETY, factors * 1.02, factors * (factors > 1.0) + 1.0 * (factors <= 1.0))
+
+
+def _hover(point: Floats, duration: float) -> Spline:
+    states = np.zeros((2, 4, 3))
+    states[:, 0] = point
+    return Spline(np.array([duration]), states)
+
+
+def _schedule(plan: Plan, robots: dict[str, _Robot], wishes: _Wishes) -> dict[str, float]:
+    """Return each robot's departure in s."""
+    if len(robots) == 1:
+        return {name: robot.plan.hold for name, robot in robots.items()}
+    distance, z_scale = _distance(plan.mission, wishes)
+    flights = [
+        Flight(
+            name,
+            robot.path,
+            tuple((stay.start, stay.end) for stay in stays(robot.path, plan.mission.all_regions, plan.mission.margin)),
+            robot.plan.hold,
+        )
+        for name, robot in robots.items()
+    ]
+    found = departures(flights, distance=distance, z_scale=z_scale, precedences=wishes.precedences)
+    if isinstance(found, Conflict):
+        a, b = found.pair
+        sentence = (
+            f"No departure times keep {a} and {b} apart: they come within {found.distance:.3f} m at {found.time:.2f} s, "
+            f"{distance:.3f} m is needed (separation and twice the margin)."
+        )
+        raise Infeasible(
+            sentence,
+            Witness(
+                claim="separation", sentence=sentence, robot=a, other=b, time=found.time, bound=found.distance, limit=distance
+            ),
+        )
+    return found
+
+
+def _assemble(robot: _Robot, start_yaw: float, departure: float) -> Trajectory:
+    """Join hold, path and yaw, and round."""
+    path = robot.path
+    yaw = np.zeros((len(path) + 1, 4, 1)) if robot.yaw is None else robot.yaw.states
+    if robot.yaw is None:
+        yaw[:, 0] = start_yaw
+    states, durations, cycle = np.concatenate([path.states, yaw], axis=2), path.durations, robot.cycle
+    if departure > 0.0:
+        states = np.concatenate([states[:1], states])
+        durations = np.concatenate([[departure], durations])
+        cycle = None if cycle is None else cycle + 1
+    return quantise(Spline(durations, states), cycle=cycle)
