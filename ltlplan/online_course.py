@@ -1,0 +1,226 @@
+"""The way of one robot that is being flown and improved at the same time.
+
+A course is the least-snap spline through the waypoints of a robot's plan, at fixed nominal times. The waypoints between the
+hoops' centres may move: each visit's share of them is one search of the online method. Three things let the course
+change under a robot that is flying it, without a jump in position, velocity, acceleration or jerk:
+
+* the path is linear in its points, so points that glide from old to new places give a path that glides;
+* the glide is a polynomial of degree 7 that starts and ends with three derivatives zero;
+* the robot moves along the course by a clock of its own, whose rate is a third-order lag of 1 (go) or 0 (wait), so it can
+  come to rest anywhere on its path and go on.
+
+Course and clock are evaluated here; what is worth flying is decided in `online`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ltlplan.splines import Spline
+from verify.data import RobotPlan
+
+Floats = NDArray[np.float64]
+
+GLIDE = 0.8
+"""s over which points move from old places to new ones."""
+
+BRAKE = 6.0
+"""1/s, the clock's triple pole: from full rate a robot comes to rest within 3 / BRAKE = 0.5 s of its nominal time."""
+
+ORDERS = 5
+"""Position, velocity, acceleration, jerk and snap are handed to the controller."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """Where a robot is on its course: nominal time, and how fast that passes.
+
+    Attributes:
+        time: Nominal time on the course, s.
+        rate: d time / dt and its first three derivatives. Shape (4,).
+    """
+
+    time: float = 0.0
+    rate: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+
+    @property
+    def run_on(self) -> float:
+        """Nominal time that still passes if the robot is told to wait now, s."""
+        r, s, a, _ = self.rate
+        return (3 * BRAKE**2 * r + 3 * BRAKE * s + a) / BRAKE**3
+
+    @property
+    def resting(self) -> bool:
+        """Whether the robot stands still on its course, for all that matters."""
+        return abs(self.rate[0]) < 1e-2 and abs(self.rate[1]) < 5e-2
+
+    def after(self, dt: float, go: bool) -> Clock:
+        """Return the clock after `dt` seconds of going (rate to 1) or waiting (rate to 0), exactly."""
+        aim = 1.0 if go else 0.0
+        k = BRAKE
+        # rate - aim = (c0 + c1 t + c2 t^2) exp(-k t)
+        e0, e1, e2 = self.rate[0] - aim, self.rate[1], self.rate[2]
+        c0 = e0
+        c1 = e1 + k * c0
+        c2 = (e2 + 2 * k * c1 - k * k * c0) / 2
+        decay = float(np.exp(-k * dt))
+
+        def poly(t: float) -> float:
+            return c0 + c1 * t + c2 * t * t
+
+        slope, bend = c1 + 2 * c2 * dt, 2 * c2
+        value = poly(dt)
+        rate = (
+            aim + value * decay,
+            (slope - k * value) * decay,
+            (bend - 2 * k * slope + k * k * value) * decay,
+            (-3 * k * bend + 3 * k * k * slope - k**3 * value) * decay,
+        )
+        # integral of (c0 + c1 t + c2 t^2) exp(-k t) over [0, dt]
+        total = (c0 / k + c1 / k**2 + 2 * c2 / k**3) - decay * (value / k + slope / k**2 + bend / k**3)
+        return Clock(self.time + aim * dt + total, rate)
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """A robot's path ahead, in nominal time.
+
+    Attributes:
+        plan: The plan whose waypoints these are.
+        times: Nominal times of the points, s. Shape (points,).
+        legs: For each visit the indices of the points that its search may move.
+        old: Points from which they glide, m. Shape (points, 3).
+        new: Points to which they glide. Shape (points, 3).
+        since: Flight time at which the glide began, s.
+    """
+
+    plan: RobotPlan
+    times: Floats
+    legs: tuple[NDArray[np.int64], ...]
+    old: Floats
+    new: Floats
+    since: float = -np.inf
+    spline: Spline | None = field(default=None)
+
+    @property
+    def duration(self) -> float:
+        """Nominal time at the end, s."""
+        return float(self.times[-1])
+
+    @cached_property
+    def centres(self) -> Floats:
+        """Nominal time at the centre of each visit, s. Shape (visits,)."""
+        at = {w.visit: t for w, t in zip(self.plan.waypoints, self.times, strict=True) if w.role in ("centre", "start")}
+        return np.array([at[k] for k in range(len(self.plan.visits))], dtype=np.float64)
+
+    @cached_property
+    def windows(self) -> Floats:
+        """Nominal times between which each visit's region may be entered and left, s. Shape (visits, 2)."""
+        result = np.zeros((len(self.plan.visits), 2))
+        for k in range(len(self.plan.visits)):
+            centre = int(np.searchsorted(self.times, self.centres[k]))
+            result[k] = self.times[max(centre - 1, 0)], self.times[min(centre + 1, len(self.times) - 1)]
+        return result
+
+    def gliding(self, now: float) -> bool:
+        """Tell whether the points are on their way to new places."""
+        return now < self.since + GLIDE
+
+    def moved(self, points: Floats, now: float) -> Course:
+        """Return the course that begins at `now` to glide to other points; not while it is gliding."""
+        assert not self.gliding(now), "a course glides to one place at a time"
+        return replace(self, old=self.new, new=points, since=now)
+
+    def points(self, now: float) -> Floats:
+        """Points and their derivatives at a flight time. Shape (ORDERS, points, 3)."""
+        result = np.zeros((ORDERS, *self.new.shape))
+        if not self.gliding(now):
+            result[0] = self.new
+            return result
+        weights = glide(now - self.since)
+        change = self.new - self.old
+        result[:] = weights[:, None, None] * change
+        result[0] += self.old
+        return result
+
+    def flat(self, clock: Clock, now: float) -> Floats:
+        """Return the desired position, velocity, acceleration, jerk and snap. Shape (ORDERS, 3)."""
+        if self.spline is None:
+            result = np.zeros((ORDERS, 3))
+            result[0] = self.new[0]
+            return result
+        time = min(max(clock.time, 0.0), self.duration)
+        ended = clock.time >= self.duration
+        piece = int(np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, len(self.times) - 2))
+        table = _powers(time - self.times[piece])
+        basis = table @ self.spline.coefficients[piece]  # (ORDERS, points): derivatives by nominal time
+        if ended:
+            basis[1:] = 0.0
+        by_time = _through_clock(basis, clock)
+        if not self.gliding(now):
+            return by_time @ self.new
+        moving = self.points(now)
+        # Leibniz: both the place on the course and the points move
+        result = np.zeros((ORDERS, 3))
+        for order in range(ORDERS):
+            for k in range(order + 1):
+                result[order] += _BINOMIAL[order, k] * (by_time[k] @ moving[order - k])
+        return result
+
+    def position(self, times: Floats, now: float) -> Floats:
+        """Return positions at nominal times, with the points where they will be once they have glided. Shape (n, 3)."""
+        if self.spline is None:
+            return np.broadcast_to(self.new[0], (len(times), 3))
+        return self.spline.sampling(np.clip(times, 0.0, self.duration)) @ self.new
+
+
+def course_of(plan: RobotPlan) -> Course:
+    """Return the course through a plan's waypoints, with one search a visit."""
+    times = np.array(plan.times, dtype=np.float64)
+    points = np.array([w.position for w in plan.waypoints], dtype=np.float64)
+    spline = Spline(times) if len(times) > 1 else None
+    fixed = {i for i, w in enumerate(plan.waypoints) if w.role in ("start", "centre", "end")}
+    centres = [i for i, w in enumerate(plan.waypoints) if w.role in ("start", "centre") and w.visit is not None]
+    legs, before = [], 0
+    for centre in centres:
+        legs.append(np.array([i for i in range(before, centre) if i not in fixed], dtype=np.int64))
+        before = centre
+    return Course(plan, times, tuple(legs), points, points, spline=spline)
+
+
+def glide(elapsed: float) -> Floats:
+    """Return the smooth step of degree 7 over GLIDE seconds, and its derivatives. Shape (ORDERS,)."""
+    u = min(max(elapsed / GLIDE, 0.0), 1.0)
+    row = np.array([_falling(p, d) * u ** (p - d) if p >= d else 0.0 for d in range(ORDERS) for p in range(8)])
+    return row.reshape(ORDERS, 8) @ _STEP / GLIDE ** np.arange(ORDERS)
+
+
+def _through_clock(basis: Floats, clock: Clock) -> Floats:
+    """Turn derivatives by nominal time into derivatives by flight time (Faa di Bruno). Shape (ORDERS, points) kept."""
+    r, s, a, b = clock.rate  # first to fourth derivative of nominal time
+    result = np.empty_like(basis)
+    result[0] = basis[0]
+    result[1] = r * basis[1]
+    result[2] = r * r * basis[2] + s * basis[1]
+    result[3] = r**3 * basis[3] + 3 * r * s * basis[2] + a * basis[1]
+    result[4] = r**4 * basis[4] + 6 * r * r * s * basis[3] + (3 * s * s + 4 * r * a) * basis[2] + b * basis[1]
+    return result
+
+
+def _falling(power: int, derivative: int) -> float:
+    return float(np.prod(np.arange(power - derivative + 1, power + 1))) if derivative else 1.0
+
+
+_STEP = np.array([0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0])
+_BINOMIAL = np.array([[1, 0, 0, 0, 0], [1, 1, 0, 0, 0], [1, 2, 1, 0, 0], [1, 3, 3, 1, 0], [1, 4, 6, 4, 1]], dtype=np.float64)
+_FACTORS = np.array([[_falling(p, d) if p >= d else 0.0 for p in range(8)] for d in range(ORDERS)])
+_EXPONENTS = np.array([[max(p - d, 0) for p in range(8)] for d in range(ORDERS)])
+
+
+def _powers(local: float) -> Floats:
+    """Rows (d/dt)^order of (1, t, .., t^7). Shape (ORDERS, 8)."""
+    return _FACTORS * local**_EXPONENTS

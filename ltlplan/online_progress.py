@@ -1,0 +1,189 @@
+"""How far a team has come while it flies: the automaton states that its readings so far may have led to.
+
+In the air several robots move at once. Under `team: own` a team word is any sequence of readings of held letters
+(each letter of each robot read at least once, in the order of time), so what was flown so far leads not to one
+state of the automaton but to a set of them. `Standing` keeps that set exactly: pairs of a state and the letters
+that somebody holds and that this reading has not read yet. Two facts keep the pairs few. A letter whose reading
+changes nothing may count as read. Robots that hold the same letter count as one, because truth does not change when a
+letter is read twice.
+
+`admits` is the gate that online flight uses: an event (a robot enters a region, say) may happen now when the team can
+still finish afterwards by letting one robot after another fly its remaining letters, in some order. The robot that
+is first in such an order is always admitted, so nobody waits for ever; and since each event leaves such an order,
+the flown word satisfies the formula once all have finished. This steers; the verdict is the checker's.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, Protocol
+
+from verify.data import BadInput
+from verify.data.word import Letter
+
+MAX_ORDERS = 120
+"""Serial orders that the gate tries at most; five robots with something left can be ordered in 120 ways."""
+
+MAX_TOGETHER = 4
+"""Events of one instant that are tried in every order; more are refused, robots are kept apart in time."""
+
+Reading = Literal["own", "joint"]
+Pair = tuple[int, frozenset[Letter]]
+Ahead = Mapping[str, Sequence[Letter]]
+
+
+class Accepting(Protocol):
+    """What this module needs of an automaton."""
+
+    @property
+    def initial(self) -> int: ...  # noqa: D102
+
+    @property
+    def accepting(self) -> frozenset[int]: ...  # noqa: D102
+
+    def successor(self, state: int, letter: Letter, /) -> int: ...  # noqa: D102
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """What is held by whom, and where the readings so far may have led.
+
+    Attributes:
+        automaton: Deterministic, of the formula on finite traces.
+        reading: The mission's team reading.
+        held: Each robot's present letter.
+        pairs: Automaton state and letters still to be read. Under "joint" the second part is empty.
+    """
+
+    automaton: Accepting
+    reading: Reading
+    held: Mapping[str, Letter]
+    pairs: frozenset[Pair]
+
+    @property
+    def states(self) -> frozenset[int]:
+        """The automaton states that may have been reached."""
+        return frozenset(state for state, _ in self.pairs)
+
+    def accepts(self) -> bool:
+        """Tell whether the word is accepted if nobody's letter changes any more, whatever was read when."""
+        return all(state in self.automaton.accepting for state, unread in self.pairs if not unread)
+
+    def after(self, robot: str, letter: Letter) -> Standing:
+        """Return the standing after one robot's letter has changed."""
+        if robot not in self.held:
+            raise BadInput(f"'{robot}' is not in the air; robots: {', '.join(self.held)}.")
+        before, held = self.held[robot], {**self.held, robot: letter}
+        if self.reading == "joint":
+            return replace(self, held=held, pairs=_joint(self.automaton, self.states, held))
+        # the letter that ends must have been read by now
+        pairs = {(state, unread | {letter}) for state, unread in self.pairs if before not in unread}
+        return replace(self, held=held, pairs=_closure(self.automaton, pairs, frozenset(held.values())))
+
+    def after_all(self, events: Mapping[str, Letter]) -> Standing:
+        """Return the standing after events of one instant, in any order (under "joint" also all at once).
+
+        Raises:
+            BadInput: More than a handful of events at once.
+        """
+        if len(events) == 1:
+            ((robot, letter),) = events.items()
+            return self.after(robot, letter)
+        if len(events) > MAX_TOGETHER:
+            raise BadInput(f"{len(events)} events at one instant are too many to order; at most {MAX_TOGETHER}.")
+        pairs: set[Pair] = set()
+        for order in itertools.permutations(events):
+            standing = self
+            for robot in order:
+                standing = standing.after(robot, events[robot])
+            pairs |= standing.pairs
+        held = {**self.held, **events}
+        if self.reading == "joint":
+            pairs |= _joint(self.automaton, self.states, held)
+        return replace(self, held=held, pairs=frozenset(pairs))
+
+    def joined(self, robot: str, letter: Letter) -> Standing:
+        """Return the standing after another robot took off with this letter."""
+        held = {**self.held, robot: letter}
+        if self.reading == "joint":
+            return replace(self, held=held, pairs=_joint(self.automaton, self.states, held))
+        pairs = {(state, unread | {letter}) for state, unread in self.pairs}
+        return replace(self, held=held, pairs=_closure(self.automaton, pairs, frozenset(held.values())))
+
+
+def at_start(automaton: Accepting, held: Mapping[str, Letter], *, reading: Reading) -> Standing:
+    """Return the standing at take-off, each robot in its first letter.
+
+    Raises:
+        BadInput: There is no robot.
+    """
+    if not held:
+        raise BadInput("a team needs at least one robot.")
+    if reading == "joint":
+        return Standing(automaton, reading, dict(held), _joint(automaton, {automaton.initial}, held))
+    letters = frozenset(held.values())
+    return Standing(automaton, reading, dict(held), _closure(automaton, {(automaton.initial, letters)}, letters))
+
+
+def admits(standing: Standing, ahead: Ahead, events: Mapping[str, Letter]) -> bool:
+    """Tell whether events may happen now: whether the team can still finish one robot after another afterwards.
+
+    Args:
+        standing: Before the events.
+        ahead: The letters that each robot is still to show, the events' own first.
+        events: Robot and its next letter, for robots that would change now.
+    """
+    rest = {robot: list(letters) for robot, letters in ahead.items()}
+    for robot, letter in events.items():
+        if not rest.get(robot) or rest[robot][0] != letter:
+            raise BadInput(f"'{robot}' does not have {sorted(letter)} next.")
+        del rest[robot][0]
+    return can_finish(standing.after_all(events), rest)
+
+
+def can_finish(standing: Standing, ahead: Ahead) -> bool:
+    """Tell whether some serial order of what is ahead ends in acceptance, whatever was read when."""
+    return next(_finishing(standing, ahead), None) is not None
+
+
+def finishing_order(standing: Standing, ahead: Ahead) -> tuple[str, ...] | None:
+    """Return robots in an order in which they can finish one after another, or None."""
+    return next(_finishing(standing, ahead), None)
+
+
+def follow(standing: Standing, moves: Iterable[tuple[str, Letter]]) -> Standing:
+    """Return the standing after changes of letters, one after another."""
+    for robot, letter in moves:
+        if letter != standing.held[robot]:
+            standing = standing.after(robot, letter)
+    return standing
+
+
+def _finishing(standing: Standing, ahead: Ahead) -> Iterator[tuple[str, ...]]:
+    busy = [robot for robot, letters in ahead.items() if letters]
+    for order in itertools.islice(itertools.permutations(busy), MAX_ORDERS):
+        if follow(standing, ((robot, letter) for robot in order for letter in ahead[robot])).accepts():
+            yield order
+
+
+def _joint(automaton: Accepting, states: Iterable[int], held: Mapping[str, Letter]) -> frozenset[Pair]:
+    union = frozenset[str]().union(*held.values())
+    return frozenset((automaton.successor(state, union), frozenset[Letter]()) for state in states)
+
+
+def _closure(automaton: Accepting, pairs: Iterable[Pair], letters: frozenset[Letter]) -> frozenset[Pair]:
+    """Add all that any number of readings of the held letters lead to."""
+    found: set[Pair] = set()
+    stack = list(pairs)
+    while stack:
+        state, unread = stack.pop()
+        after = {letter: automaton.successor(state, letter) for letter in letters}
+        # what reads as no change may count as read
+        unread = frozenset(letter for letter in unread if after[letter] != state)
+        if (state, unread) in found:
+            continue
+        found.add((state, unread))
+        stack.extend((target, unread - {letter}) for letter, target in after.items() if target != state)
+    return frozenset(found)
