@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from ltlplan.automata import Automaton, translate
     from ltlplan.decomposition import decomposition_set
+    from ltlplan.missions import load_mission
     from ltlplan.pipeline import Result, plan, run
     from verify.data import (
         LtlplanError,
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
         Trajectory,
         Vehicle,
         Word,
-        load_mission,
         load_plan,
         load_vehicle,
         parse_mission,
@@ -35,7 +35,7 @@ _HOMES = {
     "Vehicle": "verify.data",
     "Word": "verify.data",
     "decomposition_set": "ltlplan.decomposition",
-    "load_mission": "verify.data",
+    "load_mission": "ltlplan.missions",
     "load_plan": "verify.data",
     "load_vehicle": "verify.data",
     "parse_mission": "verify.data",

@@ -26,11 +26,12 @@ def command(
     """Prove that the trajectories in a folder satisfy its mission and plan, and write certificate.json there."""
     import json as json_text
 
+    from verify.recheck import read_folder
+
     from ltlplan.commands.summary import claim_lines
     from ltlplan.commands.terminal import print_json
     from ltlplan.output import replace_file
     from verify import certify
-    from verify.recheck import read_folder
 
     if flight is not None:
         _judge_recording(folder, flight, max_speed, error, json)

@@ -17,8 +17,7 @@ def command(
 ) -> None:
     """List the shipped missions."""
     from ltlplan.commands.terminal import print_json
-    from verify.data import load_mission
-    from verify.data.mission_file import shipped_mission_text, shipped_missions
+    from ltlplan.missions import load_mission, shipped_mission_text, shipped_missions
 
     if new is not None:
         path = write_template(new)

@@ -36,7 +36,7 @@ def read_mission(
     A `--formula` alone drops the mission's sequence, and a `--sequence` alone drops its formula: whoever types one
     of them wants that one flown. Give both to have the sequence judged against the formula.
     """
-    from verify.data import load_mission
+    from ltlplan.missions import load_mission
     from verify.data.mission_file import check_mission
 
     mission = load_mission(source)

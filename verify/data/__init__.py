@@ -12,7 +12,7 @@ from verify.data.errors import (
 )
 from verify.data.formula import Formula, FormulaError, parse_formula
 from verify.data.mission import Mission
-from verify.data.mission_file import MissionError, load_mission, mission_to_yaml, parse_mission
+from verify.data.mission_file import MissionError, load_mission_file, mission_to_yaml, parse_mission
 from verify.data.plan import Plan, RobotPlan, Visit, Waypoint, load_plan
 from verify.data.sequence import Passage, Sequence, SequenceError, parse_sequence
 from verify.data.trajectory import Trajectory
@@ -46,7 +46,7 @@ __all__ = [
     "Waypoint",
     "Witness",
     "Word",
-    "load_mission",
+    "load_mission_file",
     "load_plan",
     "load_vehicle",
     "mission_to_yaml",

@@ -10,7 +10,6 @@ import io
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -88,36 +87,14 @@ class MissionError(BadInput):
         super().__init__("\n".join(lines))
 
 
-def shipped_missions() -> tuple[str, ...]:
-    """Return the names of the missions that come with the package, sorted."""
-    folder = resources.files("ltlplan") / "missions"
-    return tuple(sorted(f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml")))
-
-
-def shipped_mission_text(name: str) -> str:
-    """Return the file of a shipped mission.
-
-    Raises:
-        BadInput: There is no such mission; the message lists those that there are.
-    """
-    known = shipped_missions()
-    if name not in known:
-        raise BadInput(
-            f"'{name}' is neither a file nor a shipped mission.{did_you_mean(name, known)} Shipped: {', '.join(known)}."
-        )
-    return (resources.files("ltlplan") / "missions" / f"{name}.yaml").read_text(encoding="utf-8")
-
-
-def load_mission(source: str | os.PathLike[str]) -> Mission:
-    """Read a mission from a file, or a shipped one by its name.
+def load_mission_file(source: str | os.PathLike[str]) -> Mission:
+    """Read a mission from a file.
 
     Raises:
         MissionError: All faults of the file, each with its line and keys.
-        BadInput: There is no such file or mission, or the file is too large or unreadable.
+        BadInput: There is no such file, or it is too large or unreadable.
     """
     path = Path(source)
-    if isinstance(source, str) and not path.suffix and not path.exists():
-        return parse_mission(shipped_mission_text(source), f"{source}.yaml")
     try:
         if path.is_dir():
             raise BadInput(f"{path} is a folder; name a mission file.")

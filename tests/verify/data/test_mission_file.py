@@ -2,8 +2,9 @@ from pathlib import Path
 
 import pytest
 
-from verify.data import BadInput, Mission, MissionError, load_mission, mission_to_yaml, parse_mission
-from verify.data.mission_file import MAX_BYTES, shipped_missions
+from ltlplan.missions import load_mission, shipped_missions
+from verify.data import BadInput, Mission, MissionError, mission_to_yaml, parse_mission
+from verify.data.mission_file import MAX_BYTES
 
 GOOD = """\
 format: 1

@@ -2,7 +2,8 @@ import json
 
 import pytest
 
-from verify.data import BadInput, Plan, RobotPlan, Visit, Waypoint, Word, load_mission
+from ltlplan.missions import load_mission
+from verify.data import BadInput, Plan, RobotPlan, Visit, Waypoint, Word
 from verify.data.mission import Action
 from verify.data.plan import plan_from_json
 

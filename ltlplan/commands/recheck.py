@@ -1,0 +1,24 @@
+"""`ltlplan recheck`: prove a certificate again, from the files alone."""
+
+from __future__ import annotations
+
+import typer
+
+from ltlplan.commands.options import FolderArgument, JsonOption
+
+
+def command(folder: FolderArgument, json: JsonOption = False) -> None:
+    """Prove the certificate of a folder again from its files, and say which file was changed."""
+    import json as json_text
+
+    from ltlplan.commands.summary import claim_lines
+    from ltlplan.commands.terminal import print_json
+    from verify import recheck
+
+    certificate = recheck(folder)
+    if json:
+        print_json(json_text.loads(certificate.to_json()))
+        return
+    for line in claim_lines(certificate):
+        typer.echo(line)
+    typer.echo(f"{folder}: every claim is proved again at margin {certificate.margin:g} m, from the files alone")

@@ -1,0 +1,42 @@
+"""The missions that come with the package, and the reader that knows them by name."""
+
+from __future__ import annotations
+
+import os
+from importlib import resources
+from pathlib import Path
+
+from verify.data import BadInput, Mission, load_mission_file, parse_mission
+from verify.data.errors import did_you_mean
+
+
+def shipped_missions() -> tuple[str, ...]:
+    """Return the names of the missions that come with the package, sorted."""
+    folder = resources.files("ltlplan.missions")
+    return tuple(sorted(f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml")))
+
+
+def shipped_mission_text(name: str) -> str:
+    """Return the file of a shipped mission.
+
+    Raises:
+        BadInput: There is no such mission; the message lists those that there are.
+    """
+    known = shipped_missions()
+    if name not in known:
+        raise BadInput(
+            f"'{name}' is neither a file nor a shipped mission.{did_you_mean(name, known)} Shipped: {', '.join(known)}."
+        )
+    return (resources.files("ltlplan.missions") / f"{name}.yaml").read_text(encoding="utf-8")
+
+
+def load_mission(source: str | os.PathLike[str]) -> Mission:
+    """Read a mission from a file, or a shipped one by its name.
+
+    Raises:
+        MissionError: All faults of the file, each with its line and keys.
+        BadInput: There is no such file or mission, or the file is too large or unreadable.
+    """
+    if isinstance(source, str) and not Path(source).suffix and not Path(source).exists():
+        return parse_mission(shipped_mission_text(source), f"{source}.yaml")
+    return load_mission_file(source)

@@ -1,0 +1,102 @@
+"""Every mistake of a user ends with one clear message, its exit code, no traceback and no folder."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.verify.data.test_mission_file import GOOD
+
+
+def ltlplan(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    root = Path(__file__).parents[2]
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    return subprocess.run(
+        [sys.executable, "-m", "ltlplan.cli", *arguments],
+        cwd=cwd,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+def refused(arguments: list[str], code: int, says: str, cwd: Path) -> None:
+    before = sorted(cwd.rglob("*"))
+    done = ltlplan(*arguments, cwd=cwd)
+    assert done.returncode == code, done.stderr
+    assert says in done.stderr, done.stderr
+    assert "Traceback" not in done.stderr
+    assert sorted(cwd.rglob("*")) == before, "something was left behind"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "says"),
+    [
+        ("name: test", "name: test\ncolour: red", 2, "unknown key"),
+        ("vehicle: crazyflie-2.1\n", "", 2, "missing"),
+        ("center: [0.5, 0.0, 1.0]", "center: here", 2, "hoops.a.center"),
+        ("F a & G !b", "F a & G !bee", 2, "is not a name of this mission"),
+        ("F a & G !b", "F (a", 2, "never closed"),
+        ("F a & G !b", "F X a", 2, "no next step"),
+        ("start: [1.2, 0.0, 0.8]", "start: [9, 0.0, 0.8]", 2, "outside the workspace"),
+        ("start: [1.2, 0.0, 0.8]", "start: [0.5, 0.2, 1.0]", 2, "edge of 'a'"),
+        ("F a & G !b", "F a & G !a", 3, "unsatisfiable"),
+        ("F a & G !b", "G (a | b)", 3, "unsatisfiable"),
+    ],
+)
+def test_damaged_missions(old: str, new: str, code: int, says: str, tmp_path: Path) -> None:
+    assert old in GOOD
+    (tmp_path / "m.yaml").write_text(GOOD.replace(old, new, 1))
+    refused(["run", "m.yaml"], code, says, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"", "empty"),
+        (b"{", "no YAML"),
+        (b"\xff\xfe\x00", "UTF-8"),
+        (b"#" * 2_000_000, "larger than"),
+        (b"- 1\n", "table of keys"),
+    ],
+)
+def test_files_that_are_no_mission(content: bytes, says: str, tmp_path: Path) -> None:
+    (tmp_path / "m.yaml").write_bytes(content)
+    refused(["run", "m.yaml"], 2, says, tmp_path)
+
+
+def test_unknown_missions_and_folders(tmp_path: Path) -> None:
+    refused(["run", "firefightin"], 2, "Did you mean 'firefighting'?", tmp_path)
+    refused(["run", "nowhere.yaml"], 2, "cannot be read", tmp_path)
+    refused(["recheck", "nowhere"], 2, "nowhere", tmp_path)
+
+
+def test_a_folder_of_somebody_else_is_not_touched(tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.txt").write_text("years of work")
+    refused(["run", "firefighting", "--out", "mine"], 2, "not written by ltlplan", tmp_path)
+
+
+def test_a_mission_to_start_from(tmp_path: Path) -> None:
+    done = ltlplan("missions", "--new", "delivery", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "delivery.yaml").exists()
+    again = ltlplan("missions", "--new", "delivery", cwd=tmp_path)
+    assert again.returncode == 2
+    assert "exists already" in again.stderr
+    planned = ltlplan("plan", "delivery.yaml", cwd=tmp_path)
+    assert planned.returncode == 0, planned.stderr
+    assert "pickup" in planned.stdout
+
+
+def test_help_does_not_import_the_engines(tmp_path: Path) -> None:
+    code = "import sys, ltlplan.cli; print([m for m in ('casadi', 'spot', 'osqp', 'plotly', 'numpy', 'networkx') if m in sys.modules])"
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "[]"
