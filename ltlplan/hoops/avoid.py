@@ -7,6 +7,7 @@ to its own side, the way first goes out to the height of the avoid point, `reach
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
@@ -77,7 +78,7 @@ def _way(
     reasons: list[str] = []
     for points in _candidates(mission, where, hit.name, start, end):
         outside = [point for point in points if not where.inside(point.position)]
-        inner = [blocked(a.position, b.position, where, permitted) for a, b in zip(points, points[1:], strict=False)]
+        inner = [blocked(a.position, b.position, where, permitted) for a, b in itertools.pairwise(points)]
         if outside:
             reasons.append(f"the point {_show(outside[0].position)} beside it is too near a wall or outside the workspace")
             continue

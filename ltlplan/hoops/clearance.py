@@ -18,6 +18,8 @@ from verify.data.mission import Hoop, Mission
 
 Floats = NDArray[np.float64]
 
+Kind = Literal["region", "ring", "plane", "workspace"]
+
 _DEGREE = 14  # of a squared distance along a piece of degree 7
 _HALVINGS = 14
 
@@ -29,13 +31,14 @@ class Conflict:
     Attributes:
         piece: Index of the piece.
         share: Where on it, 0 to 1.
-        obstacle: "region", "ring" (or the opening of a hoop that is not flown through here) or "workspace".
+        obstacle: "region", "ring" (or the opening of a hoop that is not flown through here), "plane" (the path turns back
+            within the hoop that it flies through) or "workspace".
         name: The region's name; "workspace" for the walls.
     """
 
     piece: int
     share: float
-    obstacle: Literal["region", "ring", "workspace"]
+    obstacle: Kind
     name: str
 
 
@@ -125,8 +128,10 @@ def conflicts(coefficients: Floats, durations: Floats, where: Room, permitted: S
     nodes, to_bernstein = _interpolation()
     scaled = coefficients * durations[:, None, None] ** np.arange(coefficients.shape[2])
     path = np.einsum("pak,nk->pna", scaled, nodes[:, None] ** np.arange(coefficients.shape[2]))
+    orders = np.arange(1, coefficients.shape[2])
+    velocity = np.einsum("pak,nk->pna", scaled[:, :, 1:] * orders, nodes[:, None] ** (orders - 1))
     claims, labels = [], []
-    for piece, name, kind, first, second in _claims(path, where, permitted):
+    for piece, name, kind, first, second in _claims(path, velocity, where, permitted):
         claims.append((first, second))
         labels.append((piece, kind, name))
     if not claims:
@@ -146,8 +151,8 @@ def blocked(start: Floats, end: Floats, where: Room, permitted: Collection[str] 
 
 
 def _claims(
-    path: Floats, where: Room, permitted: Sequence[Collection[str]]
-) -> Iterator[tuple[int, str, Literal["region", "ring", "workspace"], Floats, Floats]]:
+    path: Floats, velocity: Floats, where: Room, permitted: Sequence[Collection[str]]
+) -> Iterator[tuple[int, str, Kind, Floats, Floats]]:
     """Yield (piece, name, kind, f, g): f > 0 or g > 0 must hold at every instant, given by values at the nodes."""
     never = np.full(path.shape[1], -1.0)
     pieces = range(len(path))
@@ -163,6 +168,9 @@ def _claims(
         along = (offset @ obstacle.normal) ** 2
         across = np.einsum("pna,pna->pn", offset, offset) - along
         for piece in pieces:
+            if enters[piece]:  # towards where this piece ends, as long as it is near the plane
+                ahead = np.sign((path[piece, -1] - path[piece, 0]) @ obstacle.normal) * (velocity[piece] @ obstacle.normal)
+                yield piece, obstacle.name, "plane", ahead, along[piece] - obstacle.height**2
             past = across[piece] - obstacle.outer**2
             yield (
                 piece,

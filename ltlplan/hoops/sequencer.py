@@ -9,13 +9,14 @@ all times; where it cuts a corner too closely, a point on the leg itself is adde
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.hoops.avoid import Blocked, avoid
+from ltlplan.hoops.avoid import avoid
 from ltlplan.hoops.clearance import Conflict, Room, conflicts, room
 from ltlplan.hoops.control_points import control_points
 from ltlplan.hoops.primitives import Primitive, choose
@@ -33,6 +34,8 @@ _SLACKS = (0.04, 0.02, 0.0)
 _REPAIRS = 24
 _SHORTEST = 0.08
 """m; a shorter segment is not divided again."""
+_RAMPS = 1.0
+"""s, at most, that the first and last segment take longer, from and to rest."""
 _HOVER = 1.0
 """s; nominal length of a cycle that only hovers."""
 
@@ -69,6 +72,7 @@ class SplineBlocked(Infeasible):
         self.conflict = conflict
         what = {
             "workspace": "leaves the workspace, margin included,",
+            "plane": f"turns back within '{conflict.name}'",
             "ring": f"comes too near the ring of '{conflict.name}'",
             "region": f"touches '{conflict.name}', which it may not enter there,",
         }[conflict.obstacle]
@@ -161,7 +165,7 @@ def _route(
     stops, times = _repaired(stops, cycle, where, mission.planner.speed)
     if cycle_visit == len(visits):
         stops, times, cycle = [*stops, stops[-1]], [*times, times[-1] + _HOVER], len(stops) - 1
-    plan = RobotPlan(
+    return RobotPlan(
         word=word,
         visits=tuple(visit.model_copy(update={"direction": side}) for visit, side in zip(visits, sides, strict=True)),
         waypoints=tuple(Waypoint(position=_point(s.position), role=s.role, region=s.region, visit=s.visit) for s in stops),
@@ -169,7 +173,6 @@ def _route(
         cycle_visit=cycle_visit,
         cycle_waypoint=cycle,
     )
-    return plan
 
 
 class _Builder:
@@ -313,29 +316,36 @@ def _primitives(stops: Sequence[Stop]) -> list[Primitive]:
     return result
 
 
-def _times(stops: Sequence[Stop], speed: float) -> list[float]:
-    """Return nominal times: each segment takes its primitive's length over the speed."""
-    times = [0.0]
-    for primitive in _primitives(stops):
-        times.append(times[-1] + primitive.time(speed))
-    return times
+def _times(stops: Sequence[Stop], speed: float, ramp: float, *, lasso: bool) -> list[float]:
+    """Return nominal times: each segment takes its primitive's length over the speed; `ramp` s more from and to rest."""
+    spans = [primitive.time(speed) for primitive in _primitives(stops)]
+    spans[0] += ramp
+    spans[-1] += 0.0 if lasso else ramp
+    return [0.0, *(float(t) for t in np.cumsum(spans))]
 
 
 def _repaired(stops: list[Stop], cycle: int | None, where: Room, speed: float) -> tuple[list[Stop], list[float]]:
     """Add points on legs until the spline keeps clear; the points lie on lines that do.
+
+    A spline that leaves rest within length / v can overshoot so far that it turns back in the first hoop; where it does,
+    its first and last segment are given more time.
 
     Raises:
         SplineBlocked: It does not help.
     """
     if len(stops) == 1:
         return stops, [0.0]
+    ramp = 0.0
     for _ in range(_REPAIRS):
-        times = _times(stops, speed)
+        times = _times(stops, speed, ramp, lasso=cycle is not None)
         spline = Spline(times, cycle)
         coefficients = spline.through([stop.position for stop in stops])
         found = conflicts(coefficients, spline.durations, where, [stop.permitted for stop in stops[1:]])
         if not found:
             return stops, times
+        if ramp < _RAMPS and any(conflict.obstacle == "plane" for conflict in found):
+            ramp += 0.25
+            continue
         divided = _divided(stops, found)
         if len(divided) == len(stops):
             raise SplineBlocked(found[0], stops)
@@ -345,7 +355,7 @@ def _repaired(stops: list[Stop], cycle: int | None, where: Room, speed: float) -
 
 
 def _pieces(stops: Sequence[Stop], found: Sequence[Conflict]) -> list[int]:
-    lengths = [float(np.linalg.norm(b.position - a.position)) for a, b in zip(stops, stops[1:], strict=False)]
+    lengths = [float(np.linalg.norm(b.position - a.position)) for a, b in itertools.pairwise(stops)]
     return sorted({c.piece for c in found if lengths[c.piece] > 2 * _SHORTEST})
 
 
