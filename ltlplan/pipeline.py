@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ltlplan.planner import make_plan
+from ltlplan.waits import with_waits
 from verify.data import InternalError, Mission, NotCertified, Plan, Trajectory
 
 if TYPE_CHECKING:
@@ -113,6 +114,7 @@ def certified_team(
             return made, team, certificate, attempt
         latest = tuple(claim.witness for claim in refused if claim.witness is not None)
         witnesses = (*witnesses, *latest)
+        made = with_waits(made, latest)
     raise NotCertified(
         f"Not certified after {MAX_ROUNDS} rounds of refinement. " + " ".join(claim.sentence for claim in refused), latest
     )

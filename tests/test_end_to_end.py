@@ -109,8 +109,8 @@ def test_hoops_are_passed_through_their_openings(run_folder) -> None:
 
 def test_the_flown_robots_stay_in_the_tube(run_folder) -> None:
     result, _ = run_folder
-    for name in result.mission.agents:
-        assert result.log.worst_error(name) < result.certificate.margin
+    assert result.log.worst_error < result.certificate.margin
+    assert result.log.satisfied is not False
 
 
 def test_the_plan_reads_back(run_folder) -> None:

@@ -77,21 +77,23 @@ def summary_lines(result: Result) -> list[str]:
 
 def tracking(result: Result) -> dict[str, dict[str, float]]:
     """Return each robot's worst and RMS tracking error in m."""
-    return {
-        name: {"worst": float(result.log.worst_error(name)), "rms": float(result.log.rms_error(name))}
-        for name in result.mission.agents
-    }
+    log = result.log
+    worst = log.error.max(axis=0) if log.peak is None else log.peak
+    return {name: {"worst": float(worst[i]), "rms": log.rms_error[name]} for i, name in enumerate(log.robots)}
 
 
 def flight_sentences(result: Result) -> tuple[str, ...]:
     """Return what the monitor said of the flight, for a person."""
-    return tuple(result.log.verdicts)
+    events = [
+        f"{event.time:.2f} s{'' if event.robot is None else ' ' + event.robot}: {event.sentence}" for event in result.log.events
+    ]
+    return (*events, *result.log.notes)
 
 
 def holds(result: Result) -> bool:
-    """Tell whether everything holds: all claims, and the simulated flight inside its tube."""
-    inside = all(flown["worst"] < result.certificate.margin for flown in tracking(result).values())
-    return inside and all(claim.verdict == "holds" for claim in result.certificate.claims)
+    """Tell whether everything holds: all claims, and the simulated flight inside its tube and by its formula."""
+    inside = all(flown["worst"] <= result.certificate.margin for flown in tracking(result).values())
+    return inside and result.log.satisfied is not False and all(claim.verdict == "holds" for claim in result.certificate.claims)
 
 
 def summary_data(result: Result) -> dict[str, Any]:

@@ -37,7 +37,7 @@ def report_html(result: Result) -> str:
     readings = team_readings(letters, joint=mission.spec.team == "joint")
     cycle = _cycle_start(result)
     end = float(times[-1])
-    flown = {name: result.log.positions(name) for name in mission.agents}
+    flown = {name: result.log.position[:, i] for i, name in enumerate(result.log.robots)}
     waypoints = {name: [w.position for w in robot.waypoints] for name, robot in result.plan.robots.items()}
     figures: dict[str, go.Figure] = {
         "scene": scene(mission, paths, flown=flown, waypoints=waypoints),
@@ -67,8 +67,8 @@ def report_html(result: Result) -> str:
             "Distance of the simulated robot from its certified path; the certificate covers the flight while it stays below the margin.",
         )
     )
-    if (rotors := result.log.rotor_thrusts) is not None:
-        figures["rotors"] = _rotor_chart(result, rotors)
+    if result.log.rotors is not None:
+        figures["rotors"] = _rotor_chart(result, result.log.rotors)
         sections.append(
             _section("Rotor thrusts", "rotors", "Greatest and least rotor of each robot, against the vehicle's limits.")
         )
@@ -184,19 +184,19 @@ def _truth_chart(result: Result, readings: list[Reading], end: float, cycle: flo
 
 
 def _error_chart(result: Result) -> go.Figure:
-    names = list(result.mission.agents)
-    lines = {name: (result.log.times, 1000 * result.log.errors(name)) for name in names}
+    names = result.log.robots
+    lines = {name: (result.log.times, 1000 * result.log.error[:, i]) for i, name in enumerate(names)}
     colours = {name: robot_colour(i) for i, name in enumerate(names)}
     margin = 1000 * result.certificate.margin
     return over_time(lines, "distance from the certified path (mm)", limits={f"margin {margin:g} mm": margin}, colours=colours)
 
 
-def _rotor_chart(result: Result, rotors: dict[str, Floats]) -> go.Figure:
+def _rotor_chart(result: Result, rotors: Floats) -> go.Figure:
     limits = result.mission.effective_limits
     lines: dict[str, tuple[Floats, Floats]] = {}
     colours: dict[str, str] = {}
-    for index, (name, thrusts) in enumerate(rotors.items()):
-        for word, values in (("greatest", np.max(thrusts, axis=1)), ("least", np.min(thrusts, axis=1))):
+    for index, name in enumerate(result.log.robots):
+        for word, values in (("greatest", np.max(rotors[:, index], axis=1)), ("least", np.min(rotors[:, index], axis=1))):
             lines[f"{name} {word}"] = (result.log.times, values)
             colours[f"{name} {word}"] = robot_colour(index)
     marks = {"most": limits.rotor_thrust_max, "least": limits.rotor_thrust_min}
@@ -233,7 +233,9 @@ def _claim_table(certificate: Certificate) -> str:
 
 
 def _flight_notes(result: Result) -> str:
-    notes = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in result.log.verdicts)
+    from ltlplan.commands.summary import flight_sentences
+
+    notes = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in flight_sentences(result))
     return f"<section><h2>Monitor</h2><ul>{notes}</ul></section>" if notes else ""
 
 

@@ -1,0 +1,50 @@
+"""Waits between robots: taken from the counterexamples of a refused `timed` claim, kept in the plan.
+
+The assignment stays as it is; one robot's visit is put after another's. Waits that would go round in a circle are
+refused, because no schedule can keep them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import networkx as nx
+
+from verify.data import NotCertified, Plan, Witness
+from verify.data.plan import Precedence
+
+
+def with_waits(plan: Plan, witnesses: Iterable[Witness]) -> Plan:
+    """Return the plan with the precedences that the witnesses ask for.
+
+    Args:
+        plan: The plan whose trajectories were refused.
+        witnesses: What the judge refused; those with an `order` say which visit must be over before which.
+
+    Raises:
+        NotCertified: The waits go round in a circle; the message names it.
+    """
+    known = dict.fromkeys(plan.precedences)
+    for witness in witnesses:
+        for first, then in witness.order:
+            known.setdefault(Precedence(first=first, then=then))
+    if len(known) == len(plan.precedences):
+        return plan
+    circle = _circle(plan, known)
+    if circle:
+        named = " before ".join(f"{robot}'s visit of {plan.robots[robot].visits[visit].region}" for robot, visit in circle)
+        raise NotCertified(f"The waits that the formula asks for go round in a circle: {named}.", witnesses)
+    return plan.model_copy(update={"precedences": tuple(known)})
+
+
+def _circle(plan: Plan, precedences: Iterable[Precedence]) -> list[tuple[str, int]]:
+    """Return visits that wait for each other, the first one repeated at the end; empty where there are none."""
+    order: nx.DiGraph[tuple[str, int]] = nx.DiGraph()
+    for name, robot in plan.robots.items():
+        order.add_edges_from(((name, i), (name, i + 1)) for i in range(len(robot.visits) - 1))
+    order.add_edges_from((precedence.first, precedence.then) for precedence in precedences)
+    try:
+        edges = nx.find_cycle(order)
+    except nx.NetworkXNoCycle:
+        return []
+    return [edge[0] for edge in edges] + [edges[0][0]]
