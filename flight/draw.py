@@ -108,7 +108,11 @@ def scene(
 
 
 def over_time(
-    lines: Mapping[str, tuple[Floats, Floats]], title: str, *, limits: Mapping[str, float] | None = None, colours: Mapping[str, str]
+    lines: Mapping[str, tuple[Floats, Floats]],
+    title: str,
+    *,
+    limits: Mapping[str, float] | None = None,
+    colours: Mapping[str, str],
 ) -> go.Figure:
     """Draw quantities over mission time, with horizontal limit lines.
 
@@ -120,7 +124,11 @@ def over_time(
     """
     figure = go.Figure()
     for name, (times, values) in lines.items():
-        figure.add_trace(go.Scatter(x=_short(times), y=_short(values), name=name, mode="lines", line={"color": colours.get(name), "width": 1.5}))
+        figure.add_trace(
+            go.Scatter(
+                x=_short(times), y=_short(values), name=name, mode="lines", line={"color": colours.get(name), "width": 1.5}
+            )
+        )
     for name, value in (limits or {}).items():
         figure.add_hline(y=value, line={"dash": "dash", "color": "#444"}, annotation={"text": name, "font": {"size": 11}})
     figure.update_layout(

@@ -1,0 +1,129 @@
+"""Airframes: what simulation and control need to know of a vehicle beyond its physical profile.
+
+The files in `airframes/` carry the names of the vehicles in `verify/data/vehicles`; each number there stands next to its
+source. The judge never reads them: a certificate rests on the vehicle's own limits alone.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+from ruamel.yaml import YAML
+
+from verify.data import Vehicle
+from verify.data.vehicle import NotNegative, Positive
+
+_GENERIC = "generic"
+
+
+class Gains(BaseModel):
+    """Gains of both controllers, per unit of mass and inertia, so that they carry over between airframes.
+
+    The `position` gains serve both; the rest belongs to one controller, as said.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    position: tuple[Positive, Positive] = Field(description="1/s^2, on the position error: horizontal, vertical")
+    velocity: tuple[Positive, Positive] = Field(description="1/s, on the velocity error: horizontal, vertical")
+    integral: tuple[NotNegative, NotNegative] = Field(description="1/s^3, on the summed position error")
+    integral_limit: Positive = Field(description="m/s^2, most that the summed error may ask for, an axis")
+    attitude: tuple[Positive, Positive] = Field(description="1/s^2, geometric controller: tilt, heading")
+    rate: tuple[Positive, Positive] = Field(description="1/s, on the body rates: roll and pitch, yaw")
+    angle: Positive = Field(description="1/s, papers' controller: body rate per rad of angle error")
+    chain: Positive = Field(description="1/s, papers' controller: the chain of integrators (4), (5) has its four poles here")
+    quickened_lag: Positive = Field(description="s, rotor lag that the autopilot's lead leaves of the rotors' own")
+
+
+class Battery(BaseModel):
+    """A lithium cell as voltage behind a resistance; thrust at a given command falls with the voltage."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    full: Positive = Field(description="V, open circuit, charged")
+    empty: Positive = Field(description="V, open circuit, discharged")
+    charge: Positive = Field(description="C, what the cell holds")
+    resistance: NotNegative = Field(description="ohm")
+    hover_current: Positive = Field(description="A, drawn in hover; grows with thrust^1.5")
+    compensation: NotNegative = Field(description="share of the sag that the firmware takes out of a command, 0 to 1", le=1)
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Battery:
+        if self.empty >= self.full:
+            raise ValueError(f"empty {self.empty} V is not below full {self.full} V")
+        return self
+
+
+class Airframe(BaseModel):
+    """A vehicle with what moves it: rotors, air, battery and gains."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str = Field(description="which file of airframes/ it was read from")
+    vehicle: Vehicle = Field(description="the physical profile")
+    thrust_coefficient: Positive = Field(description="N s^2, thrust of a rotor per (rad/s)^2")
+    rotor_lag: Positive = Field(description="s, first-order lag of a rotor's speed")
+    rotor_inertia: NotNegative = Field(description="kg m^2, of one rotor about its axis")
+    rotor_drag: NotNegative = Field(description="kg, force across a rotor's axis per rad/s and m/s")
+    inflow_drag: NotNegative = Field(description="kg, force along a rotor's axis per rad/s and m/s")
+    body_drag: tuple[NotNegative, NotNegative, NotNegative] = Field(description="kg/m, along the body's axes, quadratic")
+    battery: Battery
+    gains: Gains
+
+    @property
+    def known(self) -> bool:
+        """Whether the airframe was measured or published, rather than estimated from the vehicle's size."""
+        return self.name != _GENERIC
+
+    @property
+    def hover_speed(self) -> float:
+        """Rotor speed in hover, rad/s."""
+        return float((self.vehicle.weight / 4.0 / self.thrust_coefficient) ** 0.5)
+
+
+def shipped_airframes() -> tuple[str, ...]:
+    """Return the names of the vehicles whose airframe is known, sorted."""
+    folder = resources.files("flight") / "airframes"
+    names = (f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml"))
+    return tuple(sorted(name for name in names if name != _GENERIC))
+
+
+def airframe_of(vehicle: Vehicle) -> Airframe:
+    """Return the airframe of a vehicle: by its name, or for a name that is not shipped an estimate from its size.
+
+    The estimate takes lag, gains and battery of the generic file and scales rotor drag with the weight; `known`
+    is False for it, and every flight log says so.
+    """
+    values = _read(vehicle.name if vehicle.name in shipped_airframes() else _GENERIC)
+    name = values.pop("name")
+    if name == _GENERIC:
+        hover = (vehicle.weight / 4.0 / values["thrust_coefficient"]) ** 0.5
+        damping = values.pop("damping")
+        values["rotor_drag"] = values["inflow_drag"] = damping * vehicle.mass / (4.0 * hover)
+        amperes = values["battery"].pop("hover_current_per_newton")
+        values["battery"] = {**values["battery"], "hover_current": amperes * vehicle.weight}
+        values["battery"]["charge"] *= vehicle.weight
+        values["battery"]["resistance"] /= vehicle.weight
+    return Airframe(name=name, vehicle=vehicle, **values)
+
+
+def _read(name: str) -> dict[str, Any]:
+    values = _load(name)
+    return {"name": name, **{key: dict(part) if isinstance(part, dict) else part for key, part in values.items()}}
+
+
+@cache
+def _load(name: str) -> dict[str, Any]:
+    text = (resources.files("flight") / "airframes" / f"{name}.yaml").read_text(encoding="utf-8")
+    return {key: _value(entry) for key, entry in YAML(typ="safe", pure=True).load(text).items()}
+
+
+def _value(entry: Any) -> Any:
+    """Strip the sources: {value: v, source: s} is v, a section is a table of such."""
+    if "value" not in entry:
+        return {key: _value(part) for key, part in entry.items()}
+    value = entry["value"]
+    return tuple(value) if isinstance(value, list) else value

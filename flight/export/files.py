@@ -1,0 +1,156 @@
+"""The door of all exports: is it certified, does it fit, and then write it whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from flight.export.notes import readme
+from verify.data import BadInput, Mission, NotCertified, Trajectory
+from verify.data.errors import did_you_mean
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What a format's module works from.
+
+    Attributes:
+        mission: What the certificate is of.
+        team: The certified trajectories, in the mission's order (cycles not repeated).
+        laps: How often cycles are flown.
+        margin: delta of the certificate, m.
+        digest: The certificate's.
+        options: What the caller passed for this format.
+    """
+
+    mission: Mission
+    team: Mapping[str, Trajectory]
+    laps: int
+    margin: float
+    digest: str
+    options: Mapping[str, Any]
+
+    @property
+    def flown(self) -> dict[str, Trajectory]:
+        """The trajectories with their cycles repeated."""
+        return {name: path.flattened(self.laps) for name, path in self.team.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class Product:
+    """What a format's module makes: contents by file name, and sentences for the note."""
+
+    files: Mapping[str, bytes]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Exported:
+    """What was written.
+
+    Attributes:
+        format: Name of the format.
+        folder: Where.
+        files: All files, the note last.
+        digest: The certificate's digest, which the files carry.
+        notes: Sentences for a person that belong to this export.
+    """
+
+    format: str
+    folder: Path
+    files: tuple[Path, ...]
+    digest: str
+    notes: tuple[str, ...]
+
+
+_MODULES: dict[str, tuple[str, str, tuple[str, ...]]] = {
+    # format: module, function, options that it takes
+    "crazyswarm2": ("crazyswarm", "product", ("uris",)),
+    "crazyflie": ("crazyflie", "product", ("trajectory_ids",)),
+    "crazyflie-compressed": ("compressed", "product", ("trajectory_ids",)),
+    "px4": ("px4", "product", ("rate", "origin")),
+    "ros2": ("ros", "product", ("rate",)),
+}
+
+
+def formats() -> tuple[str, ...]:
+    """Return the names of all formats."""
+    return tuple(_MODULES)
+
+
+def export(
+    team: Mapping[str, Trajectory],
+    cert: Any,
+    out: str | os.PathLike[str],
+    format: str = "crazyswarm2",  # noqa: A002  # the name that users type
+    *,
+    vehicle: str | None = None,
+    **options: Any,
+) -> Exported:
+    """Write a certified team's trajectories for real vehicles.
+
+    Args:
+        team: The trajectories that were certified.
+        cert: Their certificate.
+        out: Folder to write into; it is made where it does not exist.
+        format: `crazyswarm2`, `crazyflie`, `crazyflie-compressed`, `px4` or `ros2`.
+        vehicle: Name of the airframe that will fly, where it is to be checked against the certificate's.
+        options: `uris` (crazyswarm2: robot to radio address), `trajectory_ids` (crazyflie: robot to id), `rate`
+            (px4, ros2: setpoints a second), `origin` (px4: m, our origin in the vehicle's local frame).
+
+    Raises:
+        NotCertified: There is no certificate, it does not cover exactly these trajectories, or a claim of it fails.
+        DoesNotFit: The vehicle or its format cannot hold the flight.
+        BadInput: There is no such format or option.
+    """
+    if format not in _MODULES:
+        raise BadInput(f"'{format}' is not an export format.{did_you_mean(format, _MODULES)} Formats: {', '.join(_MODULES)}.")
+    module, function, known = _MODULES[format]
+    for name in options:
+        if name not in known:
+            takes = ", ".join(known) or "none"
+            raise BadInput(f"'{name}' is not an option of {format}.{did_you_mean(name, known)} Options: {takes}.")
+    require_certified(team, cert, vehicle)
+    mission: Mission = cert.mission
+    ordered = {name: team[name] for name in mission.agents}
+    request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options)
+    make: Callable[[Request], Product] = getattr(import_module(f"flight.export.{module}"), function)
+    product = make(request)
+    files = {**product.files, "README.txt": readme(request, format, product.notes).encode()}
+    return Exported(format, Path(out), _write(files, Path(out)), request.digest, product.notes)
+
+
+def require_certified(team: Mapping[str, Trajectory], cert: Any, vehicle: str | None = None) -> None:
+    """Refuse a team that the certificate does not cover, bit for bit, or another airframe.
+
+    Raises:
+        NotCertified: As said.
+    """
+    if cert is None:
+        raise NotCertified("there is no certificate; only certified flights are exported (`verify.certify` makes one).")
+    failing = [claim for claim in cert.claims if claim.verdict != "holds"]
+    if failing:
+        raise NotCertified(f"the certificate has a claim that does not hold, {failing[0].name}: {failing[0].sentence}")
+    if not cert.covers(team):
+        raise NotCertified("the certificate does not cover these trajectories: they differ from what was certified.")
+    if vehicle is not None and vehicle != cert.mission.vehicle.name:
+        raise NotCertified(f"the certificate is for the airframe '{cert.mission.vehicle.name}', not '{vehicle}'.")
+
+
+def _write(files: Mapping[str, bytes], out: Path) -> tuple[Path, ...]:
+    """Write all files beside their places, then move each into place."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=out, prefix=".export-") as aside:
+            for name, content in files.items():
+                (Path(aside) / name).write_bytes(content)
+            for name in files:
+                (Path(aside) / name).replace(out / name)
+    except OSError as error:
+        raise BadInput(f"{out} cannot be written: {error.strerror or error}.") from None
+    return tuple(out / name for name in files)

@@ -1,0 +1,130 @@
+"""One simulated flight of a team, from its plan and trajectories to its log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from flight.air import Wind
+from flight.airframe import Airframe, airframe_of
+from flight.attitude import Floats, euler
+from flight.control import CONTROL_STEP, ControllerName
+from flight.labels import internal_letters, planned_actions, region_letters, regions_of
+from flight.log import Event, FlightLog
+from flight.reference import flown, sample_reference
+from flight.sensing import MotionCapture
+from flight.simulate import FRAME_STEPS, STEP, SUBSTEPS, ModelName, Setup, Snapshot, steps
+from verify.data import BadInput, NotCertified, Plan, Trajectory
+
+Progress = Callable[[str, float], None]
+
+
+def fly(
+    plan: Plan,
+    team: Mapping[str, Trajectory],
+    cert: Any = None,
+    *,
+    seed: int = 0,
+    wind: Wind | str | float | None = None,
+    noise: MotionCapture | str | float | None = None,
+    model: ModelName = "full",
+    controller: ControllerName = "geometric",
+    airframe: Airframe | None = None,
+    progress: Progress | None = None,
+) -> FlightLog:
+    """Simulate the team's flight in closed loop and return its log.
+
+    Args:
+        plan: The plan that the trajectories fly; carries the mission.
+        team: One trajectory a robot; a cycle is flown as often as the mission's `repeat` says.
+        cert: A certificate of this team; gives the tube's margin and the instants of planned actions. Without one
+            the log says that the flight is not certified.
+        seed: Of every random number; the same seed gives the same log.
+        wind: None for still air; otherwise a Wind, or text or a number for `Wind.parse` (m/s).
+        noise: None for perfect knowledge of the state; otherwise a MotionCapture, or a position's standard
+            deviation in m.
+        model: `full` (twelve states, rotors, battery) or `paper` (eqs. (1) to (3)).
+        controller: `geometric`, or `paper` (the papers' controller).
+        airframe: Lag, drag and gains; the vehicle's own by default.
+        progress: Called with a sentence and the share done.
+
+    Raises:
+        BadInput: Trajectories do not fit the mission.
+        NotCertified: The certificate is of other trajectories.
+    """
+    mission = plan.mission
+    if cert is not None and not cert.covers(team):
+        raise NotCertified("the certificate does not cover these trajectories; fly what was certified, or without it.")
+    paths = flown(mission, team)
+    frame = airframe_of(mission.vehicle) if airframe is None else airframe
+    reference = sample_reference(paths, CONTROL_STEP, SUBSTEPS)
+    setup = Setup(frame, reference, as_wind(wind), as_sensor(noise), model, controller)
+    entries: list[Snapshot] = []
+    count = (len(reference.times) - 1) * SUBSTEPS // FRAME_STEPS
+    for entry in steps(setup, [seed]):
+        entries.append(entry)
+        if progress is not None and len(entries) % 100 == 0:
+            progress("simulating the flight", len(entries) / (count + 1))
+    times = np.array([entry.step for entry in entries]) * STEP
+    position = _stacked([entry.position for entry in entries])
+    planned = reference.fine[::FRAME_STEPS].transpose(0, 2, 1)
+    actions = planned_actions(plan, team, cert)
+    table = region_letters(mission)
+    masks = [regions_of(mission, position[:, j].T).tolist() for j in range(len(reference.robots))]
+    inner = [internal_letters(mission, robot, actions, times) for robot in reference.robots]
+    letters = tuple(tuple(table[masks[j][i]] | inner[j][i] for j in range(len(reference.robots))) for i in range(len(times)))
+    notes = [] if frame.known else [f"no airframe is known for '{mission.vehicle.name}'; lag, drag and gains are estimates."]
+    if cert is None:
+        notes.append(
+            "this flight has no certificate; planned actions happen in the middle of their visits on the sampled path."
+        )
+    first, sensed = entries[0], entries[0].measured is not None
+    return FlightLog(
+        mission=mission.name,
+        robots=reference.robots,
+        times=times,
+        position=position,
+        velocity=_stacked([entry.velocity for entry in entries]),
+        attitude=_stacked([euler(entry.attitude) for entry in entries]),
+        thrust=np.array([entry.thrust for entry in entries]),
+        rates=_stacked([entry.rates for entry in entries]),
+        error=np.linalg.norm(position - planned, axis=2),
+        letters=letters,
+        rotors=None if first.rotors is None else _stacked([_known(entry.rotors) for entry in entries]),
+        measured=_stacked([_known(entry.measured) for entry in entries]) if sensed else None,
+        estimated=_stacked([entry.estimated for entry in entries]) if sensed else None,
+        peak=entries[-1].peak,
+        margin=None if cert is None else float(cert.margin),
+        events=tuple(Event(0.0, None, "note", note) for note in notes),
+        seed=seed,
+        certificate=None if cert is None else cert.digest(),
+        notes=tuple(notes),
+    )
+
+
+def as_wind(wind: Wind | str | float | None) -> Wind | None:
+    """Return the wind that an argument means; None for still air."""
+    value = wind if wind is None or isinstance(wind, Wind) else Wind.parse(wind)
+    return None if value is None or value.still else value
+
+
+def as_sensor(noise: MotionCapture | str | float | None) -> MotionCapture | None:
+    """Return the motion capture that an argument means; None for perfect knowledge."""
+    return noise if noise is None or isinstance(noise, MotionCapture) else MotionCapture.parse(noise)
+
+
+def require_team(team: Mapping[str, Trajectory]) -> None:
+    """Refuse what is no team of trajectories."""
+    if not team or not all(isinstance(path, Trajectory) for path in team.values()):
+        raise BadInput("a team is a table from each robot's name to its Trajectory.")
+
+
+def _stacked(values: list[Floats]) -> Floats:
+    return np.array(values).transpose(0, 2, 1)
+
+
+def _known(values: Floats | None) -> Floats:
+    assert values is not None, "every entry of a log has the same parts"
+    return values
