@@ -1,0 +1,214 @@
+"""The two claims about words that a certificate makes, decided on label timelines.
+
+`judge_formula`: every team word that the timelines leave possible satisfies the mission's formula. `judge_transitions`:
+every word of every robot is a trace of its A = E x R, environment times robot. Timelines say *may* where the margin
+leaves it open, and both claims must hold whatever the robot does there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Literal
+
+from verify.data.errors import BadInput, InternalError
+from verify.data.formula import FREE, Formula, parse_formula
+from verify.data.mission import Mission
+from verify.data.word import Letter, Word, show_letter
+from verify.explain import Reason, Where, explain, show
+from verify.inclusion import DEFAULT_BUDGET, holds_for_all
+from verify.lassos import find_broken_run
+from verify.progression import Normal, OutOfBudget, conjuncts, normal_form, to_formula
+from verify.robot_behaviour import RobotBehaviour, cut_timeline, from_timeline
+from verify.semantics import satisfies
+from verify.team_graph import JointGraph, Look, OwnGraph, TeamGraph
+from verify.timeline import Relations, Timeline
+from verify.transitions import judge_transitions
+from verify.vacuity import implications
+from verify.verdict import Reading as TeamLetter
+from verify.verdict import Verdict
+
+__all__ = ["judge_formula", "judge_transitions"]
+
+Times = Literal["timed", "parallel"]
+
+
+def judge_formula(
+    mission: Mission,
+    timelines: Mapping[str, Timeline],
+    relations: Relations,
+    *,
+    clock_error: Fraction = Fraction(0),
+    times: Times = "timed",
+    budget: int = DEFAULT_BUDGET,
+) -> list[Verdict]:
+    """Decide whether every team word satisfies the mission's formula.
+
+    Args:
+        mission: Carries the formula, the trace and the reading.
+        timelines: One for each robot.
+        relations: What is proved of the regions at large.
+        clock_error: How far each robot's clock may be off, in s; widens what can be simultaneous.
+        times: "timed" for the certified times, "parallel" for any times that keep each robot's own order.
+        budget: Configurations that each part of the formula may take before the answer is `undecided`.
+
+    Returns:
+        One verdict, for the claim "formula".
+
+    Raises:
+        InternalError: Our progression and Spot disagree, or the timelines contradict themselves.
+        MissingEngine: Spot is absent.
+    """
+    if not timelines:
+        raise BadInput("There are no timelines to judge: a team has at least one robot.")
+    if clock_error < 0:
+        raise BadInput(f"clock_error must not be negative, not {float(clock_error):g} s.")
+    formula = mission.formula
+    try:
+        verdict = _Judge(mission, timelines, relations, clock_error, times, budget).judge(formula)
+    except OutOfBudget as error:
+        verdict = Verdict("undecided", f"The formula could not be decided: {error}.")
+    return [verdict]
+
+
+@dataclass(frozen=True)
+class _Judge:
+    mission: Mission
+    timelines: Mapping[str, Timeline]
+    relations: Relations
+    clock_error: Fraction
+    times: Times
+    budget: int
+
+    def judge(self, formula: Formula) -> Verdict:
+        doubts: list[Verdict] = []
+        for part in conjuncts(normal_form(formula)):
+            verdict = self._part(part)
+            if verdict.outcome == "fails":
+                return verdict
+            if verdict.outcome == "undecided":
+                doubts.append(verdict)
+        if doubts:
+            return doubts[0]
+        vacuous = self._vacuous(formula)
+        note = f" But {vacuous[0][0].lower()}{vacuous[0][1:]}" if vacuous else ""
+        return Verdict("holds", f"Every team word satisfies `{show(formula)}`.{note}", vacuous=vacuous)
+
+    def _part(self, part: Normal) -> Verdict:
+        """Decide one conjunct: first on what it can see, which suffices for a yes, then on whole letters."""
+        try:
+            cut = {name: cut_timeline(timeline, part.propositions) for name, timeline in self.timelines.items()}
+            if self._broken(cut, part, merge=True) is None:
+                return Verdict("holds", "")
+            broken = self._broken(self.timelines, part, merge=False)
+        except OutOfBudget as error:
+            return Verdict("undecided", f"`{show(to_formula(part))}` could not be decided: {error}.")
+        return Verdict("holds", "") if broken is None else broken
+
+    def _broken(self, timelines: Mapping[str, Timeline], part: Normal, *, merge: bool) -> Verdict | None:
+        robots = [from_timeline(timeline, self.relations) for timeline in timelines.values()]
+        if any(timeline.cycle is not None for timeline in timelines.values()):
+            return self._broken_run(robots, part)
+        if merge:
+            robots = _without_equals(robots)
+        broken = holds_for_all(self._graph(robots), part, self.budget)
+        return None if broken is None else self._failure(robots, broken.looks)
+
+    def _graph(self, robots: Sequence[RobotBehaviour]) -> TeamGraph:
+        timed = self.times == "timed"
+        if self.mission.spec.team == "joint":
+            return JointGraph(robots, timed=timed, clock_error=self.clock_error)
+        return OwnGraph(robots, timed=timed, clock_error=self.clock_error)
+
+    def _broken_run(self, robots: list[RobotBehaviour], part: Normal) -> Verdict | None:
+        if len(robots) != 1:
+            raise BadInput("An infinite trace belongs to one robot; a team needs a finite trace.")
+        run = find_broken_run(robots[0], part, self.budget)
+        if run is None:
+            return None
+        spans = [robots[0].spans[node] for node in run.nodes]
+
+        def where(position: int) -> str:
+            return f"{robots[0].robot}'s {show_letter(run.word.letters[position])} ({_when(spans[position])})"
+
+        reason = self._explain(run.word, where)
+        return Verdict(
+            "fails",
+            reason.sentence,
+            run.word,
+            None if reason.position is None else float(spans[reason.position][0]),
+            robot=robots[0].robot,
+            times=tuple((float(low), float(high)) for low, high in spans),
+        )
+
+    def _failure(self, robots: Sequence[RobotBehaviour], looks: Sequence[Look]) -> Verdict:
+        word = Word(tuple(look.letter for look in looks))
+        spans = [_span(robots, look) for look in looks]
+        names = ["+".join(r.robot for r in robots) if k.robot is None else robots[k.robot].robot for k in looks]
+
+        def where(position: int) -> str:
+            who = "the team" if looks[position].robot is None else names[position]
+            return f"{who}'s {show_letter(looks[position].letter)} ({_when(spans[position])})"
+
+        reason = self._explain(word, where)
+        at = reason.position
+        readings: tuple[TeamLetter, ...] = tuple(zip(names, word.prefix, strict=True))
+        return Verdict(
+            "fails",
+            reason.sentence,
+            readings,
+            None if at is None else float(spans[at][0]),
+            robot=None if at is None or looks[at].robot is None else names[at],
+            times=tuple((float(low), float(high)) for low, high in spans),
+            order=(),
+        )
+
+    def _explain(self, word: Word, where: Where) -> Reason:
+        """Explain with the formula as it was written: `free` is a name again."""
+        if satisfies(self.mission.formula, word):
+            raise InternalError("A counterexample satisfies the formula after all. This is a bug of ltlplan's.")
+        written = parse_formula(self.mission.spec.formula or "true")
+        regions = self.mission.all_regions.keys()
+
+        def with_free(letters: tuple[Letter, ...]) -> tuple[Letter, ...]:
+            return tuple(letter if letter & regions else letter | {FREE} for letter in letters)
+
+        shown = Word(with_free(word.prefix), None if word.cycle is None else with_free(word.cycle))
+        return explain(written, shown, where)
+
+    def _vacuous(self, formula: Formula) -> tuple[str, ...]:
+        """Name the implications whose left side is false at every position of every robot's word."""
+        found: list[str] = []
+        for implication, left in implications(formula):
+            never = normal_form(Formula("G", (Formula("!", (left,)),)))
+            judge = replace(self, times="timed")
+            alone = [replace(judge, timelines={name: line}) for name, line in self.timelines.items()]
+            if all(j._part(part).outcome == "holds" for j in alone for part in conjuncts(never)):
+                found.append(f"`{show(implication)}` holds only because `{show(left)}` never happens.")
+        return tuple(dict.fromkeys(found))
+
+
+def _without_equals(robots: list[RobotBehaviour]) -> list[RobotBehaviour]:
+    """Keep one of the robots that show one and the same letter all the time (formulas without X cannot tell)."""
+    seen: set[Letter] = set()
+    kept: list[RobotBehaviour] = []
+    for robot in robots:
+        if robot.constant:
+            if robot.letters[0] in seen:
+                continue
+            seen.add(robot.letters[0])
+        kept.append(robot)
+    return kept
+
+
+def _span(robots: Sequence[RobotBehaviour], look: Look) -> tuple[Fraction, Fraction]:
+    """Return the times at which a reading can be made: when all robots can be where they are."""
+    spans = [robot.spans[node] for robot, node in zip(robots, look.nodes, strict=True)]
+    low, high = max(low for low, _ in spans), min(high for _, high in spans)
+    return (low, high) if low <= high else (high, low)  # with clock errors the spans only nearly meet
+
+
+def _when(span: tuple[Fraction, Fraction]) -> str:
+    low, high = float(span[0]), float(span[1])
+    return f"{low:.3f} s" if f"{low:.3f}" == f"{high:.3f}" else f"{low:.3f} to {high:.3f} s"

@@ -1,0 +1,176 @@
+"""Does every team word satisfy the formula? Decided twice: by our progression and by Spot.
+
+Our search walks graph and automaton together, breadth first in the number of readings, so that the first word found
+that ends badly is a shortest one. Spot gets the same graph as an automaton and intersects it with its own translation
+of the negated formula. The two must agree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from verify.data.errors import InternalError
+from verify.data.word import Letter
+from verify.progression import SETTLED, Automaton, Normal, OutOfBudget
+from verify.spot_opinion import LetterGraph, some_word_breaks
+from verify.team_graph import Look, TeamGraph
+
+DEFAULT_BUDGET = 400_000
+"""Configurations (of team and formula together) that one conjunct of a formula may take."""
+
+
+_Node = tuple[Hashable, int]
+_Parents = dict[_Node, tuple[_Node | None, Look | None]]
+
+
+@dataclass(frozen=True, slots=True)
+class Broken:
+    """A shortest team word that does not satisfy the formula."""
+
+    looks: tuple[Look, ...]
+
+
+def find_broken(graph: TeamGraph, normal: Normal, budget: int = DEFAULT_BUDGET) -> Broken | None:
+    """Search for a shortest team word that breaks the formula; None where all words satisfy it.
+
+    Raises:
+        OutOfBudget: More than `budget` configurations were met.
+    """
+    automaton = Automaton(normal)
+    cut = _Cutter(automaton.propositions)
+    parents: _Parents = {}
+    best: dict[tuple[Hashable, int], list[int]] = {}
+
+    def visit(state: Hashable, rest: int, parent: _Node | None, look: Look | None, layer: list[_Node]) -> None:
+        node = (state, rest)
+        if node in parents:
+            return
+        key, bits = graph.stronger(state)
+        known = best.setdefault((key, rest), [])
+        if any(bits & other == bits for other in known):
+            return  # whatever can follow here can follow a state that was reached with no more readings
+        known[:] = [other for other in known if bits & other != other]
+        known.append(bits)
+        if len(parents) >= budget:
+            raise OutOfBudget(f"more than {budget} configurations of team and formula")
+        parents[node] = parent, look
+        layer.append(node)
+
+    layer: list[_Node] = []
+    readings: list[tuple[_Node | None, Look, Hashable]] = []
+    for look, state in graph.initial():
+        if look is None:
+            visit(state, automaton.initial, None, None, layer)
+        else:
+            readings.append((None, look, state))
+    while layer or readings:
+        for node in layer:  # grows: silent steps stay in the layer
+            state, rest = node
+            if rest == SETTLED:
+                continue
+            if graph.is_final(state) and not automaton.accepts(rest):
+                return Broken(_path(parents, node))
+            for look, following in graph.steps(state):
+                if look is None:
+                    visit(following, rest, node, None, layer)
+                else:
+                    readings.append((node, look, following))
+        layer = []
+        for parent, look, following in readings:
+            before = automaton.initial if parent is None else parent[1]
+            visit(following, automaton.step(before, cut(look.letter)), parent, look, layer)
+        readings = []
+    return None
+
+
+def holds_for_all(graph: TeamGraph, normal: Normal, budget: int = DEFAULT_BUDGET) -> Broken | None:
+    """Return a shortest team word that breaks the formula, or None, with Spot's agreement.
+
+    Raises:
+        OutOfBudget: More than `budget` configurations were met.
+        InternalError: The two answers differ, or there is no word at all: a bug of ours.
+        MissingEngine: Spot is not there to be asked.
+    """
+    broken = find_broken(graph, normal, budget)
+    theirs = some_word_breaks(letter_graph(graph, normal.propositions, budget), normal)
+    if theirs != (broken is not None):
+        raise InternalError(
+            "Two independent answers about one formula disagree: progression says that it "
+            f"{'fails' if broken else 'holds'}, Spot that it {'fails' if theirs else 'holds'}. This is a bug of ltlplan's."
+        )
+    return broken
+
+
+def letter_graph(graph: TeamGraph, propositions: Iterable[str], budget: int = DEFAULT_BUDGET) -> LetterGraph:
+    """Return the graph with silent steps removed and letters cut down to some propositions.
+
+    State 0 is the beginning, before any reading. A final state is one from which silent steps alone lead to an end.
+    """
+    cut = _Cutter(frozenset(propositions))
+    index: dict[Hashable, int] = {}
+    order: list[Hashable] = []
+    edges: list[tuple[int, Letter, int]] = []
+    final: set[int] = set()
+    total = 0
+
+    def number(state: Hashable) -> int:
+        if state not in index:
+            index[state] = len(order) + 1
+            order.append(state)
+            if len(order) > budget:
+                raise OutOfBudget(f"more than {budget} configurations of the team")
+        return index[state]
+
+    def spread(source: int, first: Iterable[tuple[Look | None, Hashable]], expand: Callable[[Any], Any]) -> None:
+        nonlocal total
+        seen: set[Hashable] = set()
+        found: set[tuple[Letter, int]] = set()
+        stack = list(first)
+        while stack:
+            look, state = stack.pop()
+            if look is not None:
+                found.add((cut(look.letter), number(state)))
+            elif state not in seen:
+                seen.add(state)
+                if graph.is_final(state):
+                    final.add(source)
+                stack.extend(expand(state))
+        total += len(found)
+        if total > 20 * budget:
+            raise OutOfBudget(f"more than {20 * budget} readings of the team")
+        edges.extend((source, letter, target) for letter, target in sorted(found, key=lambda e: (sorted(e[0]), e[1])))
+
+    spread(0, graph.initial(), graph.steps)
+    final.discard(0)  # a team word has at least one reading
+    for position, state in enumerate(order, start=1):
+        if graph.is_final(state):
+            final.add(position)
+        spread(position, graph.steps(state), graph.steps)
+    if not final:
+        raise InternalError("The robots' labels contradict each other: there is no team word at all.")
+    return LetterGraph(len(order) + 1, tuple(edges), frozenset(final))
+
+
+def _path(parents: _Parents, node: _Node | None) -> tuple[Look, ...]:
+    looks: list[Look] = []
+    while node is not None:
+        node, look = parents[node]
+        if look is not None:
+            looks.append(look)
+    return tuple(reversed(looks))
+
+
+class _Cutter:
+    """Letters cut down to a formula's propositions, each cut once."""
+
+    def __init__(self, propositions: frozenset[str]) -> None:
+        self.propositions = propositions
+        self.known: dict[Letter, Letter] = {}
+
+    def __call__(self, letter: Letter) -> Letter:
+        found = self.known.get(letter)
+        if found is None:
+            found = self.known[letter] = letter & self.propositions
+        return found

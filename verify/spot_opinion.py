@@ -1,0 +1,119 @@
+"""The judge's second opinion: Spot, spoken to nowhere else in `verify`.
+
+Nothing of Spot leaks out of here. Formulas reach it with quoted names, and never through a shell.
+"""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from typing import Any
+
+from verify.data.errors import MissingEngine
+from verify.data.formula import Formula
+from verify.data.word import Letter
+from verify.progression import Normal, OutOfBudget, to_formula
+
+MAX_FORMULA = 400
+"""Entries of one conjunct that Spot is still asked to translate."""
+
+_ALIVE = "alive"
+
+
+@dataclass(frozen=True, slots=True)
+class LetterGraph:
+    """Words as a graph: state 0 is where they begin, each edge reads one letter.
+
+    Attributes:
+        states: How many; they are numbered from 0.
+        edges: (from, letter, to).
+        final: Where a finite word may end; for infinite words unused.
+        marked: Numbers of edges of which an infinite word must take some infinitely often.
+    """
+
+    states: int
+    edges: tuple[tuple[int, Letter, int], ...]
+    final: frozenset[int] = frozenset()
+    marked: frozenset[int] = frozenset()
+
+
+def some_word_breaks(graph: LetterGraph, normal: Normal) -> bool:
+    """Tell whether some finite word of the graph breaks the formula (LTLf), according to Spot.
+
+    Raises:
+        MissingEngine: Spot is not installed.
+        OutOfBudget: The formula is too large for it.
+    """
+    spot, buddy = _engine()
+    names = _renamed(normal)
+    alive = _ALIVE
+    negation = spot.formula.Not(_formula(spot, normal, names))
+    bad = spot.translate(spot.from_ltlf(negation, alive), "any", "low")
+    team = spot.make_twa_graph(bad.get_dict())
+    variables = {name: buddy.bdd_ithvar(team.register_ap(text)) for name, text in names.items()}
+    living = buddy.bdd_ithvar(team.register_ap(alive))
+    team.set_buchi()
+    team.new_states(graph.states + 1)
+    team.set_init_state(0)
+    labels: dict[Letter, Any] = {}
+    for source, letter, target in graph.edges:
+        label = labels.get(letter)
+        if label is None:
+            label = labels[letter] = _label(buddy, letter, variables) & living
+        team.new_edge(source, target, label)
+    over, dead = graph.states, buddy.bdd_not(living)
+    for state in sorted(graph.final):
+        team.new_edge(state, over, dead)
+    team.new_edge(over, over, dead, [0])
+    return bool(team.intersects(bad))
+
+
+def some_run_breaks(graph: LetterGraph, normal: Normal) -> bool:
+    """Tell whether some infinite word of the graph that takes marked edges for ever breaks the formula (LTL).
+
+    Raises:
+        MissingEngine: Spot is not installed.
+        OutOfBudget: The formula is too large for it.
+    """
+    spot, buddy = _engine()
+    names = _renamed(normal)
+    bad = spot.translate(spot.formula.Not(_formula(spot, normal, names)), "any", "low")
+    team = spot.make_twa_graph(bad.get_dict())
+    variables = {name: buddy.bdd_ithvar(team.register_ap(text)) for name, text in names.items()}
+    team.set_buchi()
+    team.new_states(graph.states)
+    team.set_init_state(0)
+    for number, (source, letter, target) in enumerate(graph.edges):
+        team.new_edge(source, target, _label(buddy, letter, variables), [0] if number in graph.marked else [])
+    return bool(team.intersects(bad))
+
+
+def _engine() -> tuple[Any, Any]:
+    try:
+        spot = importlib.import_module("spot")
+        buddy = importlib.import_module("buddy")  # Spot brings it, so it comes second
+    except ImportError:
+        raise MissingEngine(
+            "The checker's second opinion needs Spot, which is not installed: `pip install spottl` on Linux x86-64, "
+            "`conda install -c conda-forge spot` elsewhere."
+        ) from None
+    return spot, buddy
+
+
+def _renamed(normal: Normal) -> dict[str, str]:
+    """Give propositions names that collide with nothing."""
+    return {name: f"p{i}" for i, name in enumerate(sorted(normal.propositions))}
+
+
+def _formula(spot: Any, normal: Normal, names: dict[str, str]) -> Any:
+    if len(normal.kinds) > MAX_FORMULA:
+        raise OutOfBudget(f"one part of the formula has {len(normal.kinds)} subformulas; Spot is asked up to {MAX_FORMULA}")
+    formula = to_formula(normal)
+    return spot.formula(formula.substitute({name: Formula("name", (), text) for name, text in names.items()}).quoted())
+
+
+def _label(buddy: Any, letter: Letter, variables: dict[str, Any]) -> Any:
+    label = buddy.bddtrue
+    for name, variable in variables.items():
+        label &= variable if name in letter else buddy.bdd_not(variable)
+    return label

@@ -1,0 +1,199 @@
+"""All team words of several robots, as one graph that is explored on demand.
+
+Graphs over the robots' own behaviours. An edge either reads a letter or is silent (something changes and nobody
+looks). `OwnGraph` reads one robot's letter at a time; a robot must be read at least once before its letter changes.
+`JointGraph` reads the union of all letters at every change. A path is a team word from an initial to a final state.
+
+With times, robots may be at nodes together only where the spans of those nodes overlap. That is enough: spans only
+move forward, so the latest of the starts is an instant that never goes back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Protocol
+
+from verify.data.word import Letter
+from verify.progression import OutOfBudget
+from verify.robot_behaviour import RobotBehaviour
+
+MAX_TOGETHER = 12
+"""Robots whose letters can change at one instant under the joint reading."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """One reading: a robot's index (None for the union of all) and the node of every robot at that time."""
+
+    robot: int | None
+    letter: Letter
+    nodes: tuple[int, ...]
+
+
+Step = tuple[Look | None, Hashable]
+
+
+class TeamGraph(Protocol):
+    """What the searches need: where to begin, what can follow, where a team word may end."""
+
+    def initial(self) -> Iterable[Step]:
+        """Yield the first states, each with the reading that leads there (or None)."""
+        ...
+
+    def steps(self, state: Any) -> Iterable[Step]:
+        """Yield what can come next."""
+        ...
+
+    def is_final(self, state: Any) -> bool:
+        """Tell whether the team word may end here."""
+        ...
+
+    def stronger(self, state: Any) -> tuple[Hashable, int]:
+        """Return (key, bits): of two states with equal keys the one with more bits can do all that the other can."""
+        ...
+
+
+class _Clock:
+    """Which nodes of different robots can be held at the same time."""
+
+    def __init__(self, robots: Sequence[RobotBehaviour], *, timed: bool, clock_error: Fraction) -> None:
+        ends = sorted({t for r in robots for low, high in r.spans for t in (low - clock_error, high + clock_error)})
+        rank = {t: i for i, t in enumerate(ends)}
+        self.timed = timed and len(robots) > 1
+        self.low = [[rank[low - clock_error] for low, _ in robot.spans] for robot in robots]
+        self.high = [[rank[high + clock_error] for _, high in robot.spans] for robot in robots]
+
+    def allows(self, nodes: tuple[int, ...], robot: int, target: int) -> bool:
+        """Tell whether one robot can be at `target` while the others stay where they are."""
+        if not self.timed:
+            return True
+        low, high = self.low[robot][target], self.high[robot][target]
+        return all(
+            other == robot or (self.low[other][node] <= high and low <= self.high[other][node])
+            for other, node in enumerate(nodes)
+        )
+
+    def allows_all(self, nodes: tuple[int, ...]) -> bool:
+        """Tell whether all robots can be where they are at one time."""
+        if not self.timed:
+            return True
+        return max(low[n] for low, n in zip(self.low, nodes, strict=True)) <= min(
+            high[n] for high, n in zip(self.high, nodes, strict=True)
+        )
+
+
+class OwnGraph:
+    """Team words whose positions are one robot's letter at one time.
+
+    A state is (node of every robot, bits): bit r says that robot r's present letter has been read.
+
+    Args:
+        robots: The robots.
+        timed: Whether the spans bind; otherwise only each robot's own order does.
+        clock_error: How far each robot's clock may be off, in s.
+        each_node: Whether every node is a letter of its own (words), or equal letters in a row are one (timelines).
+        permitted: If given, states (tuples of nodes) for which it is false are left out: waits between robots.
+    """
+
+    def __init__(
+        self,
+        robots: Sequence[RobotBehaviour],
+        *,
+        timed: bool,
+        clock_error: Fraction = Fraction(0),
+        each_node: bool = False,
+        permitted: Callable[[tuple[int, ...]], bool] | None = None,
+    ) -> None:
+        self.robots = tuple(robots)
+        self.clock = _Clock(self.robots, timed=timed, clock_error=clock_error)
+        self.each_node = each_node
+        self.permitted = permitted
+        self.all_read = (1 << len(self.robots)) - 1
+
+    def initial(self) -> Iterator[Step]:
+        """Yield every way to begin."""
+        for nodes in _product([robot.initial for robot in self.robots]):
+            if self.clock.allows_all(nodes):
+                yield None, (nodes, 0)
+
+    def steps(self, state: tuple[tuple[int, ...], int]) -> Iterator[Step]:
+        """Read any robot, or let one robot move on."""
+        nodes, bits = state
+        for r, robot in enumerate(self.robots):
+            node, bit = nodes[r], 1 << r
+            letter = robot.letters[node]
+            yield Look(r, letter, nodes), (nodes, bits | bit)
+            for target in robot.following[node]:
+                changed = self.each_node or robot.letters[target] != letter
+                if changed and not bits & bit:
+                    continue
+                if self.clock.allows(nodes, r, target):
+                    moved = (*nodes[:r], target, *nodes[r + 1 :])
+                    if self.permitted is None or self.permitted(moved):
+                        yield None, (moved, bits & ~bit if changed else bits)
+
+    def is_final(self, state: tuple[tuple[int, ...], int]) -> bool:
+        """Tell whether all robots have arrived and been read."""
+        nodes, bits = state
+        return bits == self.all_read and all(n in robot.final for n, robot in zip(nodes, self.robots, strict=True))
+
+    def stronger(self, state: tuple[tuple[int, ...], int]) -> tuple[Hashable, int]:
+        """Whoever has been read may move on; whoever has not may not."""
+        return state
+
+
+class JointGraph:
+    """Team words whose positions are the union of what all robots hold; changes at one instant in any combination."""
+
+    def __init__(self, robots: Sequence[RobotBehaviour], *, timed: bool, clock_error: Fraction = Fraction(0)) -> None:
+        self.robots = tuple(robots)
+        self.clock = _Clock(self.robots, timed=timed, clock_error=clock_error)
+
+    def _look(self, nodes: tuple[int, ...]) -> Look:
+        letters = (robot.letters[n] for n, robot in zip(nodes, self.robots, strict=True))
+        return Look(None, frozenset().union(*letters), nodes)
+
+    def initial(self) -> Iterator[Step]:
+        """Yield every way to begin."""
+        for nodes in _product([robot.initial for robot in self.robots]):
+            if self.clock.allows_all(nodes):
+                yield self._look(nodes), nodes
+
+    def steps(self, state: tuple[int, ...]) -> Iterator[Step]:
+        """Read again, let one robot move on in silence, or change the letters of some robots together."""
+        here = self._look(state)
+        yield here, state
+        options: list[tuple[int, ...]] = []
+        for r, robot in enumerate(self.robots):
+            changing: list[int] = []
+            for target in robot.following[state[r]]:
+                if robot.letters[target] != robot.letters[state[r]]:
+                    changing.append(target)
+                elif self.clock.allows(state, r, target):
+                    yield None, (*state[:r], target, *state[r + 1 :])
+            options.append((state[r], *changing))
+        if sum(len(choices) > 1 for choices in options) > MAX_TOGETHER:
+            raise OutOfBudget(f"more than {MAX_TOGETHER} robots can change their letters at one instant")
+        for nodes in _product(options):
+            if nodes != state and self.clock.allows_all(nodes):
+                yield self._look(nodes), nodes
+
+    def is_final(self, state: tuple[int, ...]) -> bool:
+        """Tell whether all robots have arrived."""
+        return all(n in robot.final for n, robot in zip(state, self.robots, strict=True))
+
+    def stronger(self, state: tuple[int, ...]) -> tuple[Hashable, int]:
+        """No state can do more than another."""
+        return state, 0
+
+
+def _product(choices: Sequence[Sequence[int]]) -> Iterator[tuple[int, ...]]:
+    """Yield every combination, first choices first, one at a time."""
+    if not choices:
+        yield ()
+        return
+    for rest in _product(choices[:-1]):
+        for last in choices[-1]:
+            yield (*rest, last)
