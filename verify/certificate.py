@@ -1,0 +1,385 @@
+"""The certificate: every claim about a team's flight, for all times, with the digests of what it covers.
+
+`judge` holds trajectories against their plan and mission and says of every claim whether it is proved; `certify` does
+the same and raises unless all of them are.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from fractions import Fraction
+from functools import cache
+from importlib import metadata
+from typing import Any
+
+from verify.behaviour import judge_formula
+from verify.claims import (
+    Claim,
+    Evidence,
+    continuity_claims,
+    limit_claims,
+    passage_claim,
+    rim_claims,
+    separation_claims,
+    separation_limit,
+    visit_claim,
+    workspace_claims,
+)
+from verify.data.errors import BadInput, NotCertified
+from verify.data.mission import Mission
+from verify.data.plan import Plan
+from verify.data.trajectory import Trajectory
+from verify.labels import changes, statuses
+from verify.passages import crossings
+from verify.timeline import Timeline
+from verify.transitions import judge_transitions
+from verify.verdict import Verdict
+from verify.visits import Matching, internal_changes, match, stays
+
+CERTIFICATE_FORMAT = 1
+
+RESOLUTION = 1e-4
+"""m; the largest margin is found to this."""
+
+
+@dataclass(frozen=True, slots=True)
+class ActionInstant:
+    """A planned action, placed in time.
+
+    Attributes:
+        robot: Name.
+        visit: Index of the planned visit during which it happens.
+        time: Exact instant, in s (a multiple of 2^-20 s where that lies in the region for sure).
+        source: Internal state before.
+        target: Internal state after.
+    """
+
+    robot: str
+    visit: int
+    time: float
+    source: str
+    target: str
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """What was proved, and of what.
+
+    Attributes:
+        mission: What was asked.
+        mission_digest: Digest of the resolved mission.
+        plan_digest: Digest of the plan.
+        trajectories: Digest of each robot's trajectory.
+        cycles: For each robot the piece at which its cycle begins, or None.
+        margin: delta, in m.
+        largest_margin: Largest delta for which all claims hold, to 0.1 mm; None where there is none or it was not asked.
+        clock_error: How far apart the robots' clocks may be, in s.
+        duration: T, in s.
+        claims: Every claim, proved or not.
+        actions: Instants of the planned actions.
+        versions: Of the software that judged.
+        timelines: For pictures; not part of the file or the digest.
+    """
+
+    mission: Mission
+    mission_digest: str
+    plan_digest: str
+    trajectories: dict[str, str]
+    cycles: dict[str, int | None]
+    margin: float
+    largest_margin: float | None
+    clock_error: float
+    duration: float
+    claims: tuple[Claim, ...]
+    actions: tuple[ActionInstant, ...]
+    versions: dict[str, str]
+    timelines: dict[str, Timeline] = field(default_factory=dict)
+    format: int = CERTIFICATE_FORMAT
+
+    @property
+    def holds(self) -> bool:
+        """Whether every claim is proved."""
+        return bool(self.claims) and all(claim.verdict == "holds" for claim in self.claims)
+
+    def covers(self, team: Mapping[str, Trajectory]) -> bool:
+        """Tell whether every claim is proved of exactly these trajectories, bit for bit."""
+        return self.holds and {name: trajectory.digest() for name, trajectory in team.items()} == self.trajectories
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return certificate.json as plain data, its digest included."""
+        data = self._payload()
+        return {**data, "digest": payload_digest(data)}
+
+    def to_json(self) -> str:
+        """Return certificate.json."""
+        return json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n"
+
+    def digest(self) -> str:
+        """Return the SHA-256 of everything in certificate.json but itself, in hexadecimal."""
+        return payload_digest(self._payload())
+
+    def _payload(self) -> dict[str, Any]:
+        return {
+            "format": self.format,
+            "mission": self.mission_digest,
+            "plan": self.plan_digest,
+            "trajectories": {
+                name: {"digest": digest, "cycle": self.cycles[name]} for name, digest in self.trajectories.items()
+            },
+            "margin": self.margin,
+            "largest_margin": self.largest_margin,
+            "clock_error": self.clock_error,
+            "duration": self.duration,
+            "claims": [_claim_data(claim) for claim in self.claims],
+            "actions": [asdict(action) for action in self.actions],
+            "versions": self.versions,
+        }
+
+
+def certify(
+    plan: Plan, team: Mapping[str, Trajectory], *, margin: float | None = None, clock_error: float = 0.0
+) -> Certificate:
+    """Prove every claim about a team's flight, for all times.
+
+    Args:
+        plan: What was planned; carries the mission.
+        team: One trajectory for each of the mission's agents.
+        margin: delta to prove, in m; None takes the mission's.
+        clock_error: How far apart the robots' clocks may be, in s.
+
+    Raises:
+        NotCertified: A claim is refuted or could not be proved; carries a witness for each.
+        BadInput: Team, plan and mission do not belong together, or an argument is out of range.
+    """
+    certificate = judge(plan, team, margin=margin, clock_error=clock_error)
+    if certificate.holds:
+        return certificate
+    refused = [claim for claim in certificate.claims if claim.verdict != "holds"]
+    largest = certificate.largest_margin
+    hint = "" if largest is None else f" The largest margin that holds is {largest:.4f} m."
+    listed = " ".join(claim.sentence for claim in refused[:5])
+    more = f" And {len(refused) - 5} more claims." if len(refused) > 5 else ""
+    raise NotCertified(f"Not certified at margin {certificate.margin:g} m. {listed}{more}{hint}", [c.witness for c in refused if c.witness])
+
+
+def judge(
+    plan: Plan,
+    team: Mapping[str, Trajectory],
+    *,
+    margin: float | None = None,
+    clock_error: float = 0.0,
+    largest: bool = True,
+) -> Certificate:
+    """Say of every claim about a team's flight whether it is proved, refuted or neither.
+
+    Args:
+        plan: What was planned; carries the mission.
+        team: One trajectory for each of the mission's agents.
+        margin: delta, in m; None takes the mission's.
+        clock_error: How far apart the robots' clocks may be, in s.
+        largest: Whether to find the largest margin too.
+
+    Raises:
+        BadInput: Team, plan and mission do not belong together, or an argument is out of range.
+    """
+    mission = plan.mission
+    asked = mission.margin if margin is None else margin
+    for name, value in (("margin", asked), ("clock_error", clock_error)):
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or value < 0:
+            raise BadInput(f"{name} must be a finite number, at least 0, not {value!r}.")
+    if tuple(plan.robots) != tuple(mission.agents):
+        raise BadInput(f"The plan has robots {', '.join(plan.robots)}; the mission has {', '.join(mission.agents)}.")
+    evidence = Evidence.of(plan, team)
+    error = Fraction(clock_error)
+    still = _margin_free_claims(evidence)
+    tube = _at_margin(evidence, Fraction(asked), error)
+    best = None
+    if largest and all(claim.verdict == "holds" for claim in still):
+        best = _largest_margin(evidence, float(asked), error, tube)
+    claims = (*tube.claims, *still)
+    return Certificate(
+        mission=mission,
+        mission_digest=mission.digest(),
+        plan_digest=plan.digest(),
+        trajectories={name: team[name].digest() for name in evidence.paths.robots},
+        cycles={name: team[name].cycle for name in evidence.paths.robots},
+        margin=float(asked),
+        largest_margin=best,
+        clock_error=float(clock_error),
+        duration=float(evidence.paths.end),
+        claims=claims,
+        actions=tuple(
+            ActionInstant(name, change.visit, float(change.time), change.source, change.target)
+            for name, timeline in tube.timelines.items()
+            for change in timeline.actions
+        ),
+        versions=versions(),
+        timelines=tube.timelines,
+    )
+
+
+@cache
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "unknown"
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what a verdict rests on."""
+    return {name: _version(name) for name in ("ltlplan", "numpy", "python-flint", "spottl")}
+
+
+@dataclass(frozen=True, slots=True)
+class _Tube:
+    """What was found at one margin."""
+
+    claims: tuple[Claim, ...]
+    timelines: dict[str, Timeline]
+
+    @property
+    def holds(self) -> bool:
+        return all(claim.verdict == "holds" for claim in self.claims)
+
+
+def _margin_free_claims(evidence: Evidence) -> tuple[Claim, ...]:
+    return (*continuity_claims(evidence), *limit_claims(evidence))
+
+
+def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _Tube:
+    """Judge all claims that depend on the margin."""
+    plan, paths = evidence.plan, evidence.paths
+    spans = statuses(evidence.levels, margin)
+    passed = crossings(evidence.frames, margin)
+    timelines: dict[str, Timeline] = {}
+    visits: list[Claim] = []
+    passages: list[Claim] = []
+    for index, robot in enumerate(paths.robots):
+        matching: Matching = match(plan.robots[robot], stays(spans[robot]))
+        actions, fault = internal_changes(plan.mission, plan.robots[robot], matching)
+        initial, found = changes(spans[robot])
+        cycle = paths.trajectories[index].cycle
+        timelines[robot] = Timeline(
+            robot=robot,
+            initial=initial,
+            changes=found,
+            duration=paths.end,
+            internal=plan.mission.initial_letter,
+            actions=actions,
+            cycle=None if cycle is None else paths.knots[index][cycle],
+        )
+        visits.append(visit_claim(robot, matching, fault))
+        passages.append(passage_claim(evidence, robot, matching, spans[robot], passed[robot]))
+    words = [
+        *judge_formula(plan.mission, timelines, evidence.relations, clock_error=clock_error),
+        *judge_transitions(plan.mission, timelines, evidence.relations),
+    ]
+    drifts = _drifts(evidence, clock_error)
+    claims = (
+        *(_word_claim(verdict) for verdict in words),
+        *visits,
+        *passages,
+        *rim_claims(evidence, margin),
+        *workspace_claims(evidence, margin),
+        *separation_claims(evidence, margin, drifts),
+    )
+    return _Tube(claims, timelines)
+
+
+def _drifts(evidence: Evidence, clock_error: Fraction) -> dict[str, Fraction]:
+    """Bound how far each robot flies within the clocks' error, in m, steps between pieces included."""
+    if clock_error == 0:
+        return dict.fromkeys(evidence.paths.robots, Fraction(0))
+    speeds = {e.robot: e.bound for e in evidence.extremes if e.name == "speed"}
+    result: dict[str, Fraction] = {}
+    for index, robot in enumerate(evidence.paths.robots):
+        if not math.isfinite(speeds[robot]):
+            raise BadInput(f"{robot}'s speed has no bound, so a clock error cannot be allowed for.")
+        steps = sum(1 for s in evidence.paths.segments if s.robot == index and s.kind == "step")
+        result[robot] = Fraction(speeds[robot]) * clock_error + steps * Fraction(evidence.meetings.jumps[index])
+    return result
+
+
+def _word_claim(verdict: Verdict) -> Claim:
+    witness = None if verdict.outcome == "holds" else verdict.witness()
+    return Claim(verdict.claim, verdict.outcome, verdict.sentence, robot=verdict.robot, time=verdict.time, witness=witness)
+
+
+def _largest_margin(evidence: Evidence, asked: float, clock_error: Fraction, tube: _Tube) -> float | None:
+    """Find the largest margin at which all claims hold, by bisection to RESOLUTION; a larger one is refused.
+
+    A tube holds every smaller one, so what is proved at one margin holds at all smaller ones.
+    """
+
+    def holds(margin: float) -> bool:
+        return _at_margin(evidence, Fraction(margin), clock_error).holds
+
+    low, high = asked, _margin_bound(evidence, clock_error)
+    if not tube.holds:
+        low, high = 0.0, min(asked, high)
+        if asked == 0.0 or not holds(0.0):
+            return None
+    elif high <= low or holds(high):
+        return max(low, high)
+    while high - low > RESOLUTION:
+        middle = (low + high) / 2
+        if holds(middle):
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def _margin_bound(evidence: Evidence, clock_error: Fraction) -> float:
+    """Return a margin above which some claim about distances fails, as a place to begin."""
+    mission = evidence.plan.mission
+    bounds = [near.high for near in evidence.walls]
+    bounds += [near.high - mission.vehicle.radius for near in evidence.rims]
+    spread = separation_limit(evidence, Fraction(1)) - Fraction(mission.separation)
+    drifts = _drifts(evidence, clock_error)
+    for near in evidence.distances:
+        room = near.high - mission.separation - float(min(drifts[near.robot], drifts[near.other]))
+        bounds.append(room / float(spread))
+    visited = {visit.region for robot in evidence.plan.robots.values() for visit in robot.visits}
+    bounds += [min(mission.all_regions[name].radii) for name in visited]
+    bounds += [hoop.opening - mission.vehicle.radius for name, hoop in mission.hoops.items() if name in visited]
+    return max(min(bounds), 0.0)
+
+
+def _claim_data(claim: Claim) -> dict[str, Any]:
+    data: dict[str, Any] = {
+        "name": claim.name,
+        "verdict": claim.verdict,
+        "sentence": claim.sentence,
+        "robot": claim.robot,
+        "other": claim.other,
+        "unit": claim.unit,
+        "bound": _finite(claim.bound),
+        "limit": _finite(claim.limit),
+        "margin": _finite(claim.margin),
+        "time": _finite(claim.time),
+    }
+    if claim.witness is not None:
+        witness = claim.witness
+        data["witness"] = {
+            "region": witness.region,
+            "visit": witness.visit,
+            "word": [[robot, sorted(letter)] for robot, letter in witness.word],
+            "order": [[list(first), list(then)] for first, then in witness.order],
+        }
+    return data
+
+
+def _finite(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(value)
+
+
+def payload_digest(data: Mapping[str, Any]) -> str:
+    """Return the SHA-256 of certificate.json's contents without their digest, in hexadecimal."""
+    text = json.dumps(data, sort_keys=True, allow_nan=False, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()

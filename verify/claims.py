@@ -1,0 +1,337 @@
+"""All claims of a certificate about paths: each a sentence, its exact bound, and where it is tight or broken.
+
+`Evidence` holds what does not depend on the margin, computed once; the functions here hold it against a margin.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Literal
+
+from verify import limits as limit_module
+from verify.continuity import Jump, jumps
+from verify.data.plan import Plan
+from verify.data.sequence import Passage
+from verify.data.trajectory import Trajectory
+from verify.data.witness import Witness
+from verify.labels import Levels, Span, levels
+from verify.limits import Extreme, extremes
+from verify.passages import Clearance, Crossing, HoopFrames, clearances, hoop_frames
+from verify.paths import TeamPaths, read_team
+from verify.regions import relations
+from verify.separation import Meetings, Nearness, distance_exactly, distances, meetings, wall_exactly, walls, z_weight
+from verify.timeline import Relations
+from verify.visits import Matching
+
+Outcome = Literal["holds", "fails", "undecided"]
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """One part of a certificate.
+
+    Attributes:
+        name: "formula", "transitions", "visits", "passages", "rims", "workspace", "separation", "continuity" or
+            "limits." and the limit's name.
+        verdict: Only "holds" is proved; "fails" is refuted; "undecided" is neither.
+        sentence: One sentence for a person.
+        robot: The robot concerned; None for the team.
+        other: The second robot, for claims about pairs.
+        unit: Unit of bound, limit and margin.
+        bound: What is proved for all times, rounded to the strict side.
+        limit: What is asked.
+        margin: How far the bound is from the limit; negative where the claim fails.
+        time: Where it is tight or broken, in s.
+        witness: For a claim that does not hold, what repair and reports work with.
+    """
+
+    name: str
+    verdict: Outcome
+    sentence: str
+    robot: str | None = None
+    other: str | None = None
+    unit: str = ""
+    bound: float | None = None
+    limit: float | None = None
+    margin: float | None = None
+    time: float | None = None
+    witness: Witness | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What is known of a team's paths at every margin; computed on first use.
+
+    Attributes:
+        plan: What was planned; carries the mission.
+        paths: What is flown.
+    """
+
+    plan: Plan
+    paths: TeamPaths
+
+    @classmethod
+    def of(cls, plan: Plan, team: Mapping[str, Trajectory]) -> Evidence:
+        """Read a team's trajectories."""
+        return cls(plan, read_team(plan.mission, team))
+
+    @cached_property
+    def levels(self) -> Levels:
+        """Membership polynomials."""
+        return levels(self.paths)
+
+    @cached_property
+    def relations(self) -> Relations:
+        """What is proved of the regions."""
+        return relations(self.plan.mission)
+
+    @cached_property
+    def frames(self) -> HoopFrames:
+        """Paths as seen from the hoops."""
+        return hoop_frames(self.paths)
+
+    @cached_property
+    def rims(self) -> list[Clearance]:
+        """Nearest approach to each rim."""
+        return clearances(self.frames)
+
+    @cached_property
+    def walls(self) -> list[Nearness]:
+        """Nearest approach to the walls."""
+        return walls(self.paths)
+
+    @cached_property
+    def meetings(self) -> Meetings:
+        """Squared distances of all pairs."""
+        return meetings(self.paths)
+
+    @cached_property
+    def distances(self) -> list[Nearness]:
+        """Nearest approach of each pair."""
+        return distances(self.meetings)
+
+    @cached_property
+    def extremes(self) -> list[Extreme]:
+        """Extremes of all limited quantities."""
+        return extremes(self.paths)
+
+    @cached_property
+    def jumps(self) -> list[Jump]:
+        """Greatest jump of each robot."""
+        return jumps(self.paths)
+
+
+def limit_claims(evidence: Evidence) -> Iterable[Claim]:
+    """Speed, acceleration, thrusts, tilt and rates of the nominal flight."""
+    for extreme in evidence.extremes:
+        least = extreme.name.endswith("_min")
+        unit = limit_module.UNITS[extreme.name]
+        quantity = extreme.name.replace("_", " ").removesuffix(" min").removesuffix(" max")
+        verdict: Outcome = "holds" if extreme.holds else "fails" if extreme.fails else "undecided"
+        time = float(extreme.time)
+        if extreme.holds:
+            word = "at least" if least else "at most"
+            sentence = f"{extreme.robot}'s {quantity} is {word} {extreme.bound:.5g} {unit} (limit {extreme.limit:.5g})."
+        elif extreme.fails:
+            word = "falls to" if least else "reaches"
+            sentence = (
+                f"{extreme.robot}'s {quantity} {word} {_beyond(extreme)} {unit} at {time:.4f} s; "
+                f"the limit is {extreme.limit:.5g} {unit}."
+            )
+        else:
+            sentence = f"{extreme.robot}'s {quantity} near {time:.4f} s cannot be told from its limit {extreme.limit:.5g} {unit}."
+        yield _claim(
+            f"limits.{extreme.name}", verdict, sentence, robot=extreme.robot, unit=unit, bound=extreme.bound,
+            limit=extreme.limit, margin=extreme.bound - extreme.limit if least else extreme.limit - extreme.bound, time=time,
+        )  # fmt: skip
+
+
+def continuity_claims(evidence: Evidence) -> Iterable[Claim]:
+    """Jumps between pieces, at the start and at the end."""
+    for jump in evidence.jumps:
+        verdict: Outcome = "holds" if jump.share <= 1 else "fails" if jump.sure > 1 else "undecided"
+        sentence = f"{jump.robot}: the {jump.what} jumps by at most {jump.size:.3g}; {jump.allowed:g} is allowed."
+        yield _claim(
+            "continuity", verdict, sentence, robot=jump.robot, bound=jump.size, limit=jump.allowed,
+            margin=jump.allowed - jump.size, time=float(jump.time),
+        )  # fmt: skip
+
+
+def workspace_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
+    """The whole tube lies in the workspace."""
+    for robot, near in enumerate(evidence.walls):
+        verdict = _at_least(near.low, near.high, margin, lambda robot=robot: wall_exactly(evidence.paths, robot, margin))
+        time = float(near.time)
+        stays = "stays" if verdict == "holds" else "comes within"
+        sentence = f"{near.robot} {stays} {max(near.low, 0.0) if verdict == 'holds' else near.high:.4f} m from the wall {near.other}"
+        sentence += "." if verdict == "holds" else f" at {time:.4f} s; the margin is {float(margin):g} m."
+        yield _claim(
+            "workspace", verdict, sentence, robot=near.robot, unit="m", bound=near.low, limit=float(margin),
+            margin=near.low - float(margin), time=time,
+        )  # fmt: skip
+
+
+def separation_limit(evidence: Evidence, margin: Fraction) -> Fraction:
+    """Return how far apart nominal paths must be, in m."""
+    weight = z_weight(evidence.paths)
+    return Fraction(evidence.plan.mission.separation) + 2 * margin * max(Fraction(1), weight)
+
+
+def separation_claims(evidence: Evidence, margin: Fraction, drifts: Mapping[str, Fraction]) -> Iterable[Claim]:
+    """Robots keep their separation in the tube, whatever their clocks' errors make them drift."""
+    for pair, near in enumerate(evidence.distances):
+        limit = separation_limit(evidence, margin) + min(drifts[near.robot], drifts[near.other])
+        steps = Fraction(sum(evidence.meetings.jumps[i] for i in evidence.meetings.pairs[pair]))
+        verdict = _at_least(
+            near.low, near.high, limit, lambda pair=pair, wanted=limit + steps: distance_exactly(evidence.meetings, pair, wanted)
+        )
+        time = float(near.time)
+        asked = f"{float(limit):.4f} m are asked (separation {evidence.plan.mission.separation:g} m, margin {float(margin):g} m)"
+        if verdict == "holds":
+            sentence = f"{near.robot} and {near.other} stay {near.low:.4f} m apart; {asked}."
+        else:
+            sentence = f"{near.robot} and {near.other} come within {near.high:.4f} m at {time:.4f} s; {asked}."
+        yield _claim(
+            "separation", verdict, sentence, robot=near.robot, other=near.other, unit="m", bound=near.low,
+            limit=float(limit), margin=near.low - float(limit), time=time,
+        )  # fmt: skip
+
+
+def rim_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
+    """No rim is met by the vehicle's sphere."""
+    if not evidence.rims:
+        return
+    limit = margin + Fraction(evidence.plan.mission.vehicle.radius)
+    for robot in evidence.paths.robots:
+        near = min((c for c in evidence.rims if c.robot == robot), key=lambda c: c.low)
+        verdict: Outcome = "undecided"
+        if math.isfinite(near.low) and Fraction(near.low) > limit:
+            verdict = "holds"
+        elif math.isfinite(near.high) and Fraction(near.high) <= limit:
+            verdict = "fails"
+        time = float(near.time)
+        if verdict == "holds":
+            sentence = f"{robot} stays {near.low:.4f} m from the rim of '{near.hoop}' and of every other hoop."
+        else:
+            sentence = (
+                f"{robot} comes within {near.high:.4f} m of the rim of '{near.hoop}' at {time:.4f} s; "
+                f"radius and margin need {float(limit):.4f} m."
+            )
+        yield _claim(
+            "rims", verdict, sentence, robot=robot, unit="m", bound=near.low, limit=float(limit),
+            margin=near.low - float(limit), time=time, region=near.hoop,
+        )  # fmt: skip
+
+
+def visit_claim(robot: str, matching: Matching, actions_fault: str) -> Claim:
+    """The k-th planned visit is the k-th stay, and its actions are permitted there."""
+    fault = matching.fault or actions_fault
+    if not fault:
+        count = len(matching.stays)
+        return _claim("visits", "holds", f"{robot} makes its {count} planned visits, in order, and no other.", robot=robot)
+    time = None if matching.time is None else float(matching.time)
+    at = "" if time is None else f" (from {time:.4f} s)"
+    return _claim(
+        "visits", "fails", f"{robot}: {fault}{at}.", robot=robot, time=time, region=matching.region, visit=matching.visit
+    )
+
+
+def passage_claim(
+    evidence: Evidence, robot: str, matching: Matching, spans: Mapping[str, tuple[Span, ...]], found: tuple[Crossing, ...]
+) -> Claim:
+    """The robot passes exactly the planned openings, in order, each within its visit."""
+    plan = evidence.plan.robots[robot]
+    wanted = [(i, Passage(v.region, v.direction)) for i, v in enumerate(plan.visits) if v.direction is not None]
+    cycle = evidence.paths.trajectories[evidence.paths.robots.index(robot)].cycle
+    knot = None if cycle is None else evidence.paths.knots[evidence.paths.robots.index(robot)][cycle]
+
+    def refused(sentence: str, crossing: Crossing | None = None, visit: int | None = None, region: str | None = None) -> Claim:
+        time = None if crossing is None else float((crossing.start + crossing.stop) / 2)
+        at = "" if time is None else f" at {time:.4f} s"
+        hoop = region if crossing is None else crossing.hoop
+        return _claim("passages", "fails", f"{robot}: {sentence}{at}.", robot=robot, time=time, region=hoop, visit=visit)
+
+    sequence = evidence.plan.mission.passages
+    if sequence is not None and [p for _, p in wanted] != [*sequence.prefix, *(sequence.cycle or ())]:
+        return refused(f"the plan's passages are not the mission's sequence `{sequence}`")
+    tightest: float | None = None
+    for position, crossing in enumerate(found):
+        if crossing.way is None:
+            return refused(f"hoop '{crossing.hoop}': {crossing.reason}", crossing, _visit_of(wanted, position))
+        if position >= len(wanted):
+            return refused(f"the path passes '{crossing.hoop}' ({crossing.way}), which is not planned", crossing)
+        visit, passage = wanted[position]
+        if (crossing.hoop, crossing.way) != (passage.hoop, passage.direction):
+            return refused(f"passage {position} is {crossing.hoop}{crossing.way}, planned is {passage}", crossing, visit)
+        if crossing.reason:
+            return refused(f"hoop '{crossing.hoop}': {crossing.reason}", crossing, visit)
+        if position and found[position - 1].stop >= crossing.start:
+            return refused(f"passages {position - 1} and {position} cannot be told apart in time", crossing, visit)
+        if sequence is None and visit < len(matching.stays):
+            inside = matching.stays[visit].region == crossing.hoop and any(
+                start <= crossing.start and crossing.stop <= stop for start, stop in matching.stays[visit].must
+            )
+        else:
+            inside = any(s.mark == "must" and s.start <= crossing.start and crossing.stop <= s.stop for s in spans[crossing.hoop])
+        if not inside:
+            return refused(f"the visit of '{crossing.hoop}' may not contain its passage", crossing, visit)
+        if knot is not None:
+            in_cycle = plan.cycle_visit is not None and visit >= plan.cycle_visit
+            if not (crossing.start > knot if in_cycle else crossing.stop < knot):
+                return refused(f"passage {position} is on the wrong side of the start of the cycle", crossing, visit)
+        room = evidence.plan.mission.hoops[crossing.hoop].opening - crossing.off_axis
+        tightest = room if tightest is None else min(tightest, room)
+    if len(found) < len(wanted):
+        visit, passage = wanted[len(found)]
+        return refused(f"the planned passage {passage} does not happen", None, visit, passage.hoop)
+    names = " ".join(str(p) for _, p in wanted) or "none"
+    return _claim("passages", "holds", f"{robot} passes exactly its planned openings: {names}.", robot=robot, unit="m", bound=tightest)
+
+
+def _visit_of(wanted: list[tuple[int, Passage]], position: int) -> int | None:
+    return wanted[position][0] if position < len(wanted) else None
+
+
+def _at_least(low: float, high: float, limit: Fraction, exactly) -> Outcome:  # noqa: ANN001
+    if math.isfinite(low) and Fraction(low) >= limit:
+        return "holds"
+    if math.isfinite(high) and Fraction(high) < limit:
+        return "fails"
+    return "holds" if exactly() else "fails"
+
+
+def _beyond(extreme: Extreme) -> str:
+    """Write a broken limit's value with enough digits to differ from the limit."""
+    for digits in range(5, 17):
+        text = f"{extreme.reached:.{digits}g}"
+        if text != f"{extreme.limit:.{digits}g}":
+            return text
+    return repr(extreme.reached)
+
+
+def _claim(
+    name: str,
+    verdict: Outcome,
+    sentence: str,
+    *,
+    robot: str | None = None,
+    other: str | None = None,
+    unit: str = "",
+    bound: float | None = None,
+    limit: float | None = None,
+    margin: float | None = None,
+    time: float | None = None,
+    region: str | None = None,
+    visit: int | None = None,
+) -> Claim:
+    witness = None
+    if verdict != "holds":
+        witness = Witness(
+            claim=name, sentence=sentence, robot=robot, other=other, time=time, region=region, visit=visit,
+            bound=bound, limit=limit,
+        )  # fmt: skip
+    return Claim(name, verdict, sentence, robot, other, unit, bound, limit, margin, time, witness)

@@ -1,0 +1,303 @@
+"""From polynomials to label timelines: for all times, in which regions a robot must, may or cannot be.
+
+With r the path, c and M a region's centre and matrix, q = (r - c)' M (r - c) is a polynomial of degree 14 on each
+piece. A point within the margin d of r has sqrt(q) within s d of the path's, where s^2 bounds the greatest
+eigenvalue of M. So q <= (1 - s d)^2 means *must*, q > (1 + s d)^2 means *no*, and what is neither proved is *may*.
+At margin 0 the two thresholds are one, and an interval that holds exactly one simple root of q - 1 is one switch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+
+from verify import exact
+from verify.balls import Balls, Floats, constants, dot, gamma, halves, nearest
+from verify.data.mission import Region
+from verify.paths import Segment, TeamPaths
+from verify.regions import extent
+from verify.timeline import Change, Enclosure, Status
+
+Mark = Literal["no", "may", "must", "switch"]
+
+DEPTH_WITH_MARGIN = 20
+"""Halvings of a piece before what is not proved yet counts as *may*: a millionth of its duration."""
+
+DEPTH_WITHOUT = 34
+"""At margin 0 an enclosure of a switch is this many halvings of its piece."""
+
+_CHUNK = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A part of one path with one status; "switch" holds exactly one crossing of the boundary."""
+
+    start: Fraction
+    stop: Fraction
+    mark: Mark
+
+
+@dataclass(frozen=True, eq=False)
+class Levels:
+    """Membership polynomials of all segments in all regions, computed once for any margin.
+
+    Attributes:
+        paths: The team.
+        regions: Names, in the mission's order.
+        values: q on each segment and region. Shape (segments, regions, 15).
+    """
+
+    paths: TeamPaths
+    regions: tuple[str, ...]
+    values: Balls
+
+
+def levels(paths: TeamPaths) -> Levels:
+    """Compute the membership polynomials of a team."""
+    regions = paths.mission.all_regions
+    count = len(paths.segments)
+    mid, rad = np.empty((count, len(regions), 15)), np.empty((count, len(regions), 15))
+    for column, region in enumerate(regions.values()):
+        centre = constants(np.array(region.center)).reshape(1, 3, 1)
+        for first in range(0, count, _CHUNK):
+            part = slice(first, first + _CHUNK)
+            offset = paths.positions[part] - centre
+            values = dot(offset, _turned(region.shape, offset))
+            mid[part, column], rad[part, column] = values.mid, values.rad
+    return Levels(paths, tuple(regions), Balls(mid, rad))
+
+
+def statuses(found: Levels, margin: Fraction) -> dict[str, dict[str, tuple[Span, ...]]]:
+    """Return for each robot and region the spans of its path, in order and without gaps.
+
+    Args:
+        found: The team's membership polynomials.
+        margin: Within how many metres of the path the status must hold, exact.
+    """
+    paths = found.paths
+    thresholds = [_thresholds(region, margin) for region in paths.mission.all_regions.values()]
+    count = len(found.regions)
+    width = found.values.mid.shape[-1]
+    table = found.values.reshape(-1, width)
+    inside = np.array([t[0] for t in thresholds] * len(paths.segments)).reshape(-1, 2)
+    outside = np.array([t[1] for t in thresholds] * len(paths.segments)).reshape(-1, 2)
+    depth = DEPTH_WITHOUT if margin == 0 else DEPTH_WITH_MARGIN
+    marks, parts = _classified(table, inside, outside, depth)
+    result: dict[str, dict[str, tuple[Span, ...]]] = {}
+    of_robot: list[list[int]] = [[] for _ in paths.robots]
+    for index, segment in enumerate(paths.segments):
+        of_robot[segment.robot].append(index)
+    for robot, name in enumerate(paths.robots):
+        result[name] = {}
+        for column, region in enumerate(found.regions):
+            spans: list[Span] = []
+            for index in of_robot[robot]:
+                segment, row = paths.segments[index], index * count + column
+                if row not in parts:
+                    _append(spans, segment.start, segment.stop, marks[row])
+                    continue
+                leaves = parts[row]
+                if margin == 0:
+                    _without_margin(spans, segment, leaves, table[row], found, index, column)
+                else:
+                    for start, stop, mark in leaves:
+                        _append(spans, segment.time(start), segment.time(stop), mark or "may")
+            result[name][region] = _settled(spans)
+    return result
+
+
+def changes(spans: dict[str, tuple[Span, ...]]) -> tuple[dict[str, Status], tuple[Change, ...]]:
+    """Turn spans into a timeline's initial statuses and its changes, sorted."""
+    initial: dict[str, Status] = {}
+    found: list[Change] = []
+    for region, row in spans.items():
+        status: Status = _status(row[0])
+        initial[region] = status
+        for before, span in zip(row, row[1:], strict=False):
+            if span.mark == "switch":
+                continue
+            if before.mark == "switch":
+                found.append(Change(Enclosure(before.start, before.stop), region, _status(span)))
+            else:
+                found.append(Change(Enclosure(span.start, span.start), region, _status(span)))
+    found.sort(key=lambda change: change.time.low)  # stable: two changes of one region at one instant keep their order
+    return initial, tuple(found)
+
+
+def _status(span: Span) -> Status:
+    assert span.mark != "switch"
+    return span.mark
+
+
+def _turned(matrix: Floats, offset: Balls) -> Balls:
+    """Return the (exact) matrix times vectors of polynomials. Shape (k, 3, n + 1)."""
+    mid = np.einsum("ij,kjn->kin", matrix, offset.mid)
+    rad = np.einsum("ij,kjn->kin", np.abs(matrix), offset.rad + gamma(4) * np.abs(offset.mid))
+    return Balls(mid, rad * (1.0 + 2.0**-40) + 1e-290)
+
+
+def _thresholds(region: Region, margin: Fraction) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return lower and upper float bounds of (1 - s d)^2 and of (1 + s d)^2; -1 stands for "never inside"."""
+    spread = extent(region).scale * margin
+    within = (-1.0, -1.0) if spread >= 1 else _bracket((1 - spread) ** 2)
+    return within, _bracket((1 + spread) ** 2)
+
+
+def _bracket(value: Fraction) -> tuple[float, float]:
+    number, error = nearest(value)
+    if error == 0.0:
+        return number, number
+    return float(np.nextafter(number, -np.inf)), float(np.nextafter(number, np.inf))
+
+
+Leaf = tuple[float, float, Mark | None]
+
+
+def _classified(table: Balls, inside: Floats, outside: Floats, depth: int) -> tuple[list[Mark], dict[int, list[Leaf]]]:
+    """Sort polynomials into no, may and must, halving those that are not one of them throughout.
+
+    Returns:
+        A mark for each row, and for the rows that were halved their leaves in order: places and mark, None where
+        nothing could be proved down to the last halving.
+    """
+    marks: list[Mark] = ["may"] * len(table.mid)
+    parts: dict[int, list[Leaf]] = {}
+    rows = np.arange(len(table.mid))
+    starts = np.zeros(len(rows))
+    width = 1.0
+    state = table
+    for level in range(depth + 1):
+        low, high = state.low.min(-1), state.high.max(-1)
+        no = low > outside[rows, 1]
+        must = high <= inside[rows, 0]
+        may = (low > inside[rows, 1]) & (high <= outside[rows, 0])
+        done = no | must | may
+        if level == 0:
+            for index in np.flatnonzero(no):
+                marks[index] = "no"
+            for index in np.flatnonzero(must):
+                marks[index] = "must"
+            for index in np.flatnonzero(~done):
+                parts[int(index)] = []
+        else:
+            for index in np.flatnonzero(done):
+                mark: Mark = "no" if no[index] else "must" if must[index] else "may"
+                parts[int(rows[index])].append((float(starts[index]), float(starts[index] + width), mark))
+        keep = np.flatnonzero(~done)
+        if len(keep) == 0:
+            break
+        if level == depth:
+            for index in keep:
+                parts[int(rows[index])].append((float(starts[index]), float(starts[index] + width), None))
+            break
+        state = halves(state[keep])
+        width /= 2
+        rows = np.concatenate([rows[keep], rows[keep]])
+        starts = np.concatenate([starts[keep], starts[keep] + width])
+    for leaves in parts.values():
+        leaves.sort(key=lambda leaf: leaf[0])
+    return marks, parts
+
+
+def _without_margin(
+    spans: list[Span], segment: Segment, leaves: Sequence[Leaf], level: Balls, found: Levels, index: int, column: int
+) -> None:
+    """Append the spans of one segment at margin 0, with each simple root as a switch."""
+    position = 0
+    while position < len(leaves):
+        start, stop, mark = leaves[position]
+        if mark is not None:
+            _append(spans, segment.time(start), segment.time(stop), mark)
+            position += 1
+            continue
+        last = position
+        while last + 1 < len(leaves) and leaves[last + 1][2] is None:
+            last += 1
+        stop = leaves[last][1]
+        before = leaves[position - 1][2] if position else None
+        after = leaves[last + 1][2] if last + 1 < len(leaves) else None
+        if {before, after} == {"no", "must"} and _is_monotone(level, start, stop):
+            _append(spans, segment.time(start), segment.time(stop), "switch")
+        elif segment.kind == "piece":
+            _exactly(spans, segment, start, stop, found, index, column)
+        else:
+            _append(spans, segment.time(start), segment.time(stop), "may")
+        position = last + 1
+
+
+def _is_monotone(level: Balls, start: float, stop: float) -> bool:
+    """Prove that a polynomial strictly rises or falls on a (dyadic) part of [0, 1]."""
+    mid = np.diff(level.mid)
+    slope = Balls(mid, (level.rad[1:] + level.rad[:-1] + 2.0**-53 * np.abs(mid)) * (1 + 2.0**-40) + 1e-290)
+    state, left, width = slope[None], 0.0, 1.0
+    while width > 4 * (stop - start):  # walk down to a small part that holds [start, stop]
+        middle = left + width / 2
+        both = halves(state)
+        if stop <= middle:
+            state = both[:1]
+        elif start >= middle:
+            state, left = both[1:], middle
+        else:
+            break
+        width /= 2
+    return bool(np.all(state.low > 0) or np.all(state.high < 0))
+
+
+def _exactly(spans: list[Span], segment: Segment, start: float, stop: float, found: Levels, index: int, column: int) -> None:
+    """Decide a part of a piece that balls leave open, with exact roots: ties, tangencies, roots close together."""
+    region = found.paths.mission.all_regions[found.regions[column]]
+    level = exact_level(found.paths, index, region) - 1
+    low, high = Fraction(start), Fraction(stop)
+
+    def mark_at(place: Fraction) -> Mark:
+        return "must" if level(exact.rational(place)) <= 0 else "no"
+
+    if level.degree() < 1:  # constant: on the boundary or on one side throughout
+        _append(spans, segment.time(low), segment.time(high), "may" if level == 0 else mark_at(low))
+        return
+    place = low
+    for root in exact.roots(level, low, high, (high - low) / 16):
+        if place < root.low:
+            _append(spans, segment.time(place), segment.time(root.low), mark_at((place + root.low) / 2))
+        simple = root.multiplicity == 1 and low < root.low and root.high < high
+        _append(spans, segment.time(root.low), segment.time(root.high), "switch" if simple else "may")
+        place = root.high
+    if place < high:
+        _append(spans, segment.time(place), segment.time(high), mark_at((place + high) / 2))
+
+
+def exact_level(paths: TeamPaths, index: int, region: Region):  # noqa: ANN201  # flint's own polynomial
+    """Return q of one segment and region as an exact polynomial in u, from 0 to 1."""
+    offset = [p - exact.rational(c) for p, c in zip(paths.exact_position(index), region.center, strict=True)]
+    assert region.matrix is not None
+    total = offset[0] * 0
+    for i in range(3):
+        for j in range(3):
+            total += offset[i] * offset[j] * exact.rational(region.matrix[i][j])
+    return total
+
+
+def _append(spans: list[Span], start: Fraction, stop: Fraction, mark: Mark) -> None:
+    if spans and spans[-1].mark == mark != "switch":
+        spans[-1] = Span(spans[-1].start, stop, mark)
+    else:
+        spans.append(Span(start, stop, mark))
+
+
+def _settled(spans: list[Span]) -> tuple[Span, ...]:
+    """Turn switches that do not part "no" from "must" into "may", and part the two where nothing does."""
+    result: list[Span] = []
+    for index, span in enumerate(spans):
+        mark = span.mark
+        if mark == "switch":
+            around = {spans[i].mark for i in (index - 1, index + 1) if 0 <= i < len(spans)}
+            mark = "switch" if around == {"no", "must"} else "may"
+        if result and {result[-1].mark, mark} == {"no", "must"}:
+            _append(result, span.start, span.start, "may")
+        _append(result, span.start, span.stop, mark)
+    return tuple(result)

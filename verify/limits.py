@@ -1,0 +1,171 @@
+"""Physical limits for all times: speed, acceleration, thrust, tilt, body rates, yaw rate and rotor thrusts.
+
+With g = 9.80665 m/s^2 and f = r'' + g e3 the collective thrust is m |f| and the body's z axis is f / |f|. Squared
+speed, acceleration and thrust are polynomials; the squared tangent of the tilt, (fx^2 + fy^2) / fz^2 where fz > 0,
+and the squared roll and pitch rates together, |j x f|^2 / |f|^4 with j = r''', are quotients of polynomials. Yaw rate
+and rotor thrusts hold the heading and |f| itself: see `flatness`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+from flint import arb
+
+from verify.balls import Balls, Floats, dot, raised
+from verify.bounds import Peaks, peaks, quotient_bounds, search
+from verify.data.vehicle import GRAVITY
+from verify.flatness import rotor_peaks, yaw_rate_peaks
+from verify.paths import TeamPaths
+
+LimitName = Literal[
+    "speed", "acceleration", "thrust_max", "thrust_min", "rotor_thrust_max", "rotor_thrust_min", "tilt", "body_rate", "yaw_rate"
+]
+
+UNITS: dict[LimitName, str] = {
+    "speed": "m/s", "acceleration": "m/s^2", "thrust_max": "N", "thrust_min": "N", "rotor_thrust_max": "N",
+    "rotor_thrust_min": "N", "tilt": "rad", "body_rate": "rad/s", "yaw_rate": "rad/s",
+}  # fmt: skip
+
+_SHARE = 1e-7
+"""How near to the true extreme a bound is driven, as a share of the limit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Extreme:
+    """The extreme of one quantity over one robot's flight.
+
+    Attributes:
+        robot: Name.
+        name: Which limit.
+        limit: What must not be passed.
+        bound: Proved for all times, on the strict side.
+        reached: Proved to be reached or passed (towards the limit) at `time`.
+        time: When, in s.
+        holds: Whether the limit is proved to be kept.
+        fails: Whether it is proved to be broken.
+    """
+
+    robot: str
+    name: LimitName
+    limit: float
+    bound: float
+    reached: float
+    time: Fraction
+    holds: bool
+    fails: bool
+
+
+def extremes(paths: TeamPaths) -> list[Extreme]:
+    """Bound every limited quantity of every robot's nominal flight."""
+    limits, vehicle = paths.mission.effective_limits, paths.mission.vehicle
+    velocity, acceleration = paths.derivative(1)[:, :3], paths.derivative(2)[:, :3]
+    jerk, snap = paths.derivative(3)[:, :3], paths.derivative(4)[:, :3]
+    force = with_gravity(acceleration)
+    thrust2 = dot(force, force)
+    mass = vehicle.mass
+    found: list[Extreme] = []
+
+    def add(name: LimitName, limit: float, result: Peaks, unit: Callable[[float, bool], float], *, least: bool = False) -> None:
+        found.extend(_read(paths, name, limit, result, unit, least))
+
+    def limited(numerator: Balls, limit: float, denominator: Balls | None = None) -> Peaks:
+        slack = np.full(len(paths.robots), _SHARE * limit)
+        return peaks(numerator, paths.piece_owner, len(paths.robots), slack=slack, denominator=denominator)
+
+    add("speed", limits.speed, limited(dot(velocity, velocity), limits.speed**2), _root)
+    add("acceleration", limits.acceleration, limited(dot(acceleration, acceleration), limits.acceleration**2), _root)
+    newton = _thrust(mass)
+    add("thrust_max", limits.thrust_max, limited(thrust2, (limits.thrust_max / mass) ** 2), newton)
+    add("thrust_min", limits.thrust_min, limited(-thrust2, (limits.thrust_min / mass) ** 2), newton, least=True)
+    add("tilt", limits.tilt, _tilt_peaks(paths, force, limits.tilt), _angle)
+    turning = _cross(jerk, force)
+    add(
+        "body_rate",
+        limits.body_rate,
+        limited(raised(dot(turning, turning), 20), limits.body_rate**2, thrust2 * thrust2),
+        _root,
+    )
+    add("yaw_rate", limits.yaw_rate, yaw_rate_peaks(paths, force, jerk, limits.yaw_rate), _same)
+    least, most = rotor_peaks(paths, force, jerk, snap, (limits.rotor_thrust_min, limits.rotor_thrust_max))
+    add("rotor_thrust_max", limits.rotor_thrust_max, most, _same)
+    add("rotor_thrust_min", limits.rotor_thrust_min, least, _same, least=True)
+    return found
+
+
+def _tilt_peaks(paths: TeamPaths, force: Balls, limit: float) -> Peaks:
+    """Bound the squared tangent of the tilt; it counts as infinite where fz > 0 is not proved."""
+    flat, upward = dot(force[:, :2], force[:, :2]), force[:, 2]
+
+    def enclose(state: tuple[Balls, ...], items: np.ndarray) -> tuple[Floats, Floats, Floats]:
+        del items
+        high, first, last = quotient_bounds(state[0], state[1])
+        return np.where(state[2].low.min(-1) > 0, high, np.inf), first, last
+
+    slack = np.full(len(paths.robots), _SHARE * math.tan(limit) ** 2)
+    return search((flat, upward * upward, upward), enclose, paths.piece_owner, len(paths.robots), slack=slack)
+
+
+def with_gravity(acceleration: Balls) -> Balls:
+    """Return f = r'' + g e3. Shape (pieces, 3, n + 1)."""
+    gravity = np.zeros((1, 3, 1))
+    gravity[0, 2] = GRAVITY
+    return acceleration + Balls(gravity, np.zeros((1, 3, 1)))
+
+
+def _read(
+    paths: TeamPaths, name: LimitName, limit: float, result: Peaks, unit: Callable[[float, bool], float], least: bool
+) -> list[Extreme]:
+    """Turn proved bounds on a (squared, or negated) quantity into bounds in the limit's own unit."""
+    rows = []
+    for robot, who in enumerate(paths.robots):
+        index = int(paths.piece_segments[int(result.item[robot])])
+        time = paths.segments[index].time(float(result.place[robot]))
+        upper, lower = float(result.upper[robot]), float(result.lower[robot])
+        if least:
+            bound, reached = unit(-upper, False), unit(-lower, True)
+            holds, fails = bound >= limit, reached < limit
+        else:
+            bound, reached = unit(upper, True), unit(lower, False)
+            holds, fails = bound <= limit, reached > limit
+        rows.append(Extreme(who, name, limit, bound, reached, time, holds, fails))
+    return rows
+
+
+def _cross(a: Balls, b: Balls) -> Balls:
+    parts = [a[:, i] * b[:, j] - a[:, j] * b[:, i] for i, j in ((1, 2), (2, 0), (0, 1))]
+    return Balls(np.stack([p.mid for p in parts], 1), np.stack([p.rad for p in parts], 1))
+
+
+def _same(value: float, up: bool) -> float:
+    del up
+    return value
+
+
+def _root(value: float, up: bool) -> float:
+    """Square root, rounded up or down; what is below zero counts as zero."""
+    if not value > 0:
+        return 0.0 if value <= 0 else value
+    return float(np.nextafter(math.sqrt(value), math.inf if up else -math.inf)) if math.isfinite(value) else value
+
+
+def _thrust(mass: float) -> Callable[[float, bool], float]:
+    def newton(value: float, up: bool) -> float:
+        return float(np.nextafter(mass * _root(value, up), math.inf if up else -math.inf))
+
+    return newton
+
+
+def _angle(value: float, up: bool) -> float:
+    """Angle in rad whose squared tangent is `value`, rounded up or down."""
+    if not value < math.inf:
+        return math.pi / 2 if not math.isnan(value) else value
+    if value <= 0:
+        return 0.0
+    enclosure = arb(value).sqrt().atan()
+    return float(np.nextafter(float((enclosure.upper() if up else enclosure.lower())), math.inf if up else -math.inf))

@@ -1,0 +1,160 @@
+"""What is proved of regions at large: how far a ball of the margin reaches, and which pairs lie apart or inside.
+
+A region is its stored float64 matrix. All proofs here are in rational arithmetic; floats only propose.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+
+import numpy as np
+from flint import fmpq, fmpq_mat
+
+from verify.data.errors import BadInput
+from verify.data.mission import Mission, Region
+from verify.exact import rational
+from verify.timeline import Relations
+
+
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """Proved bounds on an ellipsoid's matrix M.
+
+    Attributes:
+        scale: s with s^2 >= the greatest eigenvalue of M: moving by d changes sqrt((r-c)' M (r-c)) by at most s d.
+        reach: R such that no point of the ellipsoid is further than R from its centre, in m.
+    """
+
+    scale: Fraction
+    reach: Fraction
+
+
+@lru_cache(maxsize=4096)
+def extent(region: Region) -> Extent:
+    """Return proved bounds on a region's size.
+
+    Raises:
+        BadInput: The matrix is not positive definite, so the region is no ellipsoid.
+    """
+    matrix = _matrix(region)
+    identity = fmpq_mat([[int(i == j) for j in range(3)] for i in range(3)])
+    values = np.linalg.eigvalsh(region.shape)
+    if not (np.all(np.isfinite(values)) and _positive(matrix)):
+        raise BadInput("A region's matrix is not positive definite; it must come from positive radii.")
+    for exponent in range(44, 2, -1):  # the first attempt succeeds but for regions of absurd proportions
+        scale = Fraction(math.sqrt(values[-1])) * (1 + Fraction(1, 2**exponent))
+        reach = Fraction(1 / math.sqrt(max(values[0], values[-1] * 2.0**-60))) * (1 + Fraction(1, 2**exponent))
+        if _positive(identity * rational(scale * scale) - matrix) and _positive(matrix - identity * rational(1 / reach**2)):
+            return Extent(scale, reach)
+    raise BadInput("A region is so thin that its size cannot be bounded; use radii of similar lengths.")
+
+
+def relations(mission: Mission) -> Relations:
+    """Prove which regions have no common point and which lie inside others."""
+    regions = mission.all_regions
+    disjoint: set[tuple[str, str]] = set()
+    nested: set[tuple[str, str]] = set()
+    for a, b in itertools.combinations(sorted(regions), 2):
+        if are_disjoint(regions[a], regions[b]):
+            disjoint.add((a, b))
+            continue
+        if lies_inside(regions[a], regions[b]):
+            nested.add((a, b))
+        if lies_inside(regions[b], regions[a]):
+            nested.add((b, a))
+    return Relations(frozenset(disjoint), frozenset(nested))
+
+
+@lru_cache(maxsize=65536)
+def are_disjoint(a: Region, b: Region) -> bool:
+    """Prove that two regions have no common point; False means only that no proof was found.
+
+    A weighted mean w q_a + (1 - w) q_b of the two quadratic forms that is above 1 everywhere leaves no point
+    where both are at most 1; where the ellipsoids lie apart there is such a weight.
+    """
+    gap = sum(((Fraction(p) - Fraction(q)) ** 2 for p, q in zip(a.center, b.center, strict=True)), Fraction(0))
+    if gap > (extent(a).reach + extent(b).reach) ** 2:
+        return True
+    if gap == 0:
+        return False
+    offset = np.array(b.center) - np.array(a.center)
+    weights = np.linspace(0.0, 1.0, 65)[1:-1]
+    low, high = _best(weights, [_mean_least(a.shape, b.shape, offset, w) for w in weights])
+    weight = _golden(lambda w: _mean_least(a.shape, b.shape, offset, w), low, high)
+    w = rational(weight)
+    first, second = _matrix(a) * w, _matrix(b) * (1 - w)
+    shift = fmpq_mat([[rational(q) - rational(p)] for p, q in zip(a.center, b.center, strict=True)])
+    # least of y' A y + (y - d)' B y - d): at (A + B) y = B d, its value is d' B d - d' B y
+    pull = second * shift
+    least = (shift.transpose() * pull - pull.transpose() * (first + second).solve(pull))[0, 0]
+    return bool(least > 1)
+
+
+@lru_cache(maxsize=65536)
+def lies_inside(inner: Region, outer: Region) -> bool:
+    """Prove that every point of one region lies in another; False means only that no proof was found.
+
+    By the S-lemma it does if some w >= 0 makes w (q_inner - 1) - (q_outer - 1) nowhere negative.
+    """
+    offset = np.array(outer.center) - np.array(inner.center)
+    if float(offset @ outer.shape @ offset) > 1:
+        return False
+    top = float(np.max(np.linalg.eigvals(np.linalg.solve(inner.shape, outer.shape)).real))
+    weights = np.linspace(0.0, 1.0, 65)
+    low, high = _best(weights, [_certificate_least(inner.shape, outer.shape, offset, w) for w in top + (1 - top) * weights])
+    share = _golden(lambda s: _certificate_least(inner.shape, outer.shape, offset, top + (1 - top) * s), low, high)
+    w = rational(top + (1 - top) * share)
+    if w < 0:
+        return False
+    a, b = _matrix(inner), _matrix(outer)
+    shift = fmpq_mat([[rational(q) - rational(p)] for p, q in zip(inner.center, outer.center, strict=True)])
+    pull = b * shift
+    corner = 1 - w - (shift.transpose() * pull)[0, 0]
+    rows = [[(a * w - b)[i, j] for j in range(3)] + [pull[i, 0]] for i in range(3)]
+    rows.append([pull[i, 0] for i in range(3)] + [corner])
+    return _positive(fmpq_mat(rows))
+
+
+def _matrix(region: Region) -> fmpq_mat:
+    assert region.matrix is not None
+    return fmpq_mat([[rational(x) for x in row] for row in region.matrix])
+
+
+def _positive(matrix: fmpq_mat) -> bool:
+    """Decide whether a symmetric rational matrix is positive definite: all leading minors are above zero."""
+    size = matrix.nrows()
+    minors = (fmpq_mat([[matrix[i, j] for j in range(k)] for i in range(k)]).det() for k in range(1, size + 1))
+    return all(minor > fmpq(0) for minor in minors)
+
+
+def _mean_least(a: np.ndarray, b: np.ndarray, offset: np.ndarray, weight: float) -> float:
+    pull = (1 - weight) * (b @ offset)
+    return float(offset @ pull - pull @ np.linalg.solve(weight * a + (1 - weight) * b, pull))
+
+
+def _certificate_least(a: np.ndarray, b: np.ndarray, offset: np.ndarray, weight: float) -> float:
+    block = np.empty((4, 4))
+    block[:3, :3] = weight * a - b
+    block[:3, 3] = block[3, :3] = b @ offset
+    block[3, 3] = 1 - weight - offset @ b @ offset
+    return float(np.linalg.eigvalsh(block)[0])
+
+
+def _best(places: np.ndarray, values: list[float]) -> tuple[float, float]:
+    at = int(np.argmax(values))
+    return float(places[max(at - 1, 0)]), float(places[min(at + 1, len(places) - 1)])
+
+
+def _golden(value, low: float, high: float) -> float:  # noqa: ANN001
+    share = (math.sqrt(5) - 1) / 2
+    for _ in range(60):
+        a, b = high - share * (high - low), low + share * (high - low)
+        if value(a) >= value(b):
+            high = b
+        else:
+            low = a
+    return (low + high) / 2
