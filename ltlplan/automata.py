@@ -1,0 +1,450 @@
+"""Automata for formulas: finite ones for LTLf (2022 paper, Def. 2.2), Büchi ones for LTL (2019 paper, Def. 4).
+
+This is the only door to Spot in this package; its formulas, automata and conditions do not leave this module. Spot makes
+a small nondeterministic automaton, quickly; what must be deterministic is made so here, in `determinise`, because Spot's
+own way can take minutes on a formula of twenty nested operators.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from collections import deque
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any, Literal
+
+from ltlplan.budget import DEFAULT_BUDGET, Budget, TooLarge
+from ltlplan.guards import FALSE, TRUE, Guards
+from verify.data import BadInput, Formula, Letter, MissingEngine, Word, parse_formula
+
+if TYPE_CHECKING:
+    import networkx
+
+    from ltlplan.conjunction import Conjunction
+
+Trace = Literal["finite", "infinite"]
+DEAD = -1
+"""What `successor` returns where nothing can be accepted any more; no automaton lists it among its states."""
+
+EXPLICIT_STATES = 1024  # products of conjuncts up to which `translate` writes one automaton down
+SMALL_FORMULA = 10  # temporal operators and propositions up to which Spot translates in this process
+
+
+@dataclass(frozen=True, eq=False)
+class Automaton:
+    """An automaton with states 0, 1, ... and conditions on its edges. State 0 is the initial one.
+
+    A finite word is accepted where it can lead to an accepting state; an infinite one where it can pass through accepting
+    states for ever. Only states that can be reached and from which something is accepted are kept, so an automaton may
+    be incomplete: `successor` then returns `DEAD`.
+
+    Attributes:
+        trace: "finite" for words that end, "infinite" for Büchi automata.
+        propositions: Names that the conditions ask for.
+        edges: For each state, pairs (condition, target); conditions are integers of `guards`.
+        accepting: The accepting states.
+        guards: The conditions.
+    """
+
+    trace: Trace
+    propositions: tuple[str, ...]
+    edges: tuple[tuple[tuple[int, int], ...], ...]
+    accepting: frozenset[int]
+    guards: Guards = field(repr=False)
+    initial: int = 0
+
+    @property
+    def states(self) -> range:
+        """All states, in the order of a breadth-first walk."""
+        return range(len(self.edges))
+
+    @cached_property
+    def deterministic(self) -> bool:
+        """Whether no letter ever meets two edges of one state."""
+        for edges in self.edges:
+            met = FALSE
+            for guard, _ in edges:
+                if self.guards.conjunction(met, guard) != FALSE:
+                    return False
+                met = self.guards.disjunction(met, guard)
+        return True
+
+    @cached_property
+    def letters(self) -> tuple[Letter, ...]:
+        """One letter for each way in which letters act on the states; those that no edge takes are one of them."""
+        return representative_letters([self])
+
+    def successors(self, state: int, letter: Iterable[str]) -> frozenset[int]:
+        """Return the states that a letter can lead to; names that are no propositions here do not matter."""
+        names = _letter(letter)
+        if state == DEAD:
+            return frozenset()
+        return frozenset(target for guard, target in self.edges[state] if self.guards.holds(guard, names))
+
+    def successor(self, state: int, letter: Iterable[str]) -> int:
+        """Return the state that a letter leads to, or `DEAD`.
+
+        Raises:
+            BadInput: The automaton is nondeterministic and the letter leads to several states.
+        """
+        found = self.successors(state, letter)
+        if len(found) > 1:
+            raise BadInput("This automaton is nondeterministic; use `successors`, or `determinised()` for a finite one.")
+        return next(iter(found), DEAD)
+
+    def is_accepting(self, state: int) -> bool:
+        """Tell whether a state is accepting."""
+        return state in self.accepting
+
+    def accepts(self, word: Word) -> bool:
+        """Tell whether a word is accepted.
+
+        Raises:
+            BadInput: A lasso was given to an automaton on finite words, or a finite word to a Büchi automaton.
+        """
+        if (word.cycle is None) != (self.trace == "finite"):
+            wanted = "a finite word" if self.trace == "finite" else "a word with a cycle"
+            raise BadInput(f"This automaton reads {self.trace} words; {wanted} is needed.")
+        at = frozenset({self.initial})
+        for letter in word.prefix:
+            at = frozenset(target for state in at for target in self.successors(state, letter))
+        if word.cycle is None:
+            return not self.accepting.isdisjoint(at)
+        return self._laps_accept(at, word.cycle)
+
+    def _laps_accept(self, at: frozenset[int], cycle: tuple[Letter, ...]) -> bool:
+        """Tell whether repeating the cycle from these states can pass through accepting states for ever."""
+        import networkx
+
+        graph = networkx.DiGraph()
+        queue = deque((state, 0) for state in at)
+        graph.add_nodes_from(queue)
+        while queue:
+            state, place = queue.popleft()
+            for target in self.successors(state, cycle[place]):
+                node = (target, (place + 1) % len(cycle))
+                if node not in graph:
+                    queue.append(node)
+                graph.add_edge((state, place), node)
+        for component in networkx.strongly_connected_components(graph):
+            one = next(iter(component))
+            if (len(component) > 1 or graph.has_edge(one, one)) and any(state in self.accepting for state, _ in component):
+                return True
+        return False
+
+    def guard(self, source: int, target: int) -> str:
+        """Return the condition on the way from one state to another as text; `false` where there is none."""
+        condition = FALSE
+        for guard, found in self.edges[source]:
+            if found == target:
+                condition = self.guards.disjunction(condition, guard)
+        return self.guards.text(condition)
+
+    def to_networkx(self) -> networkx.MultiDiGraph[int]:
+        """Return the automaton as a graph; nodes carry `initial` and `accepting`, edges `guard` (text)."""
+        import networkx
+
+        graph: networkx.MultiDiGraph[int] = networkx.MultiDiGraph(trace=self.trace)
+        for state in self.states:
+            graph.add_node(state, initial=state == self.initial, accepting=state in self.accepting)
+        for state, edges in enumerate(self.edges):
+            for guard, target in edges:
+                graph.add_edge(state, target, guard=self.guards.text(guard))
+        return graph
+
+    def to_hoa(self) -> str:
+        """Return the automaton in the Hanoi omega-automata format, version 1.
+
+        A finite automaton is written with Büchi acceptance on its final states and `finite-words` as its name.
+        """
+        name = "finite-words" if self.trace == "finite" else "infinite-words"
+        quoted = " ".join(json.dumps(p, ensure_ascii=False) for p in self.propositions)
+        lines = [
+            "HOA: v1", f'name: "{name}"', f"States: {len(self.edges)}", f"Start: {self.initial}",
+            f"AP: {len(self.propositions)} {quoted}".rstrip(), "acc-name: Buchi", "Acceptance: 1 Inf(0)",
+            "properties: trans-labels explicit-labels state-acc" + (" deterministic" if self.deterministic else ""), "--BODY--",
+        ]  # fmt: skip
+        for state, edges in enumerate(self.edges):
+            lines.append(f"State: {state}" + (" {0}" if state in self.accepting else ""))
+            lines += [f"[{_hoa_label(self.guards, guard)}] {target}" for guard, target in edges]
+        return "\n".join([*lines, "--END--"]) + "\n"
+
+    def to_dot(self) -> str:
+        """Return the automaton as a Graphviz drawing."""
+        lines = ["digraph automaton {", '  rankdir=LR; node [shape=circle]; start [shape=point, label=""];']
+        for state in self.states:
+            lines.append(f"  {state}" + (" [shape=doublecircle];" if state in self.accepting else ";"))
+        lines.append(f"  start -> {self.initial};")
+        for state, edges in enumerate(self.edges):
+            lines += [f"  {state} -> {target} [label={json.dumps(self.guards.text(guard))}];" for guard, target in edges]
+        return "\n".join([*lines, "}"]) + "\n"
+
+    def determinised(self, *, budget: Budget = DEFAULT_BUDGET) -> Automaton:
+        """Return the smallest deterministic automaton of a finite automaton's language.
+
+        Raises:
+            BadInput: It is a Büchi automaton; these are made deterministic by Spot, where it can, in `translate`.
+            TooLarge: It has more states than the budget allows.
+        """
+        from ltlplan.determinise import determinise, minimise
+
+        if self.trace == "infinite":
+            raise BadInput("A Büchi automaton is not made deterministic by this; many have no deterministic equal.")
+        return minimise(determinise(self, budget=budget))
+
+
+def translate(
+    formula: str | Formula,
+    trace: Trace = "finite",
+    *,
+    form: Literal["deterministic", "small"] = "deterministic",
+    budget: Budget = DEFAULT_BUDGET,
+) -> Automaton | Conjunction:
+    """Return an automaton that accepts just the words that satisfy a formula.
+
+    Args:
+        formula: LTL, as text or value; `X` and `X[!]` are accepted.
+        trace: "finite": the words are finite and not empty (LTLf). "infinite": a Büchi automaton, deterministic
+            where Spot can make it so.
+        form: For finite words: the smallest deterministic automaton, or a small nondeterministic one (2022 paper, Def. 2.2).
+        budget: Bounds on states, time and memory.
+
+    Returns:
+        An automaton with all its states; for a large conjunction on finite words a `Conjunction`, which is used in the
+        same way and makes its states as they are asked for.
+
+    Raises:
+        FormulaError: The text is no formula.
+        TooLarge: A budget did not suffice.
+    """
+    from ltlplan.conjunction import Conjunction, conjunct_automata
+    from ltlplan.determinise import intersection, minimise
+
+    value = as_formula(formula)
+    if trace not in ("finite", "infinite"):
+        raise BadInput(f"trace must be 'finite' or 'infinite', not {trace!r}.")
+    if form not in ("deterministic", "small"):
+        raise BadInput(f"form must be 'deterministic' or 'small', not {form!r}.")
+    if trace == "infinite" or form == "small":
+        return small_automaton(value, trace, budget=budget)
+    parts = conjunct_automata(value, trace, budget=budget)
+    size = math.prod(len(part.states) for part in parts)
+    if size > EXPLICIT_STATES or not all(part.deterministic for part in parts):
+        return Conjunction(parts, budget)
+    whole = parts[0]
+    for part in parts[1:]:
+        whole = minimise(intersection(whole, part, budget=budget))
+    return whole
+
+
+@lru_cache(maxsize=512)
+def small_automaton(formula: Formula, trace: Trace, *, budget: Budget = DEFAULT_BUDGET) -> Automaton:
+    """Return a small automaton for one formula; it may be nondeterministic.
+
+    A large formula is translated in a process of its own, which is ended when its budget of time or memory is used up.
+
+    Raises:
+        TooLarge: The budget did not suffice.
+        MissingEngine: Spot is not installed.
+    """
+    text = formula.quoted()
+    size = sum(1 for node in formula.walk() if node.operator not in ("name", "!", "true", "false", "&", "|"))
+    if size <= SMALL_FORMULA and len(formula.names()) <= 2 * SMALL_FORMULA:
+        hoa = _spot_hoa(text, trace)
+    else:
+        hoa = _spot_hoa_elsewhere(text, trace, budget)
+    return read_hoa(hoa, trace=trace)
+
+
+def read_hoa(text: str, *, trace: Trace) -> Automaton:
+    """Read an automaton in the Hanoi omega-automata format.
+
+    Args:
+        text: One automaton. For finite words its accepting states are the final ones.
+        trace: Whether it reads finite or infinite words.
+
+    Raises:
+        BadInput: It is not in that format; for finite words: acceptance is not on states.
+    """
+    spot = _spot()
+    try:
+        automaton = spot.automaton(text if text.endswith("\n") else text + "\n")
+    except (SyntaxError, RuntimeError, StopIteration, ValueError) as error:
+        reason = (str(error).splitlines() or ["there is no automaton in it"])[0]
+        raise BadInput(f"This is no automaton in HOA format: {reason}") from None
+    if trace == "infinite" and not (automaton.acc().is_buchi() and automaton.prop_state_acc().is_true()):
+        automaton = spot.postprocess(automaton, "buchi", "sbacc", "small")
+    if automaton.acc().is_t() and trace == "finite":
+        accepting = set(range(automaton.num_states()))
+    elif not automaton.acc().is_buchi():
+        raise BadInput(f"Its acceptance is {automaton.get_acceptance()}; an automaton on finite words needs `1 Inf(0)`.")
+    elif not automaton.prop_state_acc().is_true() and trace == "finite":
+        raise BadInput("An automaton on finite words needs its acceptance on states, not on transitions.")
+    else:
+        accepting = {state for state in range(automaton.num_states()) if automaton.state_is_accepting(state)}
+    names = tuple(sorted(str(p.ap_name()) for p in automaton.ap()))
+    guards = Guards(names)
+    by_variable = {automaton.register_ap(p): str(p.ap_name()) for p in automaton.ap()}
+    memo: dict[int, int] = {}
+    edges: list[list[tuple[int, int]]] = [[] for _ in range(automaton.num_states())]
+    for edge in automaton.edges():
+        edges[edge.src].append((_condition(edge.cond, guards, by_variable, memo), int(edge.dst)))
+    return trimmed(trace, guards, edges, int(automaton.get_init_state_number()), accepting)
+
+
+def trimmed(
+    trace: Trace, guards: Guards, edges: list[list[tuple[int, int]]], initial: int, accepting: Iterable[int]
+) -> Automaton:
+    """Return the automaton without states that are useless, numbered breadth-first from the initial one."""
+    live = _live(trace, edges, set(accepting))
+    order: dict[int, int] = {initial: 0}
+    queue = deque([initial])
+    kept: list[tuple[tuple[int, int], ...]] = []
+    while queue:
+        state = queue.popleft()
+        merged: dict[int, int] = {}
+        for guard, target in edges[state]:
+            if guard != FALSE and target in live:
+                merged[target] = guards.disjunction(merged.get(target, FALSE), guard)
+                if target not in order:
+                    order[target] = len(order)
+                    queue.append(target)
+        kept.append(tuple((guard, order[target]) for target, guard in merged.items()))
+    return Automaton(trace, guards.propositions, tuple(kept), frozenset(order[s] for s in accepting if s in order), guards)
+
+
+def _live(trace: Trace, edges: list[list[tuple[int, int]]], accepting: set[int]) -> set[int]:
+    """Return the states from which something is accepted."""
+    back: list[list[int]] = [[] for _ in edges]
+    for state, outgoing in enumerate(edges):
+        for guard, target in outgoing:
+            if guard != FALSE:
+                back[target].append(state)
+    if trace == "infinite":
+        import networkx
+
+        graph = networkx.DiGraph((s, t) for s, outgoing in enumerate(edges) for g, t in outgoing if g != FALSE)
+        rounds = [
+            c for c in networkx.strongly_connected_components(graph) if len(c) > 1 or graph.has_edge(*[next(iter(c))] * 2)
+        ]
+        accepting = {state for component in rounds for state in component if state in accepting}
+    live, queue = set(accepting), deque(accepting)
+    while queue:
+        for state in back[queue.popleft()]:
+            if state not in live:
+                live.add(state)
+                queue.append(state)
+    return live
+
+
+def representative_letters(automata: Sequence[Automaton], *, budget: Budget = DEFAULT_BUDGET) -> tuple[Letter, ...]:
+    """Return letters such that every letter acts on all these automata as one of them does.
+
+    Raises:
+        TooLarge: There are more than the budget allows.
+    """
+    guards = Guards(sorted({name for automaton in automata for name in automaton.propositions}))
+    pieces = {TRUE}
+    for automaton in automata:
+        memo: dict[int, int] = {}
+        conditions = {guard for edges in automaton.edges for guard, _ in edges}
+        for condition in sorted(guards.copy_from(automaton.guards, guard, memo) for guard in conditions):
+            outside = guards.negation(condition)
+            pieces = {p for piece in pieces for p in (guards.conjunction(piece, condition), guards.conjunction(piece, outside))}
+            pieces.discard(FALSE)
+            if len(pieces) > budget.automaton:
+                raise TooLarge("The automaton tells apart", len(pieces), "letters", budget.automaton)
+    return tuple(sorted((guards.example(piece) for piece in pieces), key=lambda letter: (len(letter), sorted(letter))))
+
+
+def as_formula(formula: str | Formula) -> Formula:
+    """Return a formula that was given as text or as a value."""
+    return parse_formula(formula) if isinstance(formula, str) else formula
+
+
+def _letter(letter: Iterable[str]) -> Letter:
+    if isinstance(letter, str):
+        raise BadInput(f"A letter is a set of names, such as {{{letter!r}}}, not the string {letter!r}.")
+    return letter if isinstance(letter, frozenset) else frozenset(letter)
+
+
+def _hoa_label(guards: Guards, guard: int) -> str:
+    """Return a condition with propositions by number, as HOA wants it."""
+    numbers = Guards([str(i) for i in range(len(guards.propositions))])
+    memo: dict[int, int] = {}
+
+    def copied(at: int) -> int:
+        if at > 1 and at not in memo:
+            variable, low, high = guards.parts(at)
+            memo[at] = numbers.node(variable, copied(low), copied(high))
+        return memo.get(at, at)
+
+    text = numbers.text(copied(guard))
+    return {"true": "t", "false": "f"}.get(text, text)
+
+
+# Spot's own values are untyped; `Any` stands for them below this line.
+
+
+def _spot() -> Any:
+    try:
+        import spot
+    except ImportError:
+        raise MissingEngine(
+            "Planning from formulas needs Spot: `pip install spottl` (Linux x86-64) or `conda install -c conda-forge spot`."
+        ) from None
+    return spot
+
+
+def _spot_hoa(text: str, trace: Trace) -> str:
+    """Translate a quoted formula with Spot; return HOA."""
+    spot = _spot()
+    formula = spot.formula(text)
+    private = spot.make_bdd_dict()
+    if trace == "finite":
+        found = spot.translate(spot.from_ltlf(formula), "small", "buchi", "sbacc", "low", dict=private)
+        return str(spot.to_finite(found).to_str("hoa"))
+    return str(spot.translate(formula, "deterministic", "buchi", "sbacc", dict=private).to_str("hoa"))
+
+
+def _spot_hoa_elsewhere(text: str, trace: Trace, budget: Budget) -> str:
+    """Translate in a process that can be ended."""
+    request = json.dumps({"formula": text, "trace": trace, "bytes": budget.megabytes * 2**20, "seconds": budget.seconds})
+    command = [sys.executable, "-c", "from ltlplan.automata import _serve; _serve()"]
+    try:
+        done = subprocess.run(command, input=request, capture_output=True, text=True, timeout=budget.seconds + 5, check=False)
+    except subprocess.TimeoutExpired:
+        raise TooLarge("Translating the formula takes", int(budget.seconds) + 1, "s", int(budget.seconds)) from None
+    if done.returncode != 0 or not done.stdout.startswith("HOA"):
+        raise TooLarge("Translating the formula takes", budget.megabytes, f"MB or {budget.seconds:g} s:", budget.megabytes)
+    return done.stdout
+
+
+def _serve() -> None:
+    """Translate the request on standard input within its budget; the other end of `_spot_hoa_elsewhere`."""
+    import resource
+
+    request = json.load(sys.stdin)
+    resource.setrlimit(resource.RLIMIT_AS, (request["bytes"], request["bytes"]))
+    seconds = int(request["seconds"]) + 1
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+    sys.stdout.write(_spot_hoa(request["formula"], request["trace"]))
+
+
+def _condition(bdd: Any, guards: Guards, names: dict[int, str], memo: dict[int, int]) -> int:
+    """Copy one of Spot's conditions into our table, whatever the order of its variables."""
+    import buddy  # type: ignore[import-not-found]  # comes with Spot, without types
+
+    key = int(bdd.id())
+    if key <= 1:
+        return key
+    found = memo.get(key)
+    if found is None:
+        low = _condition(buddy.bdd_low(bdd), guards, names, memo)
+        high = _condition(buddy.bdd_high(bdd), guards, names, memo)
+        found = memo[key] = guards.condition(names[int(buddy.bdd_var(bdd))], low, high)
+    return found

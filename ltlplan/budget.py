@@ -1,0 +1,47 @@
+"""How much a search may take: counted in states, never in seconds, so that a result does not depend on the machine.
+
+Only the translation of a large formula also has a clock, and that can only end it with an error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from verify.data import BadInput
+
+
+class TooLarge(BadInput):
+    """A budget was used up before there was an answer; nothing is known about satisfiability.
+
+    Attributes:
+        used: How many were needed at least.
+        limit: How many were allowed.
+    """
+
+    def __init__(self, what: str, used: int, unit: str, limit: int, hint: str = "") -> None:
+        advice = hint or "Simplify the formula, write it as a conjunction of smaller parts, or raise the budget."
+        super().__init__(f"{what} more than {limit:,} {unit}. {advice}")
+        self.used = used
+        self.limit = limit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Budget:
+    """Bounds on planning.
+
+    Attributes:
+        states: States of the search that may be expanded, in all.
+        candidates: Complete plans that may be tried where the first ones are refused.
+        automaton: States of one explicit automaton.
+        seconds: s that the translation of one large formula may take, in a process of its own.
+        megabytes: MB that this process may take.
+    """
+
+    states: int = 3_000_000
+    candidates: int = 20_000
+    automaton: int = 20_000
+    seconds: float = 20.0
+    megabytes: int = 2048
+
+
+DEFAULT_BUDGET = Budget()

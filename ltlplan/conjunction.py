@@ -1,0 +1,427 @@
+"""A formula as the conjunction of small automata, multiplied only where a search goes.
+
+`F p1 & ... & F p12` has 4096 states and half a million edges as one automaton, and twelve times two states as twelve.
+A `Task` reads letters by number (the few that robots can really show) and makes its states as they are asked for.
+A conjunct whose deterministic automaton would be large stays nondeterministic; of its sets of states, too, only those
+that are reached are made.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from functools import cached_property, lru_cache
+
+from ltlplan.automata import DEAD, Automaton, Trace, representative_letters, small_automaton
+from ltlplan.budget import DEFAULT_BUDGET, Budget, TooLarge
+from ltlplan.determinise import determinise, minimise
+from verify.data import BadInput, Formula, Letter, Word
+
+SMALL_AUTOMATON = Budget(automaton=128)
+
+Kind = tuple[tuple[int, ...], ...]
+"""What a word does, for each conjunct: the state (or set of states, as bits) that each state is taken to."""
+
+
+def conjuncts(formula: Formula) -> tuple[Formula, ...]:
+    """Return formulas that say together what `formula` says; `G(a & b)` and `G(a -> b & c)` are taken apart as well."""
+    if formula.operator == "&":
+        return tuple(part for argument in formula.arguments for part in conjuncts(argument))
+    if formula.operator in ("G", "X"):
+        inner = conjuncts(formula.arguments[0])
+        return tuple(Formula(formula.operator, (part,)) for part in inner) if len(inner) > 1 else (formula,)
+    if formula.operator == "->":
+        left, right = formula.arguments
+        inner = conjuncts(right)
+        return tuple(Formula("->", (left, part)) for part in inner) if len(inner) > 1 else (formula,)
+    return (formula,)
+
+
+@lru_cache(maxsize=512)
+def conjunct_automaton(formula: Formula, *, budget: Budget = DEFAULT_BUDGET) -> Automaton:
+    """Return a conjunct's automaton on finite words: deterministic and smallest where that is small."""
+    automaton = small_automaton(formula, "finite", budget=budget)
+    try:
+        return minimise(determinise(automaton, budget=SMALL_AUTOMATON))
+    except TooLarge:
+        return automaton
+
+
+def conjunct_automata(formula: Formula, trace: Trace, *, budget: Budget = DEFAULT_BUDGET) -> tuple[Automaton, ...]:
+    """Return one automaton for each conjunct, each written only once."""
+    parts = tuple(dict.fromkeys(conjuncts(formula)))
+    if trace == "finite":
+        return tuple(conjunct_automaton(part, budget=budget) for part in parts)
+    return tuple(small_automaton(part, trace, budget=budget) for part in parts)
+
+
+class Deterministic:
+    """One conjunct's deterministic automaton, reading letters by number."""
+
+    def __init__(self, automaton: Automaton, letters: Sequence[Letter]) -> None:
+        self.automaton = automaton
+        self.initial = automaton.initial
+        self.identity = tuple(automaton.states)
+        self._letters = letters
+        self._rows: list[list[int] | None] = [None] * len(automaton.edges)
+
+    def row(self, state: int) -> list[int]:
+        """Return the state after each letter."""
+        row = self._rows[state]
+        if row is None:
+            holds, edges = self.automaton.guards.holds, self.automaton.edges[state]
+            row = [next((t for guard, t in edges if holds(guard, letter)), DEAD) for letter in self._letters]
+            self._rows[state] = row
+        return row
+
+    def accepting(self, state: int) -> bool:
+        """Tell whether a state is accepting."""
+        return state in self.automaton.accepting
+
+    def read(self, kind: tuple[int, ...], letter: int) -> tuple[int, ...]:
+        """Return the kind of a word with one more letter."""
+        return tuple(DEAD if state == DEAD else self.row(state)[letter] for state in kind)
+
+    def apply(self, kind: tuple[int, ...], state: int) -> int:
+        """Return the state that words of a kind lead to."""
+        return kind[state]
+
+    def compose(self, first: tuple[int, ...], second: tuple[int, ...]) -> tuple[int, ...]:
+        """Return the kind of a word of one kind followed by one of another."""
+        return tuple(DEAD if state == DEAD else second[state] for state in first)
+
+
+class Subsets:
+    """One conjunct's nondeterministic automaton; its states here are numbers of sets, made as they are reached."""
+
+    def __init__(self, automaton: Automaton, letters: Sequence[Letter]) -> None:
+        self.automaton = automaton
+        self._letters = letters
+        self._masks: list[int] = []
+        self._numbers: dict[int, int] = {}
+        self._rows: list[list[int] | None] = []
+        self._steps: list[list[int]] = [
+            [sum(1 << t for t in automaton.successors(state, letter)) for letter in letters] for state in automaton.states
+        ]
+        self._final = sum(1 << state for state in automaton.accepting)
+        self.identity = tuple(1 << state for state in automaton.states)
+        self.initial = self._number(1 << automaton.initial)
+
+    def _number(self, mask: int) -> int:
+        if not mask:
+            return DEAD
+        found = self._numbers.get(mask)
+        if found is None:
+            found = self._numbers[mask] = len(self._masks)
+            self._masks.append(mask)
+            self._rows.append(None)
+        return found
+
+    def row(self, state: int) -> list[int]:
+        """Return the state after each letter."""
+        row = self._rows[state]
+        if row is None:
+            mask = self._masks[state]
+            row = [self._number(_image(mask, steps)) for steps in zip(*self._steps, strict=True)]
+            self._rows[state] = row
+        return row
+
+    def accepting(self, state: int) -> bool:
+        """Tell whether a state is accepting."""
+        return bool(self._masks[state] & self._final)
+
+    def read(self, kind: tuple[int, ...], letter: int) -> tuple[int, ...]:
+        """Return the kind of a word with one more letter."""
+        steps = [row[letter] for row in self._steps]
+        return tuple(_image(mask, steps) for mask in kind)
+
+    def apply(self, kind: tuple[int, ...], state: int) -> int:
+        """Return the state that words of a kind lead to."""
+        return self._number(_image(self._masks[state], kind))
+
+    def compose(self, first: tuple[int, ...], second: tuple[int, ...]) -> tuple[int, ...]:
+        """Return the kind of a word of one kind followed by one of another."""
+        return tuple(_image(mask, second) for mask in first)
+
+
+State = tuple[int | frozenset[int], ...] | int
+"""A state of a `Conjunction`: for each conjunct a state, or a set of states where its automaton is nondeterministic."""
+
+
+class Conjunction:
+    """A deterministic automaton on finite words whose states are made as they are asked for.
+
+    Attributes:
+        parts: The conjuncts' automata.
+        initial: The initial state.
+        propositions: Names that matter.
+        trace: Always "finite".
+        deterministic: Always true.
+    """
+
+    trace: Trace = "finite"
+    deterministic = True
+
+    def __init__(self, parts: Sequence[Automaton], budget: Budget = DEFAULT_BUDGET) -> None:
+        self.parts = tuple(parts)
+        self.budget = budget
+        self.propositions = tuple(sorted({name for part in parts for name in part.propositions}))
+        self.initial: State = tuple(part.initial if part.deterministic else frozenset({part.initial}) for part in self.parts)
+
+    @cached_property
+    def letters(self) -> tuple[Letter, ...]:
+        """One letter for each way in which letters act on the states."""
+        return representative_letters(self.parts, budget=self.budget)
+
+    def successor(self, state: State, letter: Iterable[str]) -> State:
+        """Return the state that a letter leads to, or `DEAD`."""
+        names = frozenset(letter)
+        if isinstance(state, int):
+            return DEAD
+        after: list[int | frozenset[int]] = []
+        for part, at in zip(self.parts, state, strict=True):
+            if isinstance(at, int):
+                target = part.successor(at, names)
+                if target == DEAD:
+                    return DEAD
+                after.append(target)
+            else:
+                targets = frozenset(t for one in at for t in part.successors(one, names))
+                if not targets:
+                    return DEAD
+                after.append(targets)
+        return tuple(after)
+
+    def is_accepting(self, state: State) -> bool:
+        """Tell whether a state is accepting."""
+        return not isinstance(state, int) and all(
+            at in part.accepting if isinstance(at, int) else not part.accepting.isdisjoint(at)
+            for part, at in zip(self.parts, state, strict=True)
+        )
+
+    def accepts(self, word: Word) -> bool:
+        """Tell whether a finite word is accepted."""
+        if word.cycle is not None:
+            raise BadInput("This automaton reads finite words.")
+        state: State = self.initial
+        for letter in word.prefix:
+            state = self.successor(state, letter)
+        return self.is_accepting(state)
+
+    @cached_property
+    def states(self) -> tuple[State, ...]:
+        """All states that letters can lead to, breadth first.
+
+        Raises:
+            TooLarge: There are more than the budget allows.
+        """
+        seen: dict[State, None] = {self.initial: None}
+        waiting = [self.initial]
+        for state in waiting:  # grows while it is walked
+            for letter in self.letters:
+                after = self.successor(state, letter)
+                if after != DEAD and after not in seen:
+                    if len(seen) >= self.budget.automaton:
+                        raise TooLarge("The automaton has", len(seen) + 1, "states", self.budget.automaton)
+                    seen[after] = None
+                    waiting.append(after)
+        return tuple(seen)
+
+    @cached_property
+    def accepting(self) -> frozenset[State]:
+        """The accepting states among all."""
+        return frozenset(state for state in self.states if self.is_accepting(state))
+
+
+class Task:
+    """What remains to be done, as one number: a state of the product of all conjuncts' automata.
+
+    Attributes:
+        parts: The conjuncts' automata.
+        letters: The letters that are read, by number.
+        initial: The state before anything was read.
+    """
+
+    def __init__(self, automata: Iterable[Automaton], letters: Sequence[Letter]) -> None:
+        self.letters = tuple(letters)
+        self.parts: tuple[Deterministic | Subsets, ...] = tuple(
+            Deterministic(a, self.letters) if a.deterministic else Subsets(a, self.letters) for a in automata
+        )
+        self._states: list[tuple[int, ...]] = []
+        self._numbers: dict[tuple[int, ...], int] = {}
+        self._rows: list[list[int] | None] = []
+        self._accepting: list[bool] = []
+        self._changes: dict[tuple[int, int], list[tuple[int, int]]] = {}
+        self.initial = self._number(tuple(part.initial for part in self.parts))
+
+    def __len__(self) -> int:
+        return len(self._states)
+
+    def state(self, number: int) -> tuple[int, ...]:
+        """Return the states of the conjuncts' automata that a number stands for."""
+        return self._states[number]
+
+    def is_accepting(self, number: int) -> bool:
+        """Tell whether everything is done."""
+        return self._accepting[number]
+
+    def row(self, number: int) -> list[int]:
+        """Return the state after each letter; `DEAD` where some conjunct can no longer hold."""
+        row = self._rows[number]
+        if row is None:
+            state = self._states[number]
+            after: dict[int, list[int]] = {}  # letters that change anything, with the state that they lead to
+            row = [number] * len(self.letters)
+            for index, at in enumerate(state):
+                for letter, target in self._part_changes(index, at):
+                    if target == DEAD:
+                        row[letter] = DEAD
+                    elif row[letter] != DEAD:
+                        if letter not in after:
+                            after[letter] = list(state)
+                        after[letter][index] = target
+            for letter, target_state in after.items():
+                if row[letter] != DEAD:
+                    row[letter] = self._number(tuple(target_state))
+            self._rows[number] = row
+        return row
+
+    def _part_changes(self, index: int, at: int) -> list[tuple[int, int]]:
+        found = self._changes.get((index, at))
+        if found is None:
+            row = self.parts[index].row(at)
+            found = self._changes[index, at] = [(letter, target) for letter, target in enumerate(row) if target != at]
+        return found
+
+    def _number(self, state: tuple[int, ...]) -> int:
+        found = self._numbers.get(state)
+        if found is None:
+            found = self._numbers[state] = len(self._states)
+            self._states.append(state)
+            self._rows.append(None)
+            self._accepting.append(all(part.accepting(at) for part, at in zip(self.parts, state, strict=True)))
+        return found
+
+    def run(self, letters: Iterable[int], start: int | None = None) -> int:
+        """Return the state after some letters, or `DEAD`."""
+        at = self.initial if start is None else start
+        for letter in letters:
+            at = self.row(at)[letter]
+            if at == DEAD:
+                return DEAD
+        return at
+
+
+class Kinds:
+    """What words do to a task's states. Words that do the same are one kind."""
+
+    def __init__(self, task: Task) -> None:
+        self.task = task
+        self.identity: Kind = tuple(part.identity for part in task.parts)
+        self._read: dict[tuple[Kind, int], Kind] = {}
+
+    def read(self, kind: Kind, letter: int) -> Kind:
+        """Return the kind of a word with one more letter."""
+        found = self._read.get((kind, letter))
+        if found is None:
+            parts = self.task.parts
+            found = self._read[kind, letter] = tuple(p.read(k, letter) for p, k in zip(parts, kind, strict=True))
+        return found
+
+    def of(self, letters: Iterable[int]) -> Kind:
+        """Return the kind of a word."""
+        kind = self.identity
+        for letter in letters:
+            kind = self.read(kind, letter)
+        return kind
+
+
+class OrderCheck:
+    """Whether words keep a task in every order: the property `sequential`, decided conjunct by conjunct."""
+
+    def __init__(self, task: Task, *, limit: int = 200_000) -> None:
+        self.task = task
+        self.limit = limit
+        self._known: dict[tuple[int, tuple[tuple[tuple[int, ...], int], ...]], tuple[tuple[int, ...], ...] | None] = {}
+
+    def failing_order(self, kinds: Sequence[Kind], *, finished: bool = True) -> tuple[int, ...] | None:
+        """Return an order (indices into `kinds`) in which the words break the task; None where every order keeps it.
+
+        Args:
+            kinds: One kind for each robot.
+            finished: Whether the task must be accepted at the end, or only not be lost already.
+
+        Raises:
+            TooLarge: There are too many different orders to try them all.
+        """
+        for index, part in enumerate(self.task.parts):
+            own = [kind[index] for kind in kinds]
+            bad = self._failing(index, part, own, finished)
+            if bad is not None:
+                return bad
+        return None
+
+    def _failing(
+        self, index: int, part: Deterministic | Subsets, kinds: list[tuple[int, ...]], finished: bool
+    ) -> tuple[int, ...] | None:
+        counts = Counter(kind for kind in kinds if kind != part.identity)
+        kept = tuple(sorted(counts.items()))
+        key = (index * 2 + finished, kept)
+        if key not in self._known:
+            self._known[key] = self._search(part, [k for k, _ in kept], [n for _, n in kept], finished)
+        bad = self._known[key]
+        if bad is None:
+            return None
+        left = list(range(len(kinds)))
+        order: list[int] = []
+        for kind in bad:
+            at = next(i for i in left if kinds[i] == kind)
+            left.remove(at)
+            order.append(at)
+        return (*order, *left)
+
+    def _search(
+        self, part: Deterministic | Subsets, kinds: list[tuple[int, ...]], counts: list[int], finished: bool
+    ) -> tuple[tuple[int, ...], ...] | None:
+        """Walk over how many words of each kind were read, keeping the states that this can lead to."""
+        if all(
+            part.compose(a, b) == part.compose(b, a) for i, a in enumerate(kinds) for b in kinds[:i]
+        ):  # one order stands for all
+            order = tuple(kind for kind, count in zip(kinds, counts, strict=True) for _ in range(count))
+            at = part.initial
+            for kind in order:
+                at = DEAD if at == DEAD else part.apply(kind, at)
+            good = at != DEAD and (not finished or part.accepting(at))
+            return None if good else order
+        start = (0,) * len(kinds)
+        layer: dict[tuple[tuple[int, ...], int], tuple[tuple[int, ...], ...]] = {(start, part.initial): ()}
+        total = sum(counts)
+        seen = 0
+        for _ in range(total):
+            following: dict[tuple[tuple[int, ...], int], tuple[tuple[int, ...], ...]] = {}
+            for (used, state), order in layer.items():
+                for i, kind in enumerate(kinds):
+                    if used[i] < counts[i]:
+                        target = part.apply(kind, state)
+                        if target == DEAD:
+                            return (*order, kind)
+                        following.setdefault(((*used[:i], used[i] + 1, *used[i + 1 :]), target), (*order, kind))
+            layer = following
+            seen += len(layer)
+            if seen > self.limit:
+                raise TooLarge("Trying the words in every order needs", seen, "steps", self.limit)
+        if finished:
+            for (_, state), order in layer.items():
+                if not part.accepting(state):
+                    return order
+        return None
+
+
+def _image(mask: int, steps: Sequence[int]) -> int:
+    """Return the union of `steps[i]` over the bits i of a mask."""
+    result = 0
+    while mask:
+        low = mask & -mask
+        result |= steps[low.bit_length() - 1]
+        mask ^= low
+    return result

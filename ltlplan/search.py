@@ -1,0 +1,174 @@
+"""From a mission to words: who visits what, in which order, at the smallest cost.
+
+`assign` is exact: it returns a cheapest plan among all whose words keep the formula in every order of the robots, over the
+letters that will really be flown, or says that there is none and why. Nothing here knows about time; a later check of the
+timed claim may still add waits.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+from ltlplan.budget import DEFAULT_BUDGET, Budget
+from ltlplan.conjunction import Task, conjunct_automata
+from ltlplan.systems import Cost, Systems, TransitionSystem
+from ltlplan.team_search import Checked, Team, plan_team
+from verify.data import InternalError, Letter, Mission, Unsatisfiable, Visit, Word
+
+
+@dataclass(frozen=True, slots=True)
+class Itinerary:
+    """What one robot does.
+
+    Attributes:
+        visits: Regions in the order in which they are entered, with the actions made there. A robot that starts inside a
+            region has that visit first. For a lasso: prefix, then one lap.
+        word: The letters that it will show, free flight included. Its last letter says whether the robot ends inside the
+            region that it visited last.
+        cycle_visit: Index of the first visit of the cycle; None for a finite flight, the number of visits for a hover.
+        cost: Its own cost; for a lasso, of the prefix and the weighted cycle.
+    """
+
+    visits: tuple[Visit, ...]
+    word: Word
+    cycle_visit: int | None
+    cost: float
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """What every robot does, and how good that is.
+
+    Attributes:
+        robots: An itinerary for each of the mission's agents, in the mission's order.
+        cost: The objective: the sum of the robots' costs, or that of the dearest one.
+        lower_bound: No plan costs less than this.
+        complete: Whether the search was exhausted, so that no plan is cheaper.
+        tried: Complete plans that were checked in every order.
+        notes: Sentences for a person.
+    """
+
+    robots: dict[str, Itinerary]
+    cost: float
+    lower_bound: float | None
+    complete: bool
+    tried: int
+    notes: tuple[str, ...] = ()
+
+
+def assign(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAULT_BUDGET) -> Assignment:
+    """Share a mission among its robots at the smallest cost.
+
+    Args:
+        mission: With its formula, regions, environment, internal states and agents.
+        cost: Cost of a leg, (robot, from a position or a region, to a region) -> float; straight lines where None.
+        budget: Bounds on the search.
+
+    Raises:
+        Unsatisfiable: No words that these robots can fly satisfy the formula; the message says which parts of it cannot
+            hold together.
+        TooLarge: A budget was used up before an answer was found.
+    """
+    systems = Systems(mission, cost)
+    each = [systems.of(name) for name in mission.agents]
+    if mission.spec.trace == "infinite":
+        return _assign_lasso(mission, each[0], budget)
+    team = Team(each)
+    task = Task(conjunct_automata(mission.formula, "finite", budget=budget), team.letters)
+    found = plan_team(team, task, budget)
+    if found.run is None:
+        raise Unsatisfiable("No plan satisfies the formula.")
+    return _assignment(mission, each, found)
+
+
+def _assignment(mission: Mission, systems: list[TransitionSystem], found: Checked) -> Assignment:
+    assert found.run is not None
+    robots = {
+        name: itinerary(system, path) for name, system, path in zip(mission.agents, systems, found.run.paths, strict=True)
+    }
+    total = sum(robot.cost for robot in robots.values())
+    notes = (f"The cheapest plan was refused in some order; {found.tried} plans were tried.",) if found.tried > 1 else ()
+    return Assignment(robots, total, total, True, found.tried, notes)
+
+
+def itinerary(system: TransitionSystem, path: tuple[int, ...]) -> Itinerary:
+    """Read visits, actions, word and cost off a path of a robot's system."""
+    return Itinerary(tuple(visits_of(system, path)), word_along(system, path), None, path_cost(system, path))
+
+
+def path_cost(system: TransitionSystem, path: tuple[int, ...]) -> float:
+    """Return the sum of the costs along a path."""
+    total = 0.0
+    for source, target in itertools.pairwise(path):
+        total += min(cost for node, cost in system.edges[source] if node == target)
+    return total
+
+
+def word_along(system: TransitionSystem, path: tuple[int, ...]) -> Word:
+    """Return the labels along a path, without immediate repetitions."""
+    return Word(tuple(system.labels[node] for node in path)).compressed()
+
+
+def visits_of(system: TransitionSystem, path: tuple[int, ...]) -> list[Visit]:
+    """Return the visits that a path makes, with their actions."""
+    visits: list[Visit] = []
+    previous = None
+    for index in path:
+        node = system.nodes[index]
+        if not node.flying:
+            if previous is None or previous.flying:
+                visits.append(Visit(region=node.place))
+            elif previous.internal != node.internal:
+                action = next(
+                    a for a in system.actions if (a.source, a.target, a.at) == (previous.internal, node.internal, node.place)
+                )
+                visits[-1] = Visit(region=node.place, actions=(*visits[-1].actions, action))
+        previous = node
+    return visits
+
+
+def _assign_lasso(mission: Mission, system: TransitionSystem, budget: Budget) -> Assignment:
+    """Plan one robot's infinite trace; as many laps count as are flown."""
+    from ltlplan.lasso import cheapest_lasso
+
+    automata = conjunct_automata(mission.formula, "infinite", budget=budget)
+    run = cheapest_lasso(system, automata, weight=mission.spec.repeat, budget=budget)
+    if run is None:
+        raise Unsatisfiable("No plan satisfies the formula.")
+    (name,) = mission.agents
+    robot = lasso_itinerary(system, run.prefix, run.cycle, mission.spec.repeat)
+    return Assignment({name: robot}, robot.cost, robot.cost, True, 1)
+
+
+def lasso_itinerary(system: TransitionSystem, prefix: tuple[int, ...], cycle: tuple[int, ...], laps: int) -> Itinerary:
+    """Read an infinite path: visits of prefix and one lap, and the word, turned so that the cycle begins with a visit."""
+    path = (*prefix, *cycle)
+    entering = [i for i in range(len(cycle)) if _enters(system, path, len(prefix) + i, cycle)]
+    if not entering:  # the cycle stays where it is
+        letters = Word(tuple(system.labels[node] for node in path)).compressed().prefix
+        visits = tuple(visits_of(system, path))
+        hover = tuple(dict.fromkeys(system.labels[node] for node in cycle))
+        if len(hover) > 1:  # internal changes for ever, inside one region
+            raise InternalError("A cycle of actions inside one region is not flown.")
+        return Itinerary(visits, Word(letters[:-1], (letters[-1],)), len(visits), path_cost(system, path))
+    turn = entering[0]
+    prefix, cycle = (*prefix, *cycle[:turn]), (*cycle[turn:], *cycle[:turn])
+    before = visits_of(system, prefix)
+    lap = visits_of(system, (*prefix, *cycle))[len(before) :]
+    cost = path_cost(system, (*prefix, cycle[0]))
+    path_cost_of_lap = path_cost(system, (*cycle, cycle[0]))
+    word = Word(_compressed(system, prefix), _compressed(system, cycle))
+    return Itinerary((*before, *lap), word, len(before), cost + laps * path_cost_of_lap)
+
+
+def _enters(system: TransitionSystem, path: tuple[int, ...], index: int, cycle: tuple[int, ...]) -> bool:
+    previous = path[index - 1] if index > 0 else cycle[-1]
+    if index == len(path) - len(cycle):
+        previous = cycle[-1]
+    return system.nodes[previous].flying and not system.nodes[path[index]].flying
+
+
+def _compressed(system: TransitionSystem, path: tuple[int, ...]) -> tuple[Letter, ...]:
+    letters = [system.labels[node] for node in path]
+    return tuple(letter for i, letter in enumerate(letters) if i == 0 or letter != letters[i - 1])
