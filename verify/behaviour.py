@@ -26,8 +26,8 @@ from verify.team_graph import JointGraph, Look, OwnGraph, TeamGraph
 from verify.timeline import Relations, Timeline
 from verify.transitions import judge_transitions
 from verify.vacuity import implications
+from verify.verdict import TEAM, Verdict
 from verify.verdict import Reading as TeamLetter
-from verify.verdict import Verdict
 
 __all__ = ["judge_formula", "judge_transitions"]
 
@@ -145,7 +145,7 @@ class _Judge:
     def _failure(self, robots: Sequence[RobotBehaviour], looks: Sequence[Look]) -> Verdict:
         word = Word(tuple(look.letter for look in looks))
         spans = [_span(robots, look) for look in looks]
-        names = ["+".join(r.robot for r in robots) if k.robot is None else robots[k.robot].robot for k in looks]
+        names = [TEAM if look.robot is None else robots[look.robot].robot for look in looks]
 
         def where(position: int) -> str:
             who = "the team" if looks[position].robot is None else names[position]

@@ -14,7 +14,10 @@ from verify.data.word import Word, show_letter
 Outcome = Literal["holds", "fails", "undecided"]
 
 Reading = tuple[str, frozenset[str]]
-"""One position of a team word: a robot (or several names joined by "+") and the letter that it shows."""
+"""One position of a team word: a robot (or the whole team) and the letter that it shows."""
+
+TEAM = "team"
+"""Stands for the robot's name where a letter is the union of all robots' letters."""
 
 Order = tuple[tuple[tuple[str, int], tuple[str, int]], ...]
 """Pairs ((robot, visit), (robot, visit)): the first must be over before the second begins."""

@@ -1,0 +1,85 @@
+"""One word, finite or lasso, held against a formula by direct semantics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from verify.data.errors import BadInput
+from verify.data.formula import Formula, parse_formula
+from verify.data.word import Word, show_letter
+from verify.explain import explain, show
+from verify.semantics import satisfies
+from verify.vacuity import vacuous_parts
+from verify.verdict import Verdict
+
+Letters = Word | Iterable[Iterable[str]]
+"""A word as users write it: a `Word`, or any sequence of sets of names."""
+
+
+def check_word(formula: str | Formula, word: Letters, cycle: Iterable[Iterable[str]] | None = None) -> Verdict:
+    """Decide whether a word satisfies a formula.
+
+    Args:
+        formula: LTL in Spot's syntax. Without a cycle it is read as LTLf, where `X` is weak and `X[!]` strong.
+        word: Non-empty sequence of sets of names; names that a letter does not hold are false there.
+        cycle: Letters repeated for ever after `word` (which may then be empty); None for a finite trace.
+
+    Returns:
+        A verdict; where it fails, the word is its own counterexample and `visit` the letter that decides.
+
+    Raises:
+        FormulaError: The text is no formula.
+        BadInput: The word is empty, or a letter is a bare string.
+    """
+    formula = as_formula(formula)
+    given = as_word(word, cycle)
+    if satisfies(formula, given):
+        vacuous = vacuous_parts(formula, [given])
+        note = f" But {vacuous[0]}" if vacuous else ""
+        return Verdict("holds", f"The word satisfies `{show(formula)}`.{note}", vacuous=vacuous)
+    letters = given.letters
+
+    def where(position: int) -> str:
+        place = f"letter {position + 1} of {len(letters)}"
+        if given.cycle is not None and position >= len(given.prefix):
+            place = f"letter {position - len(given.prefix) + 1} of the cycle"
+        return f"{place}, {show_letter(letters[position])}"
+
+    reason = explain(formula, given, where)
+    return Verdict("fails", reason.sentence, given, visit=reason.position)
+
+
+def as_formula(formula: str | Formula) -> Formula:
+    """Return a formula from a text or as it is."""
+    if isinstance(formula, str):
+        return parse_formula(formula)
+    if not isinstance(formula, Formula):
+        raise BadInput(f"A formula is a text or a Formula, not {type(formula).__name__}.")
+    return formula
+
+
+def as_word(word: Letters, cycle: Iterable[Iterable[str]] | None = None, *, owner: str = "The word") -> Word:
+    """Return a `Word` from what a user gives; refuse strings, which are no sequences of sets of names."""
+    if isinstance(word, Word):
+        if cycle is None:
+            return word
+        if word.cycle is not None:
+            raise BadInput(f"{owner} has a cycle already; give the cycle once.")
+        word = word.prefix
+    for part in (word, cycle):
+        if isinstance(part, str):
+            raise BadInput(f'{owner} is a text; give a sequence of sets of names, such as [{{"a"}}, set()].')
+        if part is not None and not isinstance(part, Iterable):
+            raise BadInput(f"{owner} is no sequence of sets of names but {type(part).__name__}.")
+    try:
+        return _named(Word.of(word, cycle), owner)
+    except TypeError:
+        raise BadInput(f"{owner} must be a sequence of sets of names; one of its letters is no set.") from None
+
+
+def _named(word: Word, owner: str) -> Word:
+    for letter in word.letters:
+        for name in letter:
+            if not isinstance(name, str):
+                raise BadInput(f"{owner} has a letter that holds {name!r}, which is no name.")
+    return word
