@@ -99,9 +99,14 @@ def scene(
     spans = [high[i] - low[i] for i in range(3)]
     ratio = {axis: spans[i] / max(spans) * 1.5 for i, axis in enumerate("xyz")}
     figure.update_layout(
-        scene={**axes, "aspectmode": "manual", "aspectratio": ratio, "camera": {"eye": {"x": 0.9, "y": -1.3, "z": 0.9}}},
+        scene={
+            **axes,
+            "aspectmode": "manual",
+            "aspectratio": ratio,
+            "camera": {"eye": {"x": 0.55, "y": -1.25, "z": 0.85}, "center": {"x": 0, "y": 0, "z": -0.15}},
+        },
         margin={"l": 0, "r": 0, "t": 0, "b": 0},
-        legend={"orientation": "h", "y": 0.0, "font": {"size": 11}},
+        legend={"orientation": "v", "x": 0.01, "y": 0.99, "font": {"size": 11}, "bgcolor": "rgba(255,255,255,0.7)"},
         uirevision="keep",
     )
     return figure

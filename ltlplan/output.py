@@ -6,15 +6,15 @@ leaves the target as it was.
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from verify.data import BadInput, Plan, mission_to_yaml
+from verify.data import BadInput, Plan, Trajectory, mission_to_yaml
+from verify.data.trajectory_csv import write_csv
 
 if TYPE_CHECKING:
     from ltlplan.pipeline import Result
@@ -71,14 +71,16 @@ def write_folder(target: Path, write: Callable[[Path], None]) -> tuple[Path, ...
 def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     """Write everything that a run makes.
 
-    Files: `mission.yaml` (resolved), `plan.json`, `<robot>.csv`, `certificate.json`, `flight.csv`, `report.html`.
+    Files: `mission.yaml` (resolved), `plan.json`, `<robot>.csv`, `certificate.json`, `flight.csv`, `report.html`, and a
+    folder `crazyswarm2` ready for that system.
     """
     import flight
     from ltlplan.report import report_html
 
     def write(folder: Path) -> None:
         write_plan_files(result.plan, folder)
-        flight.export(result.team, result.certificate, folder, format="crazyswarm2")
+        write_trajectories(result.plan, result.team, folder)
+        flight.export(result.team, result.certificate, folder / "crazyswarm2", format="crazyswarm2")
         (folder / "certificate.json").write_text(result.certificate.to_json(), encoding="utf-8")
         (folder / "flight.csv").write_text(result.log.to_csv(), encoding="utf-8")
         (folder / "report.html").write_text(report_html(result), encoding="utf-8")
@@ -92,13 +94,19 @@ def write_plan_files(plan: Plan, folder: Path) -> None:
     (folder / "plan.json").write_text(plan.to_json(), encoding="utf-8")
 
 
-def read_json(path: Path) -> object:
-    """Read a JSON file of ours.
+def write_trajectories(plan: Plan, team: Mapping[str, Trajectory], folder: Path) -> None:
+    """Write `<robot>.csv` for each robot; a cycle is written as often as the mission's `repeat` says."""
+    for name, trajectory in team.items():
+        text = write_csv(trajectory, plan.mission.spec.repeat)
+        (folder / f"{name}.csv").write_text(text, encoding="utf-8")
 
-    Raises:
-        BadInput: It is missing, unreadable or no JSON.
-    """
+
+def replace_file(path: Path, text: str) -> None:
+    """Write a file beside its place and rename it there, so that it is never half-written."""
+    aside = path.with_name(f".{path.name}.new")
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
-        raise BadInput(f"{path} cannot be read as JSON: {error}.") from None
+        aside.write_text(text, encoding="utf-8")
+        aside.replace(path)
+    except OSError as error:
+        aside.unlink(missing_ok=True)
+        raise BadInput(f"{path} cannot be written: {error.strerror}.") from None

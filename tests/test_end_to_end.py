@@ -109,7 +109,7 @@ def test_hoops_are_passed_through_their_openings(run_folder) -> None:
 
 def test_the_flown_robots_stay_in_the_tube(run_folder) -> None:
     result, _ = run_folder
-    assert result.log.worst_error < result.certificate.margin
+    assert result.log.worst_error() < result.certificate.margin
     assert result.log.satisfied is not False
 
 

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ltlplan.pipeline import Result
     from verify import Certificate, Claim
     from verify.data import Plan
+
+
+TINY = 1e-12
+"""Bounds below this, in any unit, are shown as 0: they come from rounding zero to the strict side."""
 
 
 def plan_lines(plan: Plan) -> list[str]:
@@ -31,27 +37,38 @@ def plan_lines(plan: Plan) -> list[str]:
     return lines
 
 
-def claim_rows(certificate: Certificate) -> list[tuple[str, str, str, str, str, str]]:
-    """Return the claims as rows of text: claim, robot, verdict, bound, limit, margin or time where it is tight."""
-    return [
-        (
-            claim.name,
-            claim.robot or "team",
-            claim.verdict,
-            _figure(claim.bound, claim.unit),
-            _figure(claim.limit, claim.unit),
-            _tight(claim),
-        )
-        for claim in certificate.claims
-    ]
+HEADER = ("claim", "robot", "verdict", "bound", "limit", "tight at")
+
+
+def claim_rows(certificate: Certificate) -> list[tuple[str, ...]]:
+    """Return all claims as rows of text under `HEADER`."""
+    return [_row(claim) for claim in certificate.claims]
+
+
+def tightest_rows(certificate: Certificate) -> list[tuple[str, ...]]:
+    """Return one row for each kind of claim: a refused one where there is any, else the robot that is nearest to its limit."""
+    kinds: dict[str, list[Claim]] = {}
+    for claim in certificate.claims:
+        kinds.setdefault(claim.name, []).append(claim)
+    rows: list[tuple[str, ...]] = []
+    for claims in kinds.values():
+        worst = min(claims, key=lambda claim: (claim.verdict == "holds", _room(claim)))
+        row = _row(worst)
+        measured = worst.bound is not None
+        rows.append(row if measured or worst.verdict != "holds" else (row[0], "all", *row[2:]))
+    return rows
+
+
+def table_lines(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """Return rows of claims as an aligned table."""
+    table = [HEADER, *rows]
+    widths = [max(len(row[i]) for row in table) for i in range(len(HEADER))]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
 
 
 def claim_lines(certificate: Certificate) -> list[str]:
-    """Return the claims as an aligned table."""
-    header = ("claim", "robot", "verdict", "bound", "limit", "tight at")
-    rows = [header, *claim_rows(certificate)]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(header))]
-    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    """Return all claims as an aligned table."""
+    return table_lines(claim_rows(certificate))
 
 
 def summary_lines(result: Result) -> list[str]:
@@ -63,7 +80,7 @@ def summary_lines(result: Result) -> list[str]:
     lines.append(
         f"certified for all t in [0, {certificate.duration:.2f} s] at margin {certificate.margin:g} m{largest} ({rounds} of refinement)"
     )
-    lines += ["  " + line for line in claim_lines(certificate)]
+    lines += ["  " + line for line in table_lines(tightest_rows(certificate))]
     lines.append("")
     for name, flown in tracking(result).items():
         lines.append(
@@ -77,17 +94,12 @@ def summary_lines(result: Result) -> list[str]:
 
 def tracking(result: Result) -> dict[str, dict[str, float]]:
     """Return each robot's worst and RMS tracking error in m."""
-    log = result.log
-    worst = log.error.max(axis=0) if log.peak is None else log.peak
-    return {name: {"worst": float(worst[i]), "rms": log.rms_error[name]} for i, name in enumerate(log.robots)}
+    return {name: {"worst": result.log.worst_error(name), "rms": result.log.rms_error(name)} for name in result.log.robots}
 
 
 def flight_sentences(result: Result) -> tuple[str, ...]:
     """Return what the monitor said of the flight, for a person."""
-    events = [
-        f"{event.time:.2f} s{'' if event.robot is None else ' ' + event.robot}: {event.sentence}" for event in result.log.events
-    ]
-    return (*events, *result.log.notes)
+    return (*result.log.verdicts, *result.log.notes)
 
 
 def holds(result: Result) -> bool:
@@ -128,9 +140,23 @@ def summary_data(result: Result) -> dict[str, Any]:
     }
 
 
+def _row(claim: Claim) -> tuple[str, ...]:
+    robots = claim.robot or "team"
+    if claim.other is not None:
+        robots = f"{robots}, {claim.other}"
+    time = "" if claim.time is None else f"{claim.time:.2f} s"
+    return (claim.name, robots, claim.verdict, _figure(claim.bound, claim.unit), _figure(claim.limit, claim.unit), time)
+
+
+def _room(claim: Claim) -> float:
+    """How far a claim is from its limit, as a share of the limit; infinite where nothing is measured."""
+    if claim.margin is None:
+        return math.inf
+    return claim.margin / abs(claim.limit) if claim.limit else claim.margin
+
+
 def _figure(value: float | None, unit: str) -> str:
-    return "" if value is None else f"{value:.4g} {unit}".rstrip()
-
-
-def _tight(claim: Claim) -> str:
-    return "" if claim.time is None else f"{claim.time:.2f} s"
+    if value is None:
+        return ""
+    shown = 0.0 if abs(value) < TINY else value
+    return f"{shown:.4g} {unit}".rstrip()

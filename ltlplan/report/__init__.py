@@ -221,15 +221,14 @@ def _plan_table(result: Result) -> str:
 
 
 def _claim_table(certificate: Certificate) -> str:
-    from ltlplan.commands.summary import claim_rows
+    from ltlplan.commands.summary import HEADER, claim_rows, tightest_rows
 
-    table = _table(
-        ("claim", "robot", "verdict", "bound", "limit", "tight at"),
-        [list(row) for row in claim_rows(certificate)],
-        numbers=(3, 4, 5),
-        verdict=2,
-    )
-    return f'<section><h2>Claims</h2><p class="note">Each holds at all times, for every flight within the margin (limits: for the nominal flight).</p>{table}</section>'
+    def table(rows: list[tuple[str, ...]]) -> str:
+        return _table(HEADER, [list(row) for row in rows], numbers=(3, 4, 5), verdict=2)
+
+    note = "Each holds at all times, for every flight within the margin (limits: for the nominal flight). The tightest of each kind:"
+    every = f"<details><summary>All {len(certificate.claims)} claims</summary>{table(claim_rows(certificate))}</details>"
+    return f'<section><h2>Claims</h2><p class="note">{note}</p>{table(tightest_rows(certificate))}{every}</section>'
 
 
 def _flight_notes(result: Result) -> str:

@@ -1,7 +1,7 @@
 "use strict";
 // Draws the figures that the page carries as data and moves the robots along their sampled flights.
 const data = JSON.parse(document.getElementById("data").textContent);
-const config = { responsive: true, displaylogo: false };
+const config = { responsive: true, displaylogo: false, displayModeBar: false };
 for (const [id, figure] of Object.entries(data.figures)) {
   Plotly.newPlot(id, figure.data, figure.layout, config);
 }
