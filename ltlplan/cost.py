@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ltlplan.splines import Spline
-from verify.data import GRAVITY, BadInput
+from verify.data import GRAVITY, BadInput, RobotPlan
 from verify.data.errors import did_you_mean
 from verify.data.mission import Costs, CostTerm, Mission
 
@@ -217,6 +217,14 @@ def parse_cost(text: str) -> Costs:
 def cost_of(mission: Mission, robot: str) -> WeightedCost:
     """Return a robot's own cost function, or the planner's."""
     return WeightedCost(mission.agents[robot].cost or mission.planner.cost)
+
+
+def plan_cost(plan: RobotPlan, cost: Cost) -> float:
+    """Return the cost of a plan's own spline at its own times; of a robot that stays where it is, 0."""
+    if len(plan.waypoints) < 2:
+        return 0.0
+    sampling = Sampling(Spline(plan.times, plan.cycle_waypoint), max(400, 12 * len(plan.waypoints)))
+    return float(evaluate(cost, sampling.paths([w.position for w in plan.waypoints]))[0])
 
 
 def evaluate(cost: Cost, paths: SampledPaths) -> Floats:

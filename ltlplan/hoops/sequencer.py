@@ -16,12 +16,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ltlplan.cost import cost_of, plan_cost
 from ltlplan.hoops.avoid import avoid
 from ltlplan.hoops.clearance import Conflict, Room, conflicts, room
 from ltlplan.hoops.control_points import control_points
 from ltlplan.hoops.primitives import Primitive, choose
 from ltlplan.hoops.sides import Directions, Side, choose_sides
 from ltlplan.splines import Spline
+from ltlplan.systems import word_of
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Visit, Waypoint, Word
 from verify.data.errors import did_you_mean
 from verify.data.mission import Hoop
@@ -114,7 +116,9 @@ def route(
         Infeasible: A hoop cannot be reached without crossing another one, or the spline has no room; names the hoop.
     """
     _check(mission, robot, visits, cycle_visit)
-    word = _word(mission, robot, visits, cycle_visit) if word is None else word
+    if word is None:
+        leaves = mission.agents[robot].end is not None and cycle_visit is None and not _ends_at_last(mission, robot, visits)
+        word = word_of(mission, robot, visits, cycle_visit, stays=False if leaves else None)
     problem: Infeasible | None = None
     for slack in _SLACKS:
         try:
@@ -160,12 +164,14 @@ def _route(
     where = room(mission, slack)
     inside_last = _ends_inside(mission, robot, visits, cycle_visit, word)
     builder = _Builder(mission, robot, visits, where, inside_last)
-    sides = choose_sides(mission, builder.start, visits, cycle_visit, builder.length, directions, inside_last)
+    sides = choose_sides(
+        mission, builder.start, visits, cycle_visit, builder.length, directions, builder.begins_inside, inside_last
+    )
     stops, cycle = builder.stops(sides, cycle_visit)
     stops, times = _repaired(stops, cycle, where, mission.planner.speed)
     if cycle_visit == len(visits):
         stops, times, cycle = [*stops, stops[-1]], [*times, times[-1] + _HOVER], len(stops) - 1
-    return RobotPlan(
+    plan = RobotPlan(
         word=word,
         visits=tuple(visit.model_copy(update={"direction": side}) for visit, side in zip(visits, sides, strict=True)),
         waypoints=tuple(Waypoint(position=_point(s.position), role=s.role, region=s.region, visit=s.visit) for s in stops),
@@ -173,6 +179,7 @@ def _route(
         cycle_visit=cycle_visit,
         cycle_waypoint=cycle,
     )
+    return plan.model_copy(update={"cost": plan_cost(plan, cost_of(mission, robot))})
 
 
 class _Builder:
@@ -372,9 +379,15 @@ def _ends_inside(mission: Mission, robot: str, visits: Sequence[Visit], cycle_vi
     """Tell whether the flight ends (or its hovering cycle is) in the last visit's region."""
     if not visits or (cycle_visit is not None and cycle_visit < len(visits)) or visits[-1].direction is not None:
         return False
-    if mission.agents[robot].end is not None and not _inside(mission, np.array(mission.agents[robot].end), visits[-1].region):
+    if mission.agents[robot].end is not None and not _ends_at_last(mission, robot, visits):
         return False
     return visits[-1].region in word.letters[-1]
+
+
+def _ends_at_last(mission: Mission, robot: str, visits: Sequence[Visit]) -> bool:
+    """Tell whether the robot's end waypoint lies in the region that it visits last."""
+    end = mission.agents[robot].end
+    return end is not None and bool(visits) and _inside(mission, np.array(end), visits[-1].region)
 
 
 def _inside(mission: Mission, point: Floats, region: str) -> bool:
@@ -397,26 +410,6 @@ def _check(mission: Mission, robot: str, visits: Sequence[Visit], cycle_visit: i
             raise BadInput(f"'{visit.region}' has no ring, so it has no side {visit.direction}.")
     if cycle_visit is not None and not 0 <= cycle_visit <= len(visits):
         raise BadInput(f"cycle_visit must be 0 to {len(visits)}, not {cycle_visit}.")
-
-
-def _word(mission: Mission, robot: str, visits: Sequence[Visit], cycle_visit: int | None) -> Word:
-    internal = mission.initial_letter
-    point = np.array(mission.agents[robot].start)
-    here = frozenset(n for n in mission.all_regions if _inside(mission, point, n))
-    letters, cycle_start = [here | internal], None
-    for i, visit in enumerate(visits):
-        if i == cycle_visit:
-            cycle_start = len(letters)
-        letters.append(frozenset({visit.region}) | internal)
-        for action in visit.actions:
-            internal = frozenset(mission.robot.states[action.target])
-            letters.append(frozenset({visit.region}) | internal)
-        letters.append(internal)
-    if cycle_visit is None:
-        return Word(tuple(letters))
-    if cycle_start is None:
-        return Word(tuple(letters), (letters[-1],))
-    return Word(tuple(letters[:cycle_start]), tuple(letters[cycle_start:]))
 
 
 def _point(position: Floats) -> tuple[float, float, float]:

@@ -33,14 +33,17 @@ def choose_sides(
     cycle_visit: int | None,
     cost: Cost,
     directions: Directions,
+    inside_first: bool,
     inside_last: bool,
 ) -> list[Side]:
-    """Return a side for each visit; None for plain regions and for a hoop in which the flight ends.
+    """Return a side for each visit; None for plain regions and for a hoop in which the flight begins or ends.
 
     Raises:
         Blocked: No choice of sides reaches all visits; names the hoop in the way.
     """
-    options = [_options(mission, visit, last=inside_last and i == len(visits) - 1) for i, visit in enumerate(visits)]
+    stays = {0} if inside_first else set()
+    stays |= {len(visits) - 1} if inside_last else set()
+    options = [_options(mission, visit, stays=i in stays) for i, visit in enumerate(visits)]
     if not options:
         return []
     if directions == "nearest":
@@ -48,8 +51,8 @@ def choose_sides(
     return _cheapest(options, cycle_visit, cost)
 
 
-def _options(mission: Mission, visit: Visit, *, last: bool) -> list[Side]:
-    if not isinstance(mission.all_regions[visit.region], Hoop) or last:
+def _options(mission: Mission, visit: Visit, *, stays: bool) -> list[Side]:
+    if not isinstance(mission.all_regions[visit.region], Hoop) or stays:
         return [None]
     return [visit.direction] if visit.direction is not None else ["F", "R"]
 

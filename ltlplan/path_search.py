@@ -1,0 +1,132 @@
+"""One robot's nominal path as a search problem: points of the path as candidates, sampled paths, what counts, what it costs.
+
+The candidates are the positions of n points, equidistant along the nominal path; start and end stay, and a lasso's closing
+point moves with the point where its cycle begins. A candidate's path is the spline of least snap through them at
+the nominal path's own times there, stretched so that its mean speed is the nominal one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ltlplan.cost import Cost, SampledPaths, Sampling, WeightedCost, evaluate
+from ltlplan.sampled import WordFilter, word_filter
+from ltlplan.splines import Spline
+from verify.data import Mission, RobotPlan
+
+Floats = NDArray[np.float64]
+
+_DENSE = 0.01  # m between the points at which arc length is measured
+_INSTANT = 0.05  # m between sampled instants, about
+
+
+@dataclass(frozen=True, eq=False)
+class PathProblem:
+    """The search for better points of one path.
+
+    Attributes:
+        spline: Times of all points; closes a lasso.
+        nominal: The nominal path's points. Shape (points, 3).
+        free: Index of each candidate's own points among all; the others stay. Shape (n,).
+        cost: What is minimised.
+        sampling: Instants and matrices, shared by all candidates.
+        keeps: Which paths count.
+        length: Of the nominal path, m.
+    """
+
+    spline: Spline
+    nominal: Floats
+    free: NDArray[np.int64]
+    cost: Cost
+    sampling: Sampling
+    keeps: WordFilter
+    length: float
+
+    @property
+    def mean(self) -> Floats:
+        """The nominal path as a candidate. Shape (3 n,)."""
+        return self.nominal[self.free].ravel()
+
+    def covariance(self, spread: float, reach: float) -> Floats:
+        """Return a smooth initial covariance: near points move together.
+
+        Args:
+            spread: Standard deviation of each coordinate, m.
+            reach: Distance along the path over which points move together, m.
+
+        Returns:
+            Shape (3 n, 3 n).
+        """
+        place = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.nominal, axis=0), axis=1))])[self.free]
+        kernel = 0.9 * np.exp(-0.5 * ((place[:, None] - place) / reach) ** 2) + 0.1 * np.eye(len(place))
+        return spread**2 * np.kron(kernel, np.eye(3))
+
+    def points(self, candidates: Floats) -> Floats:
+        """Return all points of each candidate's path. Shape (samples, 3 n) to (samples, points, 3)."""
+        result = np.repeat(self.nominal[None], len(candidates), axis=0)
+        result[:, self.free] = candidates.reshape(len(candidates), -1, 3)
+        if self.spline.cycle is not None:
+            result[:, -1] = result[:, self.spline.cycle]
+        return result
+
+    def paths(self, candidates: Floats) -> SampledPaths:
+        """Return the sampled paths of candidates, each at the nominal mean speed."""
+        paths = self.sampling.paths(self.points(candidates))
+        if isinstance(self.cost, WeightedCost) and not self.cost.time_matters:
+            return paths
+        return paths.rescaled(paths.length / self.length)
+
+    def costs(self, candidates: Floats) -> Floats:
+        """Return the cost of each candidate, infinite where its path does not count. Shape (samples,)."""
+        paths = self.paths(candidates)
+        counts = self.keeps.keeps(paths.axes(0))
+        values = evaluate(self.cost, paths)
+        return np.where(counts, values, np.inf)
+
+
+def path_problem(
+    mission: Mission, plan: RobotPlan, cost: Cost, *, points: int | None = None, instants: int | None = None
+) -> PathProblem:
+    """Build the search for one robot's plan.
+
+    Args:
+        mission: What must be kept.
+        plan: The nominal path; at least two waypoints.
+        cost: Named terms or any function of sampled paths.
+        points: n, start and end not counted; by default about one every 0.35 m, 4 to 20.
+        instants: At which each path is sampled; by default about one every 0.05 m, at least 64.
+    """
+    waypoints = np.array([w.position for w in plan.waypoints])
+    nominal = Spline(plan.times, plan.cycle_waypoint)
+    length = _length(nominal, waypoints)
+    count = points if points is not None else int(np.clip(np.ceil(length / 0.35), 4, 20))
+    times, cycle = _equidistant(nominal, waypoints, count)
+    spline = Spline(times, cycle)
+    knots = nominal.sampling(times) @ waypoints
+    free = np.arange(1, len(times) - 1)
+    sampling = Sampling(spline, instants or max(64, int(np.ceil(length / _INSTANT))))
+    return PathProblem(spline, knots, free, cost, sampling, word_filter(mission, plan), length)
+
+
+def _length(spline: Spline, waypoints: Floats) -> float:
+    at = np.linspace(spline.times[0], spline.times[-1], 2000)
+    return float(np.linalg.norm(np.diff(spline.sampling(at) @ waypoints, axis=0), axis=1).sum())
+
+
+def _equidistant(spline: Spline, waypoints: Floats, count: int) -> tuple[Floats, int | None]:
+    """Times of start, `count` equidistant points and end; a lasso's cycle begins at one of them."""
+    at = np.linspace(spline.times[0], spline.times[-1], 4000)
+    steps = np.linalg.norm(np.diff(spline.sampling(at) @ waypoints, axis=0), axis=1)
+    place = np.concatenate([[0.0], np.cumsum(steps + 1e-12)])
+    if spline.cycle is None:
+        return np.interp(np.linspace(0.0, place[-1], count + 2), place, at), None
+    begin = float(np.interp(spline.times[spline.cycle], at, place))
+    before = int(np.clip(round(count * begin / place[-1]), 1 if begin > 0 else 0, count - 3))
+    first = np.linspace(0.0, begin, before + 1)
+    second = np.linspace(begin, place[-1], count - before + 2)[1:]
+    times = np.interp(np.concatenate([first, second]), place, at)
+    times[before] = spline.times[spline.cycle]
+    return times, before
