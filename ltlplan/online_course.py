@@ -171,7 +171,7 @@ class Course:
                 result[order] += _BINOMIAL[order, k] * (by_time[k] @ moving[order - k])
         return result
 
-    def position(self, times: Floats, now: float) -> Floats:
+    def position(self, times: Floats) -> Floats:
         """Return positions at nominal times, with the points where they will be once they have glided. Shape (n, 3)."""
         if self.spline is None:
             return np.broadcast_to(self.new[0], (len(times), 3))

@@ -16,9 +16,9 @@ the flown word satisfies the formula once all have finished. This steers; the ve
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
 from verify.data import BadInput
 from verify.data.word import Letter
@@ -30,20 +30,23 @@ MAX_TOGETHER = 4
 """Events of one instant that are tried in every order; more are refused, robots are kept apart in time."""
 
 Reading = Literal["own", "joint"]
-Pair = tuple[int, frozenset[Letter]]
+State = Hashable
+"""A state of the automaton, its dead state included."""
+
+Pair = tuple[State, frozenset[Letter]]
 Ahead = Mapping[str, Sequence[Letter]]
 
 
 class Accepting(Protocol):
-    """What this module needs of an automaton."""
+    """What this module needs of an automaton; `ltlplan.translate` returns one."""
 
     @property
-    def initial(self) -> int: ...  # noqa: D102
+    def initial(self) -> Hashable: ...  # noqa: D102
 
     @property
-    def accepting(self) -> frozenset[int]: ...  # noqa: D102
+    def accepting(self) -> Container[Any]: ...  # noqa: D102
 
-    def successor(self, state: int, letter: Letter, /) -> int: ...  # noqa: D102
+    def successor(self, state: Any, letter: Letter, /) -> Hashable: ...  # noqa: D102
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +66,7 @@ class Standing:
     pairs: frozenset[Pair]
 
     @property
-    def states(self) -> frozenset[int]:
+    def states(self) -> frozenset[State]:
         """The automaton states that may have been reached."""
         return frozenset(state for state, _ in self.pairs)
 
@@ -168,7 +171,7 @@ def _finishing(standing: Standing, ahead: Ahead) -> Iterator[tuple[str, ...]]:
             yield order
 
 
-def _joint(automaton: Accepting, states: Iterable[int], held: Mapping[str, Letter]) -> frozenset[Pair]:
+def _joint(automaton: Accepting, states: Iterable[State], held: Mapping[str, Letter]) -> frozenset[Pair]:
     union = frozenset[str]().union(*held.values())
     return frozenset((automaton.successor(state, union), frozenset[Letter]()) for state in states)
 
