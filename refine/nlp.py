@@ -1,0 +1,309 @@
+"""Free times: a nonlinear programme over node states and durations, solved by IPOPT through CasADi (its only importer).
+
+Pieces are given by the states at their ends, so they join up to the third derivative by construction and the programme
+has no equality constraints. Limits are kept at instants within each piece (the caller closes the gap between them by a
+small stretch), corridors at Bernstein points (which hold for all times). Compiled programmes are kept by their shape, so a
+second solve with other points, limits or corridors starts at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any, Literal
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from refine.basis import HERMITE, ORDER, SIZE, SNAP, bernstein_matrix, derivative_weights
+from refine.limits import Limits
+from refine.obstacles import Ball, Plane
+from refine.spline import Spline
+from verify.data import GRAVITY, BadInput, Infeasible
+
+Floats = NDArray[np.float64]
+
+Objective = Literal["time", "snap", "blend"]
+
+INSTANTS = 16
+"""Instants a piece at which limits are kept."""
+ITERATIONS = 400
+SECONDS = 120.0
+"""The clock only ends a solve with an error."""
+SHORTEST = 1e-2
+"""Least duration of a piece, s."""
+TOLERANCE = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Timing:
+    """A problem with free times.
+
+    Attributes:
+        start: A first guess, whose shape decides the number of pieces.
+        fixed: States that are given, NaN where free. Shape (pieces + 1, 4, 3).
+        limits: Kept at instants.
+        objective: "time": shortest; "snap": least snap with the total time of `start`; "blend": snap + weight * time
+            (with a great weight: nearly the shortest, and far easier to solve where nodes are free).
+        weight: For "blend", in m^2/s^8.
+        within: For nodes that may lie anywhere in a body: (node, body).
+        corridors: (piece, plane): all of the piece is beyond the plane.
+        speeds: Limit on speed of single pieces, m/s; inf for none. Shape (pieces,). None for none at all.
+        cycle: Node whose state the last node repeats, or None.
+        instants: A piece.
+    """
+
+    start: Spline
+    fixed: Floats
+    limits: Limits
+    objective: Objective = "time"
+    weight: float = 0.0
+    within: Sequence[tuple[int, Ball]] = field(default=())
+    corridors: Sequence[tuple[int, Plane]] = field(default=())
+    speeds: Floats | None = None
+    cycle: int | None = None
+    instants: int = INSTANTS
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """What decides the compiled programme; all else is a parameter."""
+
+    pieces: int
+    objective: Objective
+    limited: tuple[str, ...]
+    instants: int
+    balls: int
+    planes: int
+    cycle: int | None
+
+
+def optimise(problem: Timing) -> Spline:
+    """Return the best spline that keeps the limits at their instants and the corridors at all times.
+
+    Raises:
+        BadInput: Numbers are not finite or shapes do not fit.
+        Infeasible: IPOPT did not converge within its budget, or its answer breaks what was asked; says by how much.
+    """
+    shape = _shape(problem)
+    solver = _solver(shape)
+    lower, upper = _bounds(problem)
+    guess = np.clip(_pack(problem.start), lower, upper)
+    low, high = _constraint_bounds(shape)
+    answer = solver(x0=guess, lbx=lower, ubx=upper, lbg=low, ubg=high, p=_parameters(problem, shape))
+    status = solver.stats()
+    x, g = np.asarray(answer["x"]).ravel(), np.asarray(answer["g"]).ravel()
+    broken = float(np.max(np.maximum(low - g, g - high), initial=0.0))
+    if not np.all(np.isfinite(x)) or broken > TOLERANCE or not status["success"]:
+        raise Infeasible(
+            f"The times could not be optimised: {status['return_status'].replace('_', ' ').lower()} after "
+            f"{status['iter_count']} iterations, constraints off by {broken:.2g} of their limits."
+        )
+    return _unpack(x, problem)
+
+
+def _shape(problem: Timing) -> _Shape:
+    pieces = len(problem.start)
+    if problem.fixed.shape != (pieces + 1, ORDER, 3):
+        raise BadInput(f"fixed states have shape {problem.fixed.shape}; for {pieces} pieces it must be ({pieces + 1}, 4, 3).")
+    if not (np.all(np.isfinite(problem.start.durations)) and np.all(np.isfinite(problem.start.states))):
+        raise BadInput("the first guess must be finite.")
+    limits = problem.limits
+    present = {
+        "speed": math.isfinite(limits.speed) or problem.speeds is not None,
+        "acceleration": math.isfinite(limits.acceleration),
+        "thrust_max": math.isfinite(limits.thrust_max),
+        "thrust_min": limits.thrust_min > 0,
+        "tilt": math.isfinite(limits.tilt),
+        "body_rate": math.isfinite(limits.body_rate),
+        "rotors": limits.rotors is not None,
+    }
+    limited = tuple(name for name, there in present.items() if there)
+    count = np.bincount([piece for piece, _ in problem.corridors], minlength=pieces) if problem.corridors else np.zeros(1, int)
+    planes = int(count.max())
+    return _Shape(
+        pieces, problem.objective, limited, problem.instants, len(problem.within), planes + (-planes) % 2, problem.cycle
+    )
+
+
+# The unknowns of a node are scaled so that all are of the order of one: m, m/s, and tenths and hundredths of the rest.
+_SCALE = np.array([1.0, 1.0, 10.0, 100.0])
+_NODE = 3 * ORDER
+_SPEED, _LIMITS = 1, 9
+
+
+def _pack(path: Spline) -> Floats:
+    return np.concatenate([(path.states / _SCALE[:, None]).ravel(), path.durations])
+
+
+def _unpack(x: Floats, problem: Timing) -> Spline:
+    nodes = len(problem.start) + 1
+    states = x[: nodes * _NODE].reshape(nodes, ORDER, 3) * _SCALE[:, None]
+    given = ~np.isnan(problem.fixed)
+    states[given] = problem.fixed[given]
+    if problem.cycle is not None:
+        states[-1] = states[problem.cycle]
+    return Spline(x[nodes * _NODE :], states)
+
+
+def _bounds(problem: Timing) -> tuple[Floats, Floats]:
+    fixed = problem.fixed / _SCALE[:, None]
+    lower = np.where(np.isnan(fixed), -np.inf, fixed).ravel()
+    upper = np.where(np.isnan(fixed), np.inf, fixed).ravel()
+    pieces = len(problem.start)
+    return np.append(lower, np.full(pieces, SHORTEST)), np.append(upper, np.full(pieces, np.inf))
+
+
+def _parameters(problem: Timing, shape: _Shape) -> Floats:
+    limits, pieces = problem.limits, shape.pieces
+    rotors = limits.rotors
+    numbers = [
+        _finite(limits.acceleration),
+        _finite(limits.thrust_max),
+        limits.thrust_min,
+        math.cos(limits.tilt) if math.isfinite(limits.tilt) else 0.0,
+        _finite(limits.body_rate),
+        0.0 if rotors is None else rotors.least / rotors.mass,
+        1.0 if rotors is None else rotors.most / rotors.mass,
+        0.0 if rotors is None else rotors.inertia[0] / (2 * rotors.arm * rotors.mass),
+        problem.start.duration,
+    ]
+    speeds = np.full(pieces, limits.speed) if problem.speeds is None else np.minimum(problem.speeds, limits.speed)
+    planes = np.zeros((pieces, shape.planes, 4))
+    planes[:, :, 3] = -1.0
+    used = np.zeros(pieces, dtype=int)
+    for piece, plane in problem.corridors:
+        planes[piece, used[piece]] = [*plane.normal, plane.offset]
+        used[piece] += 1
+    balls = [np.concatenate([(body.root @ body.centre), body.root.ravel()]) for _, body in problem.within]
+    which = [float(node) for node, _ in problem.within]
+    per_piece = np.concatenate([np.where(np.isfinite(speeds), speeds, 1e3)[:, None], planes.reshape(pieces, -1)], axis=1)
+    return np.concatenate([numbers, [problem.weight], per_piece.ravel(), *balls, which])
+
+
+def _finite(value: float) -> float:
+    return value if math.isfinite(value) else 1e3
+
+
+def _constraint_bounds(shape: _Shape) -> tuple[Floats, Floats]:
+    """Return bounds on the constraints, which are all written as value <= 0 except for a fixed total time or a closed cycle."""
+    per_piece = _count(shape)
+    equalities = (shape.objective == "snap") + (_NODE if shape.cycle is not None else 0)
+    low = np.concatenate([np.full(per_piece * shape.pieces + shape.balls, -np.inf), np.zeros(equalities)])
+    return low, np.zeros(len(low))
+
+
+def _count(shape: _Shape) -> int:
+    rows = sum({"tilt": 1, "rotors": 2}.get(name, 1) for name in shape.limited)
+    return rows * shape.instants + shape.planes * SIZE
+
+
+@lru_cache(maxsize=32)
+def _solver(shape: _Shape) -> Any:
+    """Return the compiled programme of a shape."""
+    nodes = shape.pieces + 1
+    states = ca.MX.sym("states", _NODE, nodes)
+    times = ca.MX.sym("times", shape.pieces)
+    numbers, weight = ca.MX.sym("limits", _LIMITS), ca.MX.sym("weight")
+    own = ca.MX.sym("own", _SPEED + 4 * shape.planes, shape.pieces)
+    balls, which = ca.MX.sym("balls", 12, shape.balls), ca.MX.sym("which", shape.balls)
+    piece = _piece(shape).map(shape.pieces)
+    cost, rows = piece(states[:, :-1], states[:, 1:], times.T, ca.repmat(numbers, 1, shape.pieces), own)
+    total = ca.sum1(times)
+    constraints = [ca.vec(rows)]
+    for index in range(shape.balls):
+        position = states[:3, :] @ _one_hot(which[index], nodes)
+        offset = ca.reshape(balls[3:, index], 3, 3).T @ position - balls[:3, index]
+        constraints.append(ca.sumsqr(offset) - 1.0)
+    if shape.objective == "snap":
+        constraints.append(total - numbers[_LIMITS - 1])
+    if shape.cycle is not None:
+        constraints.append(states[:, -1] - states[:, shape.cycle])
+    objective = {"time": total, "snap": ca.sum2(cost), "blend": ca.sum2(cost) / weight + total}[shape.objective]
+    programme = {
+        "x": ca.veccat(states, times),
+        "f": objective,
+        "g": ca.vertcat(*constraints),
+        "p": ca.veccat(numbers, weight, own, balls, which),
+    }
+    options = {
+        "print_time": False,
+        "error_on_fail": False,
+        "ipopt.print_level": 0,
+        "ipopt.sb": "yes",
+        "ipopt.max_iter": ITERATIONS,
+        "ipopt.max_wall_time": SECONDS,
+        "ipopt.tol": 1e-6,
+        "ipopt.constr_viol_tol": 1e-7,
+        "ipopt.mu_strategy": "monotone" if shape.objective == "time" else "adaptive",
+    }
+    return ca.nlpsol("timing", "ipopt", programme, options)
+
+
+def _one_hot(index: Any, size: int) -> Any:
+    return ca.if_else(ca.DM(range(size)) == index, 1.0, 0.0)
+
+
+def _piece(shape: _Shape) -> Any:
+    """Return the function of one piece: its snap cost, and its constraints as values that must be <= 0."""
+    begin, end, time = ca.SX.sym("begin", _NODE), ca.SX.sym("end", _NODE), ca.SX.sym("time")
+    numbers, own = ca.SX.sym("limits", _LIMITS), ca.SX.sym("own", _SPEED + 4 * shape.planes)
+    powers = [ca.SX(1)]
+    for _ in range(SIZE - 1):
+        powers.append(powers[-1] * time)
+    unit = ca.SX(SIZE, 3)
+    for half, state in enumerate((begin, end)):
+        for derivative in range(ORDER):
+            unit[half * ORDER + derivative, :] = state[3 * derivative : 3 * derivative + 3].T * (
+                _SCALE[derivative] * powers[derivative]
+            )
+    coefficients = ca.DM(HERMITE) @ unit
+    snap = ca.sum1(ca.sum2(unit * (ca.DM(SNAP) @ unit))) / powers[7]
+    instants = np.linspace(0.0, 1.0, shape.instants)
+    rows: list[Any] = []
+    for at in instants:
+        v, a, j, s = (_derivative(coefficients, powers, float(at), d) for d in (1, 2, 3, 4))
+        rows += _limit_rows(shape.limited, v, a, j, s, numbers, own[0])
+    points = ca.DM(bernstein_matrix()) @ coefficients
+    for index in range(shape.planes):
+        normal, offset = own[_SPEED + 4 * index : _SPEED + 4 * index + 3], own[_SPEED + 4 * index + 3]
+        rows.append(offset - points @ normal)
+    return ca.Function("piece", [begin, end, time, numbers, own], [snap, ca.vertcat(*rows) if rows else ca.SX(0, 1)])
+
+
+def _derivative(coefficients: Any, powers: list[Any], at: float, derivative: int) -> Any:
+    weights = derivative_weights(derivative) * np.array([at ** max(k - derivative, 0) for k in range(SIZE)])
+    return (ca.DM(weights).T @ coefficients).T / powers[derivative]
+
+
+def _limit_rows(limited: tuple[str, ...], v: Any, a: Any, j: Any, s: Any, numbers: Any, speed: Any) -> list[Any]:
+    """Return constraints at one instant, each divided by its limit so that all are of the order of one."""
+    force = a + ca.DM([0.0, 0.0, GRAVITY])
+    square = ca.sumsqr(force)
+    rows: list[Any] = []
+    if "speed" in limited:
+        rows.append(ca.sumsqr(v) / speed**2 - 1)
+    if "acceleration" in limited:
+        rows.append(ca.sumsqr(a) / numbers[0] ** 2 - 1)
+    if "thrust_max" in limited:
+        rows.append(square / numbers[1] ** 2 - 1)
+    if "thrust_min" in limited:
+        rows.append((numbers[2] ** 2 - square) / GRAVITY**2)
+    if "tilt" in limited:
+        rows.append(numbers[3] - force[2] / ca.sqrt(square + 1e-12))
+    if "body_rate" in limited:
+        rows.append(ca.sumsqr(ca.cross(j, force)) / (numbers[4] ** 2 * square**2 + 1e-12) - 1)
+    if "rotors" in limited:
+        # Torque about x and y without spin about z: inertia times z x z''; its norm bounds both shares of each rotor.
+        size = ca.sqrt(square + 1e-9)
+        z = force / size
+        size_1 = ca.dot(z, j)
+        z_1 = (j - size_1 * z) / size
+        turning = (ca.cross(z, s) - 2 * size_1 * ca.cross(z, z_1)) / size
+        swing = numbers[7] * ca.sqrt(ca.sumsqr(turning) + 1e-6)
+        rows.append((size / 4 + swing) / numbers[6] - 1)
+        rows.append((numbers[5] - size / 4 + swing) / numbers[6])
+    return rows
