@@ -6,6 +6,7 @@ Nothing of Spot leaks out of here. Formulas reach it with quoted names, and neve
 from __future__ import annotations
 
 import importlib
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -90,8 +91,10 @@ def some_run_breaks(graph: LetterGraph, normal: Normal) -> bool:
 
 def _engine() -> tuple[Any, Any]:
     try:
-        spot = importlib.import_module("spot")
-        buddy = importlib.import_module("buddy")  # Spot brings it, so it comes second
+        with warnings.catch_warnings():  # its SWIG types warn when they are made, and crash where warnings are errors
+            warnings.simplefilter("ignore", DeprecationWarning)
+            spot = importlib.import_module("spot")
+            buddy = importlib.import_module("buddy")  # Spot brings it, so it comes second
     except ImportError:
         raise MissingEngine(
             "The checker's second opinion needs Spot, which is not installed: `pip install spottl` on Linux x86-64, "
