@@ -83,12 +83,15 @@ class _Judge:
 
     def judge(self, formula: Formula) -> Verdict:
         doubts: list[Verdict] = []
+        failures: list[Verdict] = []
         for part in conjuncts(normal_form(formula)):
             verdict = self._part(part)
             if verdict.outcome == "fails":
-                return verdict
+                failures.append(verdict)
             if verdict.outcome == "undecided":
                 doubts.append(verdict)
+        if failures:
+            return min(failures, key=lambda failure: len(failure.readings()))
         if doubts:
             return doubts[0]
         vacuous = self._vacuous(formula)

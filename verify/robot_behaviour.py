@@ -15,11 +15,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations
+from typing import Literal
 
 from verify.data.errors import InternalError
 from verify.data.word import Letter, Word
 from verify.progression import OutOfBudget
-from verify.timeline import Change, InternalChange, Relations, Status, Timeline
+from verify.timeline import InternalChange, Relations, Status, Timeline
 
 MAX_OPEN = 10
 """Regions that may be switched at one instant; 2 to this power letters are followed."""
@@ -99,12 +100,27 @@ def from_timeline(timeline: Timeline, relations: Relations) -> RobotBehaviour:
 
 
 # A region within one slot of time: "no" and "must" fix it, "may" leaves it free, "rise" and "fall" switch it once.
-_Mode = str
+_Mode = Literal["no", "may", "must", "rise", "fall"]
 _Key = tuple[int, frozenset[str], int, frozenset[str]]  # slot, regions, actions done in this lap, internal propositions
 
 
+@dataclass(frozen=True, slots=True)
+class _Slot:
+    """A span of time in which no region changes its mode.
+
+    Attributes:
+        span: Its closed ends, in s.
+        modes: Every region's mode.
+        actions: How many planned actions are over when the slot ends.
+    """
+
+    span: tuple[Fraction, Fraction]
+    modes: dict[str, _Mode]
+    actions: int
+
+
 class _Unfolding:
-    """The graph of a timeline. Slots of time alternate: an endpoint of some enclosure, then the gap to the next."""
+    """The graph of a timeline, over slots of time."""
 
     def __init__(self, timeline: Timeline, relations: Relations) -> None:
         self.timeline = timeline
@@ -118,22 +134,40 @@ class _Unfolding:
         self.times = sorted(times)
         if self.times[0] < 0 or self.times[-1] > timeline.duration:
             raise InternalError(f"{timeline.robot}'s timeline has changes outside [0, T].")
-        self.slot_of = {time: 2 * i for i, time in enumerate(self.times)}
-        self.last = 2 * len(self.times) - 2
+        # fine slots alternate: an endpoint of some enclosure, then the gap to the next
+        self.fine_slot = {time: 2 * i for i, time in enumerate(self.times)}
+        self.fine_last = 2 * len(self.times) - 2
         regions = sorted(set(timeline.initial) | {change.region for change in timeline.changes})
-        self.modes = {region: self._modes(region) for region in regions}
-        self.action_slots = [self.slot_of[action.time] for action in timeline.actions]
-        if timeline.cycle is None:
-            self.start_of_lap, self.first_action = -1, 0
-        else:
-            self.start_of_lap = self.slot_of[timeline.cycle]
-            self.first_action = sum(slot < self.start_of_lap for slot in self.action_slots)
-            for modes in self.modes.values():  # where a lap's ends differ, the joint leaves the region open
-                if modes[self.start_of_lap] != modes[self.last] or modes[self.last] in ("rise", "fall"):
-                    modes[self.start_of_lap] = modes[self.last] = "may"
+        modes = {region: self._modes(region) for region in regions}
+        lap = None if timeline.cycle is None else self.fine_slot[timeline.cycle]
+        if lap is not None:
+            for row in modes.values():  # where a lap's ends differ, the joint leaves the region open
+                if row[lap] != row[self.fine_last] or row[self.fine_last] in ("rise", "fall"):
+                    row[lap] = row[self.fine_last] = "may"
+        self.slots, self.start_of_lap = self._joined(modes, lap)
+        self.last = len(self.slots) - 1
+        self.first_action = 0 if timeline.cycle is None else sum(a.time < timeline.cycle for a in timeline.actions)
+
+    def _joined(self, modes: dict[str, list[_Mode]], lap: int | None) -> tuple[list[_Slot], int]:
+        """Join fine slots in which nothing differs; return the slots and the one at which a lap begins (or -1)."""
+        acting = {self.fine_slot[action.time] for action in self.timeline.actions}
+        slots: list[_Slot] = []
+        start_of_lap = -1
+        for fine in range(self.fine_last + 1):
+            here: dict[str, _Mode] = {region: row[fine] for region, row in modes.items()}
+            start, end = self.times[fine // 2], self.times[(fine + 1) // 2]
+            actions = sum(action.time <= end and self.fine_slot[action.time] <= fine for action in self.timeline.actions)
+            if fine == lap:
+                start_of_lap = len(slots)
+            joins = slots and fine != lap and not {fine, fine - 1} & acting and slots[-1].modes == here
+            if joins:
+                slots[-1] = _Slot((slots[-1].span[0], end), here, actions)
+            else:
+                slots.append(_Slot((start, end), here, actions))
+        return slots, start_of_lap
 
     def _modes(self, region: str) -> list[_Mode]:
-        """Return the region's mode in every slot.
+        """Return the region's mode in every fine slot.
 
         Before a first crossing into *may* the region might as well be *may* and not used: so a spell of *may* lasts
         from the earliest start to the latest end. Where two changes share an endpoint it is *may* there.
@@ -144,10 +178,12 @@ class _Unfolding:
         def fill(mode: _Mode, until: int) -> None:
             modes.extend([mode] * (until - len(modes)))
 
-        for change in self._changes(region):
-            if change.status == status:
+        for change in self.timeline.changes:
+            if change.region != region or change.status == status:
                 continue
-            low, high = self.slot_of[change.time.low], self.slot_of[change.time.high]
+            low, high = self.fine_slot[change.time.low], self.fine_slot[change.time.high]
+            if low > high:
+                raise InternalError(f"{self.timeline.robot}'s timeline has an enclosure that ends before it begins.")
             for slot in range(low, len(modes)):
                 modes[slot] = "may"
             if change.status == "may":
@@ -156,17 +192,11 @@ class _Unfolding:
                 fill("may", high + 1)
             else:
                 fill(status, low)
-                fill("rise" if change.status == "must" else "fall", high + 1)
+                once: _Mode = "rise" if change.status == "must" else "fall"
+                fill(once, high + 1)
             status = change.status
-        fill(status, self.last + 1)
+        fill(status, self.fine_last + 1)
         return modes
-
-    def _changes(self, region: str) -> Iterator[Change]:
-        for change in self.timeline.changes:
-            if change.region == region:
-                if change.time.low > change.time.high:
-                    raise InternalError(f"{self.timeline.robot}'s timeline has an enclosure that ends before it begins.")
-                yield change
 
     def graph(self) -> RobotBehaviour:
         """Follow every move from time 0 on."""
@@ -191,7 +221,7 @@ class _Unfolding:
         graph = RobotBehaviour(
             self.timeline.robot,
             tuple(regions | internal for _, regions, _, internal in order),
-            tuple(self._span(slot) for slot, _, _, _ in order),
+            tuple(self.slots[slot].span for slot, _, _, _ in order),
             tuple(following),
             tuple(range(len(initial))),
             final,
@@ -200,22 +230,21 @@ class _Unfolding:
         )
         return _useful(graph)
 
-    def _span(self, slot: int) -> tuple[Fraction, Fraction]:
-        return self.times[slot // 2], self.times[(slot + 1) // 2]
-
     def _initial(self) -> Iterator[_Key]:
-        fixed = frozenset(r for r, modes in self.modes.items() if modes[0] in ("must", "fall"))
-        for extra in _subsets([r for r, modes in self.modes.items() if modes[0] == "may"], empty=True):
+        modes = self.slots[0].modes
+        fixed = frozenset(region for region, mode in modes.items() if mode in ("must", "fall"))
+        for extra in _subsets([region for region, mode in modes.items() if mode == "may"], empty=True):
             if self.relations.allows(fixed | extra):
                 yield 0, fixed | extra, 0, self.timeline.internal
 
     def _moves(self, key: _Key) -> Iterator[tuple[_Key, bool]]:
         slot, inside, done, internal = key
+        modes = self.slots[slot].modes
         advances = [(done, internal)]
-        while len(self.action_slots) > advances[-1][0] and self.action_slots[advances[-1][0]] == slot:
+        while advances[-1][0] < self.slots[slot].actions:
             advances.append((advances[-1][0] + 1, self.timeline.actions[advances[-1][0]].propositions))
-        grow = [r for r, modes in self.modes.items() if modes[slot] in ("may", "rise") and r not in inside]
-        shrink = [r for r, modes in self.modes.items() if modes[slot] in ("may", "fall") and r in inside]
+        grow = [region for region, mode in modes.items() if mode in ("may", "rise") and region not in inside]
+        shrink = [region for region, mode in modes.items() if mode in ("may", "fall") and region in inside]
         letters = [inside]
         letters += [inside | more for more in _subsets(grow)]
         letters += [inside - less for less in _subsets(shrink)]
@@ -232,17 +261,17 @@ class _Unfolding:
 
     def _fits(self, slot: int, inside: frozenset[str]) -> bool:
         return all(
-            not (modes[slot] == "no" and region in inside) and not (modes[slot] == "must" and region not in inside)
-            for region, modes in self.modes.items()
+            not (mode == "no" and region in inside) and not (mode == "must" and region not in inside)
+            for region, mode in self.slots[slot].modes.items()
         )
 
     def _is_final(self, key: _Key) -> bool:
         slot, inside, done, _ = key
-        if slot != self.last or done != len(self.action_slots):
+        if slot != self.last or done != len(self.timeline.actions):
             return False
         return all(
-            not (modes[slot] == "rise" and region not in inside) and not (modes[slot] == "fall" and region in inside)
-            for region, modes in self.modes.items()
+            not (mode == "rise" and region not in inside) and not (mode == "fall" and region in inside)
+            for region, mode in self.slots[slot].modes.items()
         )
 
 

@@ -106,8 +106,9 @@ class _Team:
     budget: int
 
     def decide(self, claim: str) -> Verdict:
-        """Decide one claim, conjunct by conjunct."""
+        """Decide one claim, conjunct by conjunct; of several counterexamples return a shortest."""
         doubts: list[str] = []
+        failures: list[Verdict] = []
         for part in conjuncts(normal_form(self.formula)):
             try:
                 verdict = self._in_turn(part) if claim == "sequential" else self._at_once(part)
@@ -115,7 +116,9 @@ class _Team:
                 doubts.append(f"`{show(to_formula(part))}` could not be decided for the `{claim}` claim: {error}.")
                 continue
             if verdict is not None:
-                return verdict
+                failures.append(verdict)
+        if failures:
+            return min(failures, key=lambda failure: len(failure.readings()))
         if doubts:
             return Verdict("undecided", doubts[0], claim=claim)
         vacuous = vacuous_parts(self.formula, [Word(word) for word in self.words.values()])
@@ -174,8 +177,11 @@ class _Team:
             kinds, broken = whole, exact
         except OutOfBudget:
             pass  # the counterexample on shortened words is one as well, only perhaps not a shortest
-        place = _joint_places if self.reading == "joint" else _own_places
-        return self._failure("parallel", place(kinds, broken.looks, self.words), "When the flights interleave: ")
+        if self.reading == "joint":
+            readings = _joint_places(kinds, broken.looks, self.words)
+        else:
+            readings = _own_places(kinds, broken.looks, self.words, one_for_all=not part.uses_next)
+        return self._failure("parallel", readings, "When the flights interleave: ")
 
     def _graph(self, part: Normal, kinds: _Kinds) -> Shuffle | JointShuffle:
         if self.reading == "joint":
@@ -220,7 +226,9 @@ class _Team:
         )
 
 
-def _own_places(kinds: _Kinds, looks: Sequence[Look], words: Mapping[str, tuple[Letter, ...]]) -> list[_Place]:
+def _own_places(
+    kinds: _Kinds, looks: Sequence[Look], words: Mapping[str, tuple[Letter, ...]], *, one_for_all: bool
+) -> list[_Place]:
     """Give each reading of a kind to one of its robots, and read whole letters."""
     at = [dict.fromkeys(names, -1) for names in kinds.robots]
     readings: list[_Place] = []
@@ -229,7 +237,7 @@ def _own_places(kinds: _Kinds, looks: Sequence[Look], words: Mapping[str, tuple[
         index, fresh = look.nodes
         robots = at[look.robot]
         able = [name for name, place in robots.items() if place == index - fresh]
-        stood_for_all = fresh and len(kinds.words[look.robot]) == 1
+        stood_for_all = one_for_all and fresh and len(kinds.words[look.robot]) == 1
         for name in able if stood_for_all else able[:1]:
             robots[name] = index
             run = kinds.runs[name][index]
