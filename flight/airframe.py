@@ -69,7 +69,7 @@ class Airframe(BaseModel):
     rotor_inertia: NotNegative = Field(description="kg m^2, of one rotor about its axis")
     rotor_drag: NotNegative = Field(description="kg, force across a rotor's axis per rad/s and m/s")
     inflow_drag: NotNegative = Field(description="kg, force along a rotor's axis per rad/s and m/s")
-    body_drag: tuple[NotNegative, NotNegative, NotNegative] = Field(description="kg/m, along the body's axes, quadratic")
+    body_drag: tuple[NotNegative, NotNegative] = Field(description="kg/m, quadratic: across the body's z axis, along it")
     battery: Battery
     gains: Gains
 

@@ -42,16 +42,18 @@ def to_body(turn: Floats, vector: Floats) -> Floats:
 
 def cross(a: Floats, b: Floats) -> Floats:
     """Return a x b. Shapes (3, n)."""
-    result = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    result[0] = a[1] * b[2] - a[2] * b[1]
-    result[1] = a[2] * b[0] - a[0] * b[2]
-    result[2] = a[0] * b[1] - a[1] * b[0]
+    p = a[:, None] * b[None, :]
+    result = np.empty((3, *p.shape[2:]))
+    np.subtract(p[1, 2], p[2, 1], out=result[0])
+    np.subtract(p[2, 0], p[0, 2], out=result[1])
+    np.subtract(p[0, 1], p[1, 0], out=result[2])
     return result
 
 
 def dot(a: Floats, b: Floats) -> Floats:
     """Return a . b. Shapes (3, n) to (n,)."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    p = a * b
+    return p[0] + p[1] + p[2]
 
 
 def norm(a: Floats) -> Floats:
@@ -69,11 +71,9 @@ def quaternion_rate(q: Floats, omega: Floats) -> Floats:
 
 
 def unit(q: Floats) -> Floats:
-    """Return q at length one. Shape (k, n)."""
-    square = q[0] * q[0]
-    for row in q[1:]:
-        square = square + row * row
-    return q / np.sqrt(square)
+    """Return q at length one. Shape (4, n)."""
+    squares = q * q
+    return q / np.sqrt(squares[0] + squares[1] + squares[2] + squares[3])
 
 
 def error_vector(wanted: Floats, actual: Floats) -> Floats:

@@ -10,12 +10,13 @@ clockwise: (+,+), (+,-), (-,-), (-,+); the first and third push the body counter
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 
 from flight.airframe import Airframe
-from flight.attitude import Floats, cross, dot, euler_rate, matrix, norm, quaternion_rate, to_body, to_world, unit
+from flight.attitude import Floats, cross, dot, euler_rate, matrix, norm, to_body, to_world, unit
 from verify.data import GRAVITY
 
 # Rows of the full model's state.
@@ -54,7 +55,9 @@ def paper_derivative(state: Floats, thrust: Floats, rates: Floats, mass: float) 
 
 def paper_step(state: Floats, thrust: Floats, rates: Floats, mass: float, dt: float) -> Floats:
     """Return the papers' state after `dt` seconds of constant inputs (Runge-Kutta of order 4)."""
-    return _runge_kutta(lambda s: paper_derivative(s, thrust, rates, mass), state, dt)
+    after = np.empty_like(state)
+    _runge_kutta(lambda s, _: paper_derivative(s, thrust, rates, mass), state, dt, after)
+    return after
 
 
 def hover_state(airframe: Airframe, position: Floats, yaw: Floats) -> Floats:
@@ -67,78 +70,129 @@ def hover_state(airframe: Airframe, position: Floats, yaw: Floats) -> Floats:
 
 
 class FullModel:
-    """The full model of one airframe: forces, torques and rotors, for any number of vehicles at once."""
+    """The full model of one airframe: forces, torques and rotors, for any number of vehicles at once.
+
+    Between two steps commands and wind are constant, so the rotors' speeds are known in closed form and the body is
+    integrated by Runge-Kutta of order 4. The rotors' drag acts at their hubs; the part of it that the hubs'
+    distance from the centre makes (torques of a few percent of the damping) is held over a step.
+    """
 
     def __init__(self, airframe: Airframe) -> None:
         vehicle = airframe.vehicle
         self.airframe = airframe
-        self._offset = vehicle.arm / np.sqrt(2.0)  # of each rotor along x and along y
+        self._offset = vehicle.arm / math.sqrt(2.0)  # of each rotor along x and along y
         self._inertia = np.array(vehicle.inertia)[:, None]
         jx, jy, jz = vehicle.inertia
-        self._gyration = np.array([jz - jy, jx - jz, jy - jx])[:, None]
-        self._drag = np.array([airframe.rotor_drag, airframe.rotor_drag, airframe.inflow_drag])[:, None]
-        self._body_drag = np.array(airframe.body_drag)[:, None] if any(airframe.body_drag) else None
+        self._gyration = np.array([(jz - jy) / jx, (jx - jz) / jy, (jy - jx) / jz])[:, None]
         # Thrust to torque about x and y, and to yaw.
         self._arms = np.array([self._offset, -self._offset, vehicle.torque_to_thrust])[:, None]
+        self._to_change = airframe.thrust_coefficient * self._arms / self._inertia
         coefficient = airframe.thrust_coefficient
         self.slowest = float(np.sqrt(vehicle.rotor_thrust_min / coefficient))
         self.fastest = float(np.sqrt(vehicle.rotor_thrust_max / coefficient))
 
-    def derivative(self, state: Floats, command: Floats, wind: Floats | float = 0.0) -> Floats:
-        """Return the time derivative of the full state.
+    def step(self, state: Floats, command: Floats, wind: Floats | float, dt: float) -> Floats:
+        """Return the state after `dt` seconds of constant commands and wind.
 
         Args:
             state: Shape (17, n).
             command: Rotor speeds that the motors strive for, rad/s. Shape (4, n).
             wind: Velocity of the air, m/s, world frame. Shape (3, n), or 0 for still air.
+            dt: s.
         """
         frame, mass = self.airframe, self.airframe.vehicle.mass
-        turn, rates, speed = matrix(state[ATTITUDE]), state[RATES], state[ROTORS]
-        acceleration = (command - speed) / frame.rotor_lag
-        air = to_body(turn, state[VELOCITY] - wind)
+        still = state[ROTORS] - command
+        half = math.exp(-0.5 * dt / frame.rotor_lag)
+        speeds = np.empty((4, 3, state.shape[1]))  # at the start, the middle and the end of the step
+        speeds[:, 0] = state[ROTORS]
+        speeds[:, 1] = command + half * still
+        speeds[:, 2] = command + (half * half) * still
+        sums, lifts = _rotor_sums(speeds), _rotor_sums(speeds * speeds)
+        hub_force, hub_change = self._at_hubs(state, sums[:, 1], -(half / frame.rotor_lag) * still, wind)
+        lift = (frame.thrust_coefficient / mass) * lifts[0]
+        across = (frame.rotor_drag / mass) * sums[0]
+        along = ((frame.inflow_drag - frame.rotor_drag) / mass) * sums[0]
+        spin = self._to_change[:, None] * lifts[1:] + hub_change[:, None]
+        side, front = (drag / mass for drag in frame.body_drag)
 
-        # Sums over the four rotors of speed and of squared speed, weighted by 1, y, x and xy signs.
-        speeds, lifts = _rotor_sums(speed), _rotor_sums(speed * speed)
-        total, by_y, by_x, by_xy = speeds
-        sx, sy = self._offset * by_x, self._offset * by_y
-        sxx, sxy = self._offset**2 * total, self._offset**2 * by_xy
+        def derivative(body: Floats, when: int) -> Floats:
+            q, rates = body[ATTITUDE], body[RATES]
+            change = np.empty_like(body)
+            up = change[POSITION]  # borrowed until the end: the body's z axis
+            np.multiply(q[1], q[3], out=up[0])
+            up[0] += q[0] * q[2]
+            np.multiply(q[2], q[3], out=up[1])
+            up[1] -= q[0] * q[1]
+            np.subtract(0.5, q[1] * q[1], out=up[2])
+            up[2] -= q[2] * q[2]
+            up *= 2.0
+            air = body[VELOCITY] - wind
+            axial = dot(up, air)
+            pull = along[when] * axial
+            linear = across[when]
+            if side or front:
+                speed = norm(air)
+                linear = linear + side * speed
+                pull = pull + (front - side) * speed * axial
+            acceleration = change[VELOCITY]
+            np.multiply(up, lift[when] - pull, out=acceleration)
+            air *= linear
+            acceleration -= air
+            acceleration += hub_force
+            change[POSITION] = body[VELOCITY]
+            products = q[:, None] * (0.5 * rates)
+            turn = change[ATTITUDE]
+            np.add(products[1, 0], products[2, 1], out=turn[0])
+            turn[0] += products[3, 2]
+            np.negative(turn[0], out=turn[0])
+            np.subtract(products[2, 2], products[3, 1], out=turn[1])
+            np.subtract(products[3, 0], products[1, 2], out=turn[2])
+            np.subtract(products[1, 1], products[2, 0], out=turn[3])
+            turn[1:] += products[0]
+            twist = change[RATES]
+            np.multiply(rates[1], rates[2], out=twist[0])
+            np.multiply(rates[2], rates[0], out=twist[1])
+            np.multiply(rates[0], rates[1], out=twist[2])
+            twist *= self._gyration
+            np.subtract(spin[:, when], twist, out=twist)
+            return change
 
-        force = np.empty_like(air)
-        force[0] = air[0] * total - rates[2] * sy
-        force[1] = air[1] * total + rates[2] * sx
-        force[2] = air[2] * total + rates[0] * sy - rates[1] * sx
-        force *= -self._drag
-        force[2] += frame.thrust_coefficient * lifts[0]
-        if self._body_drag is not None:
-            force -= self._body_drag * norm(air) * air
-
-        torque = (frame.thrust_coefficient * self._arms) * lifts[1:]
-        along, across = frame.inflow_drag, frame.rotor_drag
-        torque[0] -= along * (air[2] * sy + rates[0] * sxx - rates[1] * sxy)
-        torque[1] += along * (air[2] * sx + rates[0] * sxy - rates[1] * sxx)
-        torque[2] -= across * (air[1] * sx - air[0] * sy + 2.0 * (rates[2] * sxx))
-        if frame.rotor_inertia:
-            # A rotor that pushes the body counter-clockwise spins clockwise itself: its momentum is -spin J Omega e3.
-            momentum = frame.rotor_inertia * by_xy
-            torque[0] += momentum * rates[1]
-            torque[1] -= momentum * rates[0]
-            torque[2] += frame.rotor_inertia * _rotor_sums(acceleration)[3]
-
-        change = np.empty_like(state)
-        change[POSITION] = state[VELOCITY]
-        change[VELOCITY] = to_world(turn, force) / mass
-        change[5] -= GRAVITY
-        change[ATTITUDE] = quaternion_rate(state[ATTITUDE], rates)
-        twist = np.stack([rates[1] * rates[2], rates[2] * rates[0], rates[0] * rates[1]])
-        change[RATES] = (torque - self._gyration * twist) / self._inertia
-        change[ROTORS] = acceleration
-        return change
-
-    def step(self, state: Floats, command: Floats, wind: Floats | float, dt: float) -> Floats:
-        """Return the state after `dt` seconds of constant commands and wind (Runge-Kutta of order 4)."""
-        after = _runge_kutta(lambda s: self.derivative(s, command, wind), state, dt)
+        after = np.empty_like(state)
+        _runge_kutta(derivative, state[:13], dt, after[:13])
         after[ATTITUDE] = unit(after[ATTITUDE])
+        after[ROTORS] = speeds[:, 2]
         return after
+
+    def _at_hubs(self, state: Floats, sums: Floats, speeding: Floats, wind: Floats | float) -> tuple[Floats, Floats]:
+        """Return what drag at the hubs and the rotors' own momentum add, and gravity.
+
+        Args:
+            state: At the start of the step.
+            sums: Sums over the rotors of their speeds in its middle: all, by sign of y, of x, of both.
+            speeding: Their rates of change then, rad/s^2. Shape (4, n).
+            wind: As in `step`.
+
+        Returns:
+            Acceleration in the world frame, m/s^2, and angular acceleration in the body's, rad/s^2. Shapes (3, n).
+        """
+        frame, rates = self.airframe, state[RATES]
+        turn = matrix(state[ATTITUDE])
+        air = to_body(turn, state[VELOCITY] - wind)
+        total, sy, sx, sxy = sums[0], self._offset * sums[1], self._offset * sums[2], self._offset**2 * sums[3]
+        sxx = self._offset**2 * total
+        across, along = frame.rotor_drag, frame.inflow_drag
+        force = np.stack([across * rates[2] * sy, -across * rates[2] * sx, along * (rates[1] * sx - rates[0] * sy)])
+        momentum = frame.rotor_inertia * sums[3]  # a rotor that pushes the body one way spins the other way itself
+        torque = np.stack(
+            [
+                momentum * rates[1] - along * (air[2] * sy + rates[0] * sxx - rates[1] * sxy),
+                along * (air[2] * sx + rates[0] * sxy - rates[1] * sxx) - momentum * rates[0],
+                frame.rotor_inertia * _rotor_sums(speeding)[3] - across * (air[1] * sx - air[0] * sy + 2.0 * (rates[2] * sxx)),
+            ]
+        )
+        acceleration = to_world(turn, force) / frame.vehicle.mass
+        acceleration[2] -= GRAVITY
+        return acceleration, torque / self._inertia
 
     def commands(self, thrust: Floats, torque: Floats) -> Floats:
         """Return the four rotor thrusts in N that together give a thrust and a torque, within the rotors' limits.
@@ -200,15 +254,15 @@ def _rotor_sums(values: Floats) -> Floats:
     return sums
 
 
-def _runge_kutta(derivative: Callable[[Floats], Floats], state: Floats, dt: float) -> Floats:
-    first = derivative(state)
-    second = derivative(state + (0.5 * dt) * first)
-    third = derivative(state + (0.5 * dt) * second)
-    fourth = derivative(state + dt * third)
+def _runge_kutta(derivative: Callable[[Floats, int], Floats], state: Floats, dt: float, out: Floats) -> None:
+    """Write the state after `dt` into `out`; `derivative` is told the state and 0, 1 or 2: start, middle, end."""
+    first = derivative(state, 0)
+    second = derivative(state + (0.5 * dt) * first, 1)
+    third = derivative(state + (0.5 * dt) * second, 1)
+    fourth = derivative(state + dt * third, 2)
     second += third
     second *= 2.0
     second += first
     second += fourth
     second *= dt / 6.0
-    second += state
-    return second
+    np.add(state, second, out=out)

@@ -11,12 +11,14 @@ from flight.air import Wind
 from flight.airframe import Airframe, airframe_of
 from flight.attitude import Floats, euler
 from flight.control import CONTROL_STEP, ControllerName
-from flight.labels import internal_letters, planned_actions, region_letters, regions_of
+from flight.labels import PlannedAction, internal_letters, planned_actions, region_letters, regions_of
 from flight.log import Event, FlightLog
-from flight.reference import flown, sample_reference
+from flight.monitor import Monitor
+from flight.reaction import LANDING_TIME, Reaction, Stop
+from flight.reference import Reference, flown, sample_reference
 from flight.sensing import MotionCapture
 from flight.simulate import FRAME_STEPS, STEP, SUBSTEPS, ModelName, Setup, Snapshot, steps
-from verify.data import BadInput, NotCertified, Plan, Trajectory
+from verify.data import BadInput, Mission, NotCertified, Plan, Trajectory
 
 Progress = Callable[[str, float], None]
 
@@ -32,6 +34,7 @@ def fly(
     model: ModelName = "full",
     controller: ControllerName = "geometric",
     airframe: Airframe | None = None,
+    reaction: Reaction | None = None,
     progress: Progress | None = None,
 ) -> FlightLog:
     """Simulate the team's flight in closed loop and return its log.
@@ -48,6 +51,7 @@ def fly(
         model: `full` (twelve states, rotors, battery) or `paper` (eqs. (1) to (3)).
         controller: `geometric`, or `paper` (the papers' controller).
         airframe: Lag, drag and gains; the vehicle's own by default.
+        reaction: What the team does when the monitor raises the alarm; the mission's own choice by default.
         progress: Called with a sentence and the share done.
 
     Raises:
@@ -55,31 +59,106 @@ def fly(
         NotCertified: The certificate is of other trajectories.
     """
     mission = plan.mission
+    require_team(team)
     if cert is not None and not cert.covers(team):
         raise NotCertified("the certificate does not cover these trajectories; fly what was certified, or without it.")
-    paths = flown(mission, team)
     frame = airframe_of(mission.vehicle) if airframe is None else airframe
-    reference = sample_reference(paths, CONTROL_STEP, SUBSTEPS)
-    setup = Setup(frame, reference, as_wind(wind), as_sensor(noise), model, controller)
+    reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS)
+    sensor = as_sensor(noise)
+    actions = planned_actions(plan, team, cert)
+    chosen: Reaction = mission.reaction if reaction is None else reaction
+    watcher = _Watcher(mission, reference, actions, cert, sensor, chosen)
+    setup = Setup(frame, watcher.reference, as_wind(wind), sensor, model, controller, watcher.override)
     entries: list[Snapshot] = []
     count = (len(reference.times) - 1) * SUBSTEPS // FRAME_STEPS
     for entry in steps(setup, [seed]):
         entries.append(entry)
+        if watcher.over(entry):
+            break
         if progress is not None and len(entries) % 100 == 0:
-            progress("simulating the flight", len(entries) / (count + 1))
-    times = np.array([entry.step for entry in entries]) * STEP
-    position = _stacked([entry.position for entry in entries])
-    planned = reference.fine[::FRAME_STEPS].transpose(0, 2, 1)
-    actions = planned_actions(plan, team, cert)
-    table = region_letters(mission)
-    masks = [regions_of(mission, position[:, j].T).tolist() for j in range(len(reference.robots))]
-    inner = [internal_letters(mission, robot, actions, times) for robot in reference.robots]
-    letters = tuple(tuple(table[masks[j][i]] | inner[j][i] for j in range(len(reference.robots))) for i in range(len(times)))
+            progress("simulating the flight", min(len(entries) / (count + 1), 1.0))
+    watcher.monitor.finish()
     notes = [] if frame.known else [f"no airframe is known for '{mission.vehicle.name}'; lag, drag and gains are estimates."]
     if cert is None:
         notes.append(
             "this flight has no certificate; planned actions happen in the middle of their visits on the sampled path."
         )
+    monitor = watcher.monitor
+    verdict = {"satisfied": True, "violated": False}.get(monitor.formula)
+    events = (*(Event(0.0, None, "note", note) for note in notes), *monitor.events)
+    return _log(mission, watcher.reference, actions, entries, cert, events, notes, seed, verdict, monitor.tube)
+
+
+class _Watcher:
+    """The monitor at work during a simulation, and what the team does when it raises the alarm."""
+
+    def __init__(
+        self,
+        mission: Mission,
+        reference: Reference,
+        actions: tuple[PlannedAction, ...],
+        cert: Any,
+        sensor: MotionCapture | None,
+        reaction: Reaction,
+    ) -> None:
+        if reaction not in ("carry_on", "hold", "land"):
+            raise BadInput(f"reaction must be 'carry_on', 'hold' or 'land', not {reaction!r}.")
+        self._mission, self._reaction = mission, reaction
+        self._delay = 0 if sensor is None else int(np.ceil(sensor.delay / CONTROL_STEP))
+        self._ticks = len(reference.times) - 1
+        self.reference = reference.extended(LANDING_TIME, CONTROL_STEP, SUBSTEPS) if reaction == "land" else reference
+        self.monitor = Monitor(
+            mission,
+            actions,
+            margin=None if cert is None else float(cert.margin),
+            measurement=0.0 if sensor is None else sensor.bound,
+            planned_acceleration=reference.greatest_acceleration,
+        )
+        self._alarm: int | None = None
+        self._stop: Stop | None = None
+
+    def over(self, entry: Snapshot) -> bool:
+        """Let the monitor see one entry of the log; return whether the flight is over."""
+        time = entry.step * STEP
+        seen = entry.position if entry.measured is None else entry.measured
+        self.monitor.see(time, seen, self.reference.fine[entry.step])
+        if self._alarm is None and self.monitor.alarmed and self._reaction != "carry_on":
+            self._alarm = -(-entry.step // SUBSTEPS) + 1 + self._delay
+        last = self._ticks * STEP * SUBSTEPS if self._stop is None else max(self._ticks * STEP * SUBSTEPS, self._stop.end)
+        return time >= last - 1e-9
+
+    def override(self, tick: int) -> Floats | None:
+        """Return what is flown instead of the plan from this control instant on, or None."""
+        if self._alarm is None or tick < self._alarm:
+            return None
+        time = tick * CONTROL_STEP
+        if self._stop is None:
+            self._stop = Stop(self.reference.flat[tick], time, self._mission, self._reaction)
+            what = "hold where they can stop" if self._reaction == "hold" else "stop and land"
+            self.monitor.events.append(Event(time, None, "reaction", f"all robots {what}."))
+        return self._stop.flat(time)
+
+
+def _log(
+    mission: Mission,
+    reference: Reference,
+    actions: tuple[PlannedAction, ...],
+    entries: list[Snapshot],
+    cert: Any,
+    events: tuple[Event, ...],
+    notes: list[str],
+    seed: int,
+    satisfied: bool | None,
+    tube: str | None,
+) -> FlightLog:
+    """Put the log together from the simulation's entries."""
+    steps_taken = np.array([entry.step for entry in entries])
+    times, robots = steps_taken * STEP, range(len(reference.robots))
+    position = _stacked([entry.position for entry in entries])
+    planned = reference.fine[steps_taken].transpose(0, 2, 1)
+    table = region_letters(mission)
+    masks = [regions_of(mission, position[:, j].T).tolist() for j in robots]
+    inner = [internal_letters(mission, robot, actions, times) for robot in reference.robots]
     first, sensed = entries[0], entries[0].measured is not None
     return FlightLog(
         mission=mission.name,
@@ -91,13 +170,15 @@ def fly(
         thrust=np.array([entry.thrust for entry in entries]),
         rates=_stacked([entry.rates for entry in entries]),
         error=np.linalg.norm(position - planned, axis=2),
-        letters=letters,
+        letters=tuple(tuple(table[masks[j][i]] | inner[j][i] for j in robots) for i in range(len(times))),
         rotors=None if first.rotors is None else _stacked([_known(entry.rotors) for entry in entries]),
         measured=_stacked([_known(entry.measured) for entry in entries]) if sensed else None,
         estimated=_stacked([entry.estimated for entry in entries]) if sensed else None,
         peak=entries[-1].peak,
         margin=None if cert is None else float(cert.margin),
-        events=tuple(Event(0.0, None, "note", note) for note in notes),
+        events=events,
+        satisfied=satisfied,
+        tube=tube,
         seed=seed,
         certificate=None if cert is None else cert.digest(),
         notes=tuple(notes),

@@ -34,6 +34,16 @@ class Reference:
     duration: float
     greatest_acceleration: float
 
+    def extended(self, more: float, control_step: float, substeps: int) -> Reference:
+        """Return the reference with `more` seconds of hover behind it."""
+        ticks = int(np.ceil(more / control_step))
+        hover = np.zeros_like(self.flat[-1])
+        hover[0] = self.flat[-1, 0]
+        times = np.arange(len(self.times) + ticks, dtype=np.float64) * control_step
+        flat = np.concatenate([self.flat, np.repeat(hover[None], ticks, axis=0)])
+        fine = np.concatenate([self.fine, np.repeat(self.fine[-1:], ticks * substeps, axis=0)])
+        return Reference(self.robots, times, flat, fine, self.duration, self.greatest_acceleration)
+
 
 def flown(mission: Mission, team: Mapping[str, Trajectory]) -> dict[str, Trajectory]:
     """Return what is flown: every robot's trajectory in the mission's order, cycles repeated as asked.

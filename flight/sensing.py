@@ -6,6 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.attitude import Floats
 from verify.data import BadInput
@@ -91,9 +92,9 @@ class Kalman:
         self._state[0] = position
         self._spread = np.zeros((3, 3, vehicles))
         self._spread[0, 0], self._spread[1, 1], self._spread[2, 2] = self._variance, 1e-4, 1e-2
-        self._frames: deque[tuple[Floats, Floats, Floats]] = deque()
+        self._frames: deque[tuple[Floats, NDArray[np.bool_], Floats]] = deque()
 
-    def frame(self, measured: Floats, seen: Floats, acceleration: Floats) -> None:
+    def frame(self, measured: Floats, seen: NDArray[np.bool_], acceleration: Floats) -> None:
         """Take one frame: measured positions, which vehicles were seen, and the acceleration commanded from now on.
 
         Args:
@@ -137,7 +138,7 @@ class Kalman:
         q[2, 2] += self.DRIFT**2 * dt
         self._spread = q
 
-    def _correct(self, measured: Floats, seen: Floats) -> None:
+    def _correct(self, measured: Floats, seen: NDArray[np.bool_]) -> None:
         p = self._spread
         gain = np.where(seen, p[:, 0] / (p[0, 0] + self._variance), 0.0)
         self._state = self._state + gain[:, None] * (measured - self._state[0])

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flight.air import BatteryState, Wind
 from flight.airframe import Airframe
@@ -62,8 +63,8 @@ class Setup:
         sensor: None for perfect knowledge of position, velocity and attitude.
         model: `full`, or `paper` for eqs. (1) to (3).
         controller: `geometric`, or `paper`.
-        override: Called as override(tick, snapshot) before each command; may return another flat reference of
-            shape (5, 4, robots) for reactions of a monitor. Only for single runs.
+        override: Called with the index of the control instant before each command; may return another flat
+            reference, shape (5, 4, robots), for what a team does when its monitor raises the alarm. For single runs.
     """
 
     airframe: Airframe
@@ -72,7 +73,7 @@ class Setup:
     sensor: MotionCapture | None = None
     model: ModelName = "full"
     controller: ControllerName = "geometric"
-    override: Callable[[int, Floats], Floats | None] | None = None
+    override: Callable[[int], Floats | None] | None = None
 
     def __post_init__(self) -> None:
         if self.model not in ("full", "paper"):
@@ -150,7 +151,7 @@ def steps(setup: Setup, seeds: Sequence[int]) -> Iterator[Snapshot]:
                 estimated = now.position
                 planned = np.tile(reference.flat[tick], (1, 1, runs))
                 if setup.override is not None:
-                    other = setup.override(tick, planned)
+                    other = setup.override(tick)
                     planned = planned if other is None else other
                 plant.follow(controller.command(planned, now))
             if step % FRAME_STEPS == 0:
@@ -173,7 +174,7 @@ class _Draws:
         self._gusts = [np.random.default_rng([seed, 1]) for seed in seeds]
         self._sights = [np.random.default_rng([seed, 2]) for seed in seeds]
         self._lost = np.zeros(robots * len(seeds), dtype=np.bool_)
-        self._frame = 0
+        self._frame, self._seen_at_all = 0, False
 
     def first(self) -> Floats:
         return self._normal(self._gusts, 1)[0]
@@ -197,12 +198,14 @@ class _Draws:
         self._index += 1
         return self._wind_draws[self._index]
 
-    def sight(self) -> tuple[Floats, Floats]:
+    def sight(self) -> tuple[Floats, NDArray[np.bool_]]:
         """Return noise of one frame in standard deviations, and which vehicles were seen."""
         assert self._sensor is not None
         sensor, uniform = self._sensor, self._loss_draws[self._frame]
         into = sensor.dropout / (sensor.burst * (1.0 - sensor.dropout))
-        self._lost = np.where(self._lost, uniform < 1.0 - 1.0 / sensor.burst, uniform < into)
+        if self._seen_at_all:
+            self._lost = np.where(self._lost, uniform < 1.0 - 1.0 / sensor.burst, uniform < into)
+        self._seen_at_all = True  # nobody starts before all robots are seen
         noise = self._position_draws[self._frame]
         self._frame += 1
         return noise, ~self._lost
@@ -232,7 +235,9 @@ class _Senses:
         self.measured = np.where(seen, seen_at, np.nan)
 
     def advance(self) -> None:
+        """Leave a frame behind; until the next one nothing is measured."""
         self._filter.advance()
+        self.measured = np.full_like(self.measured, np.nan)
 
     def estimate(self) -> Estimate:
         attitude_draw, rate_draw = self._draws.board()

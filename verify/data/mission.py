@@ -267,6 +267,9 @@ class Mission(_Section):
         default=None, description="m, taller clearance in z for downwash: distance in z counts separation / separation_z"
     )
     margin: NotNegative = Field(default=0.05, description="m, the certificate's delta")
+    reaction: Literal["carry_on", "hold", "land"] = Field(
+        default="carry_on", description="what the team does in flight when its monitor raises the alarm"
+    )
     planner: Planner = Field(default_factory=lambda: Planner())
     sequence: str | None = Field(default=None, description="hoop passages to fly exactly, such as `hoop0F (hoop1R)*`")
 

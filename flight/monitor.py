@@ -1,0 +1,225 @@
+"""The monitor: what can be said of a flight while it is flown, from what is measured.
+
+It follows the formula on the measured path, the distance of every robot from its plan against the certificate's
+margin, and the distances between robots, and says at once when the certificate no longer covers the flight.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from flight.attitude import Floats
+from flight.formula_state import FormulaState, FormulaVerdict
+from flight.labels import PlannedAction, region_letters, regions_of
+from flight.log import Event
+from flight.tube import Tube, TubeVerdict, relative_acceleration
+from verify.data import Mission
+
+
+class Monitor:
+    """Watches one flight of a team, sample by sample.
+
+    Attributes:
+        events: What was said so far, in order.
+        closest: The least distance between two robots at any sample so far, m, and who; None for a single robot.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        actions: Sequence[PlannedAction],
+        *,
+        margin: float | None,
+        measurement: float,
+        planned_acceleration: float,
+    ) -> None:
+        """Begin before the first sample.
+
+        Args:
+            mission: Whose formula, regions and separation.
+            actions: When internal states change.
+            margin: delta of the certificate, m; None where there is none.
+            measurement: Bound on a measured position's error, m.
+            planned_acceleration: Bound on the planned acceleration, m/s^2.
+        """
+        self._mission, self._robots = mission, tuple(mission.agents)
+        self._actions = [[a for a in sorted(actions, key=lambda a: a.time) if a.robot == name] for name in self._robots]
+        self._margin, self._measurement = margin, measurement
+        self._acceleration = relative_acceleration(mission.vehicle, planned_acceleration)
+        tube_margin = float("inf") if margin is None else margin
+        self._tubes = [Tube(tube_margin, measurement, self._acceleration) for _ in self._robots]
+        self._table = region_letters(mission)
+        self._regions = np.zeros(len(self._robots), dtype=np.int64)
+        self._formula: FormulaState | None = None
+        self._letters: list[frozenset[str]] = []
+        self._apart = mission.separation
+        self.events: list[Event] = []
+        self.closest: tuple[float, str, str] | None = None
+        self._too_close = False
+        self._time = 0.0
+
+    @property
+    def formula(self) -> FormulaVerdict:
+        """The formula's state on the measured path."""
+        return "open" if self._formula is None else self._formula.verdict
+
+    @property
+    def tube(self) -> TubeVerdict | None:
+        """The team's tube: the worst of its robots'; None without a certificate."""
+        if self._margin is None:
+            return None
+        verdicts = {tube.verdict for tube in self._tubes}
+        return "outside" if "outside" in verdicts else "unknown" if "unknown" in verdicts else "inside"
+
+    @property
+    def bounds(self) -> dict[str, float]:
+        """Each robot's largest tracking error, m, that cannot be ruled out at any time so far."""
+        return {name: tube.bound for name, tube in zip(self._robots, self._tubes, strict=True)}
+
+    @property
+    def alarmed(self) -> bool:
+        """Whether the certificate no longer covers the flight, the formula is broken, or robots came too close."""
+        return self.tube in ("unknown", "outside") or self.formula == "violated" or self._too_close
+
+    def see(self, time: float, measured: Floats, planned: Floats) -> list[Event]:
+        """Take one sample of the whole team and return what is new.
+
+        Args:
+            time: s.
+            measured: Positions, m; NaN for a robot that was not seen. Shape (3, robots).
+            planned: Where they should be. Shape (3, robots).
+        """
+        before, self._time = len(self.events), time
+        off = measured - planned
+        errors = np.sqrt(off[0] * off[0] + off[1] * off[1] + off[2] * off[2]).tolist()
+        for name, tube, error in zip(self._robots, self._tubes, errors, strict=True):
+            was = tube.verdict
+            if tube.see(time, error) != was:
+                self._say_tube(name, tube, error)
+        self._see_letters(time, measured)
+        self._see_distances(measured)
+        return self.events[before:]
+
+    def finish(self) -> None:
+        """Take the flight as over and say how it ended."""
+        finite = self._mission.spec.trace == "finite"
+        if self._formula is not None and self._formula.verdict == "open":
+            verdict = self._formula.end(finite=finite)
+            if verdict == "satisfied":
+                self._say(None, "formula", "the flown path satisfies the formula.")
+            elif verdict == "violated":
+                self._say(None, "formula", f"the flown path breaks the formula: `{self._formula.broken}` was not fulfilled.")
+            elif not finite:
+                self._say(None, "formula", "the formula is still open: it speaks of infinite flights, and nothing broke it.")
+        if self._margin is not None and self.tube == "inside":
+            worst = max(self.bounds.values())
+            self._say(
+                None,
+                "tube",
+                f"every robot stayed within {worst:.4f} m of its plan at every time, inside the tube of {self._margin:g} m: "
+                "the certificate covers this flight.",
+            )
+        if self.closest is not None:
+            distance, one, other = self.closest
+            self._say(None, "separation", f"{one} and {other} came closest, {distance:.3f} m at a sample.")
+
+    def _say(self, robot: str | None, kind: str, sentence: str) -> None:
+        self.events.append(Event(self._time, robot, kind, sentence))
+
+    def _say_tube(self, name: str, tube: Tube, error: float) -> None:
+        if tube.verdict == "outside":
+            self._say(
+                name, "tube", f"{name} is {error:.4f} m from its plan, outside the tube of {self._margin:g} m: "
+                "the certificate does not cover this flight.",
+            )  # fmt: skip
+        elif error != error:
+            self._say(
+                name, "tube", f"{name} has not been seen for too long: up to {tube.bound:.4f} m from its plan cannot be ruled "
+                f"out, the tube is {self._margin:g} m; the certificate can no longer be shown to cover this flight.",
+            )  # fmt: skip
+        else:
+            self._say(
+                name, "tube", f"{name} is {error:.4f} m from its plan and up to {tube.bound:.4f} m cannot be ruled out, "
+                f"the tube is {self._margin:g} m: the certificate can no longer be shown to cover this flight.",
+            )  # fmt: skip
+
+    def _see_letters(self, time: float, measured: Floats) -> None:
+        seen = ~np.isnan(measured[0])
+        self._regions = np.where(seen, regions_of(self._mission, np.where(seen, measured, 0.0)), self._regions)
+        letters = [self._table[mask] | self._inner(robot, time) for robot, mask in enumerate(self._regions.tolist())]
+        if self._formula is None:
+            self._formula = FormulaState(self._mission.formula, self._mission.spec.team, letters)
+            changed = self._formula.verdict != "open"
+        elif letters != self._letters:
+            was = self._formula.verdict
+            changed = self._formula.change(dict(enumerate(letters))) != was
+        else:
+            return
+        self._letters = letters
+        if changed:
+            self._say_formula(self._formula)
+
+    def _inner(self, robot: int, time: float) -> frozenset[str]:
+        now = self._mission.initial_letter
+        for action in self._actions[robot]:
+            if action.time > time:
+                break
+            now = action.propositions
+        return now
+
+    def _say_formula(self, formula: FormulaState) -> None:
+        if formula.verdict == "satisfied":
+            self._say(None, "formula", "the formula is satisfied, whatever comes.")
+        elif formula.verdict == "violated":
+            self._say(None, "formula", f"the flown path breaks the formula: `{formula.broken}` cannot hold any more.")
+        else:
+            self._say(None, "formula", "the formula is too large to be followed; its state is undecided.")
+
+    def _see_distances(self, measured: Floats) -> None:
+        squeeze = 1.0 if self._mission.separation_z is None else self._mission.separation / self._mission.separation_z
+        for i, j in itertools.combinations(range(len(self._robots)), 2):
+            x, y, z = (measured[:, i] - measured[:, j]).tolist()
+            distance = float(np.sqrt(x * x + y * y + (squeeze * z) ** 2))
+            if distance != distance:
+                continue
+            if self.closest is None or distance < self.closest[0]:
+                self.closest = (distance, self._robots[i], self._robots[j])
+            if distance < self._apart and not self._too_close:
+                self._too_close = True
+                self._say(
+                    None, "separation",
+                    f"{self._robots[i]} and {self._robots[j]} are {distance:.3f} m apart, less than {self._apart:g} m.",
+                )  # fmt: skip
+
+
+def watch(
+    mission: Mission,
+    actions: Sequence[PlannedAction],
+    times: Floats,
+    measured: Floats,
+    planned: Floats,
+    *,
+    margin: float | None,
+    measurement: float,
+    planned_acceleration: float,
+) -> Monitor:
+    """Let a monitor watch a whole recorded flight and return it, finished.
+
+    Args:
+        mission: As for `Monitor`.
+        actions: As for `Monitor`.
+        times: s. Shape (samples,).
+        measured: m, NaN where a robot was not seen. Shape (samples, robots, 3).
+        planned: m. Shape (samples, robots, 3).
+        margin: As for `Monitor`.
+        measurement: As for `Monitor`.
+        planned_acceleration: As for `Monitor`.
+    """
+    monitor = Monitor(mission, actions, margin=margin, measurement=measurement, planned_acceleration=planned_acceleration)
+    for time, seen, wanted in zip(times.tolist(), measured, planned, strict=True):
+        monitor.see(time, seen.T, wanted.T)
+    monitor.finish()
+    return monitor
