@@ -34,21 +34,24 @@ def make_plan(mission: Mission, *, seed: int | None = None, progress: Progress |
 
     used_seed = mission.planner.seed if seed is None else seed
     say = progress or (lambda _sentence, _share: None)
+    rng = np.random.default_rng(used_seed)
     if mission.passages is not None:
         (name,) = mission.agents
-        say("laying the path through the sequence of hoops", 0.3)
+        say("laying the path through the sequence of hoops", 0.2)
         robots = {name: route_sequence(mission)}
+        robots = _improved(mission, robots, rng, say)
         return _plan(mission, robots, method="sequence", seed=used_seed, complete=True)
     if mission.planner.method == "mtac-e":
         from ltlplan.mtac import allocate
 
-        return allocate(mission, rng=np.random.default_rng(used_seed), progress=progress)
-    say("searching words and robots", 0.1)
+        return allocate(mission, rng=rng, progress=progress)
+    say("searching words and robots", 0.05)
     assignment = assign(mission)
     robots = {}
-    for index, (name, itinerary) in enumerate(assignment.robots.items()):
-        say(f"laying the path of {name}", 0.5 + 0.5 * index / len(assignment.robots))
+    for name, itinerary in assignment.robots.items():
+        say(f"laying the path of {name}", 0.2)
         robots[name] = route(mission, name, itinerary.visits, itinerary.cycle_visit, directions=mission.planner.directions)
+    robots = _improved(mission, robots, rng, say)
     return _plan(
         mission,
         robots,
@@ -58,6 +61,17 @@ def make_plan(mission: Mission, *, seed: int | None = None, progress: Progress |
         lower_bound=assignment.lower_bound,
         notes=assignment.notes,
     )
+
+
+def _improved(mission: Mission, robots: dict[str, RobotPlan], rng: np.random.Generator, say: Progress) -> dict[str, RobotPlan]:
+    """Make each robot's nominal path cheaper by cross-entropy, each with a generator of its own."""
+    from ltlplan.cross_entropy import improve
+
+    better: dict[str, RobotPlan] = {}
+    for index, ((name, nominal), own) in enumerate(zip(robots.items(), rng.spawn(len(robots)), strict=True)):
+        say(f"optimising the path of {name} by cross-entropy", 0.3 + 0.7 * index / len(robots))
+        better[name] = improve(mission, name, nominal, rng=own).plan
+    return better
 
 
 def _plan(
