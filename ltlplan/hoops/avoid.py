@@ -112,7 +112,7 @@ def _candidates(mission: Mission, where: Room, name: str, start: Floats, end: Fl
         aside = left / np.linalg.norm(left) * (max(region.radii) * where.obstacles[name].level ** 0.5 + 0.1)
         sides = np.stack([centre + aside, centre - aside])
         ahead = along / np.linalg.norm(along) * max(region.radii)
-    for side in sorted(sides, key=lambda point: float(np.linalg.norm(point - start))):
+    for side in sorted(sides, key=lambda point: _nearness(point, start, end)):
         main = Detour(side, "avoid", name)
         near, far = (ahead if (start - side) @ ahead >= 0 else -ahead), (ahead if (end - side) @ ahead >= 0 else -ahead)
         first, last = Detour(side + near, "via", name), Detour(side + far, "via", name)
@@ -120,6 +120,11 @@ def _candidates(mission: Mission, where: Room, name: str, start: Floats, end: Fl
         yield (first, main)
         yield (main, last)
         yield (first, main, last)
+
+
+def _nearness(point: Floats, start: Floats, end: Floats) -> tuple[float, float]:
+    """Sort key: distance from the start, then from the end; rounded, so that moving the world decides no tie."""
+    return round(float(np.linalg.norm(point - start)), 6), round(float(np.linalg.norm(point - end)), 6)
 
 
 def _show(point: Floats) -> str:

@@ -37,7 +37,7 @@ DELTA = 0.25
 """S_CURVE's delta: the share of the distance that one leg of its triangle takes."""
 
 _ALIGNED = 1e-9
-"""m; a control point this close to the other's axis is on it."""
+"""m (m^2 for products); a control point this close to the other's axis is on it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +96,7 @@ def choose(previous: Floats | None, current: Floats, following: Floats, axes: Fl
     if dist_yz <= _ALIGNED:
         return Primitive("STRAIGHT", straight(dist_x))
     past = float(axes[:, 0] @ (current - previous)) if previous is not None else float(ahead)
-    if past * ahead >= 0:
+    if past * ahead >= -_ALIGNED:  # across the normal is no change of direction
         if dist_x <= dist_yz:
             return Primitive("U_TURN", u_turn(dist_x, dist_yz))
         return Primitive("S_CURVE", s_curve(dist_x, dist_yz))

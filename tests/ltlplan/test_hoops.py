@@ -1,0 +1,402 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ltlplan.hoops import Blocked, SplineBlocked, avoid, choose, control_points, route, route_sequence, segments
+from ltlplan.hoops.clearance import blocked, room
+from ltlplan.hoops.control_points import ring
+from ltlplan.hoops.primitives import s_curve, s_curve_as_printed, straight, turn, u_turn
+from ltlplan.missions import load_mission
+from ltlplan.splines import nominal_trajectory
+from tests.courses import courses
+from verify.data import BadInput, Infeasible, Mission, Visit, parse_mission
+from verify.data.mission import Hoop
+
+SHIPPED = ("hoops-sequence", "hoops-published")
+
+
+def path_of(plan, count=4000):
+    trajectory = nominal_trajectory([w.position for w in plan.waypoints], plan.times, cycle=plan.cycle_waypoint)
+    times = np.linspace(0.0, trajectory.duration, count)
+    return trajectory, times, trajectory.evaluate(times)[:, :3]
+
+
+def stays(mission: Mission, path) -> list[str]:
+    """Regions in the order in which a densely sampled path enters them."""
+    found = []
+    for name, region in mission.all_regions.items():
+        inside = region.level(path) <= 1.0
+        found += [(int(i), name) for i in np.flatnonzero(inside & ~np.concatenate([[False], inside[:-1]]))]
+    return [name for _, name in sorted(found)]
+
+
+def small_mission(**changes) -> Mission:
+    base = {
+        "hoops": "h0: {center: [0, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}",
+        "agents": "quad0: {start: [-1.2, 0, 1]}",
+        "sequence": "h0F",
+        "workspace": "{min: [-2, -2, 0.2], max: [2, 2, 2]}",
+        "spec": "{trace: finite}",
+    }
+    base.update(changes)
+    text = "format: 1\nname: small\nvehicle: crazyflie-2.1\n"
+    text += f"sequence: {base['sequence']}\nspec: {base['spec']}\nworkspace: {base['workspace']}\n"
+    text += "hoops:\n" + "".join(f"  {line}\n" for line in base["hoops"].split("\n"))
+    text += "agents:\n  " + base["agents"] + "\n"
+    return parse_mission(text)
+
+
+# Control points
+
+
+@given(st.floats(-180, 180), st.floats(-80, 80), st.floats(0.3, 1.0), st.floats(0.3, 1.0))
+@settings(max_examples=25, deadline=None)
+def test_control_points_lie_on_the_hoops_own_axes(yaw, pitch, reach, clearance):
+    hoop = Hoop(
+        center=(1.0, -2.0, 1.5), radii=(0.2, 0.2, 0.2), opening=0.3, rim=0.02,
+        yaw_deg=yaw, pitch_deg=pitch, reach=reach, clearance=clearance,
+    )  # fmt: skip
+    points = control_points(hoop)
+    assert np.allclose(points.frame.T @ points.frame, np.eye(3), atol=1e-12)
+    assert np.isclose(np.linalg.det(points.frame), 1.0)
+    own = [points.frame.T @ (p - points.centre) for p in (points.front, points.rear, *points.avoid)]
+    assert np.allclose(own, [[reach, 0, 0], [-reach, 0, 0], [0, clearance, 0], [0, -clearance, 0]], atol=1e-12)
+    assert np.allclose(points.avoid[:, 2], points.centre[2])  # both sides at the hoop's own height
+    assert np.allclose(np.linalg.norm(ring(hoop) - points.centre, axis=1), 0.31)
+
+
+# The four primitives
+
+
+@pytest.mark.parametrize(
+    ("offset", "past", "kind", "length"),
+    [
+        ((2.0, 0.0, 0.0), 1.0, "STRAIGHT", 2.0),
+        ((2.0, 0.0, 0.0), -1.0, "STRAIGHT", 2.0),  # dist_yz = 0 ends the choice, whatever the direction was
+        ((1.0, 2.0, 0.0), 1.0, "U_TURN", 1.0 + math.pi / 2),
+        ((1.0, 0.0, 1.0), 1.0, "U_TURN", math.pi / 2),
+        ((-1.0, 2.0, 0.0), 1.0, "TURN", 1.0 + math.pi),
+        ((1.0, 0.6, 0.8), -1.0, "TURN", 1.0 + math.pi / 2),
+    ],
+)
+def test_each_primitive_has_its_formulas_length(offset, past, kind, length):
+    primitive = choose(np.array([-past, 0.0, 0.0]), np.zeros(3), np.array(offset), np.eye(3))
+    assert (primitive.kind, primitive.length) == (kind, pytest.approx(length))
+    assert primitive.time(0.45) == pytest.approx(length / 0.45)
+
+
+def test_an_s_curve_is_two_tangent_arcs_that_join_the_two_points():
+    for dist_x, dist_yz in ((2.0, 0.5), (1.0, 0.99), (3.0, 1.0)):
+        theta = math.atan2(dist_yz, dist_x)
+        radius = math.hypot(dist_x, dist_yz) / 4 / math.sin(theta)
+        # each arc turns by 2 theta: along the axis it covers r sin(2 theta), across it r (1 - cos(2 theta))
+        assert 2 * radius * math.sin(2 * theta) == pytest.approx(dist_x)
+        assert 2 * radius * (1 - math.cos(2 * theta)) == pytest.approx(dist_yz)
+        assert s_curve(dist_x, dist_yz) == pytest.approx(2 * radius * 2 * theta)
+    primitive = choose(np.array([-1.0, 0.0, 0.0]), np.zeros(3), np.array([2.0, 0.3, 0.4]), np.eye(3))
+    assert (primitive.kind, primitive.length) == ("S_CURVE", pytest.approx(s_curve(2.0, 0.5)))
+
+
+@given(st.floats(0.1, 5.0))
+def test_lengths_are_continuous_between_primitives(dist):
+    assert s_curve(dist, 1e-7 * dist) == pytest.approx(straight(dist), rel=1e-9)
+    assert s_curve_as_printed(dist, 1e-7 * dist) == pytest.approx(straight(dist), rel=1e-9)
+    assert s_curve(dist, dist * (1 - 1e-9)) == pytest.approx(u_turn(dist, dist), rel=1e-6)
+    assert turn(dist, 1e-9) == pytest.approx(straight(dist), rel=1e-6)
+
+
+@given(st.floats(0.05, 3.0), st.floats(0.05, 3.0))
+def test_no_primitive_is_shorter_than_the_distance(dist_x, dist_yz):
+    distance = math.hypot(dist_x, dist_yz)
+    length = u_turn(dist_x, dist_yz) if dist_x <= dist_yz else s_curve(dist_x, dist_yz)
+    assert length >= distance * (1 - 1e-12)
+    assert turn(dist_x, dist_yz) >= distance
+
+
+def test_the_printed_s_curve_falls_below_the_distance_which_is_why_we_do_not_fly_it():
+    assert s_curve_as_printed(1.0, 0.99) < 0.2 * math.hypot(1.0, 0.99)
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=25, deadline=None)
+def test_primitives_do_not_change_when_the_world_is_moved_and_turned(seed):
+    rng = np.random.default_rng(seed)
+    previous, current, following = rng.uniform(-2, 2, (3, 3))
+    axes, turned = np.linalg.qr(rng.normal(size=(3, 3)))[0], np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    shift = rng.uniform(-5, 5, 3)
+    first = choose(previous, current, following, axes)
+    second = choose(turned @ previous + shift, turned @ current + shift, turned @ following + shift, turned @ axes)
+    assert first.kind == second.kind
+    assert first.length == pytest.approx(second.length)
+
+
+# The sequencer
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_sequences_give_their_words_in_continuous_space(name):
+    mission = load_mission(name)
+    plan = route_sequence(mission)
+    _, _, path = path_of(plan)
+    assert stays(mission, path) == [visit.region for visit in plan.visits]
+    assert plan.times[0] == 0.0
+    assert np.all(np.diff(plan.times) > 0)
+    if plan.cycle_waypoint is not None:
+        assert plan.waypoints[-1].position == plan.waypoints[plan.cycle_waypoint].position
+    agent = mission.agents["quad0"]
+    assert plan.waypoints[0].position == agent.start
+    assert agent.end is None or plan.waypoints[-1].position == agent.end
+
+
+def test_control_points_are_visited_in_flight_order():
+    mission = load_mission("hoops-sequence")
+    plan = route_sequence(mission)
+    for index, visit in enumerate(plan.visits):
+        served = [w for w in plan.waypoints if w.visit == index and w.role != "via"]
+        points = control_points(mission.hoops[visit.region])
+        first, last = points.ends(visit.direction)
+        assert np.allclose([w.position for w in served], [first, points.centre, last])
+        assert [w.role for w in served] == (
+            ["rear", "centre", "front"] if visit.direction == "F" else ["front", "centre", "rear"]
+        )
+
+
+def test_times_are_lengths_of_primitives_over_the_speed():
+    mission = load_mission("hoops-published")
+    plan = route_sequence(mission)
+    primitives = segments(mission, plan)
+    assert np.allclose(np.diff(plan.times), [p.length / 0.45 for p in primitives])
+    assert {p.kind for p in primitives} >= {"STRAIGHT", "S_CURVE", "U_TURN"}
+
+
+def test_the_spline_is_three_times_continuously_differentiable_at_every_joint():
+    for name in SHIPPED:
+        trajectory, _, _ = path_of(route_sequence(load_mission(name)))
+        for order in range(4):
+            values = trajectory.derivative_coefficients(order)[:, :3]
+            ends = [
+                [np.polynomial.polynomial.polyval(t, c) for c in v] for v, t in zip(values, trajectory.durations, strict=True)
+            ]
+            scale = 1 + np.abs(ends).max()
+            assert np.allclose(ends[:-1], values[1:, :, 0], atol=1e-7 * scale)
+            if trajectory.cycle is not None:
+                assert np.allclose(ends[-1], values[trajectory.cycle, :, 0], atol=1e-7 * scale)
+
+
+def moved(mission: Mission, angle: float, shift) -> Mission:
+    """The whole world turned about z and moved; the workspace is widened to hold both."""
+    c, s = math.cos(angle), math.sin(angle)
+
+    def at(point):
+        x, y, z = point
+        return (c * x - s * y + shift[0], s * x + c * y + shift[1], z + shift[2])
+
+    hoops = {
+        name: Hoop(center=at(h.center), yaw_deg=h.yaw_deg + math.degrees(angle), radii=h.radii, opening=h.opening, rim=h.rim)
+        for name, h in mission.hoops.items()
+    }
+    agents = {
+        name: a.model_copy(update={"start": at(a.start), "end": None if a.end is None else at(a.end)})
+        for name, a in mission.agents.items()
+    }
+    box = mission.workspace.model_copy(update={"min": (-50.0, -50.0, -50.0), "max": (50.0, 50.0, 50.0)})
+    return mission.model_copy(update={"hoops": hoops, "agents": agents, "workspace": box})
+
+
+@given(st.floats(-3.1, 3.1), st.tuples(*[st.floats(-10, 10)] * 3))
+@settings(max_examples=10, deadline=None)
+def test_a_plan_moves_and_turns_with_the_world(angle, shift):
+    mission = load_mission("hoops-sequence")
+    here = route_sequence(moved(mission, 0.0, (0.0, 0.0, 0.0)))
+    there = route_sequence(moved(mission, angle, shift))
+    c, s = math.cos(angle), math.sin(angle)
+    turned = np.array([w.position for w in here.waypoints]) @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) + np.array(shift)
+    assert np.allclose([w.position for w in there.waypoints], turned, atol=1e-6)
+    assert np.allclose(there.times, here.times, atol=1e-6)
+    assert [w.role for w in there.waypoints] == [w.role for w in here.waypoints]
+
+
+def test_random_courses_never_enter_a_hoop_that_is_not_next_in_the_sequence():
+    for mission, plan in courses(seed=11, count=8, hoops=5, passages=3):
+        _, _, path = path_of(plan)
+        assert stays(mission, path) == [visit.region for visit in plan.visits]
+        for hoop in mission.hoops.values():  # nor do they meet a ring
+            points = control_points(hoop)
+            own = (path - points.centre) @ points.frame
+            near = np.abs(own[:, 0]) <= hoop.rim / 2 + mission.vehicle.radius
+            across = np.linalg.norm(own[near][:, 1:], axis=1)
+            clear = mission.vehicle.radius
+            assert np.all((across < hoop.opening - clear) | (across > hoop.opening + hoop.rim + clear))
+        assert np.all(path >= mission.workspace.min)
+        assert np.all(path <= mission.workspace.max)
+
+
+def test_the_same_hoop_can_be_flown_again_and_turned_about():
+    for sequence in ("h0F h0F", "h0F h0R", "h0R h0R h0F"):
+        mission = small_mission(sequence=sequence)
+        plan = route_sequence(mission)
+        _, _, path = path_of(plan)
+        assert stays(mission, path) == ["h0"] * len(sequence.split())
+        assert " ".join(f"{v.region}{v.direction}" for v in plan.visits) == sequence
+
+
+def test_a_cycle_closes_on_its_first_control_point():
+    mission = small_mission(sequence="(h0F)*", spec="{trace: infinite}")
+    plan = route_sequence(mission)
+    assert plan.cycle_visit == 0
+    assert plan.waypoints[plan.cycle_waypoint].role == "rear"
+    assert str(plan.word) == "{} ({h0} {})^w"
+
+
+def test_an_idle_robot_stays_where_it_is():
+    mission = load_mission("firefighting")
+    plan = route(mission, "quad1", ())
+    assert [w.role for w in plan.waypoints] == ["start"]
+    assert plan.times == (0.0,)
+    assert plan.cost == 0.0
+
+
+def test_firefighting_goes_through_water_smoke_and_loc2():
+    mission = load_mission("firefighting")
+    plan = route(
+        mission, "quad0", [Visit(region="water", actions=mission.robot.actions), Visit(region="smoke"), Visit(region="loc2")]
+    )
+    _, _, path = path_of(plan)
+    assert stays(mission, path) == ["water", "smoke", "loc2"]
+    assert [v.direction for v in plan.visits] == ["F", "F", "F"]
+    assert plan.visits[0].actions == mission.robot.actions
+
+
+def test_plain_regions_are_visited_at_their_centre_and_the_flight_may_end_there():
+    text = """
+format: 1
+name: plain
+spec: {formula: F a & F b}
+regions:
+  a: {center: [0, 0, 1], radii: [0.3, 0.2, 0.2]}
+  b: {center: [1.2, 0.8, 1], radii: [0.2, 0.2, 0.2]}
+  c: {center: [0.6, 0.4, 1], radii: [0.2, 0.2, 0.2]}
+agents: {quad0: {start: [-1, 0, 1]}}
+vehicle: crazyflie-2.1
+workspace: {min: [-2, -2, 0.2], max: [2, 2, 2]}
+"""
+    mission = parse_mission(text)
+    plan = route(mission, "quad0", [Visit(region="a"), Visit(region="b")])
+    _, _, path = path_of(plan)
+    assert stays(mission, path) == ["a", "b"]  # c stands between and is passed by
+    assert plan.waypoints[-1].position == (1.2, 0.8, 1.0)
+    assert "b" in plan.word.letters[-1]
+    assert any(w.role == "avoid" and w.region == "c" for w in plan.waypoints)
+
+
+# Sides
+
+
+def test_the_nearest_side_is_taken_and_a_given_side_is_kept():
+    mission = load_mission("hoops-ltl")
+    assert route(mission, "quad0", [Visit(region="hoop0")]).visits[0].direction == "F"
+    assert route(mission, "quad0", [Visit(region="hoop0", direction="R")]).visits[0].direction == "R"
+
+
+def brute_force(mission, names, cycle):
+    best = math.inf
+    for choice in range(2 ** len(names)):
+        visits = [Visit(region=n, direction="FR"[choice >> i & 1]) for i, n in enumerate(names)]
+        try:
+            plan = route(mission, "quad0", visits, cycle)
+        except Infeasible:
+            continue
+        best = min(best, sum(p.length for p in segments(mission, plan)))
+    return best
+
+
+def test_the_cheapest_sides_are_no_longer_than_any_other_choice():
+    mission = load_mission("hoops-ltl")
+    names = ["hoop0", "hoop2", "hoop1"]
+    plan = route(mission, "quad0", [Visit(region=n) for n in names], 0, directions="cheapest")
+    assert sum(p.length for p in segments(mission, plan)) <= brute_force(mission, names, 0) * 1.02
+
+
+# AVOID and refusals
+
+
+def test_avoid_takes_the_nearer_point_and_several_in_a_row():
+    hoops = "\n".join(
+        f"h{i}: {{center: [{x}, {y}, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}}"
+        for i, (x, y) in enumerate([(1.5, 1.5), (-0.6, 0.1), (0.7, 0.1)])
+    )
+    mission = small_mission(hoops=hoops, sequence="h0F")
+    start, end = np.array([-1.7, 0.0, 1.0]), np.array([1.7, 0.0, 1.0])
+    points = avoid(mission, room(mission), start, end)
+    sides = [p.region for p in points if p.role == "avoid"]
+    assert sides == ["h1", "h2"]
+    assert all(p.position[1] < 0 for p in points)  # the nearer side
+    stops = [start, *(p.position for p in points), end]
+    assert all(blocked(a, b, room(mission)) is None for a, b in zip(stops, stops[1:], strict=False))
+
+
+def test_a_hoop_whose_both_sides_are_blocked_is_refused_by_name():
+    hoops = (
+        "h0: {center: [1.2, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}\n"
+        "wall: {center: [0, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}"
+    )
+    mission = small_mission(hoops=hoops, workspace="{min: [-2, -0.4, 0.2], max: [2, 0.4, 2]}")
+    with pytest.raises(Blocked, match="'wall' stands in the way") as refused:
+        route_sequence(mission)
+    assert refused.value.region == "wall"
+    assert refused.value.exit_code == 4
+    assert "wall or outside the workspace" in str(refused.value)
+
+
+def test_a_spline_without_room_is_refused_by_name():
+    # a turn back within 8 cm of the wall cannot be flown, though every control point is inside
+    hoops = "h0: {center: [1.5, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02, reach: 0.4}"
+    mission = small_mission(hoops=hoops, sequence="h0F h0R", workspace="{min: [-2, -2, 0.2], max: [1.95, 2, 2]}")
+    with pytest.raises(SplineBlocked, match="workspace"):
+        route_sequence(mission.model_copy(update={"margin": 0.05}))
+
+
+@pytest.mark.parametrize(
+    ("robot", "visits", "cycle", "match"),
+    [
+        ("quad9", [], None, "not an agent. Did you mean 'quad0'"),
+        ("quad0", [Visit(region="hop0")], None, "not a region. Did you mean"),
+        ("quad0", [Visit(region="hoop0")], 2, "0 to 1"),
+    ],
+)
+def test_what_does_not_exist_is_refused(robot, visits, cycle, match):
+    with pytest.raises(BadInput, match=match):
+        route(load_mission("hoops-ltl"), robot, visits, cycle)
+
+
+def test_missions_without_a_sequence_are_refused():
+    with pytest.raises(BadInput, match="no `sequence`"):
+        route_sequence(load_mission("hoops-ltl"))
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        ({"sequence": "h0"}, "lacks its side"),
+        ({"sequence": "h1F"}, "not a hoop"),
+        ({"hoops": "h0: {center: [0, 0, 1], radii: [0.2, 0, 0.2], opening: 0.25, rim: 0.02}"}, "greater than 0"),
+        ({"hoops": "h0: {center: [1.9, 0, 1], radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}"}, "control point"),
+    ],
+)
+def test_missions_with_bad_hoops_are_refused(change, match):
+    with pytest.raises(BadInput, match=match):
+        small_mission(**change)
+
+
+def test_a_hoop_named_twice_is_refused():
+    text = "h0: {center: [0, 0, 1], radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}"
+    with pytest.raises(BadInput, match="duplicate"):
+        small_mission(hoops=f"{text}\n{text}")
+
+
+def test_the_same_mission_gives_the_same_plan():
+    ((mission, plan),) = courses(seed=2, count=1)
+    assert route_sequence(mission) == plan
