@@ -50,7 +50,7 @@ def find_broken_run(robot: RobotBehaviour, normal: Normal, budget: int) -> Broke
         InternalError: The two answers differ.
         MissingEngine: Spot is absent.
     """
-    run = _search(robot, normal, budget)
+    run = search_run(robot, normal, budget)
     theirs = some_run_breaks(_letters(robot, normal), normal)
     if theirs != (run is not None):
         raise InternalError(
@@ -73,7 +73,8 @@ def _letters(robot: RobotBehaviour, normal: Normal) -> LetterGraph:
     return LetterGraph(len(robot) + 1, tuple(edges), marked=frozenset(marked))
 
 
-def _search(robot: RobotBehaviour, normal: Normal, budget: int) -> BrokenRun | None:
+def search_run(robot: RobotBehaviour, normal: Normal, budget: int) -> BrokenRun | None:
+    """Return a lasso of the robot that breaks the formula, or None, by our own search alone."""
     tableau = Tableau(normal_form(to_formula(normal), negated=True))
     lap_mark = 1 << len(tableau.eventualities)
     every = lap_mark * 2 - 1

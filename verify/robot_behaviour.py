@@ -101,6 +101,7 @@ def from_timeline(timeline: Timeline, relations: Relations) -> RobotBehaviour:
 
 # A region within one slot of time: "no" and "must" fix it, "may" leaves it free, "rise" and "fall" switch it once.
 _Mode = Literal["no", "may", "must", "rise", "fall"]
+_ONCE: dict[Status, _Mode] = {"must": "rise", "no": "fall"}
 _Key = tuple[int, frozenset[str], int, frozenset[str]]  # slot, regions, actions done in this lap, internal propositions
 
 
@@ -192,8 +193,7 @@ class _Unfolding:
                 fill("may", high + 1)
             else:
                 fill(status, low)
-                once: _Mode = "rise" if change.status == "must" else "fall"
-                fill(once, high + 1)
+                fill(_ONCE[change.status], high + 1)
             status = change.status
         fill(status, self.fine_last + 1)
         return modes
