@@ -29,6 +29,9 @@ MAX_ORDERS = 120
 MAX_TOGETHER = 4
 """Events of one instant that are tried in every order; more are refused, robots are kept apart in time."""
 
+MAX_GRID = 600
+"""Interleavings of letters that are looked at before robots may enter regions side by side; beyond, one waits."""
+
 Reading = Literal["own", "joint"]
 State = Hashable
 """A state of the automaton, its dead state included."""
@@ -102,10 +105,14 @@ class Standing:
             for robot in order:
                 standing = standing.after(robot, events[robot])
             pairs |= standing.pairs
-        held = {**self.held, **events}
         if self.reading == "joint":
-            pairs |= _joint(self.automaton, self.states, held)
-        return replace(self, held=held, pairs=frozenset(pairs))
+            pairs |= self.at_once(events).pairs
+        return replace(self, held={**self.held, **events}, pairs=frozenset(pairs))
+
+    def at_once(self, events: Mapping[str, Letter]) -> Standing:
+        """Return the standing after letters that changed at the very same moment, for "joint" unions."""
+        held = {**self.held, **events}
+        return replace(self, held=held, pairs=_joint(self.automaton, self.states, held))
 
     def joined(self, robot: str, letter: Letter) -> Standing:
         """Return the standing after another robot took off with this letter."""
@@ -130,20 +137,42 @@ def at_start(automaton: Accepting, held: Mapping[str, Letter], *, reading: Readi
     return Standing(automaton, reading, dict(held), _closure(automaton, {(automaton.initial, letters)}, letters))
 
 
-def admits(standing: Standing, ahead: Ahead, events: Mapping[str, Letter]) -> bool:
-    """Tell whether events may happen now: whether the team can still finish one robot after another afterwards.
+def admits(standing: Standing, chains: Ahead, rest: Ahead) -> bool:
+    """Tell whether robots may now begin letters that they cannot interrupt, whatever the order in which these come.
 
     Args:
-        standing: Before the events.
-        ahead: The letters that each robot is still to show, the events' own first.
-        events: Robot and its next letter, for robots that would change now.
+        standing: Now.
+        chains: For each robot that is or would be inside a region: the letters up to and with the one that leaves it.
+        rest: The letters that each robot is to show after those.
+
+    Returns:
+        Whether the team can finish one robot after another after every interleaving of the chains.
     """
-    rest = {robot: list(letters) for robot, letters in ahead.items()}
-    for robot, letter in events.items():
-        if not rest.get(robot) or rest[robot][0] != letter:
-            raise BadInput(f"'{robot}' does not have {sorted(letter)} next.")
-        del rest[robot][0]
-    return can_finish(standing.after_all(events), rest)
+    robots = [robot for robot, letters in chains.items() if letters]
+    lengths = [len(chains[robot]) for robot in robots]
+    size = 1
+    for length in lengths:
+        size *= length + 1
+    if size > MAX_GRID:
+        return False
+    reached: dict[tuple[int, ...], Standing] = {(0,) * len(robots): standing}
+    # places in the grid in an order in which every place comes after those that lead to it
+    for place in itertools.product(*(range(length + 1) for length in lengths)):
+        here = reached[place]
+        for moving in _steps(place, lengths, together=standing.reading == "joint"):
+            target = tuple(p + (i in moving) for i, p in enumerate(place))
+            letters = {robots[i]: chains[robots[i]][place[i]] for i in moving}
+            after = here.after(*next(iter(letters.items()))) if len(letters) == 1 else here.at_once(letters)
+            known = reached.get(target)
+            reached[target] = after if known is None else replace(after, pairs=after.pairs | known.pairs)
+    return can_finish(reached[tuple(lengths)], rest)
+
+
+def _steps(place: tuple[int, ...], lengths: Sequence[int], *, together: bool) -> Iterator[tuple[int, ...]]:
+    """Yield which robots may show their next letter: any one, or any that do so at once."""
+    free = [i for i, (p, length) in enumerate(zip(place, lengths, strict=True)) if p < length]
+    for count in range(1, (len(free) if together else 1) + 1):
+        yield from itertools.combinations(free, count)
 
 
 def can_finish(standing: Standing, ahead: Ahead) -> bool:

@@ -1,0 +1,474 @@
+"""Online MTAC-E: tasks are shared and paths are improved while the robots fly (2022 paper, Algorithm 5).
+
+`OnlineTeam.step` is called 50 times a second with measured positions and returns what each robot should do now. As in the
+paper, a satisfying run is made at the first step; whoever is cheapest gets each part of it; one path a robot and step is
+sampled by online cross-entropy; the flag says when the formula is satisfied. What the printed algorithm leaves open:
+
+* The run is made by the walk of `team_walk` with straight lines for costs, so that robots take off at once. The switch
+  condition is asked again several times a second: a part that nobody has begun, and whose beginning is in the decomposition
+  set of the states that the automaton may be in now, goes to another robot where that is clearly cheaper.
+* A robot that has begun a part outside the decomposition set keeps it to its end, as the paper says.
+* The states are a set, because robots fly at the same time (`online_progress`); a robot that comes to a region enters
+  it only if the team can still finish afterwards, whatever the order of the events; otherwise it waits on its path.
+* The desired pose is not the raw sample at time t, which would jump by decimetres 50 times a second. Robots glide to a
+  sampled path where it is cheaper than the one that they fly (`online_course`).
+* Robots keep the mission's separation by waiting; one that hovers is flown around.
+
+None of this is certified: sampled paths, measured positions, no bound on what the vehicle does. The verdict on what was flown
+is the checker's, afterwards.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from ltlplan.allocation import Itinerary, Metric, Move, Reader, Whereabouts, World
+from ltlplan.hoops import route
+from ltlplan.mtac import metric
+from ltlplan.online_cross_entropy import OnlineSettings
+from ltlplan.online_events import RobotJoins, RobotLeaves, WorldEvent
+from ltlplan.online_pilot import Pilot
+from ltlplan.online_progress import MAX_TOGETHER, Standing, State, admits, at_start, can_finish
+from ltlplan.team_walk import Options, Walker
+from verify.data import BadInput, Infeasible, Letter, Mission, RobotPlan, Unsatisfiable, Word
+from verify.data.mission import Point
+
+Floats = NDArray[np.float64]
+
+PERIOD = 0.02
+"""s between two steps: 50 Hz, as in the paper's experiment."""
+
+SWITCH_STEPS = 25
+"""Steps between two looks at the switch condition."""
+
+SWITCH_GAIN = 0.1
+"""A part changes hands when that is cheaper by this share of its cost."""
+
+LOOK_AHEAD = 1.6
+"""s over which robots keep out of each other's way."""
+
+PATIENCE = 3.0
+"""s that two robots wait for each other before the other one goes first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Desired:
+    """What the robots should do now.
+
+    Attributes:
+        flat: x, y, z, yaw and their derivatives up to the fourth. Shape (5, 4, robots).
+        satisfied: Whether what was shown so far satisfies the formula if nobody's letter changes any more.
+        finished: Whether moreover everybody has come to rest at the end of a course.
+        holding: A sentence where the team holds position because nothing is left that could satisfy the formula.
+        switched: Sentences about parts that changed hands in this step.
+    """
+
+    flat: Floats
+    satisfied: bool
+    finished: bool
+    holding: str | None
+    switched: tuple[str, ...] = ()
+
+
+class OnlineTeam:
+    """A team in flight under online MTAC-E. It changes with each step.
+
+    Attributes:
+        mission: What is asked now; `change` replaces it.
+        pilots: One for each robot in the air, in the mission's order.
+        standing: Letters held, and the automaton's states that may have been reached.
+        first_letters: What each robot showed first.
+        shown: Every change of a letter: (s, {robot: letter}); replayed when the world changes.
+        holding: Why the team holds position, or None.
+    """
+
+    def __init__(self, mission: Mission, *, rng: Generator, settings: OnlineSettings | None = None) -> None:
+        """Prepare a team at its starts.
+
+        Raises:
+            BadInput: The trace is infinite, N <= 1 / rho, or a robot starts in two regions.
+            Unsatisfiable: Nothing that these robots can fly satisfies the formula.
+            Infeasible: No way between the hoops was found.
+        """
+        if mission.spec.trace == "infinite":
+            raise BadInput("online MTAC-E shares tasks that end; an infinite trace is flown from a plan, without --online.")
+        self.mission, self.rng = mission, rng
+        self.settings = settings or OnlineSettings(elite=mission.planner.elite, trajectories=mission.planner.samples)
+        self.world = World(mission)
+        self.reader = Reader(self.world)
+        self.pilots = {n: Pilot(mission, self.world, n, self.world.start(n), self.settings) for n in mission.agents}
+        held = {name: self.world.letter(pilot.where) for name, pilot in self.pilots.items()}
+        self.standing = at_start(self.reader, held, reading=mission.spec.team)
+        self.first_letters = held
+        self.shown: list[tuple[float, dict[str, Letter]]] = []
+        self.holding: str | None = None
+        self.steps = 0
+        self._replan = False
+        self._handover: tuple[str, str, int] | None = None
+        self._stuck: dict[str, float] = {}
+        self._first: list[str] = list(self.pilots)
+        self.allocate()
+
+    @property
+    def cost(self) -> float:
+        """The summed cost of the courses that are flown now."""
+        return float(sum(pilot.price for pilot in self.pilots.values()))
+
+    @property
+    def complete(self) -> bool:
+        """Whether every robot has a path for all that is left, and that satisfies the formula."""
+        return self.holding is None and can_finish(self.standing, {n: p.ahead for n, p in self.pilots.items()})
+
+    def allocate(self) -> None:
+        """Make a satisfying run from where the team is and give its parts to the cheapest robots (lines 1 to 4).
+
+        All robots must be hovering. On success `holding` is None.
+
+        Raises:
+            Unsatisfiable: Nothing that is left satisfies the formula; robots keep hovering, `holding` says so.
+            Infeasible: A part has no way that keeps clear.
+        """
+        for pilot in self.pilots.values():
+            pilot.take(Itinerary(pilot.where), self._plan(pilot, Itinerary(pilot.where)), self.rng)
+        blocked: set[tuple[str, tuple]] = set()
+        try:
+            for _ in range(MAX_ATTEMPTS):
+                parts = self._share_out(blocked)
+                problem = self._laid(parts)
+                if problem is None:
+                    self.holding = None
+                    return
+                blocked.add(problem)
+            raise Infeasible(f"No way was found for {MAX_ATTEMPTS} ways to share what is left.")
+        except (Unsatisfiable, Infeasible) as error:
+            self.holding = str(error)
+            raise
+
+    def step(self, now: float, positions: Mapping[str, Point]) -> Desired:
+        """Do one step of Algorithm 5.
+
+        Args:
+            now: Flight time, s.
+            positions: Measured position of each robot in the air, m.
+
+        Returns:
+            Where each robot in the air should be, in the mission's order.
+        """
+        self._see(now, positions)
+        self._shared_again(now)
+        switched = self._switch(now)
+        going = self._permitted(now)
+        for name, pilot in self.pilots.items():
+            if self.holding is None:
+                others = self._standing_still(name)
+                pilot.search(now, self.rng, others, self.mission.separation + CLEARANCE)
+            pilot.clock = pilot.clock.after(PERIOD, going[name]) if not pilot.arrived else pilot.clock
+        self.steps += 1
+        flat = np.zeros((5, 4, len(self.pilots)))
+        for j, (name, pilot) in enumerate(self.pilots.items()):
+            flat[:, :3, j] = pilot.course.flat(pilot.clock, now)
+            flat[0, 3, j] = self.mission.agents[name].yaw
+        satisfied = self.standing.accepts()
+        finished = satisfied and all(p.done and p.arrived for p in self.pilots.values())
+        return Desired(flat, satisfied, finished, self.holding, switched)
+
+    def change(self, event: WorldEvent, now: float) -> None:
+        """Take note of a change in the world: progress is kept, robots wait, and what is left is shared again.
+
+        Args:
+            event: What has changed.
+            now: Flight time, s.
+        """
+        self.mission = event.apply(self.mission)
+        self.world = World(self.mission)
+        self.reader = Reader(self.world)
+        if isinstance(event, RobotLeaves):
+            del self.pilots[event.robot]
+        if isinstance(event, RobotJoins):
+            where = self.world.start(event.robot)
+            self.pilots[event.robot] = Pilot(self.mission, self.world, event.robot, where, self.settings)
+            self.first_letters = {**self.first_letters, event.robot: self.world.letter(where)}
+            self._first.append(event.robot)
+        for pilot in self.pilots.values():
+            pilot.mission, pilot.world = self.mission, self.world
+        # the whole flown word counts: the new automaton reads it from its beginning
+        self.standing = at_start(self.reader, self.first_letters, reading=self.mission.spec.team)
+        for _, events in self.shown:
+            self.standing = _after(self.standing, events)
+        self.hold(f"at {now:.2f} s {event}")
+
+    def hold(self, reason: str) -> None:
+        """Let everybody wait on their courses; what is left is shared again once all have come to rest."""
+        self.holding, self._replan, self._handover = f"Waiting: {reason}.", True, None
+
+    def _shared_again(self, now: float) -> None:
+        """Share what is left when all robots hover; where that cannot be done they go on hovering, and say why."""
+        if not self._replan or not all(self._rests(pilot, now) for pilot in self.pilots.values()):
+            return
+        self._replan = False
+        for pilot in self.pilots.values():
+            self._root(pilot, now)
+        if not self.pilots:
+            self.holding = "No robot is left in the air."
+            return
+        try:
+            self.allocate()
+        except (Unsatisfiable, Infeasible) as error:
+            self.holding = str(error)
+
+    def _rests(self, pilot: Pilot, now: float) -> bool:
+        return (pilot.arrived or pilot.clock.resting) and not pilot.course.gliding(now)
+
+    def _root(self, pilot: Pilot, now: float) -> None:
+        """Let a robot's whereabouts be where it hovers, so that its next course begins without a jump."""
+        x, y, z = (float(v) for v in pilot.course.flat(pilot.clock, now)[0])
+        pilot.where = Whereabouts((x, y, z), pilot.where.inside, pilot.where.vertex, pilot.where.internal)
+
+    # -- what was flown ------------------------------------------------------------------------------------
+
+    def _see(self, now: float, positions: Mapping[str, Point]) -> None:
+        """Label the robots, let them act where they are to, and take note of what has changed."""
+        events: dict[str, Letter] = {}
+        inside: dict[str, str | None] = {}
+        for name, pilot in self.pilots.items():
+            x, y, z = (float(v) for v in positions[name])
+            seen = self.world.at((x, y, z), pilot.where.internal, vertex=pilot.where.vertex)
+            inside[name] = seen.inside
+            pilot.where = Whereabouts(seen.position, pilot.where.inside, pilot.where.vertex, pilot.where.internal)
+            target = pilot.wants_to_act() if seen.inside is not None else None
+            if target is not None:
+                pilot.where = Whereabouts(seen.position, seen.inside, pilot.where.vertex, target)
+            letter = self.world.free_letter(pilot.where.internal) | (frozenset() if seen.inside is None else {seen.inside})
+            if letter != self.standing.held[name]:
+                events[name] = letter
+        if not events:
+            return
+        self.shown.append((now, dict(events)))
+        self.standing = _after(self.standing, events)
+        names = sorted(events)
+        unforeseen = [name for name in names if not self.pilots[name].observe(events[name], inside[name])]
+        for name in unforeseen:
+            self.pilots[name].surprised(inside[name])
+        if self.holding is None and not can_finish(self.standing, {n: p.ahead for n, p in self.pilots.items()}):
+            seen_by = ", ".join(unforeseen) or ", ".join(names)
+            self.hold(f"at {now:.2f} s {seen_by} showed letters after which the plan cannot be finished")
+
+    # -- who may go ----------------------------------------------------------------------------------------
+
+    def _permitted(self, now: float) -> dict[str, bool]:
+        """Tell which robots may go on along their courses in this step."""
+        if self.holding is not None:
+            return dict.fromkeys(self.pilots, False)
+        going = self._clear_of_each_other(now)
+        if self._handover is not None:
+            going[self._handover[0]] = False
+        for name, pilot in self.pilots.items():
+            if going[name] and pilot.comes_to_region(PERIOD):
+                pilot.entered = self._admitted(name)
+                going[name] = pilot.entered
+        return going
+
+    def _admitted(self, name: str) -> bool:
+        """Ask the gate whether this robot may begin its passage while others are in theirs."""
+        inside = {n: p.chain for n, p in self.pilots.items() if n == name or p.entered}
+        rest = {n: p.rest if n in inside else p.ahead for n, p in self.pilots.items()}
+        return admits(self.standing, inside, rest)
+
+    def _clear_of_each_other(self, now: float) -> dict[str, bool]:
+        """Let robots wait that would come too near to one that has priority; priorities change when nobody can go."""
+        names = [name for name in self._first if name in self.pilots]
+        going = dict.fromkeys(names, True)
+        moving = [name for name in names if not self.pilots[name].arrived]
+        if len(names) < 2 or not moving:
+            return going
+        horizon = np.arange(1, 9) * (LOOK_AHEAD / 8)
+        least = self.mission.separation + CLEARANCE
+        held = np.stack([self.pilots[n].future(horizon, go=False) for n in names])
+        gone = np.stack([self.pilots[n].future(horizon, go=True) if n in moving else held[i] for i, n in enumerate(names)])
+        chosen = held.copy()
+        for i, name in enumerate(names):
+            if name not in moving:
+                continue
+            others = np.arange(len(names)) != i
+            away = _distance(gone[i], chosen[others])
+            stay = _distance(held[i], chosen[others])
+            # where standing still is no better, going is the way out
+            if away.min() >= least or away.min() >= stay.min():
+                chosen[i] = gone[i]
+            else:
+                going[name] = False
+        waiting = [n for n in moving if not going[n] and self.pilots[n].clock.resting]
+        self._stuck = {n: self._stuck.get(n, now) for n in waiting}
+        if waiting and len(waiting) == len(moving) and now - min(self._stuck.values()) > PATIENCE:
+            self._first = self._first[1:] + self._first[:1]
+            self._stuck = {}
+        return going
+
+    def _standing_still(self, name: str) -> Floats:
+        """Positions of the other robots that have nothing left to fly. Shape (n, 3)."""
+        still = [p.course.new[-1] for n, p in self.pilots.items() if n != name and p.arrived]
+        return np.array(still).reshape(-1, 3)
+
+    # -- who does what -------------------------------------------------------------------------------------
+
+    def _share_out(self, blocked: set[tuple[str, tuple]]) -> dict[str, Itinerary]:
+        """Return a cheapest way to share what is left, by straight lines."""
+        leg = metric(self.mission)
+        starts = {name: pilot.where for name, pilot in self.pilots.items()}
+
+        def price(robot: str, part: Itinerary) -> float:
+            if (robot, part.moves) in blocked:
+                return math.inf
+            position, total = part.where.position, 0.0
+            for move in part.moves:
+                if not move.in_place:
+                    total += leg(robot, position, move.visit.region)
+                    position = self.world.after(move).position
+            return total
+
+        def holds(parts: Mapping[str, Itinerary]) -> bool:
+            return can_finish(self.standing, {robot: part.ahead(self.world) for robot, part in parts.items()})
+
+        walker = Walker(
+            self.mission, self.world, self.reader, starts, begun=self.standing.states, takes_off=False,
+            divides=self.reader.divides, metric=leg, price=price, holds=holds, options=Options(width=WIDTH),
+        )  # fmt: skip
+        best = walker.search(lambda _sentence, _share: None)
+        if best is None:
+            raise Unsatisfiable(
+                f"What is left of the formula cannot be satisfied by {', '.join(self.pilots)} from where they are."
+                if self.steps
+                else "No sharing of the formula among these robots was found."
+            )
+        return dict(best.parts)
+
+    def _laid(self, parts: Mapping[str, Itinerary]) -> tuple[str, tuple] | None:
+        """Give robots their parts and courses; return a part that has no way, if there is one."""
+        plans = {}
+        for name, part in parts.items():
+            try:
+                plans[name] = self._plan(self.pilots[name], part)
+            except Infeasible:
+                return name, part.moves
+        for name, part in parts.items():
+            self.pilots[name].take(part, plans[name], self.rng)
+        return None
+
+    def _plan(self, pilot: Pilot, part: Itinerary) -> RobotPlan:
+        """Lay the way of one robot from where it hovers."""
+        agent = self.mission.agents[pilot.name].model_copy(update={"start": pilot.where.position})
+        here = self.mission.model_copy(update={"agents": {pilot.name: agent}})
+        word = Word((self.world.letter(pilot.where), *part.ahead(self.world)))
+        visits = part.visits if part.moves else ()
+        return route(here, pilot.name, visits, word=word)
+
+    def _switch(self, now: float) -> tuple[str, ...]:
+        """Let a part that nobody has begun change hands where that is clearly cheaper (lines 15 to 17)."""
+        if self.holding is not None:
+            return ()
+        if self._handover is None and self.steps % SWITCH_STEPS == 0:
+            self._handover = self._better_hands()
+        if self._handover is None:
+            return ()
+        giver, taker, kept = self._handover
+        one, other = self.pilots[giver], self.pilots[taker]
+        if one.entered or len(one.moves) <= kept:
+            self._handover = None  # it went on before it could stop
+            return ()
+        if not self._rests(one, now):
+            return ()
+        self._handover = None
+        self._root(one, now)
+        self._root(other, now)
+        parts = {
+            giver: Itinerary(one.where, one.moves[:kept], True),
+            taker: Itinerary(other.where, one.moves[kept:], one.leaves),
+        }
+        if self._laid(parts) is not None:
+            self.hold(f"at {now:.2f} s a part could not change hands from {giver} to {taker}")
+            return ()
+        regions = ", ".join(move.visit.region for move in parts[taker].moves)
+        return (f"At {now:.2f} s {taker} takes {regions} over from {giver}.",)
+
+    def _better_hands(self) -> tuple[str, str, int] | None:
+        """Return (giver, taker, visits that the giver keeps) for the best switch that the decomposition set allows."""
+        leg = metric(self.mission)
+        best: tuple[float, str, str, int] | None = None
+        idle = [name for name, pilot in self.pilots.items() if pilot.done and pilot.arrived]
+        for giver, pilot in self.pilots.items():
+            if pilot.entered or pilot.detour or not idle:
+                continue
+            position, letters = pilot.where.position, []
+            for kept in range(len(pilot.moves)):
+                rest = pilot.moves[kept:]
+                own = self._length(leg, giver, position, rest)
+                divided = kept >= (1 if pilot.shown else 0) and self.reader.divides(
+                    frozenset(_read(self.reader, self.standing.states, letters))
+                )
+                for taker in idle if divided else ():
+                    if self.pilots[taker].where.internal != self._internal_at(pilot, kept):
+                        continue  # it does not carry what the part needs
+                    theirs = self._length(leg, taker, self.pilots[taker].where.position, rest)
+                    gain = own - theirs
+                    if gain > SWITCH_GAIN * own and (best is None or gain > best[0]) and self._may_switch(giver, taker, kept):
+                        best = (gain, giver, taker, kept)
+                position = self.world.after(pilot.moves[kept]).position
+                letters += [*pilot.moves[kept].letters, self.world.free_letter(pilot.moves[kept].internal)]
+        return None if best is None else best[1:]
+
+    def _internal_at(self, pilot: Pilot, kept: int) -> str:
+        return pilot.moves[kept - 1].internal if kept else pilot.where.internal
+
+    def _length(self, leg: Metric, robot: str, position: Point, moves: tuple[Move, ...]) -> float:
+        total = 0.0
+        for move in moves:
+            total += leg(robot, position, move.visit.region)
+            position = self.world.after(move).position
+        return total
+
+    def _may_switch(self, giver: str, taker: str, kept: int) -> bool:
+        """Tell whether the environment lets the taker go there, and whether the team can finish after the switch."""
+        one, other = self.pilots[giver], self.pilots[taker]
+        first = one.moves[kept].visit.region
+        if first not in self.world.neighbours.get(other.where.vertex, ()):
+            return False
+        ahead = {name: pilot.ahead for name, pilot in self.pilots.items()}
+        ahead[giver] = Itinerary(one.where, one.moves[:kept], True).ahead(self.world)
+        ahead[taker] = Itinerary(other.where, one.moves[kept:], one.leaves).ahead(self.world)
+        return can_finish(self.standing, ahead)
+
+
+CLEARANCE = 0.08
+"""m that robots keep beyond the mission's separation, for what the vehicles do not follow."""
+
+MAX_ATTEMPTS = 20
+"""Ways to share what is left that are tried when some way between hoops is blocked."""
+
+WIDTH = 8
+"""Walks side by side when sharing by straight lines; they cost next to nothing."""
+
+
+def _after(standing: Standing, events: Mapping[str, Letter]) -> Standing:
+    """Return the standing after events that were seen together: in any order, in groups of a handful."""
+    names = sorted(events)
+    for first in range(0, len(names), MAX_TOGETHER):
+        standing = standing.after_all({name: events[name] for name in names[first : first + MAX_TOGETHER]})
+    return standing
+
+
+def _read(reader: Reader, states: Iterable[State], letters: Iterable[Letter]) -> set[State]:
+    found = set(states)
+    for letter in letters:
+        found = {reader.successor(state, letter) for state in found}
+    return found
+
+
+def _distance(path: Floats, others: Floats) -> Floats:
+    """Distances of a path from others at the same instants. Shapes (n, 3), (k, n, 3) to (k, n)."""
+    return np.sqrt(np.sum((others - path) ** 2, axis=-1))

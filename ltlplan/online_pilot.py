@@ -1,0 +1,290 @@
+"""One robot of an online team: what it still has to show, its course, and the searches that improve the course.
+
+A pilot knows which letters are ahead of it, which of them cannot be interrupted once begun (a passage: entering a region,
+acting there, leaving it), and when its course comes to the next region. Whether it may go there is the team's decision.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from ltlplan import online_cross_entropy as online
+from ltlplan.allocation import Itinerary, Move, Whereabouts, World
+from ltlplan.cost import Sampling, WeightedCost, cost_of
+from ltlplan.online_course import GLIDE, Clock, course_of
+from ltlplan.online_cross_entropy import OnlineSettings, OnlineState
+from ltlplan.sampled import WordFilter, word_filter
+from verify.data import Letter, Mission, RobotPlan
+
+Floats = NDArray[np.float64]
+
+AHEAD = GLIDE + 0.2
+"""s; points of the course that are nearer than this are left where they are."""
+
+INSTANT = 0.06
+"""m between the instants at which paths are sampled, about."""
+
+
+MOST_REGIONS = 12
+"""Regions on one course that sampled words can tell apart; a longer course is flown as it is."""
+
+SPREAD = 0.1
+"""m; first standard deviation of a sampled point."""
+
+BETTER = 0.004
+"""Share by which a path must be cheaper than the one that is flown, before the course changes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """When a course comes to a region, in nominal s.
+
+    Attributes:
+        enter: When the path may first be in the region, margin included.
+        centre: When it is at the centre; planned actions happen from then on.
+        leave: When it is out of the region, margin included; infinite where it stays.
+    """
+
+    enter: float
+    centre: float
+    leave: float
+
+
+class Pilot:
+    """One robot in flight. It changes as it flies; `online.OnlineTeam` drives it.
+
+    Attributes:
+        name: The robot.
+        where: Where it is in A = E x R, as it was last seen.
+        moves: Visits that are not over, the present one first.
+        shown: How many letters of the present visit it has shown.
+        leaves: Whether it flies out of its last region.
+        detour: Letters to show before the present visit's, after something unforeseen.
+        course: Its path.
+        clock: Where it is on its path.
+        entered: Whether it is committed to the present passage.
+        visit: Index of the present visit in the course's plan.
+    """
+
+    def __init__(self, mission: Mission, world: World, name: str, where: Whereabouts, settings: OnlineSettings) -> None:
+        self.mission, self.world, self.name, self.where, self.settings = mission, world, name, where, settings
+        self.moves: tuple[Move, ...] = ()
+        self.shown = 0
+        self.leaves = True
+        self.detour: tuple[Letter, ...] = ()
+        self.course = course_of(_hover(where))
+        self.clock = Clock()
+        self.entered = False
+        self.visit = 0
+        self.searches: list[OnlineState | None] = []
+        self.cost: WeightedCost = cost_of(mission, name)
+        self.sampling: Sampling | None = None
+        self.keeps: WordFilter | None = None
+        self.passages: list[Passage] = []
+        self.table: Floats = self.course.new[:1]
+        self.price = 0.0
+
+    @property
+    def ahead(self) -> tuple[Letter, ...]:
+        """The letters that it is still to show."""
+        return (*self.chain, *self.rest)
+
+    @property
+    def chain(self) -> tuple[Letter, ...]:
+        """The letters of the present passage that are still to come, up to and with the one that leaves the region."""
+        return (*self.detour, *self._letters(0)[self.shown :])
+
+    @property
+    def rest(self) -> tuple[Letter, ...]:
+        """The letters of the visits after the present one."""
+        return tuple(letter for k in range(1, len(self.moves)) for letter in self._letters(k))
+
+    @property
+    def done(self) -> bool:
+        """Whether it has nothing left to do but to fly its course to the end."""
+        return not self.moves and not self.detour
+
+    @property
+    def arrived(self) -> bool:
+        """Whether it has come to the end of its course."""
+        return self.clock.time >= self.course.duration
+
+    def _letters(self, k: int) -> tuple[Letter, ...]:
+        if k >= len(self.moves):
+            return ()
+        move = self.moves[k]
+        last = k == len(self.moves) - 1
+        return move.letters if last and not self.leaves else (*move.letters, self.world.free_letter(move.internal))
+
+    def take(self, itinerary: Itinerary, plan: RobotPlan, rng: Generator) -> None:
+        """Begin an itinerary along a plan that starts where the robot hovers."""
+        self.moves, self.leaves, self.shown, self.entered = itinerary.moves, itinerary.leaves, 0, False
+        starts_inside = itinerary.where.inside is not None
+        in_place = bool(self.moves) and self.moves[0].in_place
+        self.visit = 0 if in_place or not starts_inside else 1
+        self.detour = () if in_place or not starts_inside or not self.moves else (self.world.free_letter(self.where.internal),)
+        self.course = course_of(plan)
+        self.clock = Clock()
+        self.searches = [
+            None if not len(leg) else online.start(self.course.new[leg][None], SPREAD**2, rng, settings=self.settings)
+            for leg in self.course.legs
+        ]
+        self.sampling = self.keeps = None
+        if self.course.spline is not None:
+            metres = float(np.linalg.norm(np.diff(self.course.new, axis=0), axis=1).sum())
+            self.sampling = Sampling(self.course.spline, max(48, math.ceil(metres / INSTANT)))
+            if len({visit.region for visit in plan.visits}) <= MOST_REGIONS:
+                self.keeps = word_filter(self.mission, plan)
+        self._look()
+
+    def observe(self, letter: Letter, inside: str | None) -> bool:
+        """Take note of a new letter; return whether it was the one that was to come next."""
+        expected = self.chain[0] if self.chain else None
+        self.where = Whereabouts(self.where.position, inside, inside or self.where.vertex, self.where.internal)
+        if expected != letter:
+            return False
+        if self.detour:
+            self.detour = self.detour[1:]
+            return True
+        self.shown += 1
+        if self.shown == len(self._letters(0)):
+            self.moves, self.shown, self.entered = self.moves[1:], 0, False
+            self.visit += 1
+        return True
+
+    def surprised(self, inside: str | None) -> None:
+        """Put what an unforeseen letter makes necessary before what was planned: to leave, or to come again."""
+        free = self.world.free_letter(self.where.internal)
+        if inside is not None and self.moves and inside == self.moves[0].visit.region and self.shown:
+            return  # it is where it should be; its letter differs by what it carries, which the plan already knows
+        self.detour = (free,) if inside is not None and (self.moves or self.leaves) else ()
+        if inside is None and self.shown:
+            self.shown = 0  # it has left too early and comes again
+        self.entered = inside is not None
+
+    def wants_to_act(self) -> str | None:
+        """Return the internal state that the present visit's next action leads to, once the robot is at the centre."""
+        if self.detour or not self.moves:
+            return None
+        move = self.moves[0]
+        entering = 0 if move.in_place else 1
+        acted = self.shown - entering
+        actions = move.visit.actions
+        if not 0 <= acted < len(actions) or self.where.inside != move.visit.region:
+            return None
+        if self.visit < len(self.passages) and self.clock.time < self.passages[self.visit].centre - 1e-9:
+            return None
+        return actions[acted].target
+
+    def comes_to_region(self, dt: float) -> bool:
+        """Tell whether the robot must decide now whether to enter the next region: later it could not stop before it."""
+        if self.entered or not self.moves or self.visit >= len(self.passages):
+            return False
+        return self.clock.time + self.clock.run_on + 2 * dt >= self.passages[self.visit].enter
+
+    def future(self, horizon: NDArray[np.floating], *, go: bool) -> Floats:
+        """Return where the robot will be, m. Shape (len(horizon), 3)."""
+        if self.sampling is None:
+            return np.broadcast_to(self.table[0], (len(horizon), 3))
+        # going: at full rate from now; waiting: it runs on a little and stops
+        times = self.clock.time + (horizon if go else np.minimum(horizon, self.clock.run_on))
+        step = self.sampling.instants[1] - self.sampling.instants[0]
+        return self.table[np.clip(np.rint(times / step).astype(np.int64), 0, len(self.table) - 1)]
+
+    def search(self, now: float, rng: Generator, obstacles: Floats, separation: float) -> None:
+        """Sample one path for the leg that is being flown (or for the next that can still change) and learn from it.
+
+        The row of the leg learns from the sample among nominal neighbours, so that its costs are those of one fixed problem.
+        The course glides to the sample, or to the row's mean, where that is cheaper than what is flown now.
+
+        Args:
+            now: Flight time, s.
+            rng: Source of the sample.
+            obstacles: Robots that stand still, m. Shape (n, 3).
+            separation: m to keep from them.
+        """
+        leg = self._leg_to_search()
+        if leg is None or self.sampling is None or self.keeps is None:
+            return
+        state, indices = self.searches[leg], self.course.legs[leg]
+        assert state is not None
+        sample = online.ask(state, rng)
+        free = indices[self.course.times[indices] >= self.clock.time + (AHEAD if self.clock.time > 0 else 0.0)]
+        chosen = np.searchsorted(indices, free)
+        trial = np.repeat(self.course.new[None], 5, axis=0)
+        trial[0] = self._nominal()
+        trial[0, indices] = sample[0]
+        trial[1, free] = sample[0, chosen]
+        trial[2, free] = state.mean[0, chosen]
+        trial[3] = (trial[1] + trial[4]) / 2
+        paths = self.sampling.paths(trial)
+        costs = self.cost(paths)
+        valid = self.keeps.keeps(paths.axes(0))
+        # the half-way path stands for the glide
+        valid[1] &= valid[3]
+        if len(obstacles):
+            ahead = self.sampling.instants >= self.clock.time
+            offset = paths.axes(0)[ahead][:, :, :, None] - obstacles.T[None, :, None, :]
+            near = np.sqrt(np.sum(offset * offset, axis=1)).min(axis=(0, 2)) < separation
+            costs = np.where(near, np.inf, costs)
+        self.searches[leg] = online.tell(state, sample, costs[:1], valid[:1], settings=self.settings)
+        if self.course.gliding(now) or not len(free):
+            return
+        best = min((1, 2), key=lambda i: costs[i] if valid[i] else math.inf)
+        if valid[best] and costs[best] < costs[4] * (1 - BETTER):
+            self.course = self.course.moved(trial[best], now)
+            self._look()
+
+    def _leg_to_search(self) -> int | None:
+        """The next leg with a point that is still far enough ahead; legs take turns before take-off."""
+        open_legs = [
+            k
+            for k, leg in enumerate(self.course.legs)
+            if len(leg) and self.course.times[leg[-1]] >= self.clock.time + (AHEAD if self.clock.time > 0 else 0.0)
+        ]
+        if not open_legs:
+            return None
+        if self.clock.time > 0:
+            return open_legs[0]
+        return min(open_legs, key=lambda k: int(self.searches[k].count[0]) if self.searches[k] is not None else 0)  # pyright: ignore[reportOptionalMemberAccess]
+
+    def _nominal(self) -> Floats:
+        return np.array([w.position for w in self.course.plan.waypoints])
+
+    def _look(self) -> None:
+        """Compute what follows from the course's points: positions, passages, cost."""
+        if self.sampling is None:
+            self.table, self.passages, self.price = self.course.new[:1], [], 0.0
+            return
+        paths = self.sampling.paths(self.course.new)
+        self.table = paths.axes(0)[:, :, 0]
+        self.price = float(self.cost(paths)[0])
+        instants = self.sampling.instants
+        self.passages = []
+        for k, visit in enumerate(self.course.plan.visits):
+            region = self.mission.all_regions[visit.region]
+            centre = float(self.course.centres[k])
+            near = region.level(self.table) <= (1.0 + 1.5 * max(self.mission.margin, 0.02) / min(region.radii)) ** 2
+            at = int(np.argmin(np.abs(instants - centre)))
+            before = np.flatnonzero(~near[:at])
+            after = np.flatnonzero(~near[at:])
+            self.passages.append(
+                Passage(
+                    float(instants[before[-1]]) if len(before) else 0.0,
+                    centre,
+                    float(instants[at + after[0]]) if len(after) else math.inf,
+                )
+            )
+
+
+def _hover(where: Whereabouts) -> RobotPlan:
+    """Return the plan of a robot that stays where it is."""
+    from verify.data import Waypoint, Word
+
+    letter = frozenset() if where.inside is None else frozenset({where.inside})
+    return RobotPlan(word=Word((letter,)), waypoints=(Waypoint(position=where.position, role="start"),), times=(0.0,))
