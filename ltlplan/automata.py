@@ -1,7 +1,6 @@
 """Automata for formulas: finite ones for LTLf (2022 paper, Def. 2.2), Büchi ones for LTL (2019 paper, Def. 4).
 
-This is the only door to Spot in this package; its formulas, automata and conditions do not leave this module. Spot makes
-a small nondeterministic automaton, quickly; what must be deterministic is made so here, in `determinise`, because Spot's
+Spot, behind its door in `spot_engine`, makes a small nondeterministic automaton, quickly; what must be deterministic is made so here, in `determinise`, because Spot's
 own way can take minutes on a formula of twenty nested operators.
 """
 
@@ -15,11 +14,12 @@ from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
+from ltlplan import spot_engine
 from ltlplan.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.guards import FALSE, TRUE, Guards
-from verify.data import BadInput, Formula, Letter, MissingEngine, Word, parse_formula
+from verify.data import BadInput, Formula, Letter, Word, parse_formula
 
 if TYPE_CHECKING:
     import networkx
@@ -254,10 +254,24 @@ def small_automaton(formula: Formula, trace: Trace, *, budget: Budget = DEFAULT_
     text = formula.quoted()
     size = sum(1 for node in formula.walk() if node.operator not in ("name", "!", "true", "false", "&", "|"))
     if size <= SMALL_FORMULA and len(formula.names()) <= 2 * SMALL_FORMULA:
-        hoa = _spot_hoa(text, trace)
+        hoa = spot_engine.translate(text, trace)
     else:
-        hoa = _spot_hoa_elsewhere(text, trace, budget)
+        hoa = _translate_elsewhere(text, trace, budget)
     return read_hoa(hoa, trace=trace)
+
+
+def _translate_elsewhere(text: str, trace: Trace, budget: Budget) -> str:
+    """Translate in a process that can be ended."""
+    request = json.dumps({"formula": text, "trace": trace, "bytes": budget.megabytes * 2**20, "seconds": budget.seconds})
+    command = [sys.executable, "-I", spot_engine.__file__]
+    try:
+        done = subprocess.run(command, input=request, capture_output=True, text=True, timeout=budget.seconds + 2, check=False)
+    except subprocess.TimeoutExpired:
+        raise TooLarge("Translating the formula takes", int(budget.seconds), "s", int(budget.seconds)) from None
+    if done.returncode != 0 or not done.stdout.startswith("HOA"):
+        spot_engine.engine()  # says so if Spot itself is missing
+        raise TooLarge("Translating the formula takes", budget.megabytes, f"MB or {budget.seconds:g} s", budget.megabytes)
+    return done.stdout
 
 
 def read_hoa(text: str, *, trace: Trace) -> Automaton:
@@ -270,30 +284,15 @@ def read_hoa(text: str, *, trace: Trace) -> Automaton:
     Raises:
         BadInput: It is not in that format; for finite words: acceptance is not on states.
     """
-    spot = _spot()
-    try:
-        automaton = spot.automaton(text if text.endswith("\n") else text + "\n")
-    except (SyntaxError, RuntimeError, StopIteration, ValueError) as error:
-        reason = (str(error).splitlines() or ["there is no automaton in it"])[0]
-        raise BadInput(f"This is no automaton in HOA format: {reason}") from None
-    if trace == "infinite" and not (automaton.acc().is_buchi() and automaton.prop_state_acc().is_true()):
-        automaton = spot.postprocess(automaton, "buchi", "sbacc", "small")
-    if automaton.acc().is_t() and trace == "finite":
-        accepting = set(range(automaton.num_states()))
-    elif not automaton.acc().is_buchi():
-        raise BadInput(f"Its acceptance is {automaton.get_acceptance()}; an automaton on finite words needs `1 Inf(0)`.")
-    elif not automaton.prop_state_acc().is_true() and trace == "finite":
-        raise BadInput("An automaton on finite words needs its acceptance on states, not on transitions.")
-    else:
-        accepting = {state for state in range(automaton.num_states()) if automaton.state_is_accepting(state)}
-    names = tuple(sorted(str(p.ap_name()) for p in automaton.ap()))
-    guards = Guards(names)
-    by_variable = {automaton.register_ap(p): str(p.ap_name()) for p in automaton.ap()}
-    memo: dict[int, int] = {}
-    edges: list[list[tuple[int, int]]] = [[] for _ in range(automaton.num_states())]
-    for edge in automaton.edges():
-        edges[edge.src].append((_condition(edge.cond, guards, by_variable, memo), int(edge.dst)))
-    return trimmed(trace, guards, edges, int(automaton.get_init_state_number()), accepting)
+    plain = spot_engine.read_hoa(text, trace)
+    guards = Guards(plain.names)
+    conditions = [FALSE, TRUE]
+    for name, low, high in plain.conditions:
+        conditions.append(guards.condition(name, conditions[low], conditions[high]))
+    edges: list[list[tuple[int, int]]] = [[] for _ in range(plain.size)]
+    for source, target, condition in plain.edges:
+        edges[source].append((conditions[condition], target))
+    return trimmed(trace, guards, edges, plain.initial, plain.accepting)
 
 
 def trimmed(
@@ -385,66 +384,3 @@ def _hoa_label(guards: Guards, guard: int) -> str:
 
     text = numbers.text(copied(guard))
     return {"true": "t", "false": "f"}.get(text, text)
-
-
-# Spot's own values are untyped; `Any` stands for them below this line.
-
-
-def _spot() -> Any:
-    try:
-        import spot
-    except ImportError:
-        raise MissingEngine(
-            "Planning from formulas needs Spot: `pip install spottl` (Linux x86-64) or `conda install -c conda-forge spot`."
-        ) from None
-    return spot
-
-
-def _spot_hoa(text: str, trace: Trace) -> str:
-    """Translate a quoted formula with Spot; return HOA."""
-    spot = _spot()
-    formula = spot.formula(text)
-    private = spot.make_bdd_dict()
-    if trace == "finite":
-        found = spot.translate(spot.from_ltlf(formula), "small", "buchi", "sbacc", "low", dict=private)
-        return str(spot.to_finite(found).to_str("hoa"))
-    return str(spot.translate(formula, "deterministic", "buchi", "sbacc", dict=private).to_str("hoa"))
-
-
-def _spot_hoa_elsewhere(text: str, trace: Trace, budget: Budget) -> str:
-    """Translate in a process that can be ended."""
-    request = json.dumps({"formula": text, "trace": trace, "bytes": budget.megabytes * 2**20, "seconds": budget.seconds})
-    command = [sys.executable, "-c", "from ltlplan.automata import _serve; _serve()"]
-    try:
-        done = subprocess.run(command, input=request, capture_output=True, text=True, timeout=budget.seconds + 5, check=False)
-    except subprocess.TimeoutExpired:
-        raise TooLarge("Translating the formula takes", int(budget.seconds) + 1, "s", int(budget.seconds)) from None
-    if done.returncode != 0 or not done.stdout.startswith("HOA"):
-        raise TooLarge("Translating the formula takes", budget.megabytes, f"MB or {budget.seconds:g} s:", budget.megabytes)
-    return done.stdout
-
-
-def _serve() -> None:
-    """Translate the request on standard input within its budget; the other end of `_spot_hoa_elsewhere`."""
-    import resource
-
-    request = json.load(sys.stdin)
-    resource.setrlimit(resource.RLIMIT_AS, (request["bytes"], request["bytes"]))
-    seconds = int(request["seconds"]) + 1
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
-    sys.stdout.write(_spot_hoa(request["formula"], request["trace"]))
-
-
-def _condition(bdd: Any, guards: Guards, names: dict[int, str], memo: dict[int, int]) -> int:
-    """Copy one of Spot's conditions into our table, whatever the order of its variables."""
-    import buddy  # type: ignore[import-not-found]  # comes with Spot, without types
-
-    key = int(bdd.id())
-    if key <= 1:
-        return key
-    found = memo.get(key)
-    if found is None:
-        low = _condition(buddy.bdd_low(bdd), guards, names, memo)
-        high = _condition(buddy.bdd_high(bdd), guards, names, memo)
-        found = memo[key] = guards.condition(names[int(buddy.bdd_var(bdd))], low, high)
-    return found
