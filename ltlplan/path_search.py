@@ -62,7 +62,7 @@ class PathProblem:
         """
         place = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.nominal, axis=0), axis=1))])[self.free]
         kernel = 0.9 * np.exp(-0.5 * ((place[:, None] - place) / reach) ** 2) + 0.1 * np.eye(len(place))
-        return spread**2 * np.kron(kernel, np.eye(3))
+        return np.asarray(spread**2 * np.kron(kernel, np.eye(3)), dtype=np.float64)
 
     def points(self, candidates: Floats) -> Floats:
         """Return all points of each candidate's path. Shape (samples, 3 n) to (samples, points, 3)."""

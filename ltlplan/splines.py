@@ -33,7 +33,7 @@ def _hermite() -> Floats:
             factor = float(np.prod(np.arange(power - order + 1, power + 1))) if power >= order else 0.0
             rows[order, power] = factor if power == order else 0.0
             rows[ORDERS + order, power] = factor
-    return np.linalg.inv(rows)
+    return np.asarray(np.linalg.inv(rows), dtype=np.float64)
 
 
 _HERMITE = _hermite()
@@ -69,7 +69,7 @@ class Spline:
     @property
     def durations(self) -> Floats:
         """Length of each piece, s. Shape (points - 1,)."""
-        return np.diff(self.times)
+        return self.times[1:] - self.times[:-1]
 
     @cached_property
     def coefficients(self) -> Floats:

@@ -14,9 +14,10 @@ from verify.data.vehicle import load_vehicle
 def course(rng: np.random.Generator, hoops: int, passages: int, *, cycle: bool = False) -> Mission | None:
     """Return a random course in a box of 4 x 4 x 2.5 m, or None where its draw breaks a rule of missions."""
     low, high = np.array([-2.0, -2.0, 0.3]), np.array([2.0, 2.0, 2.5])
+    margin = np.array([0.6, 0.6, 0.5])
     centres: list[np.ndarray] = []
     while len(centres) < hoops:
-        centre = rng.uniform(low + [0.6, 0.6, 0.5], high - [0.6, 0.6, 0.5])
+        centre = rng.uniform(low + margin, high - margin)
         if all(np.linalg.norm(centre - other) > 1.0 for other in centres):
             centres.append(centre)
     table = {

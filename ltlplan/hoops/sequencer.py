@@ -11,23 +11,19 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.cost import cost_of, plan_cost
-from ltlplan.hoops.avoid import avoid
 from ltlplan.hoops.clearance import Conflict, Room, conflicts, room
-from ltlplan.hoops.control_points import control_points
-from ltlplan.hoops.primitives import Primitive, choose
-from ltlplan.hoops.sides import Directions, Side, choose_sides
+from ltlplan.hoops.legs import Legs, Stop, holds, hoop_axes, primitives_between
+from ltlplan.hoops.primitives import Primitive
+from ltlplan.hoops.sides import Directions, choose_sides
 from ltlplan.splines import Spline
 from ltlplan.systems import word_of
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Visit, Waypoint, Word
 from verify.data.errors import did_you_mean
-from verify.data.mission import Hoop
-from verify.data.plan import Role
 
 Floats = NDArray[np.float64]
 
@@ -40,27 +36,6 @@ _RAMPS = 1.0
 """s, at most, that the first and last segment take longer, from and to rest."""
 _HOVER = 1.0
 """s; nominal length of a cycle that only hovers."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Stop:
-    """One waypoint with what belongs to the segment that leads to it.
-
-    Attributes:
-        position: m. Shape (3,).
-        role: Which control point it is.
-        region: The hoop or region that it belongs to.
-        visit: Index of the visit that it serves.
-        permitted: Regions that the segment to this point may enter.
-        axes: Frame of the hoop in which the segment is measured, as columns; None where there is no hoop. Shape (3, 3).
-    """
-
-    position: Floats
-    role: Role
-    region: str | None = None
-    visit: int | None = None
-    permitted: frozenset[str] = frozenset()
-    axes: Floats | None = None
 
 
 class SplineBlocked(Infeasible):
@@ -119,10 +94,14 @@ def route(
     if word is None:
         leaves = mission.agents[robot].end is not None and cycle_visit is None and not _ends_at_last(mission, robot, visits)
         word = word_of(mission, robot, visits, cycle_visit, stays=False if leaves else None)
+    visits = tuple(visits)
+    if cycle_visit == 0 and visits and holds(mission, np.array(mission.agents[robot].start), visits[0].region):
+        # the lap would begin where the robot hovers at the start: it begins with the second visit instead
+        visits, cycle_visit = (*visits, visits[0]), 1
     problem: Infeasible | None = None
     for slack in _SLACKS:
         try:
-            return _route(mission, robot, tuple(visits), cycle_visit, directions or mission.planner.directions, word, slack)
+            return _route(mission, robot, visits, cycle_visit, directions or mission.planner.directions, word, slack)
         except Infeasible as error:
             problem = problem or error
     assert problem is not None
@@ -148,8 +127,8 @@ def route_sequence(mission: Mission) -> RobotPlan:
 
 def segments(mission: Mission, plan: RobotPlan) -> tuple[Primitive, ...]:
     """Return the primitive of each segment between a plan's waypoints, for drawings and tables."""
-    stops = [Stop(np.array(w.position), w.role, w.region, axes=_axes(mission, w.region)) for w in plan.waypoints]
-    return tuple(_primitives(stops))
+    stops = [Stop(np.array(w.position), w.role, w.region, axes=hoop_axes(mission, w.region)) for w in plan.waypoints]
+    return tuple(primitives_between(stops))
 
 
 def _route(
@@ -162,12 +141,10 @@ def _route(
     slack: float,
 ) -> RobotPlan:
     where = room(mission, slack)
-    inside_last = _ends_inside(mission, robot, visits, cycle_visit, word)
-    builder = _Builder(mission, robot, visits, where, inside_last)
-    sides = choose_sides(
-        mission, builder.start, visits, cycle_visit, builder.length, directions, builder.begins_inside, inside_last
-    )
-    stops, cycle = builder.stops(sides, cycle_visit)
+    inside_last = _endsholds(mission, robot, visits, cycle_visit, word)
+    legs = Legs(mission, robot, visits, where, inside_last)
+    sides = choose_sides(mission, legs.start, visits, cycle_visit, legs.length, directions, legs.begins_inside, inside_last)
+    stops, cycle = legs.stops(sides, cycle_visit)
     stops, times = _repaired(stops, cycle, where, mission.planner.speed)
     if cycle_visit == len(visits):
         stops, times, cycle = [*stops, stops[-1]], [*times, times[-1] + _HOVER], len(stops) - 1
@@ -182,150 +159,9 @@ def _route(
     return plan.model_copy(update={"cost": plan_cost(plan, cost_of(mission, robot))})
 
 
-class _Builder:
-    """The stops of one robot's way, leg by leg."""
-
-    def __init__(self, mission: Mission, robot: str, visits: tuple[Visit, ...], where: Room, inside_last: bool) -> None:
-        self.mission, self.visits, self.where, self.inside_last = mission, visits, where, inside_last
-        agent = mission.agents[robot]
-        self.start = np.array(agent.start)
-        self.end = None if agent.end is None else np.array(agent.end)
-        self.start_regions = frozenset(n for n, o in where.obstacles.items() if o.holds(self.start))
-        self.begins_inside = bool(visits) and _inside(mission, self.start, visits[0].region)
-        self._legs: dict[tuple[int, Side, int, Side], list[Stop]] = {}
-
-    def length(self, i: int, left: Side, j: int, entered: Side) -> float:
-        """Length of the leg from one visit to the next by its primitives, in m."""
-        first, exit_from = self._exit(i, left)
-        stops = [*([] if exit_from is None else [exit_from]), first, *self._leg(i, left, j, entered)]
-        return sum(p.length for p in _primitives(stops)[0 if exit_from is None else 1 :])
-
-    def stops(self, sides: Sequence[Side], cycle_visit: int | None) -> tuple[list[Stop], int | None]:
-        """Return all stops and the index of the stop where the cycle begins, if there is one."""
-        stops = [Stop(self.start, "start", visit=0 if self.begins_inside else None)]
-        cycle: int | None = None
-        closing = cycle_visit is not None and cycle_visit < len(self.visits)
-        for i, side in enumerate(sides):
-            if i == 0 and self.begins_inside and side is None:
-                continue
-            left = sides[i - 1] if i else None
-            leg = self._leg(i - 1, left, i, side)
-            stops += leg
-            if closing and i == cycle_visit:
-                cycle = len(stops) - 1 if side is not None else len(stops) - 2
-            stops += self._passage(i, side)
-        if closing and cycle is not None and cycle_visit is not None:
-            leg = self._leg(len(sides) - 1, sides[-1], cycle_visit, sides[cycle_visit])
-            stops += leg if sides[cycle_visit] is not None else leg[:-1]
-        elif self.end is not None:
-            stops += self._to_end(len(sides) - 1, sides[-1] if sides else None)
-        return stops, cycle
-
-    def _exit(self, i: int, side: Side) -> tuple[Stop, Stop | None]:
-        """Return where visit i is left, and the point before that."""
-        if i < 0:
-            return Stop(self.start, "start"), None
-        name = self.visits[i].region
-        region = self.mission.all_regions[name]
-        if side is None or not isinstance(region, Hoop):
-            return Stop(np.array(region.center), "centre", name, i), None
-        points = control_points(region)
-        return Stop(points.ends(side)[1], "front", name, i, axes=points.frame), Stop(points.centre, "centre", name, i)
-
-    def _leg(self, i: int, left: Side, j: int, entered: Side) -> list[Stop]:
-        """Return the stops after visit i up to the first stop of visit j (its entry, or its centre)."""
-        key = (i, left, j, entered)
-        if key not in self._legs:
-            name = self.visits[j].region
-            region = self.mission.all_regions[name]
-            axes = _axes(self.mission, name)
-            if entered is not None and isinstance(region, Hoop):
-                target = Stop(
-                    control_points(region).ends(entered)[0], "rear" if entered == "F" else "front", name, j, axes=axes
-                )
-            else:
-                target = Stop(np.array(region.center), "centre", name, j, frozenset({name}))
-            if np.allclose(self._exit(i, left)[0].position, target.position, atol=1e-9):
-                self._legs[key] = []  # turned about where the last passage ended
-            else:
-                self._legs[key] = self._way(i, left, target)
-                if target.role == "centre":
-                    self._legs[key] = self._with_gate(self._exit(i, left)[0].position, self._legs[key])
-        return self._legs[key]
-
-    def _with_gate(self, origin: Floats, leg: list[Stop]) -> list[Stop]:
-        """Put a point before a region's centre, clear of the region, on the last straight piece: a lap begins there."""
-        target = leg[-1]
-        before = leg[-2].position if len(leg) > 1 else origin
-        obstacle = self.where.obstacles[str(target.region)]
-        line = before - target.position
-        level = float(line @ obstacle.matrix @ line)
-        if level <= obstacle.level * 1.2:
-            return leg
-        gate = target.position + line * min(1.0, (obstacle.level * 1.1 / level) ** 0.5)
-        permitted = target.permitted if len(leg) == 1 else frozenset()
-        source = leg[-1].permitted - target.permitted
-        return [
-            *leg[:-1],
-            Stop(gate, "via", target.region, target.visit, source | (permitted & source)),
-            replace(target, permitted=target.permitted),
-        ]
-
-    def _way(self, i: int, left: Side, target: Stop) -> list[Stop]:
-        """Return detours and target; first and last segment may also be in the regions that they leave and reach."""
-        origin = self._exit(i, left)[0]
-        leaves = self.start_regions if i < 0 else frozenset({self.visits[i].region} if left is None else ())
-        reaches = frozenset(target.permitted)
-        points = avoid(self.mission, self.where, origin.position, target.position, leaves | reaches)
-        way = [
-            Stop(p.position, p.role, p.region, None, leaves if k == 0 else frozenset(), _axes(self.mission, p.region))
-            for k, p in enumerate(points)
-        ]
-        return [*way, replace(target, permitted=reaches | (leaves if not way else frozenset()))]
-
-    def _passage(self, i: int, side: Side) -> list[Stop]:
-        if side is None:
-            return []
-        name = self.visits[i].region
-        region = self.mission.all_regions[name]
-        assert isinstance(region, Hoop)
-        points = control_points(region)
-        through = frozenset({name})
-        return [
-            Stop(points.centre, "centre", name, i, through, points.frame),
-            Stop(points.ends(side)[1], "front" if side == "F" else "rear", name, i, through, points.frame),
-        ]
-
-    def _to_end(self, i: int, left: Side) -> list[Stop]:
-        assert self.end is not None
-        if self.inside_last or np.allclose(self._exit(i, left)[0].position, self.end, atol=1e-9):
-            return []
-        inside = [n for n, o in self.where.obstacles.items() if o.holds(self.end)]
-        stay = frozenset({self.visits[i].region} if i >= 0 and left is None else ())
-        if set(inside) - stay - self.start_regions:
-            raise BadInput(
-                f"The end waypoint {list(map(float, self.end))} lies in or at '{inside[0]}', which is not visited last."
-            )
-        return self._way(i, left, Stop(self.end, "end", permitted=stay & frozenset(inside)))
-
-
-def _primitives(stops: Sequence[Stop]) -> list[Primitive]:
-    """Return the primitive of each segment between stops."""
-    result = []
-    for i in range(1, len(stops)):
-        previous = stops[i - 2].position if i > 1 else None
-        axes = stops[i].axes
-        if axes is None:
-            chord = stops[i].position - stops[i - 1].position
-            result.append(Primitive("STRAIGHT", float(np.linalg.norm(chord))))
-        else:
-            result.append(choose(previous, stops[i - 1].position, stops[i].position, axes))
-    return result
-
-
 def _times(stops: Sequence[Stop], speed: float, ramp: float, *, lasso: bool) -> list[float]:
     """Return nominal times: each segment takes its primitive's length over the speed; `ramp` s more from and to rest."""
-    spans = [primitive.time(speed) for primitive in _primitives(stops)]
+    spans = [primitive.time(speed) for primitive in primitives_between(stops)]
     spans[0] += ramp
     spans[-1] += 0.0 if lasso else ramp
     return [0.0, *(float(t) for t in np.cumsum(spans))]
@@ -343,6 +179,7 @@ def _repaired(stops: list[Stop], cycle: int | None, where: Room, speed: float) -
     if len(stops) == 1:
         return stops, [0.0]
     ramp = 0.0
+    found: list[Conflict] = []
     for _ in range(_REPAIRS):
         times = _times(stops, speed, ramp, lasso=cycle is not None)
         spline = Spline(times, cycle)
@@ -375,7 +212,7 @@ def _divided(stops: list[Stop], found: Sequence[Conflict]) -> list[Stop]:
     return result
 
 
-def _ends_inside(mission: Mission, robot: str, visits: Sequence[Visit], cycle_visit: int | None, word: Word) -> bool:
+def _endsholds(mission: Mission, robot: str, visits: Sequence[Visit], cycle_visit: int | None, word: Word) -> bool:
     """Tell whether the flight ends (or its hovering cycle is) in the last visit's region."""
     if not visits or (cycle_visit is not None and cycle_visit < len(visits)) or visits[-1].direction is not None:
         return False
@@ -387,16 +224,7 @@ def _ends_inside(mission: Mission, robot: str, visits: Sequence[Visit], cycle_vi
 def _ends_at_last(mission: Mission, robot: str, visits: Sequence[Visit]) -> bool:
     """Tell whether the robot's end waypoint lies in the region that it visits last."""
     end = mission.agents[robot].end
-    return end is not None and bool(visits) and _inside(mission, np.array(end), visits[-1].region)
-
-
-def _inside(mission: Mission, point: Floats, region: str) -> bool:
-    return bool(mission.all_regions[region].level(point) <= 1.0)
-
-
-def _axes(mission: Mission, region: str | None) -> Floats | None:
-    hoop = mission.hoops.get(region or "")
-    return None if hoop is None else control_points(hoop).frame
+    return end is not None and bool(visits) and holds(mission, np.array(end), visits[-1].region)
 
 
 def _check(mission: Mission, robot: str, visits: Sequence[Visit], cycle_visit: int | None) -> None:

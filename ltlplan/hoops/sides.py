@@ -87,15 +87,17 @@ def _nearest(mission: Mission, start: Floats, visits: Sequence[Visit], options: 
 
 
 def _cheapest(options: list[list[Side]], cycle_visit: int | None, cost: Cost) -> list[Side]:
-    closing = cycle_visit is not None and cycle_visit < len(options)
+    first = cycle_visit if cycle_visit is not None and cycle_visit < len(options) else None
+    anchors: list[Side] = [None] if first is None else options[first]
     best: tuple[float, list[Side]] | None = None
     problem: Blocked | None = None
-    for anchor in options[cycle_visit] if closing and cycle_visit is not None else [None]:
-        table: dict[Side, tuple[float, list[Side]]] = {}
+    for anchor in anchors:
+        table: dict[Side, tuple[float, list[Side]]] = {None: (0.0, [])}
         for i, sides in enumerate(options):
             following: dict[Side, tuple[float, list[Side]]] = {}
-            for side in [anchor] if closing and i == cycle_visit else sides:
-                for previous, (total, taken) in table.items() if i else [(None, (0.0, []))]:
+            open_sides: list[Side] = [anchor] if i == first else sides
+            for side in open_sides:
+                for previous, (total, taken) in table.items():
                     try:
                         candidate = total + cost(i - 1, previous, i, side)
                     except Blocked as error:
@@ -106,9 +108,7 @@ def _cheapest(options: list[list[Side]], cycle_visit: int | None, cost: Cost) ->
             table = following
         for side, (total, taken) in table.items():
             try:
-                closed = total + (
-                    cost(len(options) - 1, side, cycle_visit, anchor) if closing and cycle_visit is not None else 0.0
-                )
+                closed = total if first is None else total + cost(len(options) - 1, side, first, anchor)
             except Blocked as error:
                 problem = error
                 continue

@@ -1,3 +1,4 @@
+import itertools
 import math
 
 import numpy as np
@@ -335,7 +336,7 @@ def test_avoid_takes_the_nearer_point_and_several_in_a_row():
     assert sides == ["h1", "h2"]
     assert all(p.position[1] < 0 for p in points)  # the nearer side
     stops = [start, *(p.position for p in points), end]
-    assert all(blocked(a, b, room(mission)) is None for a, b in zip(stops, stops[1:], strict=False))
+    assert all(blocked(a, b, room(mission)) is None for a, b in itertools.pairwise(stops))
 
 
 def test_a_hoop_whose_both_sides_are_blocked_is_refused_by_name():
@@ -400,3 +401,59 @@ def test_a_hoop_named_twice_is_refused():
 def test_the_same_mission_gives_the_same_plan():
     ((mission, plan),) = courses(seed=2, count=1)
     assert route_sequence(mission) == plan
+
+
+# Lassos over regions, and flights that begin or end inside one
+
+REGIONS = """
+format: 1
+name: regions
+spec: {{formula: G F a & G F b, trace: infinite}}
+regions:
+  a: {{center: [0, 0, 1], radii: [0.3, 0.2, 0.2]}}
+  b: {{center: [1, 0.5, 1], radii: [0.2, 0.2, 0.2]}}
+agents: {{quad0: {{start: {start}}}}}
+vehicle: crazyflie-2.1
+workspace: {{min: [-2, -2, 0.2], max: [2, 2, 2]}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("start", "names", "cycle", "entered"),
+    [
+        ("[-1, 0, 1]", ["a", "b"], 0, ["a", "b"]),
+        ("[-1, 0, 1]", ["a"], 0, ["a"]),
+        ("[-1, 0, 1]", ["a", "a", "b"], 1, ["a", "a", "b"]),
+        ("[-1, 0, 1]", ["a", "b"], 2, ["a", "b"]),
+        ("[0.1, 0, 1]", ["a", "b"], 0, ["a", "b", "a"]),
+        ("[0.1, 0, 1]", ["a"], 0, ["a", "a"]),
+    ],
+)
+def test_a_lasso_over_regions_repeats_its_cycles_first_waypoint_in_free_flight(start, names, cycle, entered):
+    mission = parse_mission(REGIONS.format(start=start))
+    plan = route(mission, "quad0", [Visit(region=n) for n in names], cycle)
+    trajectory, _, path = path_of(plan)
+    assert [v.region for v in plan.visits] == entered
+    assert stays(mission, path) == entered
+    first, last = plan.waypoints[plan.cycle_waypoint], plan.waypoints[-1]
+    assert last.position == first.position
+    if cycle < len(names):  # a lap begins outside every region, so that its visits are whole
+        assert all(region.level(np.array(first.position)) > 1 for region in mission.all_regions.values())
+    lap = trajectory.flattened(3)
+    again = lap.evaluate(np.linspace(0, lap.duration, 6000))[:, :3]
+    once = entered[plan.cycle_visit :] if plan.cycle_visit < len(entered) else []
+    assert stays(mission, again) == entered + 2 * once
+
+
+def test_an_end_inside_the_last_region_is_reached_and_elsewhere_refused():
+    text = REGIONS.format(start="[-1, 0, 1]").replace("G F a & G F b, trace: infinite", "F a")
+    mission = parse_mission(text.replace("start: [-1, 0, 1]", "start: [-1, 0, 1], end: [0.1, 0, 1]"))
+    plan = route(mission, "quad0", [Visit(region="a")])
+    assert plan.waypoints[-1].position == (0.1, 0.0, 1.0)
+    assert "a" in plan.word.letters[-1]
+    with pytest.raises(BadInput, match="lies in or at 'a'"):
+        route(mission, "quad0", [Visit(region="b")])
+    outside = parse_mission(text.replace("start: [-1, 0, 1]", "start: [-1, 0, 1], end: [-1, 1, 1]"))
+    plan = route(outside, "quad0", [Visit(region="a")])
+    assert plan.waypoints[-1].position == (-1.0, 1.0, 1.0)
+    assert plan.word.letters[-1] == frozenset()
