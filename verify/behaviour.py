@@ -22,12 +22,13 @@ from verify.lassos import BrokenRun, find_broken_run, search_run
 from verify.progression import Normal, OutOfBudget, conjuncts, normal_form, to_formula
 from verify.robot_behaviour import RobotBehaviour, cut_timeline, from_timeline
 from verify.semantics import satisfies
-from verify.team_graph import JointGraph, Look, OwnGraph, TeamGraph
+from verify.team_graph import JointGraph, Look, OwnGraph
 from verify.timeline import Relations, Timeline
 from verify.transitions import judge_transitions
 from verify.vacuity import implications
 from verify.verdict import TEAM, Verdict
 from verify.verdict import Reading as TeamLetter
+from verify.waits import mending_waits
 
 __all__ = ["judge_formula", "judge_transitions"]
 
@@ -119,7 +120,7 @@ class _Judge:
             raise BadInput("An infinite trace belongs to one robot; a team needs a finite trace.")
         return find_broken_run(robots[0], part, self.budget)
 
-    def _graph(self, robots: Sequence[RobotBehaviour]) -> TeamGraph:
+    def _graph(self, robots: Sequence[RobotBehaviour]) -> OwnGraph | JointGraph:
         timed = self.times == "timed"
         if self.mission.spec.team == "joint":
             return JointGraph(robots, timed=timed, clock_error=self.clock_error)
@@ -160,7 +161,9 @@ class _Judge:
             None if at is None else float(spans[at][0]),
             robot=None if at is None or looks[at].robot is None else names[at],
             times=tuple((float(low), float(high)) for low, high in spans),
-            order=(),
+            order=mending_waits(self.mission.formula, self.mission.spec.team, self.timelines)
+            if len(self.timelines) > 1
+            else (),
         )
 
     def _explain(self, word: Word, where: Where) -> Reason:

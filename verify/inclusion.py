@@ -7,6 +7,7 @@ of the negated formula. The two must agree.
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -15,7 +16,7 @@ from verify.data.errors import InternalError
 from verify.data.word import Letter
 from verify.progression import SETTLED, Automaton, Normal, OutOfBudget
 from verify.spot_opinion import LetterGraph, some_word_breaks
-from verify.team_graph import Look, TeamGraph
+from verify.team_graph import JointGraph, Look, OwnGraph, TeamGraph
 
 DEFAULT_BUDGET = 400_000
 """Configurations (of team and formula together) that one conjunct of a formula may take."""
@@ -85,14 +86,35 @@ def find_broken(graph: TeamGraph, normal: Normal, budget: int = DEFAULT_BUDGET) 
     return None
 
 
-def holds_for_all(graph: TeamGraph, normal: Normal, budget: int = DEFAULT_BUDGET) -> Broken | None:
+def holds_for_all(graph: OwnGraph | JointGraph, normal: Normal, budget: int = DEFAULT_BUDGET) -> Broken | None:
     """Return a shortest team word that breaks the formula, or None, with Spot's agreement.
+
+    Flights whose times differ but whose events can come in the same orders have the same team words: an answer is
+    kept for them, which is what makes the search for the largest margin quick.
 
     Raises:
         OutOfBudget: More than `budget` configurations were met.
         InternalError: The two answers differ, or there is no word at all: a bug of ours.
         MissingEngine: Spot is not there to be asked.
     """
+    signature = graph.signature()
+    if signature is None:
+        return _decided(graph, normal, budget)
+    key = (normal, signature, budget)
+    if key in _ANSWERS:
+        _ANSWERS.move_to_end(key)
+        return _ANSWERS[key]
+    answer = _ANSWERS[key] = _decided(graph, normal, budget)
+    while len(_ANSWERS) > _KEPT:
+        _ANSWERS.popitem(last=False)
+    return answer
+
+
+_KEPT = 256
+_ANSWERS: OrderedDict[Hashable, Broken | None] = OrderedDict()
+
+
+def _decided(graph: TeamGraph, normal: Normal, budget: int) -> Broken | None:
     broken = find_broken(graph, normal, budget)
     theirs = some_word_breaks(letter_graph(graph, normal.propositions, budget), normal)
     if theirs != (broken is not None):

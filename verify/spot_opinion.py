@@ -8,6 +8,7 @@ from __future__ import annotations
 import importlib
 import warnings
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from verify.data.errors import MissingEngine
@@ -47,12 +48,10 @@ def some_word_breaks(graph: LetterGraph, normal: Normal) -> bool:
     """
     spot, buddy = _engine()
     names = _renamed(normal)
-    alive = _ALIVE
-    negation = spot.formula.Not(_formula(spot, normal, names))
-    bad = spot.translate(spot.from_ltlf(negation, alive), "any", "low")
+    bad = _negation(normal, finite=True)
     team = spot.make_twa_graph(bad.get_dict())
     variables = {name: buddy.bdd_ithvar(team.register_ap(text)) for name, text in names.items()}
-    living = buddy.bdd_ithvar(team.register_ap(alive))
+    living = buddy.bdd_ithvar(team.register_ap(_ALIVE))
     team.set_buchi()
     team.new_states(graph.states + 1)
     team.set_init_state(0)
@@ -78,7 +77,7 @@ def some_run_breaks(graph: LetterGraph, normal: Normal) -> bool:
     """
     spot, buddy = _engine()
     names = _renamed(normal)
-    bad = spot.translate(spot.formula.Not(_formula(spot, normal, names)), "any", "low")
+    bad = _negation(normal, finite=False)
     team = spot.make_twa_graph(bad.get_dict())
     variables = {name: buddy.bdd_ithvar(team.register_ap(text)) for name, text in names.items()}
     team.set_buchi()
@@ -101,6 +100,14 @@ def _engine() -> tuple[Any, Any]:
             "`conda install -c conda-forge spot` elsewhere."
         ) from None
     return spot, buddy
+
+
+@lru_cache(maxsize=128)
+def _negation(normal: Normal, *, finite: bool) -> Any:
+    """Return Spot's automaton for the words that break the formula."""
+    spot, _ = _engine()
+    negation = spot.formula.Not(_formula(spot, normal, _renamed(normal)))
+    return spot.translate(spot.from_ltlf(negation, _ALIVE) if finite else negation, "any", "low")
 
 
 def _renamed(normal: Normal) -> dict[str, str]:

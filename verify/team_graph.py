@@ -65,6 +65,11 @@ class _Clock:
         self.low = [[rank[low - clock_error] for low, _ in robot.spans] for robot in robots]
         self.high = [[rank[high + clock_error] for _, high in robot.spans] for robot in robots]
 
+    def signature(self, robots: Sequence[RobotBehaviour]) -> Hashable:
+        """Return all that the team words depend on: equal signatures, equal words."""
+        shape = tuple((r.letters, r.following, r.initial, r.final) for r in robots)
+        return shape, (tuple(map(tuple, self.low)), tuple(map(tuple, self.high))) if self.timed else None
+
     def allows(self, nodes: tuple[int, ...], robot: int, target: int) -> bool:
         """Tell whether one robot can be at `target` while the others stay where they are."""
         if not self.timed:
@@ -112,6 +117,10 @@ class OwnGraph:
         self.permitted = permitted
         self.all_read = (1 << len(self.robots)) - 1
 
+    def signature(self) -> Hashable:
+        """Return all that the team words depend on; None where something else limits them."""
+        return None if self.permitted is not None else (self.each_node, self.clock.signature(self.robots))
+
     def initial(self) -> Iterator[Step]:
         """Yield every way to begin."""
         for nodes in _product([robot.initial for robot in self.robots]):
@@ -147,13 +156,25 @@ class OwnGraph:
 class JointGraph:
     """Team words whose positions are the union of what all robots hold; changes at one instant in any combination."""
 
-    def __init__(self, robots: Sequence[RobotBehaviour], *, timed: bool, clock_error: Fraction = Fraction(0)) -> None:
+    def __init__(
+        self,
+        robots: Sequence[RobotBehaviour],
+        *,
+        timed: bool,
+        clock_error: Fraction = Fraction(0),
+        permitted: Callable[[tuple[int, ...]], bool] | None = None,
+    ) -> None:
         self.robots = tuple(robots)
         self.clock = _Clock(self.robots, timed=timed, clock_error=clock_error)
+        self.permitted = permitted
 
     def _look(self, nodes: tuple[int, ...]) -> Look:
         letters = (robot.letters[n] for n, robot in zip(nodes, self.robots, strict=True))
         return Look(None, frozenset().union(*letters), nodes)
+
+    def signature(self) -> Hashable:
+        """Return all that the team words depend on; None where something else limits them."""
+        return None if self.permitted is not None else ("joint", self.clock.signature(self.robots))
 
     def initial(self) -> Iterator[Step]:
         """Yield every way to begin."""
@@ -172,12 +193,14 @@ class JointGraph:
                 if robot.letters[target] != robot.letters[state[r]]:
                     changing.append(target)
                 elif self.clock.allows(state, r, target):
-                    yield None, (*state[:r], target, *state[r + 1 :])
+                    moved = (*state[:r], target, *state[r + 1 :])
+                    if self.permitted is None or self.permitted(moved):
+                        yield None, moved
             options.append((state[r], *changing))
         if sum(len(choices) > 1 for choices in options) > MAX_TOGETHER:
             raise OutOfBudget(f"more than {MAX_TOGETHER} robots can change their letters at one instant")
         for nodes in _product(options):
-            if nodes != state and self.clock.allows_all(nodes):
+            if nodes != state and self.clock.allows_all(nodes) and (self.permitted is None or self.permitted(nodes)):
                 yield self._look(nodes), nodes
 
     def is_final(self, state: tuple[int, ...]) -> bool:
