@@ -10,7 +10,7 @@ import sys
 
 import typer
 
-from ltlplan.commands import missions, plan, run
+from ltlplan.commands import export, fly, missions, plan, recheck, run
 
 app = typer.Typer(
     name="ltlplan",
@@ -22,6 +22,9 @@ app = typer.Typer(
 )
 app.command("run")(run.command)
 app.command("plan")(plan.command)
+app.command("recheck")(recheck.command)
+app.command("fly")(fly.command)
+app.command("export")(export.command)
 app.command("missions")(missions.command)
 
 

@@ -1,0 +1,60 @@
+"""What changes during an online flight, as text on the command line.
+
+12.5 quad1 fails            12.5 quad1 leaves          12.5 quad3 joins 1.2,0.9,0.8
+12.5 water moves 0.3,-0.7,0.9                          12.5 formula F loc1
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from verify.data import BadInput
+
+if TYPE_CHECKING:
+    from ltlplan.online_events import WorldEvent
+
+_FORMS = (
+    "write TIME ROBOT fails, TIME ROBOT leaves, TIME ROBOT joins X,Y,Z, TIME REGION moves X,Y,Z or TIME formula FORMULA, "
+    "such as '12.5 quad1 fails'"
+)
+
+
+def parse_events(texts: Sequence[str]) -> tuple[WorldEvent, ...]:
+    """Read events.
+
+    Raises:
+        BadInput: A text is no event; the message says how one is written.
+    """
+    return tuple(_event(text) for text in texts)
+
+
+def _event(text: str) -> WorldEvent:
+    from ltlplan.online_events import HoopMoves, NewFormula, RobotJoins, RobotLeaves
+    from verify.data.mission import Agent
+
+    first, _, rest = text.strip().partition(" ")
+    try:
+        time = float(first)
+    except ValueError:
+        raise BadInput(f"'{text}' is no event: {_FORMS}.") from None
+    words = rest.split()
+    match words:
+        case ["formula", *_]:
+            return NewFormula(time=time, formula=rest.strip().removeprefix("formula").strip())
+        case [robot, "fails" | "leaves" as how]:
+            return RobotLeaves(time=time, robot=robot, fails=how == "fails")
+        case [robot, "joins", place]:
+            return RobotJoins(time=time, robot=robot, agent=Agent(start=_point(place, text)))
+        case [region, "moves", place]:
+            return HoopMoves(time=time, region=region, center=_point(place, text))
+        case _:
+            raise BadInput(f"'{text}' is no event: {_FORMS}.")
+
+
+def _point(place: str, text: str) -> tuple[float, float, float]:
+    try:
+        x, y, z = (float(part) for part in place.split(","))
+    except ValueError:
+        raise BadInput(f"'{text}' is no event: '{place}' must be three numbers X,Y,Z in m.") from None
+    return (x, y, z)
