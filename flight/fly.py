@@ -103,7 +103,8 @@ class _Watcher:
     ) -> None:
         if reaction not in ("carry_on", "hold", "land"):
             raise BadInput(f"reaction must be 'carry_on', 'hold' or 'land', not {reaction!r}.")
-        self._mission, self._reaction = mission, reaction
+        self._mission = mission
+        self._reaction: Reaction = reaction
         self._delay = 0 if sensor is None else int(np.ceil(sensor.delay / CONTROL_STEP))
         self._ticks = len(reference.times) - 1
         self.reference = reference.extended(LANDING_TIME, CONTROL_STEP, SUBSTEPS) if reaction == "land" else reference

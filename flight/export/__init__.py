@@ -4,6 +4,8 @@ Each format has a module of its own that turns a team into the contents of files
 them are made. Every export carries the certificate's digest and a note of what would void it.
 """
 
+from flight.export.compressed import quantised
+from flight.export.crazyflie import upload
 from flight.export.files import Exported, export, formats
 
-__all__ = ["Exported", "export", "formats"]
+__all__ = ["Exported", "export", "formats", "quantised", "upload"]

@@ -10,11 +10,11 @@ import io
 
 import numpy as np
 from ruamel.yaml import YAML
-from verify.data.trajectory_csv import write_csv
 
 from flight.export.crazyswarm_script import script
 from flight.export.files import Product, Request
 from verify.data import BadInput, DoesNotFit, Trajectory
+from verify.data.trajectory_csv import write_csv
 
 PIECES = 31
 """Pieces that the vehicle's memory of 4096 bytes holds."""

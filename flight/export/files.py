@@ -71,8 +71,8 @@ class Exported:
 _MODULES: dict[str, tuple[str, str, tuple[str, ...]]] = {
     # format: module, function, options that it takes
     "crazyswarm2": ("crazyswarm", "product", ("uris",)),
-    "crazyflie": ("crazyflie", "product", ("trajectory_ids",)),
-    "crazyflie-compressed": ("compressed", "product", ("trajectory_ids",)),
+    "crazyflie": ("crazyflie", "product", ("trajectory_ids", "offset")),
+    "crazyflie-compressed": ("compressed", "product", ("trajectory_ids", "offset")),
     "px4": ("px4", "product", ("rate", "origin")),
     "ros2": ("ros", "product", ("rate",)),
 }
@@ -100,8 +100,8 @@ def export(
         out: Folder to write into; it is made where it does not exist.
         format: `crazyswarm2`, `crazyflie`, `crazyflie-compressed`, `px4` or `ros2`.
         vehicle: Name of the airframe that will fly, where it is to be checked against the certificate's.
-        options: `uris` (crazyswarm2: robot to radio address), `trajectory_ids` (crazyflie: robot to id), `rate`
-            (px4, ros2: setpoints a second), `origin` (px4: m, our origin in the vehicle's local frame).
+        options: `uris` (crazyswarm2: robot to radio address), `trajectory_ids` and `offset` (crazyflie: robot to id,
+            bytes), `rate` (px4, ros2: points a second), `origin` (px4: m, the local frame's origin in ours).
 
     Raises:
         NotCertified: There is no certificate, it does not cover exactly these trajectories, or a claim of it fails.
@@ -148,6 +148,8 @@ def _write(files: Mapping[str, bytes], out: Path) -> tuple[Path, ...]:
         out.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=out, prefix=".export-") as aside:
             for name, content in files.items():
+                for base in (Path(aside), out):
+                    (base / name).parent.mkdir(parents=True, exist_ok=True)
                 (Path(aside) / name).write_bytes(content)
             for name in files:
                 (Path(aside) / name).replace(out / name)
