@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
+from typing import Literal
 
 from verify.data.errors import BadInput
-from verify.data.formula import Formula, parse_formula
+from verify.data.formula import RESERVED_NAMES, Formula, parse_formula
 from verify.data.word import Word, show_letter
 from verify.explain import explain, show
 from verify.semantics import satisfies
@@ -83,3 +85,71 @@ def _named(word: Word, owner: str) -> Word:
             if not isinstance(name, str):
                 raise BadInput(f"{owner} has a letter that holds {name!r}, which is no name.")
     return word
+
+
+_TOKENS = re.compile(
+    r"\s*(?:(?P<cycle>cycle\s*\{)|(?P<close>\})|(?P<next>;)|(?P<and>&&?)|(?P<not>!)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
+    r'|"(?P<quoted>[^"\n]+)"|(?P<constant>[01](?![A-Za-z0-9_]))|(?P<other>\S))'
+)
+
+
+def parse_word(text: str) -> Word:
+    """Read a word in Spot's notation, such as `1; a; b & c; cycle{d; 1}`; propositions that are not named are false.
+
+    A letter is a conjunction of names; `1` (or `true`) is the empty letter, and `!a` says what leaving `a` out says.
+
+    Raises:
+        BadInput: The text is no word; the message has a caret under the place.
+    """
+    prefix: list[frozenset[str]] = []
+    cycle: list[frozenset[str]] = []
+    letter: set[str] | None = None  # None: a letter is expected here
+    state: Literal["prefix", "cycle", "closed"] = "prefix"
+    negated = joined = False
+
+    def refuse(position: int, reason: str) -> BadInput:
+        return BadInput(f"{reason}\n  {text}\n  {' ' * position}^")
+
+    def close(position: int) -> None:
+        nonlocal letter
+        if letter is None or joined or negated:
+            raise refuse(position, "A letter is missing here; write 1 for the empty letter.")
+        (prefix if state == "prefix" else cycle).append(frozenset(letter))
+        letter = None
+
+    position = 0
+    while (match := _TOKENS.match(text, position)) is not None:
+        kind = str(match.lastgroup)
+        start, value, position = match.start(kind), match.group(kind), match.end()
+        if state == "closed":
+            raise refuse(start, "Nothing may follow the cycle: it repeats for ever.")
+        if kind in ("name", "quoted", "constant"):
+            if letter is not None and not joined:
+                raise refuse(start, "Join the names of one letter with `&`, and end a letter with `;`.")
+            if kind == "name" and value in RESERVED_NAMES - {"true"}:
+                raise refuse(start, f"`{value}` is an operator or constant and cannot stand in a letter.")
+            letter = set() if letter is None else letter
+            empty = value == "true" if kind == "name" else kind == "constant"
+            if empty and (value == "0" or negated):
+                raise refuse(start, "A letter that is false is no letter.")
+            if not empty and not negated:
+                letter.add(value)
+            negated = joined = False
+        elif kind == "not" and not negated and (letter is None or joined):
+            negated = True
+        elif kind == "and" and letter is not None and not joined and not negated:
+            joined = True
+        elif kind == "next":
+            close(start)
+        elif kind == "cycle" and state == "prefix" and letter is None and not negated:
+            state = "cycle"
+        elif kind == "close" and state == "cycle":
+            close(start)
+            state = "closed"
+        else:
+            raise refuse(start, f"`{value}` is not expected here; a word looks like `a; b & c; cycle{{d}}`.")
+    if state == "cycle":
+        raise refuse(len(text), "The cycle is not closed with `}`.")
+    if state == "prefix":
+        close(len(text))
+    return Word(tuple(prefix), tuple(cycle) if state == "closed" else None)

@@ -1,0 +1,49 @@
+"""`ltlplan check`: hold a word, or the words of a team, against a formula."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import typer
+
+from ltlplan.commands.options import JsonOption
+
+NOT_PROVED = 5
+
+
+def command(
+    formula: Annotated[str, typer.Argument(help="LTL in Spot's syntax, such as 'F a & G(b -> c)'.", show_default=False)],
+    words: Annotated[
+        list[str],
+        typer.Argument(
+            help="One word a robot in Spot's notation, such as '1; a; b & c' or 'a; cycle{b; 1}'; what is not named is false.",
+            show_default=False,
+        ),
+    ],
+    reading: Annotated[
+        Literal["own", "joint"], typer.Option("--reading", help="Team letters: each robot's own, or the union of all.")
+    ] = "own",
+    json: JsonOption = False,
+) -> None:
+    """Check one word, or the words of a team one after another and interleaved; exit code 5 where a claim is not proved."""
+    from ltlplan.commands.terminal import print_json
+    from verify.teams import check_team
+    from verify.words import check_word, parse_word
+
+    given = [parse_word(word) for word in words]
+    if len(given) == 1:
+        verdicts = {"word": check_word(formula, given[0])}
+    else:
+        team = check_team(formula, {f"quad{i}": word for i, word in enumerate(given)}, reading)
+        verdicts = {"sequential": team.sequential, "parallel": team.parallel}
+    if json:
+        print_json({"formula": formula, "words": list(map(str, given)), **{n: v.to_dict() for n, v in verdicts.items()}})
+    else:
+        from verify.verdict import show_readings
+
+        for name, verdict in verdicts.items():
+            typer.echo(f"{name}: {verdict.outcome}. {verdict.sentence}")
+            if len(given) > 1 and verdict.counterexample is not None:
+                typer.echo(f"  counterexample: {show_readings(verdict.readings())}")
+    if not all(verdicts.values()):
+        raise typer.Exit(NOT_PROVED)
