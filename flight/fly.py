@@ -85,7 +85,7 @@ def fly(
         )
     monitor = watcher.monitor
     verdict = {"satisfied": True, "violated": False}.get(monitor.formula)
-    events = (*(Event(0.0, None, "note", note) for note in notes), *monitor.events)
+    events = tuple(monitor.events)
     return _log(mission, watcher.reference, actions, entries, cert, events, notes, seed, verdict, monitor.tube)
 
 

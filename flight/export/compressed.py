@@ -1,16 +1,19 @@
 """The Crazyflie's compressed trajectories: millimetres and milliseconds as integers, Bezier control points.
 
 A start of 8 bytes (int16 mm, tenths of a degree), then for each piece one byte of types, uint16 ms, and the control points
-without the first one, which is where the piece before ended. A piece of no duration ends it. Rounding moves the
-path by up to a millimetre and breaks velocity and higher derivatives at the joints, so it is the *rounded* path
-that must be certified: `quantised(team)` gives it, and the export refuses anything that rounding would still change.
+without the first one, which is where the piece before ended. A piece of no duration ends it. Plain rounding breaks velocity and
+higher derivatives where pieces meet; `quantised` therefore fits pieces of one common length, whose control points can be
+integers and yet join up to the third derivative. That is another path than the one that was refined, by millimetres, so it
+is the quantised path that must be certified; the export refuses anything that rounding would still change.
 """
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Mapping
 from math import comb
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,21 +31,94 @@ _KIND = 1
 Integers = NDArray[np.int64]
 
 
-def quantised(team: Mapping[str, Trajectory]) -> dict[str, Trajectory]:
-    """Return the paths that the vehicle flies when a team is compressed: the ones to certify and export.
+def quantised(team: Mapping[str, Trajectory], *, step: float = 0.35) -> dict[str, Trajectory]:
+    """Return paths near a team's that compressed trajectories hold exactly: the ones to certify and export.
+
+    They keep the team's times at their joints, but for the stretch (well below a piece) that a common length of
+    pieces in whole milliseconds needs, and are continuous up to the third derivative.
+
+    Args:
+        team: Trajectories with heading 0.
+        step: Length of a piece to aim at, s. Shorter ones follow the path better, but round its speed more.
 
     Raises:
-        DoesNotFit: A position is beyond 32.767 m, a piece longer than 65.535 s or shorter than 1 ms, or a heading is
-            not 0.
+        BadInput: step is not between 0.05 and 5 s.
+        DoesNotFit: A position is beyond 32.767 m, or a heading is not 0.
     """
-    return {name: _decoded(*_encoded(name, path), path.cycle) for name, path in team.items()}
+    if not 0.05 <= step <= 5.0:
+        raise BadInput(f"step must be 0.05 to 5 s, not {step}.")
+    return {name: _fitted(name, path, step) for name, path in team.items()}
+
+
+def _fitted(name: str, path: Trajectory, step: float) -> Trajectory:
+    """Fit pieces of one length to a path, by its position and three derivatives at their joints."""
+    _require_no_heading(name, path)
+    split = 0.0 if path.cycle is None else float(path.knots[path.cycle])
+    spans = [(begin, end) for begin, end in ((0.0, split), (split, path.duration)) if end > begin]
+    length, counts = _common_length([end - begin for begin, end in spans], step)
+    derivatives: list[NDArray[np.float64]] = []
+    for (begin, end), count in zip(spans, counts, strict=True):
+        times = begin + (end - begin) * np.arange(count) / count
+        slower = (end - begin) / (count * length / 1000.0)
+        derivatives.append(np.stack([path.evaluate(times, order) * slower**order for order in range(4)]))
+    last = np.stack([path.evaluate(path.duration, order) for order in range(4)])[:, None]
+    if path.cycle is not None:  # the lap ends as it begins
+        last = derivatives[-1][:, :1]
+    at_joints = np.concatenate([*derivatives, last], axis=1)
+    at_joints[:, :, 3] = 0.0
+    d = length / 1000.0
+    # In mm: position, and the first three differences of control points that the derivatives mean.
+    place, first, second, third = np.rint(1000.0 * at_joints * np.array([1, d / 7, d**2 / 42, d**3 / 210])[:, None, None])
+    p, q = (place[:-1], first[:-1], second[:-1], third[:-1]), (place[1:], first[1:], second[1:], third[1:])
+    points = np.stack(
+        [
+            p[0], p[0] + p[1], p[0] + 2 * p[1] + p[2], p[0] + 3 * p[1] + 3 * p[2] + p[3],
+            q[0] - 3 * q[1] + 3 * q[2] - q[3], q[0] - 2 * q[1] + q[2], q[0] - q[1], q[0],
+        ],
+        axis=-1,
+    )  # fmt: skip
+    _require_near(name, points)
+    cycle = None if path.cycle is None else sum(counts[:-1])
+    return _decoded(np.full(len(points), length, dtype=np.int64), points.astype(np.int64), cycle)
+
+
+def _common_length(spans: list[float], step: float) -> tuple[int, list[int]]:
+    """Return a length in ms and a number of pieces for each span, so that they fill the spans with little stretch."""
+    best: tuple[float, int, list[int]] | None = None
+    shortest = min(spans)
+    for count in range(1, max(2, int(2 * shortest / step)) + 1):
+        length = math.ceil(round(1000.0 * shortest / count, 6))
+        counts = [math.ceil(round(1000.0 * span / length, 6)) for span in spans]
+        stretch = max(count * length / (1000.0 * span) for count, span in zip(counts, spans, strict=True))
+        price = stretch - 1.0 + 0.02 * abs(math.log(length / (1000.0 * step)))
+        if length <= MILLISECONDS and (best is None or price < best[0]):
+            best = (price, length, counts)
+    if best is None:
+        raise DoesNotFit(
+            f"a span of {shortest:g} s cannot be cut into pieces of at most {MILLISECONDS / 1000:g} s near {step:g} s."
+        )
+    return best[1], best[2]
+
+
+def _require_no_heading(name: str, path: Trajectory) -> None:
+    if np.any(path.coefficients[:, 3] != 0.0):
+        raise DoesNotFit(
+            f"{name} has a heading other than 0; the firmware divides tenths of a degree by 0.1 and takes the result for "
+            "radians, so compressed flights keep heading 0."
+        )
+
+
+def _require_near(name: str, points: NDArray[Any]) -> None:
+    worst = float(np.max(np.abs(points)))
+    if worst > MILLIMETRES:
+        raise DoesNotFit(f"{name} has a control point {worst / 1000:g} m from the origin; compressed flights reach 32.767 m.")
 
 
 def compressed_bytes(name: str, path: Trajectory) -> tuple[bytes, int]:
     """Return the exact bytes of a finite flight and its number of pieces.
 
     Raises:
-        DoesNotFit: As for `quantised`, or rounding would change the path.
+        DoesNotFit: A position, duration or heading is out of range, or rounding would change the path.
     """
     durations, points = _encoded(name, path)
     if _decoded(durations, points, None) != Trajectory(path.durations, path.coefficients):
@@ -109,26 +185,20 @@ def _raised(points: list[int]) -> list[int]:
 def _encoded(name: str, path: Trajectory) -> tuple[Integers, Integers]:
     """Round to ms and to control points in mm. Shapes (pieces,) and (pieces, 4, 8).
 
-    Knots are rounded rather than durations, so that errors in time do not add up.
+    Raises:
+        DoesNotFit: A position or duration is out of range, or a heading is not 0.
     """
-    heading = path.coefficients[:, 3]
-    if np.any(np.abs(heading) > 0.0):
-        raise DoesNotFit(
-            f"{name} has a heading other than 0; the firmware divides tenths of a degree by 0.1 and takes the result for "
-            "radians, so compressed flights keep heading 0."
-        )
-    knots = np.rint(1000.0 * path.knots).astype(np.int64)
-    durations = np.diff(knots)
-    for index, duration in enumerate(durations.tolist()):
-        if not 1 <= duration <= MILLISECONDS:
-            raise DoesNotFit(f"{name}, piece {index}: {duration / 1000:g} s; a compressed piece lasts 0.001 to 65.535 s.")
+    _require_no_heading(name, path)
+    durations = np.rint(1000.0 * path.durations).astype(np.int64)
+    for index, duration in enumerate(path.durations.tolist()):
+        if not 1 <= round(1000.0 * duration) <= MILLISECONDS:
+            raise DoesNotFit(f"{name}, piece {index}: {duration:g} s; a compressed piece lasts 0.001 to 65.535 s.")
     scaled = path.coefficients * path.durations[:, None, None] ** np.arange(8)
     to_points = np.array([[comb(i, k) / comb(7, k) if k <= i else 0.0 for k in range(8)] for i in range(8)])
-    points = np.rint(1000.0 * np.einsum("ik,pak->pai", to_points, scaled)).astype(np.int64)
+    rounded = np.rint(1000.0 * np.einsum("ik,pak->pai", to_points, scaled))
+    _require_near(name, rounded)
+    points = rounded.astype(np.int64)
     points[1:, :, 0] = points[:-1, :, 7]
-    worst = int(np.max(np.abs(points)))
-    if worst > MILLIMETRES:
-        raise DoesNotFit(f"{name} has a control point {worst / 1000:g} m from the origin; compressed flights reach 32.767 m.")
     return durations, points
 
 

@@ -57,7 +57,7 @@ def test_without_a_certificate_the_log_says_so(plan_and_team):
     plan, team = plan_and_team
     log = flight.fly(plan, team, model="paper")
     assert log.margin is None
-    assert any("no certificate" in sentence for sentence in log.verdicts)
+    assert any("no certificate" in note for note in log.notes)
 
 
 def test_a_certificate_of_other_trajectories_is_refused(plan_and_team):
