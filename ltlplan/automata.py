@@ -31,7 +31,7 @@ DEAD = -1
 """What `successor` returns where nothing can be accepted any more; no automaton lists it among its states."""
 
 EXPLICIT_STATES = 1024  # products of conjuncts up to which `translate` writes one automaton down
-SMALL_FORMULA = 10  # temporal operators and propositions up to which Spot translates in this process
+SMALL_FORMULA = 10  # weight of a formula up to which Spot translates it in this process
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,12 +252,19 @@ def small_automaton(formula: Formula, trace: Trace, *, budget: Budget = DEFAULT_
         MissingEngine: Spot is not installed.
     """
     text = formula.quoted()
-    size = sum(1 for node in formula.walk() if node.operator not in ("name", "!", "true", "false", "&", "|"))
-    if size <= SMALL_FORMULA and len(formula.names()) <= 2 * SMALL_FORMULA:
+    if _weight(formula) <= SMALL_FORMULA and len(formula.names()) <= 2 * SMALL_FORMULA:
         hoa = spot_engine.translate(text, trace)
     else:
         hoa = _translate_elsewhere(text, trace, budget)
     return read_hoa(hoa, trace=trace)
+
+
+def _weight(formula: Formula) -> int:
+    """Return the number of temporal operators, those below `<->` and `xor` twice: both they and their opposites matter."""
+    below = sum(map(_weight, formula.arguments))
+    if formula.operator in ("<->", "xor"):
+        return 2 * below
+    return below + (formula.operator in ("F", "G", "U", "W", "R", "M", "X", "X[!]"))
 
 
 def _translate_elsewhere(text: str, trace: Trace, budget: Budget) -> str:

@@ -9,8 +9,9 @@ that are reached are made.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from functools import cached_property, lru_cache
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cached_property, lru_cache, reduce
+from operator import or_
 
 from ltlplan.automata import DEAD, Automaton, Trace, representative_letters, small_automaton
 from ltlplan.budget import DEFAULT_BUDGET, Budget, TooLarge
@@ -100,12 +101,19 @@ class Subsets:
         self._masks: list[int] = []
         self._numbers: dict[int, int] = {}
         self._rows: list[list[int] | None] = []
-        self._steps: list[list[int]] = [
-            [sum(1 << t for t in automaton.successors(state, letter)) for letter in letters] for state in automaton.states
-        ]
+        self._steps: list[list[int] | None] = [None] * len(automaton.edges)
         self._final = sum(1 << state for state in automaton.accepting)
         self.identity = tuple(1 << state for state in automaton.states)
         self.initial = self._number(1 << automaton.initial)
+
+    def _step(self, state: int) -> list[int]:
+        """Return where each letter leads one state of the automaton, as bits."""
+        found = self._steps[state]
+        if found is None:
+            successors = self.automaton.successors
+            found = [sum(1 << target for target in successors(state, letter)) for letter in self._letters]
+            self._steps[state] = found
+        return found
 
     def _number(self, mask: int) -> int:
         if not mask:
@@ -121,8 +129,8 @@ class Subsets:
         """Return the state after each letter."""
         row = self._rows[state]
         if row is None:
-            mask = self._masks[state]
-            row = [self._number(_image(mask, steps)) for steps in zip(*self._steps, strict=True)]
+            states = [self._step(at) for at in _bits(self._masks[state])]
+            row = [self._number(reduce(or_, reached, 0)) for reached in zip(*states, strict=True)]
             self._rows[state] = row
         return row
 
@@ -132,8 +140,7 @@ class Subsets:
 
     def read(self, kind: tuple[int, ...], letter: int) -> tuple[int, ...]:
         """Return the kind of a word with one more letter."""
-        steps = [row[letter] for row in self._steps]
-        return tuple(_image(mask, steps) for mask in kind)
+        return tuple(reduce(or_, (self._step(at)[letter] for at in _bits(mask)), 0) for mask in kind)
 
     def apply(self, kind: tuple[int, ...], state: int) -> int:
         """Return the state that words of a kind lead to."""
@@ -417,11 +424,14 @@ class OrderCheck:
         return None
 
 
-def _image(mask: int, steps: Sequence[int]) -> int:
-    """Return the union of `steps[i]` over the bits i of a mask."""
-    result = 0
+def _bits(mask: int) -> Iterator[int]:
+    """Yield the positions of the ones in a mask."""
     while mask:
         low = mask & -mask
-        result |= steps[low.bit_length() - 1]
+        yield low.bit_length() - 1
         mask ^= low
-    return result
+
+
+def _image(mask: int, steps: Sequence[int]) -> int:
+    """Return the union of `steps[i]` over the ones i of a mask."""
+    return reduce(or_, (steps[at] for at in _bits(mask)), 0)

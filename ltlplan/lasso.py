@@ -111,6 +111,12 @@ def cheapest_lasso(
     return best
 
 
+def lasso_exists(system: TransitionSystem, automata: Sequence[Automaton], *, budget: Budget = DEFAULT_BUDGET) -> bool:
+    """Tell whether there is any lasso that all these Büchi automata accept."""
+    product = _Product(system, automata)
+    return bool(_cores(product, _from_start(product, budget)[0]))
+
+
 _Place = tuple[int, State]
 
 

@@ -8,13 +8,14 @@ timed claim may still add waits.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ltlplan.budget import DEFAULT_BUDGET, Budget
 from ltlplan.conjunction import Task, conjunct_automata
 from ltlplan.systems import Cost, Systems, TransitionSystem
 from ltlplan.team_search import Checked, Team, plan_team
-from verify.data import InternalError, Letter, Mission, Unsatisfiable, Visit, Word
+from verify.data import Formula, InternalError, Letter, Mission, Visit, Word
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,12 +74,14 @@ def assign(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAU
     systems = Systems(mission, cost)
     each = [systems.of(name) for name in mission.agents]
     if mission.spec.trace == "infinite":
-        return _assign_lasso(mission, each[0], budget)
+        return _assign_lasso(mission, systems, each[0], budget)
     team = Team(each)
     task = Task(conjunct_automata(mission.formula, "finite", budget=budget), team.letters)
     found = plan_team(team, task, budget)
     if found.run is None:
-        raise Unsatisfiable("No plan satisfies the formula.")
+        from ltlplan.why_not import explain
+
+        raise explain(mission, systems, each)
     return _assignment(mission, each, found)
 
 
@@ -128,17 +131,28 @@ def visits_of(system: TransitionSystem, path: tuple[int, ...]) -> list[Visit]:
     return visits
 
 
-def _assign_lasso(mission: Mission, system: TransitionSystem, budget: Budget) -> Assignment:
+def _assign_lasso(mission: Mission, systems: Systems, system: TransitionSystem, budget: Budget) -> Assignment:
     """Plan one robot's infinite trace; as many laps count as are flown."""
     from ltlplan.lasso import cheapest_lasso
 
     automata = conjunct_automata(mission.formula, "infinite", budget=budget)
     run = cheapest_lasso(system, automata, weight=mission.spec.repeat, budget=budget)
     if run is None:
-        raise Unsatisfiable("No plan satisfies the formula.")
+        from ltlplan.why_not import explain
+
+        raise explain(mission, systems, [system], feasible=lambda parts, worlds: _lasso_exists(parts, worlds[0], budget))
     (name,) = mission.agents
     robot = lasso_itinerary(system, run.prefix, run.cycle, mission.spec.repeat)
     return Assignment({name: robot}, robot.cost, robot.cost, True, 1)
+
+
+def _lasso_exists(parts: Sequence[Formula], system: TransitionSystem, budget: Budget) -> bool:
+    from ltlplan.lasso import lasso_exists
+
+    formula = parts[0]
+    for part in parts[1:]:
+        formula = Formula("&", (formula, part))
+    return lasso_exists(system, conjunct_automata(formula, "infinite", budget=budget), budget=budget)
 
 
 def lasso_itinerary(system: TransitionSystem, prefix: tuple[int, ...], cycle: tuple[int, ...], laps: int) -> Itinerary:
