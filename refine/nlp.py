@@ -30,7 +30,7 @@ Objective = Literal["time", "snap", "blend"]
 
 INSTANTS = 16
 """Instants a piece at which limits are kept."""
-ITERATIONS = 400
+ITERATIONS = 200
 SECONDS = 120.0
 """The clock only ends a solve with an error."""
 SHORTEST = 1e-2
@@ -303,7 +303,7 @@ def _limit_rows(limited: tuple[str, ...], v: Any, a: Any, j: Any, s: Any, number
         size_1 = ca.dot(z, j)
         z_1 = (j - size_1 * z) / size
         turning = (ca.cross(z, s) - 2 * size_1 * ca.cross(z, z_1)) / size
-        swing = numbers[7] * ca.sqrt(ca.sumsqr(turning) + 1e-6)
+        swing = numbers[7] * ca.sqrt(ca.sumsqr(turning) + 1.0)
         rows.append((size / 4 + swing) / numbers[6] - 1)
         rows.append((numbers[5] - size / 4 + swing) / numbers[6])
     return rows
