@@ -11,10 +11,10 @@ next. And a crossing that is known to be one crossing happens once.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import combinations
 from typing import Literal
 
 from verify.data.errors import InternalError
@@ -112,12 +112,14 @@ class _Slot:
     Attributes:
         span: Its closed ends, in s.
         modes: Every region's mode.
-        actions: How many planned actions are over when the slot ends.
+        actions: How many changes of the internal state can be over when the slot ends.
+        due: How many of them must be.
     """
 
     span: tuple[Fraction, Fraction]
     modes: dict[str, _Mode]
     actions: int
+    due: int
 
 
 class _Unfolding:
@@ -129,7 +131,7 @@ class _Unfolding:
         times = {Fraction(0), timeline.duration}
         for change in timeline.changes:
             times |= {change.time.low, change.time.high}
-        times |= {action.time for action in timeline.actions}
+        times |= {time for action in timeline.actions for time in _window(action)}
         if timeline.cycle is not None:
             times.add(timeline.cycle)
         self.times = sorted(times)
@@ -151,20 +153,20 @@ class _Unfolding:
 
     def _joined(self, modes: dict[str, list[_Mode]], lap: int | None) -> tuple[list[_Slot], int]:
         """Join fine slots in which nothing differs; return the slots and the one at which a lap begins (or -1)."""
-        acting = {self.fine_slot[action.time] for action in self.timeline.actions}
+        windows = [tuple(self.fine_slot[time] for time in _window(action)) for action in self.timeline.actions]
+        acting = {fine for first, last in windows for fine in range(first, last + 1)}
         slots: list[_Slot] = []
         start_of_lap = -1
         for fine in range(self.fine_last + 1):
             here: dict[str, _Mode] = {region: row[fine] for region, row in modes.items()}
             start, end = self.times[fine // 2], self.times[(fine + 1) // 2]
-            actions = sum(action.time <= end and self.fine_slot[action.time] <= fine for action in self.timeline.actions)
+            actions, due = sum(first <= fine for first, _ in windows), sum(last <= fine for _, last in windows)
             if fine == lap:
                 start_of_lap = len(slots)
-            joins = slots and fine != lap and not {fine, fine - 1} & acting and slots[-1].modes == here
-            if joins:
-                slots[-1] = _Slot((slots[-1].span[0], end), here, actions)
+            if slots and fine != lap and not {fine, fine - 1} & acting and slots[-1].modes == here:
+                slots[-1] = _Slot((slots[-1].span[0], end), here, actions, due)
             else:
-                slots.append(_Slot((start, end), here, actions))
+                slots.append(_Slot((start, end), here, actions, due))
         return slots, start_of_lap
 
     def _modes(self, region: str) -> list[_Mode]:
@@ -177,7 +179,7 @@ class _Unfolding:
         status: Status = self.timeline.initial.get(region, "no")
 
         def fill(mode: _Mode, until: int) -> None:
-            modes.extend([mode] * (until - len(modes)))
+            modes.extend(itertools.repeat(mode, until - len(modes)))
 
         for change in self.timeline.changes:
             if change.region != region or change.status == status:
@@ -252,7 +254,7 @@ class _Unfolding:
             for after, propositions in advances:
                 if (letter != inside or after != done) and self.relations.allows(letter):
                     yield (slot, letter, after, propositions), False
-        if len(advances) > 1:
+        if done < self.slots[slot].due:
             return  # an action of this instant is still to come
         if slot < self.last and self._fits(slot + 1, inside):
             yield (slot + 1, inside, done, internal), False
@@ -275,11 +277,15 @@ class _Unfolding:
         )
 
 
+def _window(action: InternalChange) -> tuple[Fraction, Fraction]:
+    return action.time, action.time if action.until is None else action.until
+
+
 def _subsets(items: list[str], *, empty: bool = False) -> Iterator[frozenset[str]]:
     if len(items) > MAX_OPEN:
         raise OutOfBudget(f"{len(items)} regions are open at one time ({', '.join(items[:4])}, ...); {MAX_OPEN} is the most")
     for size in range(0 if empty else 1, len(items) + 1):
-        for chosen in combinations(items, size):
+        for chosen in itertools.combinations(items, size):
             yield frozenset(chosen)
 
 

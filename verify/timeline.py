@@ -36,7 +36,10 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class InternalChange:
-    """A planned action: the internal propositions become `propositions` at exactly `time`."""
+    """The internal propositions become `propositions`: at exactly `time`, or at some instant from there until `until`.
+
+    Planned actions happen at exact times; of a recording it is only known between which samples they happened.
+    """
 
     time: Fraction
     source: str
@@ -44,6 +47,7 @@ class InternalChange:
     at: str
     visit: int
     propositions: frozenset[str]
+    until: Fraction | None = None
 
 
 @dataclass(frozen=True, slots=True)
