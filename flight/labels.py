@@ -82,18 +82,33 @@ def planned_actions(plan: Plan, team: Mapping[str, Trajectory], certificate: Any
         team: The trajectories as planned (cycles not yet repeated).
         certificate: Gives the exact instants; without one the middle of each visit on the sampled path is taken.
     """
-    mission = plan.mission
     if certificate is not None:
-        first = [(a.robot, float(a.time), a.source, a.target) for a in certificate.actions]
-    else:
-        first = [entry for name in plan.robots for entry in _from_path(plan, name, team[name])]
+        return certified_actions(certificate, team)
+    first = [entry for name in plan.robots for entry in _from_path(plan, name, team[name])]
+    return _all_laps(plan.mission, first, team)
+
+
+def certified_actions(certificate: Any, team: Mapping[str, Trajectory] | None) -> tuple[PlannedAction, ...]:
+    """Return when each planned action happens by its certificate, all laps of a cycle included, sorted by time.
+
+    Without the trajectories a mission with a cycle shows its first lap only.
+    """
+    first = [(a.robot, float(a.time), a.source, a.target) for a in certificate.actions]
+    return _all_laps(certificate.mission, first, team)
+
+
+def _all_laps(
+    mission: Mission, first: Sequence[tuple[str, float, str, str]], team: Mapping[str, Trajectory] | None
+) -> tuple[PlannedAction, ...]:
+    """Repeat the actions of a cycle in every lap that is flown."""
     actions: list[PlannedAction] = []
     for robot, time, source, target in first:
-        path = team[robot]
-        laps = mission.spec.repeat if path.cycle is not None else 1
-        start = 0.0 if path.cycle is None else float(path.knots[path.cycle])
-        lap = path.duration - start
-        for k in range(laps if path.cycle is not None and time >= start else 1):
+        path = None if team is None else team[robot]
+        begin, lap, laps = 0.0, 0.0, 1
+        if path is not None and path.cycle is not None:
+            begin = float(path.knots[path.cycle])
+            lap, laps = path.duration - begin, mission.spec.repeat
+        for k in range(laps if time >= begin else 1):
             actions.append(PlannedAction(robot, time + k * lap, source, target, frozenset(mission.robot.states[target])))
     return tuple(sorted(actions, key=lambda a: (a.time, a.robot)))
 

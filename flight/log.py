@@ -1,7 +1,7 @@
 """The log of one flight: what was flown, measured and believed, and what the monitor said.
 
-Entries are 10 ms apart. As CSV (`flight.csv`) there is one row an entry and robot; numbers are written so that they read
-back exactly.
+Entries are 10 ms apart. As CSV (`flight.csv`) there is one row an entry and robot; numbers have nine significant digits, so that
+writing a log that was read gives the same bytes.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flight.attitude import Floats
-from verify.data import BadInput, Letter
+from verify.data import Letter
 
 COLUMNS = (
     "t", "robot", "x", "y", "z", "vx", "vy", "vz", "roll", "pitch", "yaw", "thrust", "wx", "wy", "wz", "error", "letter",
@@ -184,14 +184,8 @@ class FlightLog:
                 yield [_text(float(time)), robot, *numbers, letter, *(_text(x) for x in rest[i, j].tolist())]
 
 
-def require_same_robots(log: FlightLog, robots: tuple[str, ...]) -> None:
-    """Refuse a log of other robots."""
-    if set(log.robots) != set(robots):
-        raise BadInput(f"the log has robots {', '.join(log.robots)}; the mission has {', '.join(robots)}.")
-
-
 def _text(number: float) -> str:
-    return "" if number != number else repr(round(number, 9))
+    return "" if number != number else f"{number:.9g}"
 
 
 def _axis_rms(difference: Floats) -> float:

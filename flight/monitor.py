@@ -92,10 +92,13 @@ class Monitor:
             measured: Positions, m; NaN for a robot that was not seen. Shape (3, robots).
             planned: Where they should be. Shape (3, robots).
         """
-        before, self._time = len(self.events), time
         off = measured - planned
-        errors = np.sqrt(off[0] * off[0] + off[1] * off[1] + off[2] * off[2]).tolist()
-        for name, tube, error in zip(self._robots, self._tubes, errors, strict=True):
+        return self.see_errors(time, measured, np.sqrt(off[0] * off[0] + off[1] * off[1] + off[2] * off[2]))
+
+    def see_errors(self, time: float, measured: Floats, errors: Floats) -> list[Event]:
+        """Take one sample of which the distances from the plan are known, m. Shapes (3, robots) and (robots,)."""
+        before, self._time = len(self.events), time
+        for name, tube, error in zip(self._robots, self._tubes, errors.tolist(), strict=True):
             was = tube.verdict
             if tube.see(time, error) != was:
                 self._say_tube(name, tube, error)
@@ -193,33 +196,3 @@ class Monitor:
                     None, "separation",
                     f"{self._robots[i]} and {self._robots[j]} are {distance:.3f} m apart, less than {self._apart:g} m.",
                 )  # fmt: skip
-
-
-def watch(
-    mission: Mission,
-    actions: Sequence[PlannedAction],
-    times: Floats,
-    measured: Floats,
-    planned: Floats,
-    *,
-    margin: float | None,
-    measurement: float,
-    planned_acceleration: float,
-) -> Monitor:
-    """Let a monitor watch a whole recorded flight and return it, finished.
-
-    Args:
-        mission: As for `Monitor`.
-        actions: As for `Monitor`.
-        times: s. Shape (samples,).
-        measured: m, NaN where a robot was not seen. Shape (samples, robots, 3).
-        planned: m. Shape (samples, robots, 3).
-        margin: As for `Monitor`.
-        measurement: As for `Monitor`.
-        planned_acceleration: As for `Monitor`.
-    """
-    monitor = Monitor(mission, actions, margin=margin, measurement=measurement, planned_acceleration=planned_acceleration)
-    for time, seen, wanted in zip(times.tolist(), measured, planned, strict=True):
-        monitor.see(time, seen.T, wanted.T)
-    monitor.finish()
-    return monitor

@@ -1,0 +1,166 @@
+"""Hold a flight against its certificate: how far from the plan it was, and whether the certificate covers it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flight.attitude import Floats
+from flight.formula_state import FormulaVerdict
+from flight.labels import certified_actions
+from flight.log import Event, FlightLog
+from flight.monitor import Monitor
+from flight.recording import Recording
+from flight.reference import flown
+from flight.tube import TubeVerdict
+from verify.data import BadInput, Mission, NotCertified, Trajectory
+
+LONGEST_GAP = 1.0
+"""s between two samples, from which on a log has a hole rather than a rate."""
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A flight beside its certificate.
+
+    Attributes:
+        robots: Names.
+        margin: delta, m.
+        worst_error: Each robot's largest distance from the plan at a sample, m.
+        worst_time: When, s.
+        rms_error: Root mean square of it, m.
+        bound: Each robot's largest distance that cannot be ruled out at any time, samples or not, m.
+        tube: `inside` only where every robot is proved to have stayed in its tube at every time.
+        formula: State of the formula on the sampled path.
+        closest: Least distance between two robots at a sample, m, and who; None for one robot.
+        events: What a monitor says of it, in order.
+    """
+
+    robots: tuple[str, ...]
+    margin: float
+    worst_error: dict[str, float]
+    worst_time: dict[str, float]
+    rms_error: dict[str, float]
+    bound: dict[str, float]
+    tube: TubeVerdict
+    formula: FormulaVerdict
+    closest: tuple[float, str, str] | None
+    events: tuple[Event, ...]
+
+    @property
+    def covered(self) -> bool:
+        """Whether the certificate covers this flight."""
+        return self.tube == "inside"
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What can be said, a sentence each."""
+        errors = tuple(
+            f"{name}: worst {1000 * self.worst_error[name]:.1f} mm at {self.worst_time[name]:.2f} s, "
+            f"RMS {1000 * self.rms_error[name]:.1f} mm, margin {1000 * self.margin:.1f} mm."
+            for name in self.robots
+        )
+        return (*errors, *(f"{event.time:.2f} s: {event.sentence}" for event in self.events))
+
+
+def compare(
+    log: FlightLog | Recording,
+    cert: Any,
+    team: Mapping[str, Trajectory] | None = None,
+    *,
+    measurement: float = 0.0,
+) -> Comparison:
+    """Hold a simulated, logged or recorded flight against a certificate.
+
+    Args:
+        log: The flight; of a FlightLog the positions are taken as measured.
+        cert: The certificate.
+        team: The certified trajectories; a FlightLog can do without, by the errors that it holds.
+        measurement: Bound on a measured position's error, m.
+
+    Raises:
+        BadInput: Other robots, units that cannot be metres and seconds, holes, too short a flight, or a recording
+            without a team.
+        NotCertified: The certificate does not cover the team.
+    """
+    if cert is None:
+        raise NotCertified("there is no certificate to compare with.")
+    mission: Mission = cert.mission
+    if set(log.robots) != set(mission.agents):
+        raise BadInput(f"the log has robots {', '.join(log.robots)}; the mission has {', '.join(mission.agents)}.")
+    if not (np.isfinite(measurement) and measurement >= 0):
+        raise BadInput(f"measurement must be 0 m or more, not {measurement}.")
+    if team is not None and not cert.covers(team):
+        raise NotCertified("the certificate does not cover these trajectories.")
+    times, order = log.times, [log.robots.index(name) for name in mission.agents]
+    position = log.position[:, order]
+    _require_sense(times, position, mission, cert.duration * mission.spec.repeat)
+    errors = _errors(log, order, position, mission, team)
+    monitor = Monitor(
+        mission,
+        certified_actions(cert, team),
+        margin=float(cert.margin),
+        measurement=measurement,
+        planned_acceleration=mission.effective_limits.acceleration,
+    )
+    for time, place, off in zip(times.tolist(), position, errors, strict=True):
+        monitor.see_errors(time, place.T, off)
+    monitor.finish()
+    seen = np.where(np.isnan(errors), -1.0, errors)
+    names, tube = tuple(mission.agents), monitor.tube
+    assert tube is not None, "a certificate gives the monitor a tube"
+    return Comparison(
+        robots=names,
+        margin=float(cert.margin),
+        worst_error={name: float(np.max(seen[:, j])) for j, name in enumerate(names)},
+        worst_time={name: float(times[np.argmax(seen[:, j])]) for j, name in enumerate(names)},
+        rms_error={name: float(np.sqrt(np.nanmean(errors[:, j] ** 2))) for j, name in enumerate(names)},
+        bound=monitor.bounds,
+        tube=tube,
+        formula=monitor.formula,
+        closest=monitor.closest,
+        events=tuple(monitor.events),
+    )
+
+
+def _errors(
+    log: FlightLog | Recording, order: list[int], position: Floats, mission: Mission, team: Mapping[str, Trajectory] | None
+) -> Floats:
+    """Return each robot's distance from the plan at each sample, m. Shape (samples, robots)."""
+    if team is not None:
+        paths = flown(mission, team)
+        planned = np.stack([path.evaluate(log.times)[:, :3] for path in paths.values()], axis=1)
+        return np.linalg.norm(position - planned, axis=2)
+    if isinstance(log, FlightLog):
+        return log.error[:, order]
+    raise BadInput("a recording does not know the plan; pass the team's trajectories as well.")
+
+
+def _require_sense(times: Floats, position: Floats, mission: Mission, duration: float) -> None:
+    """Refuse a log whose numbers cannot be this flight in metres and seconds."""
+    reach = float(np.max(np.abs([mission.workspace.min, mission.workspace.max])))
+    farthest = float(np.nanmax(np.abs(position), initial=0.0))
+    if farthest > 50.0 * reach:
+        raise BadInput(
+            f"positions reach {farthest:g} where the workspace ends at {reach:g} m; are they in millimetres? Give them in m."
+        )
+    span = float(times[-1] - times[0])
+    if span > 50.0 * max(duration, 1.0):
+        raise BadInput(
+            f"the log lasts {span:g} where the flight lasts {duration:g} s; are its times in ms or us? Give them in s."
+        )
+    if span < 0.02 * duration:
+        raise BadInput(f"the log lasts {span:g} s where the flight lasts {duration:g} s; are its times in other units than s?")
+    gaps = np.diff(times)
+    worst = int(np.argmax(gaps)) if len(gaps) else 0
+    if len(gaps) and gaps[worst] > LONGEST_GAP:
+        raise BadInput(
+            f"the log has a gap of {gaps[worst]:.3g} s after {times[worst]:.3f} s; at most {LONGEST_GAP:g} s is accepted."
+        )
+    if times[0] > LONGEST_GAP:
+        raise BadInput(f"the log begins {times[0]:.3g} s after the flight; its times count from the flight's start.")
+    if times[-1] < duration - LONGEST_GAP:
+        raise BadInput(f"the log ends at {times[-1]:.3f} s, before the flight does at {duration:.3f} s.")
