@@ -8,6 +8,7 @@ from verify.certificate import ActionInstant, Certificate, certify, judge
 from verify.claims import Claim
 from verify.data import NotCertified, Trajectory, Witness
 from verify.recheck import recheck
+from verify.samples import check_recording, check_samples
 from verify.teams import check_team
 from verify.verdict import TeamVerdict, Verdict
 from verify.words import check_word
@@ -22,6 +23,8 @@ __all__ = [
     "Verdict",
     "Witness",
     "certify",
+    "check_recording",
+    "check_samples",
     "check_team",
     "check_word",
     "judge",

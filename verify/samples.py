@@ -259,7 +259,7 @@ def _sufficient_rate(
         denser = [_denser(track, factor) for track in tracks]
         if _judged(denser, mission, related, speed, error, budget).outcome != "undecided":
             return f"about {math.ceil(factor * (count - 1) / span)} samples a second would do"
-    return "no rate that was tried would do, because the path comes too near the edge of a region"
+    return "no rate that was tried would do, for at the edge of a region a robot may go in and out unseen"
 
 
 def _denser(track: _Track, factor: int) -> _Track:
