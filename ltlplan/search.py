@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from ltlplan.budget import DEFAULT_BUDGET, Budget
 from ltlplan.conjunction import Task, conjunct_automata
-from ltlplan.systems import Cost, Systems, TransitionSystem
+from ltlplan.systems import Cost, Node, Systems, TransitionSystem
 from ltlplan.team_search import Checked, Team, plan_team
 from verify.data import Formula, InternalError, Letter, Mission, Visit, Word
 
@@ -114,19 +114,21 @@ def word_along(system: TransitionSystem, path: tuple[int, ...]) -> Word:
 
 
 def visits_of(system: TransitionSystem, path: tuple[int, ...]) -> list[Visit]:
-    """Return the visits that a path makes, with their actions."""
+    """Return the visits that a path makes, in the order in which they begin, with their actions."""
     visits: list[Visit] = []
-    previous = None
+    current: dict[str, int] = {}  # the visit of each region that the robot is in
+    previous: Node | None = None
     for index in path:
         node = system.nodes[index]
-        if not node.flying:
-            if previous is None or previous.flying:
-                visits.append(Visit(region=node.place))
-            elif previous.internal != node.internal:
-                action = next(
-                    a for a in system.actions if (a.source, a.target, a.at) == (previous.internal, node.internal, node.place)
-                )
-                visits[-1] = Visit(region=node.place, actions=(*visits[-1].actions, action))
+        for region in sorted(node.regions - set(current), key=lambda r: (r == node.entered, r)):
+            current[region] = len(visits)
+            visits.append(Visit(region=region))
+        current = {region: visit for region, visit in current.items() if region in node.regions}
+        if previous is not None and previous.internal != node.internal:
+            change = (previous.internal, node.internal)
+            action = next(a for a in system.actions if (a.source, a.target) == change and a.at in node.regions)
+            visit = visits[current[action.at]]
+            visits[current[action.at]] = Visit(region=action.at, actions=(*visit.actions, action))
         previous = node
     return visits
 

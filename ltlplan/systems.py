@@ -16,14 +16,15 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ltlplan.layout import Layout, Spot
 from verify.data import BadInput, Letter, Mission, Visit, Word
-from verify.data.mission import Action, Point, Region
+from verify.data.mission import Action, Point
 
 if TYPE_CHECKING:
     import networkx
@@ -37,16 +38,23 @@ class Node:
     """A state of A.
 
     Attributes:
-        place: The region that the robot is in or has just left; the environment's start vertex before any.
-        flying: Whether it is in free flight rather than in the region.
+        place: The region that the robot is in the middle of, has just left or is on the way to; the environment's start
+            vertex before any.
+        flying: Whether it is on its way rather than in the middle of its place.
         internal: Its internal state.
-        position: Where it stands if that is not the region's centre (its start or its end), m.
+        regions: The regions that it is in.
+        entered: The region that it entered last, or the start vertex: where its next edge of the environment begins.
+        position: Where it stands if that is not the middle of its place (its start or its end), m.
+        leg: Where it comes from and how many letters ago, on a way past several borders.
     """
 
     place: str
     flying: bool
     internal: str
+    regions: frozenset[str]
+    entered: str
     position: Point | None = None
+    leg: tuple[str, str, int] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,32 +159,32 @@ class Systems:
     Args:
         mission: Whose regions and robots.
         cost: Costs of legs; straight lines where None.
-
-    Raises:
-        BadInput: Regions overlap in a way that no plan can be made over.
     """
 
     def __init__(self, mission: Mission, cost: Cost | None = None) -> None:
         self.mission = mission
         self.environment = environment_of(mission)
+        self.layout = Layout(mission)
         self.cost = cost
         self._regions = mission.all_regions
         self._internal = {state: frozenset(names) for state, names in mission.robot.states.items()}
-        self._centres = {name: np.array(region.center) for name, region in self._regions.items()}
-        _refuse_overlaps(mission)
+        self._around = {region: self.layout.around(region) for region in self._regions}
         self._base: dict[str, _Builder] = {}
 
     def of(self, robot: str) -> TransitionSystem:
-        """Return A of one robot."""
+        """Return A of one robot.
+
+        Raises:
+            BadInput: It starts, or should end, too near the border of a region; a cost is negative or no number.
+        """
         agent = self.mission.agents[robot]
         shared = self._base.get("" if self.cost is None else robot)
         if shared is None:
-            shared = self._shared(robot)
-            self._base["" if self.cost is None else robot] = shared
+            shared = self._base["" if self.cost is None else robot] = self._shared(robot)
         builder = shared.copy()
         initial = self._add_start(builder, robot, agent.start)
         if agent.end is not None:
-            self._add_end(builder, agent.end)
+            self._add_end(builder, robot, agent.end)
         return TransitionSystem(
             tuple(builder.labels),
             tuple(map(tuple, builder.edges)),
@@ -187,86 +195,181 @@ class Systems:
             self.mission.robot.actions,
         )
 
+    def unclear(self) -> tuple[str, ...]:
+        """Return a sentence for each region that no plan can visit, because its middle lies on the border of another."""
+        return tuple(
+            f"The middle of '{name}' lies within the margin {self.layout.slack:g} m of another region's border, so it cannot "
+            "be visited for sure."
+            for name, spot in self.layout.middles.items()
+            if not spot.clear
+        )
+
     def leg(self, robot: str, start: Point | str, region: str) -> float:
         """Return the cost of one leg to a region."""
         if self.cost is not None:
             value = float(self.cost(robot, start, region))
-            if not value >= 0:
-                raise BadInput(f"The cost of {robot}'s leg from {start} to {region} is {value}; costs must not be negative.")
+            if not 0 <= value < math.inf:
+                raise BadInput(f"The cost of {robot}'s leg from {start} to {region} is {value}; it must be a number >= 0.")
             return value
         if start == region:  # out of the region and back
             return 2 * min(self._regions[region].radii)
-        origin = self._centres[start] if isinstance(start, str) else np.array(start)
-        return float(math.dist(origin, self._centres[region]))
+        origin = self._regions[start].center if isinstance(start, str) else start
+        return math.dist(origin, self._regions[region].center)
 
     def _shared(self, robot: str) -> _Builder:
+        """Return the part of A that does not depend on where a robot starts."""
         builder = _Builder()
-        for region in self._regions:
-            hoop = region in self.mission.hoops
-            for internal, names in self._internal.items():
-                builder.add(Node(region, False, internal), frozenset({region}) | names, _HOOP_STAY if hoop else 0.0)
-                builder.add(Node(region, True, internal), names, 0.0 if hoop else _REGION_LEAVE)
-        for region, targets in self.environment.successors.items():
-            if region in self._regions:
-                for target in targets:
-                    cost = self.leg(robot, region, target)
-                    for internal in self._internal:
-                        builder.join(Node(region, True, internal), Node(target, False, internal), cost)
-                for internal in self._internal:
-                    builder.join(Node(region, False, internal), Node(region, True, internal), 0.0)
-        for action in self.mission.robot.actions:
-            builder.join(Node(action.at, False, action.source), Node(action.at, False, action.target), 0.0)
+        stops = [_Stop(region, region, spot) for region, spot in self.layout.middles.items() if spot.clear]
+        self._grow(builder, robot, stops)
         return builder
 
     def _add_start(self, builder: _Builder, robot: str, start: Point) -> int:
-        inside = [name for name, region in self._regions.items() if float(region.level(np.array(start))) <= 1.0]
-        initial = self.mission.robot.initial
-        if not inside:
-            node = Node(self.environment.start, True, initial, start)
-            builder.add(node, self._internal[initial], 0.0)
-            for target in self.environment.successors[self.environment.start]:
-                builder.join(node, Node(target, False, initial), self.leg(robot, start, target))
-            return builder.index[node]
-        region = inside[0]
-        reachable = [initial]
-        for state in reachable:  # grows while it is walked
-            found = [a.target for a in self.mission.robot.actions if a.at == region and a.source == state]
-            reachable += [target for target in found if target not in reachable]
-        for state in reachable:
-            builder.add(Node(region, False, state, start), frozenset({region}) | self._internal[state], 0.0)
-            builder.add(Node(region, True, state, start), self._internal[state], _REGION_LEAVE)
-            builder.join(Node(region, False, state, start), Node(region, True, state, start), 0.0)
-            for target in self.environment.successors[region]:
-                cost = self.leg(robot, region if target == region else start, target)
-                builder.join(Node(region, True, state, start), Node(target, False, state), cost)
-        for action in self.mission.robot.actions:
-            if action.at == region and action.source in reachable:
-                builder.join(Node(region, False, action.source, start), Node(region, False, action.target, start), 0.0)
-        return builder.index[Node(region, False, initial, start)]
+        spot = self.layout.at(start)
+        if not spot.clear:
+            raise BadInput(f"{robot} starts within the margin {self.layout.slack:g} m of a region's border.")
+        place = spot.inside[-1] if spot.inside else self.environment.start
+        self._grow(builder, robot, [_Stop(place, place, spot, start)])
+        at = Node(place, not spot.inside, self.mission.robot.initial, frozenset(spot.inside), place, start)
+        return builder.index[at]
 
-    def _add_end(self, builder: _Builder, end: Point) -> None:
-        """Make the end point the only place to finish at; its leg is a straight line."""
-        inside = [name for name, region in self._regions.items() if float(region.level(np.array(end))) <= 1.0]
-        existing = list(builder.nodes)
-        builder.final.clear()
-        for node in existing:
-            origin = node.position if node.position is not None else self._regions[node.place].center
-            cost = math.dist(origin, end)
-            if inside:
-                if node.place == inside[0] and not node.flying:
-                    cost = math.dist(origin, end)
-                elif not node.flying or inside[0] not in self.environment.successors[node.place]:
-                    continue
-                goal = Node(inside[0], False, node.internal, end)
-                label = frozenset({inside[0]}) | self._internal[node.internal]
-            elif node.flying:
-                goal = Node(self.environment.start, True, node.internal, end)
-                label = self._internal[node.internal]
-            else:
+    def _grow(self, builder: _Builder, robot: str, stops: list[_Stop]) -> None:
+        """Add stops, all ways on from them, and all stops that these lead to."""
+        waiting = [stop for stop in stops if stop not in builder.stops]
+        for stop in waiting:
+            self._add_stop(builder, stop)
+        for stop in waiting:  # grows while it is walked
+            for way in self._ways(stop):
+                if way.end not in builder.stops:
+                    waiting.append(way.end)
+                    self._add_stop(builder, way.end)
+                self._add_way(builder, robot, stop, way)
+
+    def _add_stop(self, builder: _Builder, stop: _Stop) -> None:
+        """Add the nodes of a robot at a stop, and in the free flight after it where that is clear."""
+        builder.stops.add(stop)
+        around = self._around_stop(stop)
+        flies_on = stop.place in self.mission.hoops and stop.position is None
+        for internal in self._internal:
+            here = self._here(stop, internal)
+            builder.add(here, self._label(here), _HOOP_STAY if flies_on else 0.0)
+            if around is not None and not here.flying:
+                gone = self._gone(stop, internal)
+                builder.add(gone, self._label(gone), 0.0 if flies_on else _REGION_LEAVE)
+                builder.join(here, gone, 0.0)
+        for action in self.mission.robot.actions:
+            if action.at in stop.spot.inside:
+                builder.join(self._here(stop, action.source), self._here(stop, action.target), 0.0)
+
+    def _add_way(self, builder: _Builder, robot: str, stop: _Stop, way: _Way) -> None:
+        again = way.end.place == stop.place
+        cost = self.leg(robot, stop.place if stop.position is None or again else stop.position, way.end.place)
+        for internal in self._internal:
+            previous, goal, due = self._here(stop, internal), self._here(way.end, internal), cost
+            if way.letters is None:
+                previous = self._gone(stop, internal)
+            for step, letter in enumerate(way.letters or ()):
+                leg = (stop.place, stop.entered, step)
+                on = Node(way.end.place, True, internal, letter, way.end.entered, stop.position, leg)
+                if on not in builder.index:
+                    builder.add(on, self._label(on), None)
+                builder.join(previous, on, due)
+                previous, due = on, 0.0
+            builder.join(previous, goal, due)
+
+    def _ways(self, stop: _Stop) -> Iterator[_Way]:
+        """Yield every way on from a stop."""
+        around = self._around_stop(stop)
+        for target, spot in self.layout.middles.items():
+            if not spot.clear:
                 continue
-            if goal not in builder.index:
-                builder.add(goal, label, 0.0)
-            builder.join(node, goal, cost)
+            outside = tuple(name for name in spot.inside if name != target)
+            start, letters = frozenset(stop.spot.inside), None
+            if around is not None and around == outside and (self._around[target] is not None or not outside):
+                start = frozenset(around)
+                path: tuple[Letter, ...] = (start, frozenset(spot.inside))
+            elif target == stop.place:
+                continue
+            else:
+                found = self.layout.way(stop.spot, spot)
+                if found is None:
+                    continue
+                path, letters = found, found[1:-1]
+            entered = self._last_entered(stop.entered, path)
+            if entered is not None:
+                yield _Way(_Stop(target, entered, spot), letters)
+
+    def _last_entered(self, entered: str, path: Sequence[Letter]) -> str | None:
+        """Return the region entered last on a path, or None where an edge for it is missing."""
+        for before, after in itertools.pairwise(path):
+            for region in after - before:  # one at most: borders are passed one by one
+                if region not in self.environment.successors[entered]:
+                    return None
+                entered = region
+        return entered
+
+    def _around_stop(self, stop: _Stop) -> tuple[str, ...] | None:
+        if not stop.spot.inside:
+            return ()
+        return self._around[stop.place] if len(stop.spot.inside) == len(self.layout.middles[stop.place].inside) else None
+
+    def _here(self, stop: _Stop, internal: str) -> Node:
+        return Node(stop.place, not stop.spot.inside, internal, frozenset(stop.spot.inside), stop.entered, stop.position)
+
+    def _gone(self, stop: _Stop, internal: str) -> Node:
+        return Node(stop.place, True, internal, frozenset(self._around_stop(stop) or ()), stop.entered, stop.position)
+
+    def _label(self, node: Node) -> Letter:
+        return node.regions | self._internal[node.internal]
+
+    def _add_end(self, builder: _Builder, robot: str, end: Point) -> None:
+        """Make the end point the only place to finish at; the way there is a straight line."""
+        spot = self.layout.at(end)
+        if not spot.clear:
+            raise BadInput(f"{robot} should end within the margin {self.layout.slack:g} m of a region's border.")
+        builder.final.clear()
+        for node in list(builder.nodes):
+            if node.leg is not None:
+                continue
+            origin = node.position if node.position is not None else self._regions[node.place].center
+            if node.regions == frozenset(spot.inside):
+                entered: str | None = node.entered
+            elif node.flying and len(spot.inside) == 1 and not node.regions:
+                entered = self._last_entered(node.entered, (node.regions, frozenset(spot.inside)))
+            else:
+                entered = None
+            if entered is not None:
+                place = spot.inside[-1] if spot.inside else self.environment.start
+                goal = Node(place, not spot.inside, node.internal, frozenset(spot.inside), entered, end)
+                if goal not in builder.index:
+                    builder.add(goal, self._label(goal), 0.0)
+                if goal != node:
+                    builder.join(node, goal, math.dist(origin, end))
+                builder.final[builder.index[goal]] = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Stop:
+    """Where a robot can be at rest: the middle of a region, or its start.
+
+    Attributes:
+        place: The region, or the environment's start vertex.
+        entered: The region entered last.
+        spot: The point and the regions around it.
+        position: The point, for a start.
+    """
+
+    place: str
+    entered: str
+    spot: Spot
+    position: Point | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """A way to the next stop; `letters` are the regions in between, or None for the free flight after the last stop."""
+
+    end: _Stop
+    letters: tuple[Letter, ...] | None
 
 
 def word_of(
@@ -347,10 +450,12 @@ class _Builder:
         self.labels: list[Letter] = []
         self.edges: list[list[tuple[int, float]] | tuple[tuple[int, float], ...]] = []
         self.final: dict[int, float] = {}
+        self.stops: set[_Stop] = set()
 
-    def add(self, node: Node, label: Letter, preference: float) -> None:
+    def add(self, node: Node, label: Letter, preference: float | None) -> None:
         self.index[node] = len(self.nodes)
-        self.final[len(self.nodes)] = preference
+        if preference is not None:
+            self.final[len(self.nodes)] = preference
         self.nodes.append(node)
         self.labels.append(label)
         self.edges.append([])
@@ -362,28 +467,5 @@ class _Builder:
     def copy(self) -> _Builder:
         other = _Builder()
         other.nodes, other.index, other.labels = list(self.nodes), dict(self.index), list(self.labels)
-        other.edges, other.final = list(self.edges), dict(self.final)
+        other.edges, other.final, other.stops = list(self.edges), dict(self.final), set(self.stops)
         return other
-
-
-def _refuse_overlaps(mission: Mission) -> None:
-    """Refuse regions that may have a common point, until plans can be made over them."""
-    regions = mission.all_regions
-    pairs = [
-        f"'{a}' and '{b}'" for (a, one), (b, other) in itertools.combinations(regions.items(), 2) if not _apart(one, other)
-    ]
-    if pairs:
-        raise BadInput(f"These regions overlap, and no plan can be made over their letters: {', '.join(pairs)}.")
-
-
-def _apart(one: Region, other: Region) -> bool:
-    """Tell whether two ellipsoids have no common point for sure (floats, with room to spare)."""
-    between = np.array(other.center) - np.array(one.center)
-    if float(np.linalg.norm(between)) > (max(one.radii) + max(other.radii)) * (1 + 1e-9):
-        return True
-    first, second = np.linalg.inv(one.shape), np.linalg.inv(other.shape)
-    # apart if and only if, for some share s, between' (first / (1 - s) + second / s)^-1 between > 1
-    shares = np.linspace(0.0, 1.0, 201)[1:-1, None, None]
-    sums = first / (1 - shares) + second / shares
-    levels = np.einsum("i,kij,j->k", between, np.linalg.inv(sums), between)
-    return bool(np.max(levels) > 1 + 1e-9)

@@ -1,0 +1,146 @@
+"""Which regions share points, and which letters a straight flight shows, in floats and with room to spare.
+
+A plan is made over letters that can really be flown. Where regions lie apart that is simple: in a region, in free flight,
+in the next region. Where one lies in another, or two overlap, a stay in the middle of one may be a stay in both, and the way
+between two middles passes the borders of both in some order. Ways on which that order is not clear by more than the
+margin are not offered to the planner. Regions that hold neither end of a way are assumed to be flown around.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from verify.data import Letter, Mission
+from verify.data.mission import Hoop, Point, Region
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A point that robots stop at, and the regions around it.
+
+    Attributes:
+        point: m.
+        inside: The regions that hold it, outermost first.
+        clear: Whether each region holds it, or does not, by more than the margin.
+    """
+
+    point: Point
+    inside: tuple[str, ...]
+    clear: bool
+
+
+class Layout:
+    """The regions of a mission and how they lie."""
+
+    def __init__(self, mission: Mission) -> None:
+        self.mission = mission
+        self.regions = mission.all_regions
+        self.slack = max(mission.margin, 1e-6)
+
+    @cached_property
+    def neighbours(self) -> dict[str, frozenset[str]]:
+        """For each region, the others with which it may have a point in common."""
+        near: dict[str, set[str]] = {name: set() for name in self.regions}
+        for (a, one), (b, other) in itertools.combinations(self.regions.items(), 2):
+            if not apart(one, other):
+                near[a].add(b)
+                near[b].add(a)
+        return {name: frozenset(others) for name, others in near.items()}
+
+    @cached_property
+    def middles(self) -> dict[str, Spot]:
+        """The centre of each region."""
+        return {name: self.at(region.center) for name, region in self.regions.items()}
+
+    def at(self, point: Point) -> Spot:
+        """Return which regions hold a point."""
+        inside: list[str] = []
+        clear = True
+        for name, region in self.regions.items():
+            level = math.sqrt(max(float(region.level(np.array(point))), 0.0))
+            clear = clear and abs(level - 1) * min(region.radii) > self.slack
+            if level <= 1:
+                inside.append(name)
+        return Spot(point, tuple(sorted(inside, key=self._size, reverse=True)), clear)
+
+    def around(self, region: str) -> tuple[str, ...] | None:
+        """Return the regions that a robot is in just after it has left this one; None where that is not clear."""
+        spot = self.middles[region]
+        own = self.regions[region]
+        outer = tuple(name for name in spot.inside if name != region)
+        if not spot.clear or self.neighbours[region] - set(outer):
+            return None
+        space = max(own.radii) + self.slack
+        if isinstance(own, Hoop):
+            space = max(space, (own.reach or 0.0) + self.slack)
+        for name in outer:
+            level = math.sqrt(float(self.regions[name].level(np.array(own.center))))
+            if level + space / min(self.regions[name].radii) > 1:
+                return None
+        return outer
+
+    def way(self, start: Spot, end: Spot) -> tuple[Letter, ...] | None:
+        """Return the sets of regions on a straight way, both ends included; None where their order is not clear."""
+        if not start.clear or not end.clear:
+            return None
+        current = frozenset(start.inside)
+        final = frozenset(end.inside)
+        borders: list[tuple[float, float, str]] = []
+        for name in current ^ final:
+            found = self._border(name, start.point, end.point)
+            if found is None:
+                return None
+            borders.append((*found, name))
+        borders.sort()
+        if any(later[0] <= earlier[1] for earlier, later in itertools.pairwise(borders)):
+            return None
+        letters = [current]
+        for _, _, name in borders:
+            current = current ^ {name}
+            letters.append(current)
+        return tuple(letters)
+
+    def _border(self, name: str, start: Point, end: Point) -> tuple[float, float] | None:
+        """Return where, as shares of the way, a region's border may be met: between its scalings by the margin."""
+        region = self.regions[name]
+        outwards = float(region.level(np.array(start))) < 1
+        here, there = (start, end) if outwards else (end, start)  # now the way leads out of the region
+        offset, step = np.array(here) - np.array(region.center), np.array(there) - np.array(here)
+        a = float(step @ region.shape @ step)
+        b = float(offset @ region.shape @ step)
+        c = float(offset @ region.shape @ offset)
+        slack = self.slack / min(region.radii)
+        times: list[float] = []
+        for scale in (1 - slack, 1 + slack):
+            root = b * b - a * (c - scale * scale)
+            if scale <= 0 or a <= 0 or root < 0:
+                return None
+            times.append((-b + math.sqrt(root)) / a)
+        low, high = times
+        if low <= 0 or high >= 1:
+            return None
+        return (low, high) if outwards else (1 - high, 1 - low)
+
+    def _size(self, name: str) -> float:
+        return math.prod(self.regions[name].radii)
+
+
+def apart(one: Region, other: Region) -> bool:
+    """Tell whether two ellipsoids have no common point for sure."""
+    between = np.array(other.center) - np.array(one.center)
+    distance = float(np.linalg.norm(between))
+    if distance > (max(one.radii) + max(other.radii)) * (1 + 1e-9):
+        return True
+    if distance <= max(min(one.radii), min(other.radii)):  # one holds the other's centre
+        return False
+    first, second = np.linalg.inv(one.shape), np.linalg.inv(other.shape)
+    # apart if and only if, for some share s, between' (first / (1 - s) + second / s)^-1 between > 1
+    shares = np.linspace(0.0, 1.0, 201)[1:-1, None, None]
+    sums = first / (1 - shares) + second / shares
+    levels = np.einsum("i,kij,j->k", between, np.linalg.inv(sums), between)
+    return bool(np.max(levels) > 1 + 1e-9)
