@@ -18,8 +18,9 @@ from verify.balls import Balls, Floats, halves
 Indices = NDArray[np.intp]
 
 MAX_DEPTH = 48
+MAX_OPEN = 1024
 MAX_ITEMS = 100_000
-"""More open intervals than this end the search with the (sound, looser) bound that there is."""
+"""More open intervals than this, of one piece or of all, keep the (sound, looser) bounds that they have."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +89,7 @@ def search(
         _raise_lower(first, starts, items, group, lower, item, place)
         _raise_lower(last, starts + width, items, group, lower, item, place)
         open_ = ~(high <= lower[group] + slack[group])
+        open_ &= np.bincount(items[open_], minlength=len(groups))[items] <= MAX_OPEN
         if level == depth or 2 * np.count_nonzero(open_) > MAX_ITEMS:
             open_[:] = False
         np.maximum.at(upper, group[~open_], np.where(np.isnan(high), np.inf, high)[~open_])

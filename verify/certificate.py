@@ -16,11 +16,14 @@ from functools import cache
 from importlib import metadata
 from typing import Any
 
+import numpy as np
+
 from verify.behaviour import judge_formula
 from verify.claims import (
     Claim,
     Evidence,
     continuity_claims,
+    leg_claims,
     limit_claims,
     passage_claim,
     rim_claims,
@@ -163,9 +166,12 @@ def certify(
     hint = "" if largest is None else f" The largest margin that holds is {largest:.4f} m."
     listed = " ".join(claim.sentence for claim in refused[:5])
     more = f" And {len(refused) - 5} more claims." if len(refused) > 5 else ""
-    raise NotCertified(f"Not certified at margin {certificate.margin:g} m. {listed}{more}{hint}", [c.witness for c in refused if c.witness])
+    raise NotCertified(
+        f"Not certified at margin {certificate.margin:g} m. {listed}{more}{hint}", [c.witness for c in refused if c.witness]
+    )
 
 
+@np.errstate(all="ignore")  # infinities and NaN arise from absurd numbers; they prove nothing, see `balls`
 def judge(
     plan: Plan,
     team: Mapping[str, Trajectory],
@@ -257,10 +263,11 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
     spans = statuses(evidence.levels, margin)
     passed = crossings(evidence.frames, margin)
     timelines: dict[str, Timeline] = {}
+    matchings: dict[str, Matching] = {}
     visits: list[Claim] = []
     passages: list[Claim] = []
     for index, robot in enumerate(paths.robots):
-        matching: Matching = match(plan.robots[robot], stays(spans[robot]))
+        matching = matchings[robot] = match(plan.robots[robot], stays(spans[robot]))
         actions, fault = internal_changes(plan.mission, plan.robots[robot], matching)
         initial, found = changes(spans[robot])
         cycle = paths.trajectories[index].cycle
@@ -287,6 +294,7 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
         *rim_claims(evidence, margin),
         *workspace_claims(evidence, margin),
         *separation_claims(evidence, margin, drifts),
+        *leg_claims(evidence, matchings),
     )
     return _Tube(claims, timelines)
 

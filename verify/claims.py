@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -19,7 +19,7 @@ from verify.data.sequence import Passage
 from verify.data.trajectory import Trajectory
 from verify.data.witness import Witness
 from verify.labels import Levels, Span, levels
-from verify.limits import Extreme, extremes
+from verify.limits import Extreme, extremes, leg_extremes
 from verify.passages import Clearance, Crossing, HoopFrames, clearances, hoop_frames
 from verify.paths import TeamPaths, read_team
 from verify.regions import relations
@@ -128,26 +128,60 @@ class Evidence:
 def limit_claims(evidence: Evidence) -> Iterable[Claim]:
     """Speed, acceleration, thrusts, tilt and rates of the nominal flight."""
     for extreme in evidence.extremes:
-        least = extreme.name.endswith("_min")
-        unit = limit_module.UNITS[extreme.name]
-        quantity = extreme.name.replace("_", " ").removesuffix(" min").removesuffix(" max")
-        verdict: Outcome = "holds" if extreme.holds else "fails" if extreme.fails else "undecided"
-        time = float(extreme.time)
-        if extreme.holds:
-            word = "at least" if least else "at most"
-            sentence = f"{extreme.robot}'s {quantity} is {word} {extreme.bound:.5g} {unit} (limit {extreme.limit:.5g})."
-        elif extreme.fails:
-            word = "falls to" if least else "reaches"
-            sentence = (
-                f"{extreme.robot}'s {quantity} {word} {_beyond(extreme)} {unit} at {time:.4f} s; "
-                f"the limit is {extreme.limit:.5g} {unit}."
-            )
-        else:
-            sentence = f"{extreme.robot}'s {quantity} near {time:.4f} s cannot be told from its limit {extreme.limit:.5g} {unit}."
-        yield _claim(
-            f"limits.{extreme.name}", verdict, sentence, robot=extreme.robot, unit=unit, bound=extreme.bound,
-            limit=extreme.limit, margin=extreme.bound - extreme.limit if least else extreme.limit - extreme.bound, time=time,
-        )  # fmt: skip
+        yield _limit_claim(extreme)
+
+
+def leg_claims(evidence: Evidence, matchings: Mapping[str, Matching]) -> Iterable[Claim]:
+    """Limits that hold on the way to one region: from the last moment surely in the previous visit to the first in this."""
+    legs = evidence.plan.mission.limits.legs
+    if not legs:
+        return
+    for index, (robot, plan) in enumerate(evidence.plan.robots.items()):
+        found = matchings[robot].stays
+        for visit, planned in enumerate(plan.visits):
+            wanted = legs.get(planned.region)
+            if wanted is None:
+                continue
+            if visit >= len(found) or not found[visit].must:
+                sentence = (
+                    f"{robot}: the leg to visit {visit} of '{planned.region}' cannot be told, so its limits are not proved."
+                )
+                yield _claim("limits.legs", "undecided", sentence, robot=robot, region=planned.region, visit=visit)
+                continue
+            windows = [(found[visit - 1].must[-1][1] if visit else Fraction(0), found[visit].must[0][0])]
+            cycle = evidence.paths.trajectories[index].cycle
+            if cycle is not None and visit == plan.cycle_visit and len(found) == len(plan.visits):
+                knots = evidence.paths.knots[index]
+                windows += [(found[-1].must[-1][1], knots[-1]), (knots[cycle], found[visit].must[0][0])]
+            for extreme in leg_extremes(evidence.paths, index, windows, wanted):
+                yield _limit_claim(extreme, planned.region, visit)
+
+
+def _limit_claim(extreme: Extreme, region: str | None = None, visit: int | None = None) -> Claim:
+    """Word one limit; a region makes it the limit of the leg there."""
+    least = extreme.name.endswith("_min")
+    unit = limit_module.UNITS[extreme.name]
+    quantity = extreme.name.replace("_", " ").removesuffix(" min").removesuffix(" max")
+    quantity += "" if region is None else f" on the way to '{region}'"
+    verdict: Outcome = "holds" if extreme.holds else "fails" if extreme.fails else "undecided"
+    time = float(extreme.time)
+    if extreme.holds:
+        word = "at least" if least else "at most"
+        sentence = f"{extreme.robot}'s {quantity} is {word} {extreme.bound:.5g} {unit} (limit {extreme.limit:.5g})."
+    elif extreme.fails:
+        word = "falls to" if least else "reaches"
+        sentence = (
+            f"{extreme.robot}'s {quantity} {word} {_beyond(extreme)} {unit} at {time:.4f} s; "
+            f"the limit is {extreme.limit:.5g} {unit}."
+        )
+    else:
+        sentence = f"{extreme.robot}'s {quantity} near {time:.4f} s cannot be told from its limit {extreme.limit:.5g} {unit}."
+    name = f"limits.{extreme.name}" if region is None else f"limits.legs.{extreme.name}"
+    return _claim(
+        name, verdict, sentence, robot=extreme.robot, unit=unit, bound=extreme.bound,
+        limit=extreme.limit, margin=extreme.bound - extreme.limit if least else extreme.limit - extreme.bound, time=time,
+        region=region, visit=visit,
+    )  # fmt: skip
 
 
 def continuity_claims(evidence: Evidence) -> Iterable[Claim]:
@@ -167,7 +201,9 @@ def workspace_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
         verdict = _at_least(near.low, near.high, margin, lambda robot=robot: wall_exactly(evidence.paths, robot, margin))
         time = float(near.time)
         stays = "stays" if verdict == "holds" else "comes within"
-        sentence = f"{near.robot} {stays} {max(near.low, 0.0) if verdict == 'holds' else near.high:.4f} m from the wall {near.other}"
+        sentence = (
+            f"{near.robot} {stays} {max(near.low, 0.0) if verdict == 'holds' else near.high:.4f} m from the wall {near.other}"
+        )
         sentence += "." if verdict == "holds" else f" at {time:.4f} s; the margin is {float(margin):g} m."
         yield _claim(
             "workspace", verdict, sentence, robot=near.robot, unit="m", bound=near.low, limit=float(margin),
@@ -187,10 +223,15 @@ def separation_claims(evidence: Evidence, margin: Fraction, drifts: Mapping[str,
         limit = separation_limit(evidence, margin) + min(drifts[near.robot], drifts[near.other])
         steps = Fraction(sum(evidence.meetings.jumps[i] for i in evidence.meetings.pairs[pair]))
         verdict = _at_least(
-            near.low, near.high, limit, lambda pair=pair, wanted=limit + steps: distance_exactly(evidence.meetings, pair, wanted)
+            near.low,
+            near.high,
+            limit,
+            lambda pair=pair, wanted=limit + steps: distance_exactly(evidence.meetings, pair, wanted),
         )
         time = float(near.time)
-        asked = f"{float(limit):.4f} m are asked (separation {evidence.plan.mission.separation:g} m, margin {float(margin):g} m)"
+        asked = (
+            f"{float(limit):.4f} m are asked (separation {evidence.plan.mission.separation:g} m, margin {float(margin):g} m)"
+        )
         if verdict == "holds":
             sentence = f"{near.robot} and {near.other} stay {near.low:.4f} m apart; {asked}."
         else:
@@ -208,6 +249,8 @@ def rim_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
     limit = margin + Fraction(evidence.plan.mission.vehicle.radius)
     for robot in evidence.paths.robots:
         near = min((c for c in evidence.rims if c.robot == robot), key=lambda c: c.low)
+        if math.isfinite(near.high) and Fraction(near.low) <= limit < Fraction(near.high):  # too near to call: look closer
+            near = min((c for c in clearances(evidence.frames, 1e-9) if c.robot == robot), key=lambda c: c.low)
         verdict: Outcome = "undecided"
         if math.isfinite(near.low) and Fraction(near.low) > limit:
             verdict = "holds"
@@ -276,7 +319,9 @@ def passage_claim(
                 start <= crossing.start and crossing.stop <= stop for start, stop in matching.stays[visit].must
             )
         else:
-            inside = any(s.mark == "must" and s.start <= crossing.start and crossing.stop <= s.stop for s in spans[crossing.hoop])
+            inside = any(
+                s.mark == "must" and s.start <= crossing.start and crossing.stop <= s.stop for s in spans[crossing.hoop]
+            )
         if not inside:
             return refused(f"the visit of '{crossing.hoop}' may not contain its passage", crossing, visit)
         if knot is not None:
@@ -289,14 +334,16 @@ def passage_claim(
         visit, passage = wanted[len(found)]
         return refused(f"the planned passage {passage} does not happen", None, visit, passage.hoop)
     names = " ".join(str(p) for _, p in wanted) or "none"
-    return _claim("passages", "holds", f"{robot} passes exactly its planned openings: {names}.", robot=robot, unit="m", bound=tightest)
+    return _claim(
+        "passages", "holds", f"{robot} passes exactly its planned openings: {names}.", robot=robot, unit="m", bound=tightest
+    )
 
 
 def _visit_of(wanted: list[tuple[int, Passage]], position: int) -> int | None:
     return wanted[position][0] if position < len(wanted) else None
 
 
-def _at_least(low: float, high: float, limit: Fraction, exactly) -> Outcome:  # noqa: ANN001
+def _at_least(low: float, high: float, limit: Fraction, exactly: Callable[[], bool]) -> Outcome:
     if math.isfinite(low) and Fraction(low) >= limit:
         return "holds"
     if math.isfinite(high) and Fraction(high) < limit:

@@ -7,6 +7,7 @@ of Vincent, Collins and Akritas). A polynomial is an `fmpq_poly`; intervals are 
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -46,7 +47,7 @@ def nonnegative(p: fmpq_poly, start: Fraction, stop: Fraction) -> bool:
         return p(rational(start)) >= 0
     unit = on_unit_interval(p, start, stop)
     roots = _roots_in_unit(unit)
-    if any(root.multiplicity % 2 == 1 and 0 < root.high and root.low < 1 for root in roots):
+    if any(root.multiplicity % 2 == 1 and root.high > 0 and root.low < 1 for root in roots):
         return False  # it changes sign inside
     for k in range(1, p.degree() + 2):
         value = unit(fmpq(k, p.degree() + 2))
@@ -82,7 +83,7 @@ def _roots_in_unit(p: fmpq_poly, width: Fraction = Fraction(1)) -> list[Root]:
     while True:
         found = [(*_narrowed(factor, low, high, width), multiplicity, factor) for low, high, multiplicity, factor in found]
         found.sort(key=lambda item: (item[0], item[1]))
-        if all(a[1] < b[0] for a, b in zip(found, found[1:], strict=False)):
+        if all(a[1] < b[0] for a, b in itertools.pairwise(found)):
             return [Root(low, high, multiplicity) for low, high, multiplicity, _ in found]
         width /= 16  # roots of different factors differ, so some width parts them
 
@@ -155,10 +156,10 @@ def _halved(values: list[int]) -> tuple[list[int], list[int]]:
     for level in range(degree + 1):
         left[level] = row[0] << (degree - level)
         right[degree - level] = row[-1] << (degree - level)
-        row = [a + b for a, b in zip(row, row[1:], strict=False)]
+        row = [a + b for a, b in itertools.pairwise(row)]
     return left, right
 
 
 def _sign_changes(values: list[int]) -> int:
     signs = [v > 0 for v in values if v != 0]
-    return sum(a != b for a, b in zip(signs, signs[1:], strict=False))
+    return sum(a != b for a, b in itertools.pairwise(signs))

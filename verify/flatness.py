@@ -23,6 +23,7 @@ from flint import arb
 
 from verify.balls import Balls, Floats, dot
 from verify.bounds import Indices, Peaks, search
+from verify.data.vehicle import Vehicle
 from verify.intervals import Interval, interval
 from verify.paths import TeamPaths
 
@@ -52,9 +53,7 @@ def yaw_rate_peaks(paths: TeamPaths, force: Balls, jerk: Balls, limit: float) ->
     return search(state, enclose, paths.piece_owner, count, slack=np.full(count, _YAW_SLACK * limit), depth=_DEPTH)
 
 
-def rotor_peaks(
-    paths: TeamPaths, force: Balls, jerk: Balls, snap: Balls, limits: tuple[float, float]
-) -> tuple[Peaks, Peaks]:
+def rotor_peaks(paths: TeamPaths, force: Balls, jerk: Balls, snap: Balls, limits: tuple[float, float]) -> tuple[Peaks, Peaks]:
     """Bound the thrusts of all rotors, robot by robot, in N.
 
     Args:
@@ -128,7 +127,7 @@ class _Frame:
         return cls(cos, sin, p, q, w, jx, jy, jz, size, f2, d, root_d, k, turn, rate_x, rate_y, rate_z)
 
 
-def _rotor_range(frame: _Frame, snap: Interval, fj: Interval, spin: Interval, vehicle) -> tuple[Interval, Interval]:  # noqa: ANN001
+def _rotor_range(frame: _Frame, snap: Interval, fj: Interval, spin: Interval, vehicle: Vehicle) -> tuple[Interval, Interval]:
     """Enclose the least and the greatest of the four rotors' thrusts."""
     h = frame
     sx, sy, sz = _turned_back(snap, h.cos, h.sin)

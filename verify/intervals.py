@@ -50,7 +50,7 @@ class Interval:
         safe = (other.low > 0) | (other.high < 0)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             inverse = Interval(_down(1.0 / other.high), _up(1.0 / other.low))
-        product = self * Interval(np.where(safe, inverse.low, -np.inf), np.where(safe, inverse.high, np.inf))
+        product = self * Interval(np.where(safe, inverse.low, 0.0), np.where(safe, inverse.high, 0.0))
         return Interval(np.where(safe, product.low, -np.inf), np.where(safe, product.high, np.inf))
 
     def times(self, factor: float) -> Interval:

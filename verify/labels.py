@@ -8,18 +8,20 @@ At margin 0 the two thresholds are one, and an interval that holds exactly one s
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
 
 import numpy as np
+from flint import fmpq_poly
 
 from verify import exact
 from verify.balls import Balls, Floats, constants, dot, gamma, halves, nearest
 from verify.data.mission import Region
 from verify.paths import Segment, TeamPaths
-from verify.regions import extent
+from verify.regions import Ellipsoid, extent
 from verify.timeline import Change, Enclosure, Status
 
 Mark = Literal["no", "may", "must", "switch"]
@@ -29,6 +31,9 @@ DEPTH_WITH_MARGIN = 20
 
 DEPTH_WITHOUT = 34
 """At margin 0 an enclosure of a switch is this many halvings of its piece."""
+
+MAX_OPEN = 64
+"""A piece with more open parts than this (it runs along a boundary) is left to exact arithmetic, or to *may*."""
 
 _CHUNK = 20_000
 
@@ -118,7 +123,7 @@ def changes(spans: dict[str, tuple[Span, ...]]) -> tuple[dict[str, Status], tupl
     for region, row in spans.items():
         status: Status = _status(row[0])
         initial[region] = status
-        for before, span in zip(row, row[1:], strict=False):
+        for before, span in itertools.pairwise(row):
             if span.mark == "switch":
                 continue
             if before.mark == "switch":
@@ -143,7 +148,7 @@ def _turned(matrix: Floats, offset: Balls) -> Balls:
 
 def _thresholds(region: Region, margin: Fraction) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return lower and upper float bounds of (1 - s d)^2 and of (1 + s d)^2; -1 stands for "never inside"."""
-    spread = extent(region).scale * margin
+    spread = extent(Ellipsoid.of(region)).scale * margin
     within = (-1.0, -1.0) if spread >= 1 else _bracket((1 - spread) ** 2)
     return within, _bracket((1 + spread) ** 2)
 
@@ -191,9 +196,11 @@ def _classified(table: Balls, inside: Floats, outside: Floats, depth: int) -> tu
         keep = np.flatnonzero(~done)
         if len(keep) == 0:
             break
-        if level == depth:
-            for index in keep:
-                parts[int(rows[index])].append((float(starts[index]), float(starts[index] + width), None))
+        crowded = np.bincount(rows[keep], minlength=len(marks))[rows[keep]] > MAX_OPEN
+        for index in keep if level == depth else keep[crowded]:
+            parts[int(rows[index])].append((float(starts[index]), float(starts[index] + width), None))
+        keep = keep[~crowded]
+        if level == depth or len(keep) == 0:
             break
         state = halves(state[keep])
         width /= 2
@@ -271,11 +278,11 @@ def _exactly(spans: list[Span], segment: Segment, start: float, stop: float, fou
         _append(spans, segment.time(place), segment.time(high), mark_at((place + high) / 2))
 
 
-def exact_level(paths: TeamPaths, index: int, region: Region):  # noqa: ANN201  # flint's own polynomial
+def exact_level(paths: TeamPaths, index: int, region: Region) -> fmpq_poly:
     """Return q of one segment and region as an exact polynomial in u, from 0 to 1."""
     offset = [p - exact.rational(c) for p, c in zip(paths.exact_position(index), region.center, strict=True)]
     assert region.matrix is not None
-    total = offset[0] * 0
+    total = fmpq_poly([0])
     for i in range(3):
         for j in range(3):
             total += offset[i] * offset[j] * exact.rational(region.matrix[i][j])

@@ -9,19 +9,21 @@ and rotor thrusts hold the heading and |f| itself: see `flatness`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Literal
 
 import numpy as np
-from flint import arb
+from flint import arb, fmpq_poly
 
-from verify.balls import Balls, Floats, dot, raised
+from verify import exact
+from verify.balls import Balls, Floats, dot, raised, restricted
 from verify.bounds import Peaks, peaks, quotient_bounds, search
+from verify.data.mission import LegLimits
 from verify.data.vehicle import GRAVITY
 from verify.flatness import rotor_peaks, yaw_rate_peaks
-from verify.paths import TeamPaths
+from verify.paths import Segment, TeamPaths
 
 LimitName = Literal[
     "speed", "acceleration", "thrust_max", "thrust_min", "rotor_thrust_max", "rotor_thrust_min", "tilt", "body_rate", "yaw_rate"
@@ -31,6 +33,9 @@ UNITS: dict[LimitName, str] = {
     "speed": "m/s", "acceleration": "m/s^2", "thrust_max": "N", "thrust_min": "N", "rotor_thrust_max": "N",
     "rotor_thrust_min": "N", "tilt": "rad", "body_rate": "rad/s", "yaw_rate": "rad/s",
 }  # fmt: skip
+
+Unit = Callable[[float, bool], float]
+"""Turns a bound on a squared quantity into one on the quantity; True rounds up."""
 
 _SHARE = 1e-7
 """How near to the true extreme a bound is driven, as a share of the limit."""
@@ -71,8 +76,8 @@ def extremes(paths: TeamPaths) -> list[Extreme]:
     mass = vehicle.mass
     found: list[Extreme] = []
 
-    def add(name: LimitName, limit: float, result: Peaks, unit: Callable[[float, bool], float], *, least: bool = False) -> None:
-        found.extend(_read(paths, name, limit, result, unit, least))
+    def add(name: LimitName, limit: float, result: Peaks, unit: Unit, *, least: bool = False) -> None:
+        found.extend(_decided(paths, extreme) for extreme in _read(paths, name, limit, result, unit, least))
 
     def limited(numerator: Balls, limit: float, denominator: Balls | None = None) -> Peaks:
         slack = np.full(len(paths.robots), _SHARE * limit)
@@ -118,9 +123,96 @@ def with_gravity(acceleration: Balls) -> Balls:
     return acceleration + Balls(gravity, np.zeros((1, 3, 1)))
 
 
-def _read(
-    paths: TeamPaths, name: LimitName, limit: float, result: Peaks, unit: Callable[[float, bool], float], least: bool
+def leg_extremes(
+    paths: TeamPaths, robot: int, windows: Sequence[tuple[Fraction, Fraction]], wanted: LegLimits
 ) -> list[Extreme]:
+    """Bound speed and acceleration of one robot over some times only (where it flies to one region).
+
+    Args:
+        paths: The team.
+        robot: Index of the robot.
+        windows: Exact times, in s, from and to.
+        wanted: The limits there.
+    """
+    rows: list[int] = []
+    starts: list[Fraction] = []
+    stops: list[Fraction] = []
+    for row in np.flatnonzero(paths.piece_owner == robot):
+        segment = paths.segments[int(paths.piece_segments[row])]
+        for low, high in windows:
+            start, stop = max(low, segment.start), min(high, segment.stop)
+            if start < stop:
+                length = segment.stop - segment.start
+                rows.append(int(row))
+                starts.append((start - segment.start) / length)
+                stops.append((stop - segment.start) / length)
+    found: list[Extreme] = []
+    asked: tuple[tuple[LimitName, int, float | None], ...] = (
+        ("speed", 1, wanted.speed),
+        ("acceleration", 2, wanted.acceleration),
+    )
+    for name, order, limit in asked:
+        if limit is None:
+            continue
+        if not rows:
+            found.append(Extreme(paths.robots[robot], name, limit, 0.0, 0.0, Fraction(0), True, False))
+            continue
+        part = restricted(paths.derivative(order)[np.array(rows), :3], starts, stops)
+        result = peaks(dot(part, part), np.zeros(len(rows), dtype=np.intp), 1, slack=np.array([_SHARE * limit**2]))
+        bound, reached = _root(float(result.upper[0]), True), _root(float(result.lower[0]), False)
+        at = int(result.item[0])
+        place = starts[at] + (stops[at] - starts[at]) * Fraction(float(result.place[0]))
+        time = paths.segments[int(paths.piece_segments[rows[at]])].time(place)
+        found.append(Extreme(paths.robots[robot], name, limit, bound, reached, time, bound <= limit, reached > limit))
+    return found
+
+
+def _decided(paths: TeamPaths, extreme: Extreme) -> Extreme:
+    """Decide without rounding what the balls leave open (an exact tie, say), where the quantity is a polynomial."""
+    if extreme.holds or extreme.fails or extreme.name not in ("speed", "acceleration", "thrust_max", "thrust_min", "body_rate"):
+        return extreme
+    robot = paths.robots.index(extreme.robot)
+    for index in paths.piece_segments:
+        segment = paths.segments[int(index)]
+        if segment.robot == robot and not _kept_exactly(paths, segment, extreme):
+            return replace(extreme, fails=True)
+    return replace(extreme, holds=True, bound=extreme.limit)
+
+
+def _kept_exactly(paths: TeamPaths, segment: Segment, extreme: Extreme) -> bool:
+    coefficients = paths.trajectories[segment.robot].coefficients[segment.piece]
+    velocity = [exact.polynomial(coefficients[axis]).derivative() for axis in range(3)]
+    acceleration = [p.derivative() for p in velocity]
+    force = [acceleration[0], acceleration[1], acceleration[2] + exact.rational(GRAVITY)]
+    limit = exact.rational(extreme.limit)
+
+    def square(vector: list[fmpq_poly]) -> fmpq_poly:
+        return vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]
+
+    newton = limit / exact.rational(paths.mission.vehicle.mass)
+    match extreme.name:
+        case "speed":
+            room = limit * limit - square(velocity)
+        case "acceleration":
+            room = limit * limit - square(acceleration)
+        case "thrust_max":
+            room = newton * newton - square(force)
+        case "thrust_min":
+            room = square(force) - newton * newton
+        case _:
+            x, y, z = (p.derivative() for p in acceleration)
+            a, b, c = force
+            turning = [y * c - z * b, z * a - x * c, x * b - y * a]
+            room = limit * limit * square(force) * square(force) - square(turning)
+    length = segment.stop - segment.start
+    if extreme.name == "body_rate":  # where |f| may vanish the inequality holds and proves nothing
+        least = exact.rational(paths.mission.effective_limits.thrust_min) / exact.rational(paths.mission.vehicle.mass)
+        if not exact.nonnegative(square(force) - least * least, Fraction(0), length):
+            return False
+    return exact.nonnegative(room, Fraction(0), length)
+
+
+def _read(paths: TeamPaths, name: LimitName, limit: float, result: Peaks, unit: Unit, least: bool) -> list[Extreme]:
     """Turn proved bounds on a (squared, or negated) quantity into bounds in the limit's own unit."""
     rows = []
     for robot, who in enumerate(paths.robots):
@@ -168,4 +260,4 @@ def _angle(value: float, up: bool) -> float:
     if value <= 0:
         return 0.0
     enclosure = arb(value).sqrt().atan()
-    return float(np.nextafter(float((enclosure.upper() if up else enclosure.lower())), math.inf if up else -math.inf))
+    return float(np.nextafter(float(enclosure.upper() if up else enclosure.lower()), math.inf if up else -math.inf))

@@ -30,6 +30,9 @@ Way = Literal["F", "R", None]
 
 _DEPTH = 30
 
+MAX_OPEN = 64
+"""A piece with more open parts than this (it runs along an opening's edge) counts as near there."""
+
 
 @dataclass(frozen=True, slots=True)
 class Crossing:
@@ -112,15 +115,15 @@ def crossings(frames: HoopFrames, margin: Fraction) -> dict[str, tuple[Crossing,
     for robot, name in enumerate(frames.paths.robots):
         found: list[Crossing] = []
         for column in range(len(frames.names)):
-            for parts in _joined(frames.paths, near.get((robot, column), [])):
+            for parts in _joined(near.get((robot, column), [])):
                 found.append(_crossing(frames, name, column, parts, margin))
         found.sort(key=lambda crossing: crossing.start)
         result[name] = tuple(found)
     return result
 
 
-def clearances(frames: HoopFrames) -> list[Clearance]:
-    """Bound from below how near each robot comes to each rim."""
+def clearances(frames: HoopFrames, slack: float = 2e-5) -> list[Clearance]:
+    """Bound from below how near each robot comes to each rim, to about `slack` m."""
     paths, hoops = frames.paths, len(frames.names)
     if not hoops:
         return []
@@ -135,10 +138,10 @@ def clearances(frames: HoopFrames) -> list[Clearance]:
         d, p = state[0], _roots(state[1])
         inner, thick = opening[column[items]], rim[column[items]]
         low = _rim_distance(d.low.min(-1), d.high.max(-1), p.low.min(-1), p.high.max(-1), inner, thick)[0]
-        ends = (_rim_distance(d.low[:, i], d.high[:, i], p.low[:, i], p.high[:, i], inner, thick)[1] for i in (0, -1))
-        return -low, *(-end for end in ends)
+        first, last = (_rim_distance(d.low[:, i], d.high[:, i], p.low[:, i], p.high[:, i], inner, thick)[1] for i in (0, -1))
+        return -low, -first, -last
 
-    found = search((along, across), nearness, groups, count, slack=np.full(count, 1e-6), depth=24)
+    found = search((along, across), nearness, groups, count, slack=np.full(count, slack), depth=_DEPTH)
     result = []
     for group in range(count):
         robot, hoop = divmod(group, hoops)
@@ -179,7 +182,7 @@ class _Part:
     across: float
 
 
-def _joined(paths: TeamPaths, parts: list[_Part]) -> Iterator[list[_Part]]:
+def _joined(parts: list[_Part]) -> Iterator[list[_Part]]:
     """Group parts that follow each other without a gap."""
     group: list[_Part] = []
     for part in parts:
@@ -195,9 +198,7 @@ def _joined(paths: TeamPaths, parts: list[_Part]) -> Iterator[list[_Part]]:
         yield group
 
 
-def _crossing(
-    frames: HoopFrames, robot: str, column: int, parts: list[_Part], margin: Fraction
-) -> Crossing:
+def _crossing(frames: HoopFrames, robot: str, column: int, parts: list[_Part], margin: Fraction) -> Crossing:
     paths, name, hoop = frames.paths, frames.names[column], frames.hoop(column)
     first, last = parts[0], parts[-1]
     start, stop = paths.segments[first.segment].time(first.start), paths.segments[last.segment].time(last.stop)
@@ -251,6 +252,8 @@ def _near(frames: HoopFrames, margin: Fraction) -> dict[tuple[int, int], list[_P
         surely = (d_low.min(-1) >= -bound) & (d_high.max(-1) <= bound) & (p_high.max(-1) <= limit)
         if level == _DEPTH:
             surely = ~far
+        open_ = ~far & ~surely
+        surely |= open_ & (np.bincount(items[open_], minlength=len(column))[items] > MAX_OPEN)
         for index in np.flatnonzero(surely & ~far):
             segment, hoop = divmod(int(items[index]), hoops)
             part = _Part(

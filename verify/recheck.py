@@ -59,7 +59,10 @@ def recheck(folder: str | Path) -> Certificate:
     if not certificate.holds:
         refused = [claim for claim in certificate.claims if claim.verdict != "holds"]
         listed = " ".join(claim.sentence for claim in refused[:5])
-        raise NotCertified(f"{folder}: the claim is not proved at margin {certificate.margin:g} m. {listed}", [c.witness for c in refused if c.witness])
+        raise NotCertified(
+            f"{folder}: the claim is not proved at margin {certificate.margin:g} m. {listed}",
+            [c.witness for c in refused if c.witness],
+        )
     difference = _difference(written, certificate.to_dict())
     if difference:
         raise NotCertified(f"{folder / CERTIFICATE_FILE} was changed: {difference}")
@@ -171,7 +174,9 @@ def certificate_from_json(data: str | bytes, source: str = "certificate.json") -
         raise BadInput(f"{source} is no certificate: it must be an object.")
     number = value.get("format")
     if isinstance(number, int) and not isinstance(number, bool) and number > CERTIFICATE_FORMAT:
-        raise BadInput(f"{source} has format {number}, which is later than this version's {CERTIFICATE_FORMAT}; update ltlplan.")
+        raise BadInput(
+            f"{source} has format {number}, which is later than this version's {CERTIFICATE_FORMAT}; update ltlplan."
+        )
     if number != CERTIFICATE_FORMAT or isinstance(number, bool):
         raise BadInput(f'{source} must have "format": {CERTIFICATE_FORMAT}, not {number!r}.')
     for key, test, wanted in _SHAPE:
@@ -209,7 +214,10 @@ def _are_trajectories(value: Any) -> bool:
         isinstance(entry, dict)
         and set(entry) == {"digest", "cycle"}
         and _is_text(entry["digest"])
-        and (entry["cycle"] is None or (isinstance(entry["cycle"], int) and not isinstance(entry["cycle"], bool) and entry["cycle"] >= 0))
+        and (
+            entry["cycle"] is None
+            or (isinstance(entry["cycle"], int) and not isinstance(entry["cycle"], bool) and entry["cycle"] >= 0)
+        )
         for entry in value.values()
     )
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -15,7 +16,7 @@ import numpy as np
 from flint import fmpq, fmpq_mat
 
 from verify.data.errors import BadInput
-from verify.data.mission import Mission, Region
+from verify.data.mission import Matrix, Mission, Point, Region
 from verify.exact import rational
 from verify.timeline import Relations
 
@@ -33,8 +34,22 @@ class Extent:
     reach: Fraction
 
 
+@dataclass(frozen=True, slots=True)
+class Ellipsoid:
+    """A region as the judge sees it: centre and stored matrix, exact."""
+
+    centre: Point
+    matrix: Matrix
+
+    @classmethod
+    def of(cls, region: Region) -> Ellipsoid:
+        """Take centre and matrix of a region or hoop."""
+        assert region.matrix is not None  # filled in by the schema
+        return cls(region.center, region.matrix)
+
+
 @lru_cache(maxsize=4096)
-def extent(region: Region) -> Extent:
+def extent(region: Ellipsoid) -> Extent:
     """Return proved bounds on a region's size.
 
     Raises:
@@ -42,7 +57,7 @@ def extent(region: Region) -> Extent:
     """
     matrix = _matrix(region)
     identity = fmpq_mat([[int(i == j) for j in range(3)] for i in range(3)])
-    values = np.linalg.eigvalsh(region.shape)
+    values = np.linalg.eigvalsh(np.array(region.matrix))
     if not (np.all(np.isfinite(values)) and _positive(matrix)):
         raise BadInput("A region's matrix is not positive definite; it must come from positive radii.")
     for exponent in range(44, 2, -1):  # the first attempt succeeds but for regions of absurd proportions
@@ -55,7 +70,7 @@ def extent(region: Region) -> Extent:
 
 def relations(mission: Mission) -> Relations:
     """Prove which regions have no common point and which lie inside others."""
-    regions = mission.all_regions
+    regions = {name: Ellipsoid.of(region) for name, region in mission.all_regions.items()}
     disjoint: set[tuple[str, str]] = set()
     nested: set[tuple[str, str]] = set()
     for a, b in itertools.combinations(sorted(regions), 2):
@@ -70,24 +85,25 @@ def relations(mission: Mission) -> Relations:
 
 
 @lru_cache(maxsize=65536)
-def are_disjoint(a: Region, b: Region) -> bool:
+def are_disjoint(a: Ellipsoid, b: Ellipsoid) -> bool:
     """Prove that two regions have no common point; False means only that no proof was found.
 
     A weighted mean w q_a + (1 - w) q_b of the two quadratic forms that is above 1 everywhere leaves no point
     where both are at most 1; where the ellipsoids lie apart there is such a weight.
     """
-    gap = sum(((Fraction(p) - Fraction(q)) ** 2 for p, q in zip(a.center, b.center, strict=True)), Fraction(0))
+    gap = sum(((Fraction(p) - Fraction(q)) ** 2 for p, q in zip(a.centre, b.centre, strict=True)), Fraction(0))
     if gap > (extent(a).reach + extent(b).reach) ** 2:
         return True
     if gap == 0:
         return False
-    offset = np.array(b.center) - np.array(a.center)
+    offset = np.array(b.centre) - np.array(a.centre)
+    first_shape, second_shape = np.array(a.matrix), np.array(b.matrix)
     weights = np.linspace(0.0, 1.0, 65)[1:-1]
-    low, high = _best(weights, [_mean_least(a.shape, b.shape, offset, w) for w in weights])
-    weight = _golden(lambda w: _mean_least(a.shape, b.shape, offset, w), low, high)
+    low, high = _best(weights, [_mean_least(first_shape, second_shape, offset, w) for w in weights])
+    weight = _golden(lambda w: _mean_least(first_shape, second_shape, offset, w), low, high)
     w = rational(weight)
     first, second = _matrix(a) * w, _matrix(b) * (1 - w)
-    shift = fmpq_mat([[rational(q) - rational(p)] for p, q in zip(a.center, b.center, strict=True)])
+    shift = fmpq_mat([[rational(q) - rational(p)] for p, q in zip(a.centre, b.centre, strict=True)])
     # least of y' A y + (y - d)' B y - d): at (A + B) y = B d, its value is d' B d - d' B y
     pull = second * shift
     least = (shift.transpose() * pull - pull.transpose() * (first + second).solve(pull))[0, 0]
@@ -95,23 +111,24 @@ def are_disjoint(a: Region, b: Region) -> bool:
 
 
 @lru_cache(maxsize=65536)
-def lies_inside(inner: Region, outer: Region) -> bool:
+def lies_inside(inner: Ellipsoid, outer: Ellipsoid) -> bool:
     """Prove that every point of one region lies in another; False means only that no proof was found.
 
     By the S-lemma it does if some w >= 0 makes w (q_inner - 1) - (q_outer - 1) nowhere negative.
     """
-    offset = np.array(outer.center) - np.array(inner.center)
-    if float(offset @ outer.shape @ offset) > 1:
+    offset = np.array(outer.centre) - np.array(inner.centre)
+    small, large = np.array(inner.matrix), np.array(outer.matrix)
+    if float(offset @ large @ offset) > 1:
         return False
-    top = float(np.max(np.linalg.eigvals(np.linalg.solve(inner.shape, outer.shape)).real))
+    top = float(np.max(np.linalg.eigvals(np.linalg.solve(small, large)).real))
     weights = np.linspace(0.0, 1.0, 65)
-    low, high = _best(weights, [_certificate_least(inner.shape, outer.shape, offset, w) for w in top + (1 - top) * weights])
-    share = _golden(lambda s: _certificate_least(inner.shape, outer.shape, offset, top + (1 - top) * s), low, high)
+    low, high = _best(weights, [_certificate_least(small, large, offset, w) for w in top + (1 - top) * weights])
+    share = _golden(lambda s: _certificate_least(small, large, offset, top + (1 - top) * s), low, high)
     w = rational(top + (1 - top) * share)
     if w < 0:
         return False
     a, b = _matrix(inner), _matrix(outer)
-    shift = fmpq_mat([[rational(q) - rational(p)] for p, q in zip(inner.center, outer.center, strict=True)])
+    shift = fmpq_mat([[rational(q) - rational(p)] for p, q in zip(inner.centre, outer.centre, strict=True)])
     pull = b * shift
     corner = 1 - w - (shift.transpose() * pull)[0, 0]
     rows = [[(a * w - b)[i, j] for j in range(3)] + [pull[i, 0]] for i in range(3)]
@@ -119,8 +136,7 @@ def lies_inside(inner: Region, outer: Region) -> bool:
     return _positive(fmpq_mat(rows))
 
 
-def _matrix(region: Region) -> fmpq_mat:
-    assert region.matrix is not None
+def _matrix(region: Ellipsoid) -> fmpq_mat:
     return fmpq_mat([[rational(x) for x in row] for row in region.matrix])
 
 
@@ -149,7 +165,7 @@ def _best(places: np.ndarray, values: list[float]) -> tuple[float, float]:
     return float(places[max(at - 1, 0)]), float(places[min(at + 1, len(places) - 1)])
 
 
-def _golden(value, low: float, high: float) -> float:  # noqa: ANN001
+def _golden(value: Callable[[float], float], low: float, high: float) -> float:
     share = (math.sqrt(5) - 1) / 2
     for _ in range(60):
         a, b = high - share * (high - low), low + share * (high - low)

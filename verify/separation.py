@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
+from flint import fmpq_poly
 
 from verify import exact
-from verify.balls import Balls, Floats, concatenate, dot, restricted
+from verify.balls import Balls, concatenate, dot, restricted
 from verify.bounds import peaks
 from verify.data.errors import BadInput
 from verify.paths import TeamPaths
@@ -134,7 +135,9 @@ def meetings(paths: TeamPaths) -> Meetings:
     weight = z_weight(paths)
     pairs = tuple(itertools.combinations(range(len(paths.robots)), 2))
     rows: list[Meeting] = []
-    lanes = [[i for i in np.flatnonzero(paths.owner == r) if paths.segments[i].kind != "step"] for r in range(len(paths.robots))]
+    lanes = [
+        [i for i in np.flatnonzero(paths.owner == r) if paths.segments[i].kind != "step"] for r in range(len(paths.robots))
+    ]
     for pair, (a, b) in enumerate(pairs):
         i = j = 0
         time = Fraction(0)
@@ -183,12 +186,16 @@ def _jumps(paths: TeamPaths) -> tuple[float, ...]:
 
 
 def step_length(paths: TeamPaths, index: int) -> float:
-    """Return an upper bound on the length of a step, in m."""
-    ends = paths.positions[index]
-    gaps = np.abs(ends.mid[:, -1] - ends.mid[:, 0])
-    if not gaps.any() and not ends.mid.any():
+    """Return an upper bound on the length of a step, in m; exactly 0 where it begins at rest and goes nowhere."""
+    segment, ends = paths.segments[index], paths.positions[index]
+    coefficients = paths.trajectories[segment.robot].coefficients
+    goal = coefficients[segment.after, :3, 0]
+    if segment.piece < 0:
+        if np.array_equal(paths.mission.agents[paths.robots[segment.robot]].start, goal):
+            return 0.0
+    elif not coefficients[segment.piece, :3, 1:].any() and np.array_equal(coefficients[segment.piece, :3, 0], goal):
         return 0.0
-    bounds = (gaps + ends.rad[:, 0] + ends.rad[:, -1]) * (1 + 2.0**-40)
+    bounds = (np.abs(ends.mid[:, -1] - ends.mid[:, 0]) + ends.rad[:, 0] + ends.rad[:, -1]) * (1 + 2.0**-40)
     return float(np.sqrt((bounds * bounds).sum()) * (1 + 2.0**-40))
 
 
@@ -217,7 +224,9 @@ def distance_exactly(found: Meetings, pair: int, limit: Fraction) -> bool:
             continue
         total = None
         for axis in range(3):
-            gap = _exact_part(found.paths, meeting.first, meeting)[axis] - _exact_part(found.paths, meeting.second, meeting)[axis]
+            gap = (
+                _exact_part(found.paths, meeting.first, meeting)[axis] - _exact_part(found.paths, meeting.second, meeting)[axis]
+            )
             gap = gap * weight if axis == 2 else gap
             total = gap * gap if total is None else total + gap * gap
         assert total is not None
@@ -226,7 +235,7 @@ def distance_exactly(found: Meetings, pair: int, limit: Fraction) -> bool:
     return True
 
 
-def _exact_part(paths: TeamPaths, index: int, meeting: Meeting):  # noqa: ANN202  # flint's own polynomials
+def _exact_part(paths: TeamPaths, index: int, meeting: Meeting) -> list[fmpq_poly]:
     segment = paths.segments[index]
     length = segment.stop - segment.start
     start, stop = (meeting.start - segment.start) / length, (meeting.stop - segment.start) / length

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -100,7 +101,14 @@ def match(robot: RobotPlan, found: tuple[Stay, ...]) -> Matching:
             )  # fmt: skip
     if len(rest) > len(wanted):
         stay = rest[len(wanted)]
-        return Matching(rest[: len(wanted)], extra, f"the path may come to '{stay.region}', which is not planned", None, stay.region, stay.start)
+        return Matching(
+            rest[: len(wanted)],
+            extra,
+            f"the path may come to '{stay.region}', which is not planned",
+            None,
+            stay.region,
+            stay.start,
+        )
     if len(rest) < len(wanted):
         index = len(rest)
         return Matching(rest, extra, f"visit {index} of '{wanted[index]}' does not happen", index, wanted[index])
@@ -127,7 +135,9 @@ def internal_changes(mission: Mission, robot: RobotPlan, matching: Matching) -> 
         span = matching.stays[index].longest
         for number, action in enumerate(visit.actions):
             if action.source != state:
-                return tuple(changes), f"visit {index} changes '{action.source}' to '{action.target}', but the state is '{state}'"
+                return tuple(
+                    changes
+                ), f"visit {index} changes '{action.source}' to '{action.target}', but the state is '{state}'"
             if action not in mission.robot.actions or action.at != visit.region:
                 return tuple(changes), f"'{action.source}' may not become '{action.target}' in '{visit.region}'"
             assert span is not None
@@ -137,7 +147,7 @@ def internal_changes(mission: Mission, robot: RobotPlan, matching: Matching) -> 
             changes.append(InternalChange(instant, action.source, state, visit.region, index, propositions))
     if robot.cycle_visit is not None and at_cycle is not None and at_cycle != state:
         return tuple(changes), f"a lap begins in state '{at_cycle}' and ends in '{state}'"
-    if any(a.time >= b.time for a, b in zip(changes, changes[1:], strict=False)):
+    if any(a.time >= b.time for a, b in itertools.pairwise(changes)):
         return tuple(changes), "two actions of one visit have no time between them"
     return tuple(changes), ""
 

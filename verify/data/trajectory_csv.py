@@ -27,7 +27,9 @@ def write_csv(trajectory: Trajectory, laps: int = 1) -> str:
         BadInput: A number is not a float32, so that the file would not hold what was certified.
     """
     if not trajectory.is_float32:
-        raise BadInput("The trajectory's numbers are not float32; round them (`refine.quantise`) before it is certified and written.")
+        raise BadInput(
+            "The trajectory's numbers are not float32; round them (`refine.quantise`) before it is certified and written."
+        )
     flown = trajectory.flattened(laps)
     lines = [",".join(HEADER)]
     for duration, piece in zip(flown.durations, flown.coefficients, strict=True):
