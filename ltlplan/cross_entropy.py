@@ -38,16 +38,19 @@ class Options:
         elite: Share of a round that the Gaussian is fitted to, 0.1 <= elite < 0.3.
         rounds: At most this many.
         target: Stop once the best cost is not above it.
-        smoothing: Weight of the new mean and covariance against the old ones, 0 < smoothing <= 1.
+        smoothing: Weight of the elite's mean against the old mean, 0 < smoothing <= 1.
+        covariance_smoothing: Weight of the elite's covariance against the old one, 0 < covariance_smoothing <= 1; by
+            default m / (m + 10 n) for an elite of m in n dimensions, at least 0.1: few elites know little of a covariance.
         floor: Least standard deviation in any direction, in the unit of the candidates.
     """
 
     samples: int = 200
-    elite: float = 0.1
+    elite: float = 0.25
     rounds: int = 50
     target: float = 0.0
-    smoothing: float = 0.7
-    floor: float = 1e-4
+    smoothing: float = 1.0
+    covariance_smoothing: float | None = None
+    floor: float = 1e-5
 
     def __post_init__(self) -> None:
         if not 0.1 <= self.elite < 0.3:
@@ -56,8 +59,9 @@ class Options:
             raise BadInput(f"{self.samples} samples at elite {self.elite:g} leave fewer than 2 elites; use more samples.")
         if self.rounds < 0:
             raise BadInput(f"rounds is {self.rounds}; it must be 0 or more.")
-        if not 0 < self.smoothing <= 1:
-            raise BadInput(f"smoothing is {self.smoothing:g}; it must be above 0 and at most 1.")
+        for name, value in (("smoothing", self.smoothing), ("covariance_smoothing", self.covariance_smoothing)):
+            if value is not None and not 0 < value <= 1:
+                raise BadInput(f"{name} is {value:g}; it must be above 0 and at most 1.")
         if not (self.floor >= 0 and math.isfinite(self.floor)):
             raise BadInput(f"floor is {self.floor:g}; it must be 0 or more.")
         if math.isnan(self.target):
@@ -111,6 +115,10 @@ class Search:
         The elite is `elite` times the round, or fewer where fewer candidates have a finite cost. Fewer than two leave the
         mean where it is and halve the spread: the round was drawn too widely for the specification.
 
+        The update is the maximum-likelihood fit to the elite, weighted by rank. Its covariance is taken about the old
+        mean: about the elite's own mean, as the paper leaves it open, the spread dies along the very direction in which
+        the costs fall, and the search stops half way.
+
         Raises:
             BadInput: A cost is not a number.
         """
@@ -121,14 +129,18 @@ class Search:
         best, best_cost = self.best, self.best_cost
         if len(order) and costs[order[0]] < best_cost:
             best, best_cost = candidates[order[0]].copy(), float(costs[order[0]])
-        elites = candidates[order[: math.ceil(self.options.elite * len(candidates))]]
+        count = math.ceil(self.options.elite * len(candidates))
+        elites = candidates[order[:count]]
         if len(elites) < 2:
             return replace(self, covariance=self.covariance / 4, best=best, best_cost=best_cost)
-        alpha = self.options.smoothing
-        mean = (1 - alpha) * self.mean + alpha * elites.mean(axis=0)
-        offset = elites - elites.mean(axis=0)
-        covariance = (1 - alpha) * self.covariance + alpha * (offset.T @ offset) / len(elites)
-        return replace(self, mean=mean, covariance=covariance, best=best, best_cost=best_cost)
+        weights = math.log(count + 0.5) - np.log(np.arange(1, len(elites) + 1))
+        weights /= weights.sum()
+        alpha, beta = self.options.smoothing, self.options.covariance_smoothing
+        beta = max(0.1, count / (count + 10 * len(self.mean))) if beta is None else beta
+        mean = (1 - alpha) * self.mean + alpha * (weights @ elites)
+        offset = elites - self.mean
+        covariance = (1 - beta) * self.covariance + beta * (offset.T * weights) @ offset
+        return replace(self, mean=mean, covariance=(covariance + covariance.T) / 2, best=best, best_cost=best_cost)
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,7 +247,7 @@ def improve(
         return Improvement(plan, nominal, nominal, (), ())
     problem = path_problem(mission, plan, function, points=points)
     mean = problem.mean
-    search = Search.start(mean, problem.covariance(spread, 0.4), chosen, float(problem.costs(mean[None])[0]))
+    search = Search.start(mean, problem.covariance(spread), chosen, float(problem.costs(mean[None])[0]))
     shortlist: list[tuple[float, Floats]] = [(search.best_cost, mean)]
     kept: list[float] = []
 

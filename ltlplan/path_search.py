@@ -21,6 +21,8 @@ Floats = NDArray[np.float64]
 
 _DENSE = 0.01  # m between the points at which arc length is measured
 _INSTANT = 0.05  # m between sampled instants, about
+_SPACING = 0.35  # m between points, about
+_POINTS = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,19 +52,25 @@ class PathProblem:
         """The nominal path as a candidate. Shape (3 n,)."""
         return self.nominal[self.free].ravel()
 
-    def covariance(self, spread: float, reach: float) -> Floats:
-        """Return a smooth initial covariance: near points move together.
+    def covariance(self, spread: float) -> Floats:
+        """Return a smooth initial covariance: the inverse of what the integral of |r'|^2 makes of a displacement.
+
+        All directions then lengthen the path alike, and samples of it are paths that a robot can fly.
 
         Args:
-            spread: Standard deviation of each coordinate, m.
-            reach: Distance along the path over which points move together, m.
+            spread: Root mean square of the coordinates' standard deviations, m.
 
         Returns:
             Shape (3 n, 3 n).
         """
-        place = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.nominal, axis=0), axis=1))])[self.free]
-        kernel = 0.9 * np.exp(-0.5 * ((place[:, None] - place) / reach) ** 2) + 0.1 * np.eye(len(place))
-        return np.asarray(spread**2 * np.kron(kernel, np.eye(3)), dtype=np.float64)
+        velocity = self.sampling.matrix(1)
+        if self.spline.cycle is not None:
+            velocity = velocity.copy()
+            velocity[:, self.spline.cycle] += velocity[:, -1]
+        form = velocity[:, self.free].T @ velocity[:, self.free]
+        form += 1e-9 * np.trace(form) * np.eye(len(form))
+        kernel = np.linalg.inv(form)
+        return np.asarray(spread**2 / np.mean(np.diag(kernel)) * np.kron(kernel, np.eye(3)), dtype=np.float64)
 
     def points(self, candidates: Floats) -> Floats:
         """Return all points of each candidate's path. Shape (samples, 3 n) to (samples, points, 3)."""
@@ -94,21 +102,27 @@ def path_problem(
 
     Args:
         mission: What must be kept.
-        plan: The nominal path; at least two waypoints.
+        plan: The nominal path; at least three waypoints.
         cost: Named terms or any function of sampled paths.
-        points: n, start and end not counted; by default about one every 0.35 m, 4 to 20.
+        points: n, start and end not counted; by default about one every 0.35 m, 4 to 20, more where the spline through so
+            few does not keep the word, and the nominal path's own waypoints where more do not help.
         instants: At which each path is sampled; by default about one every 0.05 m, at least 64.
     """
     waypoints = np.array([w.position for w in plan.waypoints])
     nominal = Spline(plan.times, plan.cycle_waypoint)
     length = _length(nominal, waypoints)
-    count = points if points is not None else int(np.clip(np.ceil(length / 0.35), 4, 20))
-    times, cycle = _equidistant(nominal, waypoints, count)
-    spline = Spline(times, cycle)
-    knots = nominal.sampling(times) @ waypoints
-    free = np.arange(1, len(times) - 1)
-    sampling = Sampling(spline, instants or max(64, int(np.ceil(length / _INSTANT))))
-    return PathProblem(spline, knots, free, cost, sampling, word_filter(mission, plan), length)
+    keeps = word_filter(mission, plan)
+    count = points if points is not None else int(np.clip(np.ceil(length / _SPACING), 4, _POINTS))
+    choices = [_equidistant(nominal, waypoints, count)]
+    if points is None:
+        choices += [_equidistant(nominal, waypoints, count * 7 // 5), (nominal.times, nominal.cycle)]
+    for times, cycle in choices:
+        knots = nominal.sampling(times) @ waypoints
+        sampling = Sampling(Spline(times, cycle), instants or max(64, int(np.ceil(length / _INSTANT))))
+        problem = PathProblem(sampling.spline, knots, np.arange(1, len(times) - 1), cost, sampling, keeps, length)
+        if keeps.keeps(sampling.paths(knots).axes(0))[0]:
+            return problem
+    return problem
 
 
 def _length(spline: Spline, waypoints: Floats) -> float:
@@ -124,7 +138,7 @@ def _equidistant(spline: Spline, waypoints: Floats, count: int) -> tuple[Floats,
     if spline.cycle is None:
         return np.interp(np.linspace(0.0, place[-1], count + 2), place, at), None
     begin = float(np.interp(spline.times[spline.cycle], at, place))
-    before = int(np.clip(round(count * begin / place[-1]), 1 if begin > 0 else 0, count - 3))
+    before = int(np.clip(round(count * begin / place[-1]), 1 if begin > 0 else 0, max(1, count - 3)))
     first = np.linspace(0.0, begin, before + 1)
     second = np.linspace(begin, place[-1], count - before + 2)[1:]
     times = np.interp(np.concatenate([first, second]), place, at)
