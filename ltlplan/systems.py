@@ -448,7 +448,7 @@ class _Builder:
         self.nodes: list[Node] = []
         self.index: dict[Node, int] = {}
         self.labels: list[Letter] = []
-        self.edges: list[list[tuple[int, float]] | tuple[tuple[int, float], ...]] = []
+        self.edges: list[list[tuple[int, float]]] = []
         self.final: dict[int, float] = {}
         self.stops: set[_Stop] = set()
 
@@ -461,11 +461,10 @@ class _Builder:
         self.edges.append([])
 
     def join(self, source: Node, target: Node, cost: float) -> None:
-        at = self.index[source]
-        self.edges[at] = [*self.edges[at], (self.index[target], cost)]
+        self.edges[self.index[source]].append((self.index[target], cost))
 
     def copy(self) -> _Builder:
         other = _Builder()
         other.nodes, other.index, other.labels = list(self.nodes), dict(self.index), list(self.labels)
-        other.edges, other.final, other.stops = list(self.edges), dict(self.final), set(self.stops)
+        other.edges, other.final, other.stops = [list(edges) for edges in self.edges], dict(self.final), set(self.stops)
         return other

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from ltlplan.automata import DEAD
 from ltlplan.budget import Budget, TooLarge
 from ltlplan.conjunction import Kind, Kinds, OrderCheck, Task
+from ltlplan.guide import LOST, Guide
 from ltlplan.systems import TransitionSystem
 from verify.data import Letter
 
@@ -66,6 +67,13 @@ class Team:
             self.final += [0.0] * len(system.labels) if final is None else [final.get(i) for i in range(len(system.labels))]
             self.robot += [index] * len(system.labels)
         self.letters = tuple(numbers)
+        self.entering = [float("inf")] * len(numbers)
+        for start in self.start:
+            self.entering[self.label[start]] = 0.0  # robots begin there at no cost
+        for edges in self.edges:
+            for target, cost in edges:
+                if cost < self.entering[self.label[target]]:
+                    self.entering[self.label[target]] = cost
         self._through: dict[tuple[int, int], bool] = {}
 
     def __len__(self) -> int:
@@ -104,19 +112,21 @@ def cheapest_path(team: Team, task: Task, budget: Budget) -> TeamRun | None:
     begin = task.row(task.initial)[label[team.start[0]]]
     if begin == DEAD:
         return None
+    guide = Guide(task, team.entering)
     first = begin * width + team.start[0]
     best: dict[int, float] = {first: 0.0}
     parent: dict[int, int] = {first: -1}
-    heap: list[tuple[float, int]] = [(0.0, first)]
+    heap: list[tuple[float, int]] = [(guide(begin), first)] if guide(begin) < LOST else []
     closed: set[int] = set()
     goal = -2
     while heap:
-        cost, key = heapq.heappop(heap)
+        _, key = heapq.heappop(heap)
         if key == goal:
-            return TeamRun(_paths(team, parent, parent[goal], width), cost, len(closed), len(best))
+            return TeamRun(_paths(team, parent, parent[goal], width), best[goal], len(closed), len(best))
         if key in closed:
             continue
         closed.add(key)
+        cost = best[key]
         if len(closed) > budget.states:
             raise TooLarge("The search needs", len(closed), "states", budget.states)
         state, node = divmod(key, width)
@@ -129,10 +139,11 @@ def cheapest_path(team: Team, task: Task, budget: Budget) -> TeamRun | None:
             else:
                 moves = [(goal, cost + ending)] if task.is_accepting(state) else []
             for target, total in moves:
-                if total < best.get(target, float("inf")):
+                rest = 0.0 if target == goal else guide(target // width)
+                if total < best.get(target, LOST) and rest < LOST:
                     best[target] = total
                     parent[target] = key
-                    heapq.heappush(heap, (total, target))
+                    heapq.heappush(heap, (total + rest, target))
         still = row[label[node]] == state
         for target, step in edges[node]:
             after = row[label[target]]
@@ -140,10 +151,12 @@ def cheapest_path(team: Team, task: Task, budget: Budget) -> TeamRun | None:
                 continue
             target_key = after * width + target
             total = cost + step + 1e-10
-            if total < best.get(target_key, float("inf")):
-                best[target_key] = total
-                parent[target_key] = key
-                heapq.heappush(heap, (total, target_key))
+            if total < best.get(target_key, LOST):
+                rest = guide(after)
+                if rest < LOST:
+                    best[target_key] = total
+                    parent[target_key] = key
+                    heapq.heappush(heap, (total + rest, target_key))
     return None
 
 
@@ -204,18 +217,21 @@ def _by_kinds(team: Team, task: Task, kinds: Kinds, check: OrderCheck, budget: B
     if begin == DEAD:
         return None, 0
 
+    guide = Guide(task, team.entering)
+    if guide(begin) == LOST:
+        return None, 0
     start: _Key = (begin, team.start[0], kinds.read(kinds.identity, label[team.start[0]]), ())
     best: dict[_Key, float] = {start: 0.0}
     parent: dict[_Key, _Key | None] = {start: None}
-    heap: list[tuple[float, int, _Key, bool]] = [(0.0, 0, start, False)]
+    heap: list[tuple[float, int, _Key, bool]] = [(guide(begin), 0, start, False)]
     closed: set[_Key] = set()
     pushed = tried = 0
     while heap:
-        cost, _, key, complete = heapq.heappop(heap)
+        bound, _, key, complete = heapq.heappop(heap)
         if complete:
             tried += 1
             if check.failing_order([*key[3], key[2]]) is None:
-                return TeamRun(_kind_paths(team, parent, key), cost, len(closed), len(best)), tried
+                return TeamRun(_kind_paths(team, parent, key), bound, len(closed), len(best)), tried
             if tried >= budget.candidates:
                 raise TooLarge("Finding a plan that holds in every order takes", tried + 1, "complete plans", budget.candidates)
             continue
@@ -225,6 +241,7 @@ def _by_kinds(team: Team, task: Task, kinds: Kinds, check: OrderCheck, budget: B
         if len(closed) > budget.states:
             raise TooLarge("The search needs", len(closed), "states", budget.states)
         state, node, kind, done = key
+        cost = best[key]
         row = task.row(state)
         ending = final[node]
         if ending is not None:
@@ -232,19 +249,19 @@ def _by_kinds(team: Team, task: Task, kinds: Kinds, check: OrderCheck, budget: B
                 following = team.start[robot[node] + 1]
                 after = row[label[following]]
                 finished = tuple(sorted((*done, kind)))
-                if after != DEAD and check.failing_order(finished, finished=False) is None:
+                if after != DEAD and guide(after) < LOST and check.failing_order(finished, finished=False) is None:
                     target = (after, following, kinds.read(kinds.identity, label[following]), finished)
                     if cost + ending < best.get(target, float("inf")):
                         best[target] = cost + ending
                         parent[target] = key
                         pushed += 1
-                        heapq.heappush(heap, (cost + ending, pushed, target, False))
+                        heapq.heappush(heap, (cost + ending + guide(after), pushed, target, False))
             elif task.is_accepting(state):
                 pushed += 1
                 heapq.heappush(heap, (cost + ending, pushed, key, True))
         for node_after, step in edges[node]:
             after = row[label[node_after]]
-            if after == DEAD:
+            if after == DEAD or guide(after) == LOST:
                 continue
             kind_after = kinds.read(kind, label[node_after])
             if kind_after == kind and kinds.read(kind, label[node]) == kind and team.useless(node, node_after, step):
@@ -255,7 +272,7 @@ def _by_kinds(team: Team, task: Task, kinds: Kinds, check: OrderCheck, budget: B
                 best[target] = total
                 parent[target] = key
                 pushed += 1
-                heapq.heappush(heap, (total, pushed, target, False))
+                heapq.heappush(heap, (total + guide(after), pushed, target, False))
     return None, tried
 
 
