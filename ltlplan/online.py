@@ -22,21 +22,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.allocation import Itinerary, Metric, Move, Reader, Whereabouts, World
+from ltlplan.allocation import Itinerary, Metric, Move, Reader, World
 from ltlplan.hoops import route
 from ltlplan.mtac import metric
 from ltlplan.online_cross_entropy import OnlineSettings
-from ltlplan.online_events import RobotJoins, RobotLeaves, WorldEvent
+from ltlplan.online_events import HoopMoves, RobotJoins, RobotLeaves, WorldEvent
 from ltlplan.online_pilot import Pilot
 from ltlplan.online_progress import MAX_TOGETHER, Standing, State, admits, at_start, can_finish
 from ltlplan.team_walk import Options, Walker
-from verify.data import BadInput, Infeasible, Letter, Mission, RobotPlan, Unsatisfiable, Word
+from verify.data import BadInput, Infeasible, Letter, LtlplanError, Mission, RobotPlan, Unsatisfiable, Word
 from verify.data.mission import Point
 
 Floats = NDArray[np.float64]
@@ -55,6 +55,10 @@ LOOK_AHEAD = 1.6
 
 PATIENCE = 3.0
 """s that two robots wait for each other before the other one goes first."""
+
+
+STUCK = 12.0
+"""s without any motion after which a team that has something left to do gives up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +117,7 @@ class OnlineTeam:
         self._handover: tuple[str, str, int] | None = None
         self._stuck: dict[str, float] = {}
         self._first: list[str] = list(self.pilots)
+        self._moved_at = 0.0
         self.allocate()
 
     @property
@@ -169,6 +174,7 @@ class OnlineTeam:
                 others = self._standing_still(name)
                 pilot.search(now, self.rng, others, self.mission.separation + CLEARANCE)
             pilot.clock = pilot.clock.after(PERIOD, going[name]) if not pilot.arrived else pilot.clock
+        self._give_up_if_stuck(now)
         self.steps += 1
         flat = np.zeros((5, 4, len(self.pilots)))
         for j, (name, pilot) in enumerate(self.pilots.items()):
@@ -197,6 +203,8 @@ class OnlineTeam:
             self._first.append(event.robot)
         for pilot in self.pilots.values():
             pilot.mission, pilot.world = self.mission, self.world
+            # a ring that has moved is not where the course goes
+            pilot.stop = isinstance(event, HoopMoves) and bool(pilot.moves) and pilot.moves[0].visit.region == event.region
         # the whole flown word counts: the new automaton reads it from its beginning
         self.standing = at_start(self.reader, self.first_letters, reading=self.mission.spec.team)
         for _, events in self.shown:
@@ -206,6 +214,10 @@ class OnlineTeam:
     def hold(self, reason: str) -> None:
         """Let everybody wait on their courses; what is left is shared again once all have come to rest."""
         self.holding, self._replan, self._handover = f"Waiting: {reason}.", True, None
+
+    def give_up(self, reason: str) -> None:
+        """Let everybody hover for good."""
+        self.holding, self._replan, self._handover = reason, False, None
 
     def _shared_again(self, now: float) -> None:
         """Share what is left when all robots hover; where that cannot be done they go on hovering, and say why."""
@@ -219,38 +231,27 @@ class OnlineTeam:
             return
         try:
             self.allocate()
-        except (Unsatisfiable, Infeasible) as error:
+        except LtlplanError as error:
             self.holding = str(error)
 
     def _rests(self, pilot: Pilot, now: float) -> bool:
+        if self._replan and pilot.entered and not pilot.stop and not pilot.arrived:
+            return False
         return (pilot.arrived or pilot.clock.resting) and not pilot.course.gliding(now)
 
     def _root(self, pilot: Pilot, now: float) -> None:
         """Let a robot's whereabouts be where it hovers, so that its next course begins without a jump."""
         x, y, z = (float(v) for v in pilot.course.flat(pilot.clock, now)[0])
-        pilot.where = Whereabouts((x, y, z), pilot.where.inside, pilot.where.vertex, pilot.where.internal)
+        pilot.where = replace(pilot.where, position=(x, y, z))
 
     # -- what was flown ------------------------------------------------------------------------------------
 
     def _see(self, now: float, positions: Mapping[str, Point]) -> None:
         """Label the robots, let them act where they are to, and take note of what has changed."""
-        events: dict[str, Letter] = {}
-        inside: dict[str, str | None] = {}
-        for name, pilot in self.pilots.items():
-            x, y, z = (float(v) for v in positions[name])
-            seen = self.world.at((x, y, z), pilot.where.internal, vertex=pilot.where.vertex)
-            inside[name] = seen.inside
-            pilot.where = Whereabouts(seen.position, pilot.where.inside, pilot.where.vertex, pilot.where.internal)
-            target = pilot.wants_to_act() if seen.inside is not None else None
-            if target is not None:
-                pilot.where = Whereabouts(seen.position, seen.inside, pilot.where.vertex, target)
-            letter = self.world.free_letter(pilot.where.internal) | (frozenset() if seen.inside is None else {seen.inside})
-            if letter != self.standing.held[name]:
-                events[name] = letter
+        events, inside = self._labelled(positions)
         if not events:
             return
-        self.shown.append((now, dict(events)))
-        self.standing = _after(self.standing, events)
+        self._note(now, events)
         names = sorted(events)
         unforeseen = [name for name in names if not self.pilots[name].observe(events[name], inside[name])]
         for name in unforeseen:
@@ -259,12 +260,38 @@ class OnlineTeam:
             seen_by = ", ".join(unforeseen) or ", ".join(names)
             self.hold(f"at {now:.2f} s {seen_by} showed letters after which the plan cannot be finished")
 
+    def _note(self, now: float, events: dict[str, Letter]) -> None:
+        """Remember letters that have changed, and where they lead."""
+        self.shown.append((now, events))
+        self.standing = _after(self.standing, events)
+
+    def _labelled(self, positions: Mapping[str, Point]) -> tuple[dict[str, Letter], dict[str, str | None]]:
+        """Return the letters that have changed, and the region that each robot is in; planned actions happen here."""
+        events: dict[str, Letter] = {}
+        inside: dict[str, str | None] = {}
+        for name, pilot in self.pilots.items():
+            x, y, z = (float(v) for v in positions[name])
+            seen = self.world.at((x, y, z), pilot.where.internal, vertex=pilot.where.vertex)
+            inside[name] = seen.inside
+            target = pilot.wants_to_act() if seen.inside is not None else None
+            pilot.where = replace(
+                pilot.where,
+                position=seen.position,
+                inside=seen.inside if target is not None else pilot.where.inside,
+                internal=pilot.where.internal if target is None else target,
+            )
+            letter = self.world.free_letter(pilot.where.internal) | (frozenset() if seen.inside is None else {seen.inside})
+            if letter != self.standing.held[name]:
+                events[name] = letter
+        return events, inside
+
     # -- who may go ----------------------------------------------------------------------------------------
 
     def _permitted(self, now: float) -> dict[str, bool]:
         """Tell which robots may go on along their courses in this step."""
         if self.holding is not None:
-            return dict.fromkeys(self.pilots, False)
+            # who is in a passage finishes it first: inside a ring is no place to wait
+            return {name: self._replan and pilot.entered and not pilot.stop for name, pilot in self.pilots.items()}
         going = self._clear_of_each_other(now)
         if self._handover is not None:
             going[self._handover[0]] = False
@@ -310,6 +337,15 @@ class OnlineTeam:
             self._stuck = {}
         return going
 
+    def _give_up_if_stuck(self, now: float) -> None:
+        """Say so when nobody has moved for long although something is left to do."""
+        waiting = [n for n, p in self.pilots.items() if not p.arrived and p.clock.resting]
+        moving = [n for n, p in self.pilots.items() if not p.arrived and not p.clock.resting]
+        if moving or not waiting or self.holding is not None:
+            self._moved_at = now
+        elif now - self._moved_at > STUCK:
+            self.give_up(f"For {STUCK:.0f} s {', '.join(waiting)} had no way past the others; the robots hold their positions.")
+
     def _standing_still(self, name: str) -> Floats:
         """Positions of the other robots that have nothing left to fly. Shape (n, 3)."""
         still = [p.course.new[-1] for n, p in self.pilots.items() if n != name and p.arrived]
@@ -336,7 +372,7 @@ class OnlineTeam:
             return can_finish(self.standing, {robot: part.ahead(self.world) for robot, part in parts.items()})
 
         walker = Walker(
-            self.mission, self.world, self.reader, starts, begun=self.standing.states, takes_off=False,
+            self.mission, self.world, self.reader, starts, begun=self.standing.settled, takes_off=False,
             divides=self.reader.divides, metric=leg, price=price, holds=holds, options=Options(width=WIDTH),
         )  # fmt: skip
         best = walker.search(lambda _sentence, _share: None)
@@ -409,7 +445,7 @@ class OnlineTeam:
                 rest = pilot.moves[kept:]
                 own = self._length(leg, giver, position, rest)
                 divided = kept >= (1 if pilot.shown else 0) and self.reader.divides(
-                    frozenset(_read(self.reader, self.standing.states, letters))
+                    frozenset(_read(self.reader, self.standing.settled, letters))
                 )
                 for taker in idle if divided else ():
                     if self.pilots[taker].where.internal != self._internal_at(pilot, kept):

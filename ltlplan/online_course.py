@@ -160,7 +160,7 @@ class Course:
         basis = table @ self.spline.coefficients[piece]  # (ORDERS, points): derivatives by nominal time
         if ended:
             basis[1:] = 0.0
-        by_time = _through_clock(basis, clock)
+        by_time = through_clock(basis, clock)
         if not self.gliding(now):
             return by_time @ self.new
         moving = self.points(now)
@@ -199,8 +199,8 @@ def glide(elapsed: float) -> Floats:
     return row.reshape(ORDERS, 8) @ _STEP / GLIDE ** np.arange(ORDERS)
 
 
-def _through_clock(basis: Floats, clock: Clock) -> Floats:
-    """Turn derivatives by nominal time into derivatives by flight time (Faa di Bruno). Shape (ORDERS, points) kept."""
+def through_clock(basis: Floats, clock: Clock) -> Floats:
+    """Turn derivatives by nominal time into derivatives by flight time (Faa di Bruno). Shape (ORDERS, n) kept."""
     r, s, a, b = clock.rate  # first to fourth derivative of nominal time
     result = np.empty_like(basis)
     result[0] = basis[0]

@@ -162,7 +162,7 @@ def falls_on(mission: Mission, event: WorldEvent, positions: dict[str, Point]) -
     for robot, position in positions.items():
         if float(region.level(np.array(position))) <= (1 + mission.margin / min(region.radii)) ** 2:
             return f"{event.region} moves onto {robot}, which is inside it at once; the robots hold their positions."
-        if isinstance(region, Hoop) and _rim_distance(position, region) <= need:
+        if isinstance(region, Hoop) and rim_distance(position, region) <= need:
             return f"The rim of {event.region} moves onto {robot}, within {need:.3f} m; the robots hold their positions."
     return None
 
@@ -196,7 +196,7 @@ def _unknown(name: str, what: str, known: Iterable[str]) -> str:
     return f"'{name}' is not a {what}.{did_you_mean(name, known)} There are: {', '.join(known) or '(none)'}."
 
 
-def _rim_distance(point: Point, hoop: Hoop) -> float:
+def rim_distance(point: Point, hoop: Hoop) -> float:
     """Distance from a point to the solid ring, m."""
     offset, normal = np.array(point) - np.array(hoop.center), np.array(hoop.normal)
     along = float(offset @ normal)

@@ -69,6 +69,7 @@ class Pilot:
         clock: Where it is on its path.
         entered: Whether it is committed to the present passage.
         visit: Index of the present visit in the course's plan.
+        stop: Whether to wait even within a passage, because its ring has moved.
     """
 
     def __init__(self, mission: Mission, world: World, name: str, where: Whereabouts, settings: OnlineSettings) -> None:
@@ -80,6 +81,7 @@ class Pilot:
         self.course = course_of(_hover(where))
         self.clock = Clock()
         self.entered = False
+        self.stop = False
         self.visit = 0
         self.searches: list[OnlineState | None] = []
         self.cost: WeightedCost = cost_of(mission, name)
@@ -123,7 +125,7 @@ class Pilot:
 
     def take(self, itinerary: Itinerary, plan: RobotPlan, rng: Generator) -> None:
         """Begin an itinerary along a plan that starts where the robot hovers."""
-        self.moves, self.leaves, self.shown, self.entered = itinerary.moves, itinerary.leaves, 0, False
+        self.moves, self.leaves, self.shown, self.entered, self.stop = itinerary.moves, itinerary.leaves, 0, False, False
         starts_inside = itinerary.where.inside is not None
         in_place = bool(self.moves) and self.moves[0].in_place
         self.visit = 0 if in_place or not starts_inside else 1

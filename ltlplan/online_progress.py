@@ -73,9 +73,14 @@ class Standing:
         """The automaton states that may have been reached."""
         return frozenset(state for state, _ in self.pairs)
 
+    @property
+    def settled(self) -> frozenset[State]:
+        """The states of the readings that have read every held letter: those from which the rest is planned."""
+        return frozenset(state for state, unread in self.pairs if not unread)
+
     def accepts(self) -> bool:
         """Tell whether the word is accepted if nobody's letter changes any more, whatever was read when."""
-        return all(state in self.automaton.accepting for state, unread in self.pairs if not unread)
+        return all(state in self.automaton.accepting for state in self.settled)
 
     def after(self, robot: str, letter: Letter) -> Standing:
         """Return the standing after one robot's letter has changed."""

@@ -1,0 +1,373 @@
+"""A mission flown online in simulation: from its start until the formula is satisfied, then judged.
+
+This stands beside the pipeline, above planner, flight and judge: `online.OnlineTeam` says 50 times a second where the
+robots should be, flight's closed loop flies there, and when it is over the checker judges the words that were flown. A flight of
+this kind is not certified beforehand and cannot be exported; log, summary and result say so. Its verdict is over label
+changes seen at 100 Hz, not over all times.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flight.airframe import airframe_of
+from flight.attitude import euler
+from flight.control import CONTROL_STEP
+from flight.fly import as_sensor, as_wind
+from flight.log import Event, FlightLog
+from flight.reference import Reference
+from flight.simulate import STEP, SUBSTEPS, Setup, Snapshot, steps
+from ltlplan.mtac import Progress
+from ltlplan.online import PERIOD, Desired, OnlineTeam
+from ltlplan.online_events import RobotJoins, RobotLeaves, WorldEvent, falls_on, in_order
+from verify.behaviour import judge_formula
+from verify.data import BadInput, InternalError, Letter, Mission, NotCertified, Unsatisfiable
+from verify.data.mission import Point
+from verify.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
+from verify.verdict import Verdict
+
+Floats = NDArray[np.float64]
+
+NOT_CERTIFIED = "Flown online: nothing about this flight was certified beforehand, and it cannot be exported."
+
+CERTIFIED = (
+    "Flown online in pieces, each certified for what was left of the formula; only the slowing down to a hover after a change of "
+    "the world was not. Such a flight cannot be exported."
+)
+
+GIVE_UP = 3.0
+"""s that a team which cannot finish goes on hovering before the flight is ended."""
+
+SINK = 0.5
+"""m/s at which a robot that fails or leaves comes down."""
+
+FLOOR = 0.02
+"""m; where it stays."""
+
+
+@dataclass(frozen=True, eq=False)
+class OnlineFlight:
+    """What was flown online, and what the checker says of it.
+
+    Attributes:
+        mission: As it was at the end.
+        log: 100 Hz, with the events in it.
+        verdict: The checker's, over the flown words and the mission's whole formula.
+        duration: s of simulated flight.
+        satisfied_at: When the formula was first satisfied, s; None where it never was.
+        planned_cost: Summed cost of the courses at take-off.
+        final_cost: Summed cost of the courses that were flown last.
+        step_seconds: Computing time of each online step, s (not part of the flight's result). Shape (steps,).
+        words: Each robot's flown word.
+        certified: Whether only certified pieces were flown (and the slowing down after changes of the world).
+    """
+
+    mission: Mission
+    log: FlightLog
+    verdict: Verdict
+    duration: float
+    satisfied_at: float | None
+    planned_cost: float
+    final_cost: float
+    step_seconds: Floats
+    words: Mapping[str, tuple[Letter, ...]]
+    certified: bool = False
+
+    def require(self) -> OnlineFlight:
+        """Return the flight if its words satisfy the formula.
+
+        Raises:
+            NotCertified: The verdict is not *holds*; carries the counterexample.
+        """
+        if not self.verdict:
+            raise NotCertified(f"The flown words do not keep the formula: {self.verdict.sentence}", [self.verdict.witness()])
+        return self
+
+    def summary(self) -> str:
+        """Return a few sentences for a person."""
+        done = "never" if self.satisfied_at is None else f"after {self.satisfied_at:.1f} s"
+        kind = CERTIFIED if self.certified else NOT_CERTIFIED
+        return (
+            f"{kind} {self.mission.name} flew {self.duration:.1f} s (the 2022 paper's experiment: 127 s); the formula was "
+            f"satisfied {done}. Verdict on the flown words: {self.verdict.outcome}. {self.verdict.sentence}"
+        )
+
+
+def fly_online(
+    mission: Mission,
+    *,
+    seed: int | None = None,
+    certified: bool = False,
+    events: Iterable[WorldEvent] = (),
+    wind: Any = None,
+    noise: Any = None,
+    max_seconds: float = 300.0,
+    progress: Progress | None = None,
+) -> OnlineFlight:
+    """Fly a mission online in simulation and judge what was flown.
+
+    Args:
+        mission: What is asked.
+        seed: Of every random number, the simulation's too; None takes the mission's own.
+        certified: Hand each robot only pieces that are certified for what is left of the formula.
+        events: What changes during the flight.
+        wind: As `flight.fly` takes it.
+        noise: As `flight.fly` takes it.
+        max_seconds: Longest flight, s.
+        progress: Told a sentence and the share done, 0 to 1.
+
+    Returns:
+        The flight with its verdict; `require()` raises where that is not *holds*.
+
+    Raises:
+        BadInput: An event cannot be, N <= 1 / rho, or the trace is infinite.
+        Unsatisfiable: Nothing that these robots can fly satisfies the formula, at take-off already.
+        Infeasible: No way between the hoops was found at take-off.
+    """
+    used_seed = mission.planner.seed if seed is None else seed
+    if not 0 < max_seconds <= 3600:
+        raise BadInput(f"max_seconds must be above 0 and at most 3600, not {max_seconds:g}.")
+    ordered = in_order(mission, events)
+    try:
+        if certified:
+            from ltlplan.online_certified import CertifiedTeam
+
+            team = CertifiedTeam(mission, seed=used_seed, rng=np.random.default_rng(used_seed))
+        else:
+            team = OnlineTeam(mission, rng=np.random.default_rng(used_seed))
+    except Unsatisfiable:
+        from ltlplan.search import assign
+
+        assign(mission)  # says which parts cannot hold together
+        raise
+    loop = _Loop(mission, team, ordered, certified)
+    return loop.fly(used_seed, wind, noise, max_seconds, progress)
+
+
+@dataclass
+class _Loop:
+    """One flight while it happens: events when they are due, one step of the team before each command."""
+
+    mission: Mission
+    team: OnlineTeam
+    pending: tuple[WorldEvent, ...]
+    certified: bool = False
+    now: float = 0.0
+    entries: list[Snapshot] = field(default_factory=list)
+    desired: list[Floats] = field(default_factory=list)
+    letters: list[dict[str, Letter]] = field(default_factory=list)
+    inside: list[dict[str, str | None]] = field(default_factory=list)
+    actions: dict[str, list[InternalChange]] = field(default_factory=dict)
+    internal: dict[str, str] = field(default_factory=dict)
+    landed: dict[str, tuple[float, Point, Letter, str | None]] = field(default_factory=dict)
+    said: list[Event] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+    satisfied_at: float | None = None
+    held_since: float | None = None
+    refused: bool = False
+    over: bool = False
+
+    def fly(self, seed: int, wind: Any, noise: Any, max_seconds: float, progress: Progress | None) -> OnlineFlight:
+        """Fly until the formula is satisfied and everybody has come to rest, until it cannot be, or to the time limit."""
+        joining = {event.robot: event.agent for event in self.pending if isinstance(event, RobotJoins)}
+        self.agents = {**self.mission.agents, **joining}
+        self.robots = tuple(self.agents)
+        self.internal = dict.fromkeys(self.robots, self.mission.robot.initial)
+        self.planned_cost = self.team.cost
+        ticks = int(np.ceil(max_seconds / CONTROL_STEP))
+        setup = Setup(
+            airframe_of(self.mission.vehicle), self._hovering(ticks), as_wind(wind), as_sensor(noise), override=self._override
+        )
+        for entry in steps(setup, [seed]):
+            self._record(entry)
+            if progress is not None and len(self.entries) % 100 == 0:
+                progress(f"flying online, {self.now:.0f} s", min(0.99, self.now / max_seconds))
+            if self.over:
+                break
+        return self._result(seed)
+
+    def _hovering(self, ticks: int) -> Reference:
+        """Every robot at its start all the time; `_override` says each time where they really should be."""
+        flat = np.zeros((1, 5, 4, len(self.robots)))
+        for j, agent in enumerate(self.agents.values()):
+            flat[0, 0, :3, j], flat[0, 0, 3, j] = agent.start, agent.yaw
+        self._hover = flat[0]
+        fine = np.broadcast_to(flat[:1, 0, :3], (ticks * SUBSTEPS + 1, 3, len(self.robots)))
+        every = np.broadcast_to(flat, (ticks + 1, *flat.shape[1:]))
+        return Reference(
+            self.robots, np.arange(ticks + 1, dtype=np.float64) * CONTROL_STEP, every, fine, ticks * CONTROL_STEP, 10.0
+        )
+
+    def _override(self, tick: int) -> Floats:
+        """Do one step of online MTAC-E and return what every robot should do. Shape (5, 4, robots)."""
+        self.now = tick * PERIOD
+        positions = self._positions()
+        while self.pending and self.pending[0].time <= self.now + 1e-9:
+            event, self.pending = self.pending[0], self.pending[1:]
+            self._happens(event, positions)
+        flat = self._hover.copy()
+        if self.team.pilots:
+            begun = time.perf_counter()
+            desired = self.team.step(self.now, {name: positions[name] for name in self.team.pilots})
+            self.seconds.append(time.perf_counter() - begun)
+            for j, name in enumerate(self.team.pilots):
+                flat[:, :, self.robots.index(name)] = desired.flat[:, :, j]
+            self._take_note(desired)
+        else:
+            self.held_since = self.now if self.held_since is None else self.held_since
+        for name, (when, at, _, _) in self.landed.items():
+            height = max(at[2] - SINK * (self.now - when), FLOOR)
+            flat[0, :3, self.robots.index(name)] = (at[0], at[1], height)
+        if self.held_since is not None and self.now - self.held_since > GIVE_UP and not self.pending:
+            self.over = True
+        self.desired.append(flat[0, :3])
+        return flat
+
+    def _take_note(self, desired: Desired) -> None:
+        """Write down what this step changed: actions, hand-overs, satisfaction, waiting."""
+        for name, pilot in self.team.pilots.items():
+            if pilot.where.internal != self.internal[name]:
+                self._acted(name, pilot.where.internal, pilot.where.inside)
+        self.said += [Event(self.now, None, "reaction", sentence) for sentence in desired.switched]
+        if desired.satisfied and self.satisfied_at is None:
+            self.satisfied_at = self.now
+            self.said.append(Event(self.now, None, "formula", f"The formula is satisfied after {self.now:.2f} s."))
+        if not desired.satisfied:
+            self.satisfied_at = None
+        if desired.holding is None:
+            self.held_since = None
+        elif self.held_since is None:
+            self.held_since = self.now
+        if desired.holding is not None and (not self.said or self.said[-1].sentence != desired.holding):
+            self.said.append(Event(self.now, None, "reaction", desired.holding))
+        if desired.finished and not self.pending:
+            self.over = True
+
+    def _acted(self, name: str, target: str, region: str | None) -> None:
+        source, self.internal[name] = self.internal[name], target
+        propositions = frozenset(self.mission.robot.states[target])
+        done = self.actions.setdefault(name, [])
+        done.append(InternalChange(_exact(self.now), source, target, region or "", len(done), propositions))
+
+    def _happens(self, event: WorldEvent, positions: Mapping[str, Point]) -> None:
+        """Let the world change; a hoop on a robot ends the mission in a hover."""
+        flying = {name: positions[name] for name in self.team.pilots}
+        trouble = falls_on(self.team.mission, event, flying)
+        self.said.append(Event(self.now, getattr(event, "robot", None), "note", f"At {self.now:.2f} s {event}."))
+        if isinstance(event, RobotLeaves):
+            letter, inside = self.letters[-1][event.robot], self.inside[-1][event.robot]
+            self.landed[event.robot] = (self.now, positions[event.robot], letter, inside)
+        self.team.change(event, self.now)
+        self.satisfied_at = None
+        if trouble is not None or self.refused:
+            self.refused = True
+            self.team.give_up(trouble or "The robots hold their positions.")
+
+    def _positions(self) -> dict[str, Point]:
+        """Where every robot was last seen: by motion capture, or where that lost it by what the robot believes."""
+        if not self.entries:
+            return {name: agent.start for name, agent in self.agents.items()}
+        last = self.entries[-1]
+        seen = last.estimated if last.measured is None else np.where(np.isnan(last.measured), last.estimated, last.measured)
+        if last.measured is None:
+            seen = last.position
+        return {name: tuple(float(x) for x in seen[:, j]) for j, name in enumerate(self.robots)}  # pyright: ignore[reportReturnType]  # three numbers
+
+    def _record(self, entry: Snapshot) -> None:
+        """Label one entry of the log by where the robots really are, in the world as it is now."""
+        self.entries.append(entry)
+        letters: dict[str, Letter] = {}
+        inside: dict[str, str | None] = {}
+        for j, name in enumerate(self.robots):
+            if name in self.landed:
+                _, _, letters[name], inside[name] = self.landed[name]
+                continue
+            held = frozenset(self.mission.robot.states[self.internal[name]])
+            here = [
+                region
+                for region, shape in self.team.mission.all_regions.items()
+                if float(shape.level(entry.position[:, j])) <= 1.0
+            ]
+            letters[name], inside[name] = held.union(here), next(iter(here), None)
+        self.letters.append(letters)
+        self.inside.append(inside)
+
+    def _result(self, seed: int) -> OnlineFlight:
+        mission = self.team.mission
+        times = np.array([entry.step for entry in self.entries]) * STEP
+        timelines = {name: self._timeline(name, times) for name in mission.agents}
+        verdict = judge_formula(mission, timelines, Relations())[0]
+        frames = np.minimum((np.array([e.step for e in self.entries]) // SUBSTEPS), len(self.desired) - 1)
+        position = np.array([entry.position for entry in self.entries]).transpose(0, 2, 1)
+        wanted = np.array(self.desired)[frames].transpose(0, 2, 1)
+        first = self.entries[0]
+        note = CERTIFIED if self.certified else NOT_CERTIFIED
+        self.said.append(
+            Event(float(times[-1]), None, "formula", f"Verdict on the flown words: {verdict.outcome}. {verdict.sentence}")
+        )
+        log = FlightLog(
+            mission=mission.name,
+            robots=self.robots,
+            times=times,
+            position=position,
+            velocity=np.array([entry.velocity for entry in self.entries]).transpose(0, 2, 1),
+            attitude=np.array([euler(entry.attitude) for entry in self.entries]).transpose(0, 2, 1),
+            thrust=np.array([entry.thrust for entry in self.entries]),
+            rates=np.array([entry.rates for entry in self.entries]).transpose(0, 2, 1),
+            error=np.linalg.norm(position - wanted, axis=2),
+            letters=tuple(tuple(row[name] for name in self.robots) for row in self.letters),
+            measured=_rows([entry.measured for entry in self.entries]) if first.measured is not None else None,
+            estimated=_rows([entry.estimated for entry in self.entries]) if first.measured is not None else None,
+            events=(Event(0.0, None, "note", note), *self.said),
+            satisfied=None if verdict.outcome == "undecided" else bool(verdict),
+            seed=seed,
+            notes=(note,),
+        )
+        words = {name: _word([row[name] for row in self.letters]) for name in self.robots}
+        return OnlineFlight(
+            mission, log, verdict, float(times[-1]), self.satisfied_at, self.planned_cost, self.team.cost,
+            np.array(self.seconds), words, self.certified,
+        )  # fmt: skip
+
+    def _timeline(self, name: str, times: Floats) -> Timeline:
+        """Return the label timeline of what was seen: a change lies between the two entries around it."""
+        mission = self.team.mission
+        regions = tuple(mission.all_regions)
+        shown = [frozenset(row[name]) & frozenset(regions) for row in self.letters]
+        initial: dict[str, Status] = {region: "must" if region in shown[0] else "no" for region in regions}
+        changes = []
+        for i in range(1, len(shown)):
+            for region in shown[i] ^ shown[i - 1]:
+                low, high = _exact(float(times[i - 1])) + _GRAIN, _exact(float(times[i]))
+                changes.append(Change(Enclosure(low, high), region, "must" if region in shown[i] else "no"))
+        first = frozenset(mission.robot.states[mission.robot.initial])
+        return Timeline(name, initial, tuple(changes), _exact(float(times[-1])), first, tuple(self.actions.get(name, ())))
+
+
+_GRAIN = Fraction(1, 10**9)
+
+
+def _exact(seconds: float) -> Fraction:
+    """Return a time on the simulation's grid as an exact number."""
+    return Fraction(round(seconds / STEP), round(1 / STEP))
+
+
+def _word(letters: Iterable[Letter]) -> tuple[Letter, ...]:
+    result: list[Letter] = []
+    for letter in letters:
+        if not result or result[-1] != letter:
+            result.append(letter)
+    return tuple(result)
+
+
+def _rows(values: list[Floats | None]) -> Floats:
+    if any(value is None for value in values):
+        raise InternalError("Every entry of a log has the same parts.")
+    return np.array(values).transpose(0, 2, 1)
