@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 _SHORTLIST = 24  # at most this many of the best candidates are judged for all times
-_SAME = 2e-3  # a plan with fewer waypoints is preferred where it costs at most this share more
+_SAME = 5e-3  # a plan with fewer waypoints is preferred where it costs at most this share more
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -263,8 +263,10 @@ def improve(
     best, value = plan, nominal
     for _, candidate in shortlist[:-_SHORTLIST:-1]:
         paths = problem.paths(candidate[None])
-        found = candidate_plans(mission, plan, problem.spline, problem.points(candidate[None])[0], float(paths.length[0]))
-        stretched = [_stretched(other, float(paths.scale[0])) for other in found]
+        found = candidate_plans(
+            mission, plan, problem.spline, problem.points(candidate[None])[0], float(paths.length[0]), problem.slack
+        )
+        stretched = [_stretched(other, float(paths.length[0]) / problem.length) for other in found]
         costs = [(plan_cost(other, function), i) for i, other in enumerate(stretched)]
         if costs and min(costs)[0] < nominal:
             least = min(costs)[0]

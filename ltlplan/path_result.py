@@ -8,12 +8,13 @@ to others are then left out where that changes nothing that matters.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.hoops.clearance import Obstacle, conflicts, room
+from ltlplan.hoops.clearance import Obstacle, Room, conflicts, room
 from ltlplan.splines import Spline
 from verify.data import Mission, RobotPlan, Waypoint
 from verify.data.plan import Role
@@ -35,7 +36,9 @@ class _Cut:
     permitted: frozenset[str] | None = None  # what the path up to here may enter; None: as for the next waypoint
 
 
-def candidate_plans(mission: Mission, plan: RobotPlan, spline: Spline, points: Floats, length: float) -> list[RobotPlan]:
+def candidate_plans(
+    mission: Mission, plan: RobotPlan, spline: Spline, points: Floats, length: float, slack: float
+) -> list[RobotPlan]:
     """Return plans along the spline through `points`, sparse waypoints first; none where the path does not keep the plan.
 
     Args:
@@ -44,8 +47,10 @@ def candidate_plans(mission: Mission, plan: RobotPlan, spline: Spline, points: F
         spline: Times of the points.
         points: m. Shape (points, 3).
         length: Of the path, m.
+        slack: m to keep beyond the mission's margin.
     """
-    cuts = _cuts(mission, plan, spline, points, length)
+    where = room(mission, slack)
+    cuts = _cuts(where, plan, spline, points, length)
     if cuts is None:
         return []
     dense = np.linspace(spline.times[0], spline.times[-1], 1000)
@@ -56,17 +61,19 @@ def candidate_plans(mission: Mission, plan: RobotPlan, spline: Spline, points: F
     for close in _CLOSE:
         taken, kept = list(cuts_at), []
         for time in spline.times:
+            if any(a.time < time < b.time and b.permitted for a, b in itertools.pairwise(cuts)):
+                continue  # inside a visit there are only the visit's own waypoints
             at = float(np.interp(time, dense, place))
             if time == cycle or min(abs(other - at) for other in taken) > close:
                 kept.append(_Cut(float(time), "via"))
                 taken.append(at)
-        candidate = _plan(mission, plan, spline, points, sorted([*cuts, *kept], key=lambda cut: cut.time))
+        candidate = _plan(where, plan, spline, points, sorted([*cuts, *kept], key=lambda cut: cut.time))
         if candidate is not None:
             found.append(candidate)
     return found
 
 
-def _plan(mission: Mission, plan: RobotPlan, spline: Spline, points: Floats, cuts: list[_Cut]) -> RobotPlan | None:
+def _plan(where: Room, plan: RobotPlan, spline: Spline, points: Floats, cuts: list[_Cut]) -> RobotPlan | None:
     times = np.array([cut.time for cut in cuts])
     positions = spline.sampling(times) @ points
     positions[0], positions[-1] = points[0], points[-1]
@@ -76,7 +83,7 @@ def _plan(mission: Mission, plan: RobotPlan, spline: Spline, points: Floats, cut
         positions[-1] = positions[cycle]
     path = Spline(times, cycle)
     permitted = [_permitted(cuts, i) for i in range(1, len(cuts))]
-    if conflicts(path.through(positions), path.durations, room(mission), permitted):
+    if conflicts(path.through(positions), path.durations, where, permitted):
         return None
     waypoints = tuple(
         Waypoint(position=(float(p[0]), float(p[1]), float(p[2])), role=cut.role, region=cut.region, visit=cut.visit)
@@ -92,9 +99,8 @@ def _permitted(cuts: list[_Cut], index: int) -> frozenset[str]:
     return next(cut.permitted for cut in cuts[index:] if cut.permitted is not None)
 
 
-def _cuts(mission: Mission, plan: RobotPlan, spline: Spline, points: Floats, length: float) -> list[_Cut] | None:
+def _cuts(where: Room, plan: RobotPlan, spline: Spline, points: Floats, length: float) -> list[_Cut] | None:
     """Where the path comes to its visits, in order; None where they are not the planned ones."""
-    where = room(mission)
     at = np.linspace(spline.times[0], spline.times[-1], max(200, int(length / _STEP)))
     path = spline.sampling(at) @ points
     stays: list[tuple[int, int, str]] = []

@@ -21,6 +21,7 @@ Floats = NDArray[np.float64]
 
 _DENSE = 0.01  # m between the points at which arc length is measured
 _INSTANT = 0.05  # m between sampled instants, about
+_SLACK = 0.02  # m beyond the margin, where the nominal path has it
 _SPACING = 0.35  # m between points, about
 _POINTS = 20
 
@@ -37,6 +38,7 @@ class PathProblem:
         sampling: Instants and matrices, shared by all candidates.
         keeps: Which paths count.
         length: Of the nominal path, m.
+        slack: m that paths keep beyond the mission's margin, for refinement to use.
     """
 
     spline: Spline
@@ -46,6 +48,7 @@ class PathProblem:
     sampling: Sampling
     keeps: WordFilter
     length: float
+    slack: float
 
     @property
     def mean(self) -> Floats:
@@ -111,18 +114,21 @@ def path_problem(
     waypoints = np.array([w.position for w in plan.waypoints])
     nominal = Spline(plan.times, plan.cycle_waypoint)
     length = _length(nominal, waypoints)
-    keeps = word_filter(mission, plan)
     count = points if points is not None else int(np.clip(np.ceil(length / _SPACING), 4, _POINTS))
     choices = [_equidistant(nominal, waypoints, count)]
     if points is None:
         choices += [_equidistant(nominal, waypoints, count * 7 // 5), (nominal.times, nominal.cycle)]
-    for times, cycle in choices:
-        knots = nominal.sampling(times) @ waypoints
-        sampling = Sampling(Spline(times, cycle), instants or max(64, int(np.ceil(length / _INSTANT))))
-        problem = PathProblem(sampling.spline, knots, np.arange(1, len(times) - 1), cost, sampling, keeps, length)
-        if keeps.keeps(sampling.paths(knots).axes(0))[0]:
-            return problem
-    return problem
+    problems = []
+    for slack in (_SLACK, 0.0):
+        keeps = word_filter(mission, plan, slack=slack)
+        for times, cycle in choices:
+            knots = nominal.sampling(times) @ waypoints
+            sampling = Sampling(Spline(times, cycle), instants or max(64, int(np.ceil(length / _INSTANT))))
+            free = np.arange(1, len(times) - 1)
+            problems.append(PathProblem(sampling.spline, knots, free, cost, sampling, keeps, length, slack))
+            if keeps.keeps(sampling.paths(knots).axes(0))[0]:
+                return problems[-1]
+    return problems[-1]
 
 
 def _length(spline: Spline, waypoints: Floats) -> float:
