@@ -10,7 +10,7 @@ import sys
 
 import typer
 
-from ltlplan.commands import export, fly, missions, plan, recheck, run
+from ltlplan.commands import certify, check, export, fly, missions, plan, recheck, run, show
 
 app = typer.Typer(
     name="ltlplan",
@@ -22,9 +22,12 @@ app = typer.Typer(
 )
 app.command("run")(run.command)
 app.command("plan")(plan.command)
+app.command("certify")(certify.command)
 app.command("recheck")(recheck.command)
 app.command("fly")(fly.command)
 app.command("export")(export.command)
+app.command("show")(show.command)
+app.command("check")(check.command)
 app.command("missions")(missions.command)
 
 

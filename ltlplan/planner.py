@@ -9,6 +9,7 @@ layer, in `pipeline`.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,72 +30,86 @@ def make_plan(mission: Mission, *, seed: int | None = None, progress: Progress |
         Unsatisfiable: No word that these robots can fly satisfies the formula; the message says why.
         Infeasible: A word exists, but no way between the hoops was found.
     """
-    from ltlplan.hoops import route, route_sequence
-    from ltlplan.search import assign
-
     used_seed = mission.planner.seed if seed is None else seed
     say = progress or (lambda _sentence, _share: None)
     rng = np.random.default_rng(used_seed)
-    if mission.passages is not None:
-        (name,) = mission.agents
-        say("laying the path through the sequence of hoops", 0.2)
-        robots = {name: route_sequence(mission)}
-        robots = _improved(mission, robots, rng, say)
-        return _plan(mission, robots, method="sequence", seed=used_seed, complete=True)
-    if mission.planner.method == "mtac-e":
+    if mission.passages is None and mission.planner.method == "mtac-e":
         from ltlplan.mtac import allocate
 
         return allocate(mission, rng=rng, progress=progress)
+    nominal = nominal_paths(mission, progress=say)
+    robots = _improved(mission, nominal.robots, rng, say)
+    return _plan(mission, robots, nominal, seed=used_seed)
+
+
+@dataclass(frozen=True)
+class Nominal:
+    """Paths along control points and primitives, before they are optimised.
+
+    Attributes:
+        robots: Each robot's path, in the mission's order.
+        method: "sequence" or "exact".
+        complete: Whether the search for words and robots was exhausted.
+        lower_bound: A proved lower bound on the search's own objective (straight lines between regions).
+        notes: Sentences for a person.
+    """
+
+    robots: dict[str, RobotPlan]
+    method: str
+    complete: bool
+    lower_bound: float | None = None
+    notes: tuple[str, ...] = ()
+
+
+def nominal_paths(mission: Mission, *, progress: Progress | None = None) -> Nominal:
+    """Choose words and robots (or take the mission's sequence) and lay the nominal paths.
+
+    Raises:
+        Unsatisfiable: No word that these robots can fly satisfies the formula.
+        Infeasible: A word exists, but no way between the hoops was found.
+    """
+    from ltlplan.hoops import route, route_sequence
+    from ltlplan.search import assign
+
+    say = progress or (lambda _sentence, _share: None)
+    if mission.passages is not None:
+        say("laying the path through the sequence of hoops", 0.2)
+        return Nominal({name: route_sequence(mission) for name in mission.agents}, "sequence", complete=True)
     say("searching words and robots", 0.05)
-    assignment = assign(mission)
-    robots = {}
-    for name, itinerary in assignment.robots.items():
+    found = assign(mission)
+    robots: dict[str, RobotPlan] = {}
+    for name, itinerary in found.robots.items():
         say(f"laying the path of {name}", 0.2)
         robots[name] = route(mission, name, itinerary.visits, itinerary.cycle_visit, directions=mission.planner.directions)
-    robots = _improved(mission, robots, rng, say)
-    return _plan(
-        mission,
-        robots,
-        method="exact",
-        seed=used_seed,
-        complete=assignment.complete,
-        lower_bound=assignment.lower_bound,
-        notes=assignment.notes,
-    )
+    return Nominal(robots, "exact", found.complete, found.lower_bound, found.notes)
+
+
+def generators(mission: Mission, rng: np.random.Generator) -> dict[str, np.random.Generator]:
+    """Return a generator of its own for each robot, so that one robot's draws do not depend on the others' paths."""
+    return dict(zip(mission.agents, rng.spawn(len(mission.agents)), strict=True))
 
 
 def _improved(mission: Mission, robots: dict[str, RobotPlan], rng: np.random.Generator, say: Progress) -> dict[str, RobotPlan]:
-    """Make each robot's nominal path cheaper by cross-entropy, each with a generator of its own."""
     from ltlplan.cross_entropy import improve
 
     better: dict[str, RobotPlan] = {}
-    for index, ((name, nominal), own) in enumerate(zip(robots.items(), rng.spawn(len(robots)), strict=True)):
+    for index, (name, own) in enumerate(generators(mission, rng).items()):
         say(f"optimising the path of {name} by cross-entropy", 0.3 + 0.7 * index / len(robots))
-        better[name] = improve(mission, name, nominal, rng=own).plan
+        better[name] = improve(mission, name, robots[name], rng=own).plan
     return better
 
 
-def _plan(
-    mission: Mission,
-    robots: dict[str, RobotPlan],
-    *,
-    method: str,
-    seed: int,
-    complete: bool,
-    lower_bound: float | None = None,
-    notes: tuple[str, ...] = (),
-) -> Plan:
+def _plan(mission: Mission, robots: dict[str, RobotPlan], nominal: Nominal, *, seed: int) -> Plan:
     costs = [robot.cost for robot in robots.values()]
     if not np.all(np.isfinite(costs)):
         raise Infeasible("The planned path has no finite cost; a waypoint is out of reach.")
-    cost = max(costs) if mission.planner.objective == "longest" else sum(costs)
     return Plan(
         mission=mission,
         robots=robots,
-        method=method,
+        method=nominal.method,
         seed=seed,
-        cost=cost,
-        lower_bound=lower_bound,
-        complete=complete,
-        notes=notes,
+        cost=max(costs) if mission.planner.objective == "longest" else sum(costs),
+        lower_bound=nominal.lower_bound,
+        complete=nominal.complete,
+        notes=nominal.notes,
     )

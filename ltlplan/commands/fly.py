@@ -185,7 +185,7 @@ def _online(
     lines = [
         f"{name}: {' '.join('{' + ', '.join(sorted(letter)) + '}' for letter in word)}" for name, word in flown.words.items()
     ]
-    lines += [*flown.log.verdicts, *flown.log.notes, flown.summary()]
+    lines += [*flown.log.verdicts, flown.summary()]
 
     def write(folder: Path) -> None:
         from verify.data import mission_to_yaml

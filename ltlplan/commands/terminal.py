@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 import traceback
 from collections.abc import Callable, Iterator
@@ -30,11 +31,12 @@ def progress_bar(*, quiet: bool) -> Iterator[Progress]:
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TimeElapsedColumn())
     with Bar(*columns, console=console, transient=True) as bar:
         task = bar.add_task("starting", total=1.0)
-        done: list[str] = []
+        printed: set[str] = set()
 
         def move(sentence: str, share: float) -> None:
-            if not console.is_terminal and sentence not in done:
-                done.append(sentence)
+            kind = re.sub(r"[0-9.]+", "", sentence)  # a counter in it makes no new line
+            if not console.is_terminal and kind not in printed:
+                printed.add(kind)
                 console.print(f"[{share:4.0%}] {sentence}", markup=False, highlight=False)
             bar.update(task, description=f"{sentence:<44.44}", completed=min(max(share, 0.0), 1.0))
 

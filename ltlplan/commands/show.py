@@ -1,0 +1,32 @@
+"""`ltlplan show`: pictures of a mission's planning as one page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ltlplan.commands.options import CostOption, FormulaOption, MissionArgument, SeedOption, SequenceOption, read_mission
+
+
+def command(
+    mission: MissionArgument,
+    out: Annotated[Path | None, typer.Option("--out", help="Page to write (default: MISSION.html).")] = None,
+    seed: SeedOption = None,
+    sequence: SequenceOption = None,
+    formula: FormulaOption = None,
+    cost: CostOption = None,
+    shown_round: Annotated[int, typer.Option("--round", min=0, help="Which round of cross-entropy to draw, from 0.")] = 0,
+) -> None:
+    """Draw control points, primitives, the sampled paths of a round and the optimised path."""
+    from ltlplan.output import replace_file
+    from ltlplan.report.pictures import pictures_html
+    from verify.data import BadInput
+
+    asked = read_mission(mission, sequence=sequence, formula=formula, cost=cost)
+    page = out or Path(f"{asked.name}.html")
+    if page.is_dir():
+        raise BadInput(f"{page} is a folder; name a page to write, such as {page / 'show.html'}.")
+    replace_file(page, pictures_html(asked, seed=seed, shown_round=shown_round))
+    typer.echo(f"wrote {page}")

@@ -1,0 +1,50 @@
+"""The pictures of a mission's planning, in the spirit of the 2019 paper's Figs. 2 to 7, robot by robot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import plotly.graph_objects as go
+
+from ltlplan.cross_entropy import improve
+from ltlplan.hoops.draw import control_point_figure, path_figure, primitives_figure, round_figure
+from ltlplan.planner import generators, nominal_paths
+from ltlplan.report.figures_page import figures_page
+
+if TYPE_CHECKING:
+    from verify.data import Mission
+
+
+def pictures_html(mission: Mission, *, seed: int | None = None, shown_round: int = 0) -> str:
+    """Return one page: control points, primitives, the sampled paths of a round, the optimised path.
+
+    Args:
+        mission: What is asked.
+        seed: Source of every draw, instead of the mission's own.
+        shown_round: Which round of cross-entropy to draw, from 0; the last one where there are fewer.
+    """
+    figures: dict[str, go.Figure] = {"Hoops and their control points": control_point_figure(mission)}
+    nominal = nominal_paths(mission)
+    sentences: list[str] = []
+    for name, rng in generators(mission, np.random.default_rng(mission.planner.seed if seed is None else seed)).items():
+        before = nominal.robots[name]
+        if len(before.waypoints) < 2:
+            sentences.append(f"{name} stays at its start.")
+            continue
+        rounds: list[tuple[Any, Any]] = []
+
+        def watch(_index: int, problem: Any, candidates: Any, costs: Any, rounds: list[tuple[Any, Any]] = rounds) -> None:
+            if len(rounds) <= shown_round:
+                rounds.append((problem.paths(candidates).position, np.isfinite(costs)))
+
+        better = improve(mission, name, before, rng=rng, watch=watch)
+        figures[f"{name}: motion primitives along the nominal path"] = primitives_figure(mission, before)
+        if rounds:
+            positions, counts = rounds[-1]
+            figures[f"{name}: sampled paths of round {len(rounds)}"] = round_figure(
+                mission, positions, counts, best=better.plan
+            )
+        figures[f"{name}: optimised path"] = path_figure(mission, better.plan, nominal=before)
+        sentences.append(f"{name}: nominal cost {better.nominal:.3f}, after cross-entropy {better.cost:.3f}.")
+    return figures_page(f"{mission.name}: planning", sentences, figures)
