@@ -11,11 +11,13 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ltlplan.budget import DEFAULT_BUDGET, Budget
+from ltlplan.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.conjunction import Task, conjunct_automata
+from ltlplan.joint import joint_possible, plan_joint
+from ltlplan.longest import plan_longest
 from ltlplan.systems import Cost, Node, Systems, TransitionSystem
 from ltlplan.team_search import Checked, Team, plan_team
-from verify.data import Formula, InternalError, Letter, Mission, Visit, Word
+from verify.data import Formula, InternalError, Letter, Mission, Unsatisfiable, Visit, Word
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,24 +77,69 @@ def assign(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAU
     each = [systems.of(name) for name in mission.agents]
     if mission.spec.trace == "infinite":
         return _assign_lasso(mission, systems, each[0], budget)
-    team = Team(each)
-    task = Task(conjunct_automata(mission.formula, "finite", budget=budget), team.letters)
-    found = plan_team(team, task, budget)
+    automata = conjunct_automata(mission.formula, "finite", budget=budget)
+    joint = mission.spec.team == "joint" and len(each) > 1
+    bound, complete = None, True
+    if joint:
+        found = plan_joint(each, automata, budget)
+    else:
+        team = Team(each)
+        task = Task(automata, team.letters)
+        if mission.planner.objective == "longest" and len(each) > 1:
+            found, bound, complete = plan_longest(team, task, budget)
+        else:
+            found = plan_team(team, task, budget)
     if found.run is None:
-        from ltlplan.why_not import explain
-
-        raise explain(mission, systems, each)
-    return _assignment(mission, each, found)
+        raise _no_plan(mission, systems, each, found, joint=joint)
+    return _assignment(mission, each, found, bound, complete)
 
 
-def _assignment(mission: Mission, systems: list[TransitionSystem], found: Checked) -> Assignment:
+def _assignment(
+    mission: Mission, systems: list[TransitionSystem], found: Checked, bound: float | None, complete: bool
+) -> Assignment:
     assert found.run is not None
     robots = {
         name: itinerary(system, path) for name, system, path in zip(mission.agents, systems, found.run.paths, strict=True)
     }
-    total = sum(robot.cost for robot in robots.values())
-    notes = (f"The cheapest plan was refused in some order; {found.tried} plans were tried.",) if found.tried > 1 else ()
-    return Assignment(robots, total, total, True, found.tried, notes)
+    total, dearest = sum(robot.cost for robot in robots.values()), max(robot.cost for robot in robots.values())
+    notes: list[str] = []
+    if found.tried > 1:
+        notes.append(f"{found.tried} plans were tried; the cheaper ones hold in some orders of the robots, but not in all.")
+    if mission.planner.objective == "sum":
+        return Assignment(robots, total, total, True, found.tried, tuple(notes))
+    if mission.spec.team == "joint" and len(robots) > 1:
+        complete, bound = False, total / len(robots)
+        notes.append("Under `team: joint` the plan has the smallest sum of costs; its dearest robot may not be the cheapest.")
+    elif not complete:
+        notes.append("Finding the cheapest dearest robot takes too many states; the plan has the smallest sum of costs.")
+    return Assignment(robots, dearest, dearest if complete else bound, complete, found.tried, tuple(notes))
+
+
+def _no_plan(mission: Mission, systems: Systems, each: list[TransitionSystem], found: Checked, *, joint: bool) -> Unsatisfiable:
+    """Return the error that says why there is no plan."""
+    from ltlplan.why_not import explain, refused_in_some_order
+
+    if found.first is not None:
+        names, words = tuple(mission.agents), [word_along(s, p) for s, p in zip(each, found.first.paths, strict=True)]
+        order = [(names[i], words[i]) for i in found.refused or range(len(names))]
+        return refused_in_some_order(mission, order)
+    if joint:
+        return explain(mission, systems, each, feasible=_joint_feasible)
+    return explain(mission, systems, each)
+
+
+def _joint_feasible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
+    try:
+        return joint_possible(worlds, conjunct_automata(_all_of(parts), "finite"), Budget(states=50_000))
+    except TooLarge:
+        return True  # not known to be impossible
+
+
+def _all_of(parts: Sequence[Formula]) -> Formula:
+    formula = parts[0]
+    for part in parts[1:]:
+        formula = Formula("&", (formula, part))
+    return formula
 
 
 def itinerary(system: TransitionSystem, path: tuple[int, ...]) -> Itinerary:
@@ -151,10 +198,7 @@ def _assign_lasso(mission: Mission, systems: Systems, system: TransitionSystem, 
 def _lasso_exists(parts: Sequence[Formula], system: TransitionSystem, budget: Budget) -> bool:
     from ltlplan.lasso import lasso_exists
 
-    formula = parts[0]
-    for part in parts[1:]:
-        formula = Formula("&", (formula, part))
-    return lasso_exists(system, conjunct_automata(formula, "infinite", budget=budget), budget=budget)
+    return lasso_exists(system, conjunct_automata(_all_of(parts), "infinite", budget=budget), budget=budget)
 
 
 def lasso_itinerary(system: TransitionSystem, prefix: tuple[int, ...], cycle: tuple[int, ...], laps: int) -> Itinerary:

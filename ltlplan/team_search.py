@@ -198,14 +198,15 @@ def plan_team(team: Team, task: Task, budget: Budget) -> Checked:
     kinds, check = Kinds(task), OrderCheck(task)
     if len(team.systems) == 1:
         return Checked(first, first, 1, None)
-    refused = check.failing_order([kinds.of(letters) for letters in _letters_of(team, first)])
+    refused = check.failing_order([kinds.of(letters) for letters in letters_of(team, first)])
     if refused is None:
         return Checked(first, first, 1, None)
     run, tried = _by_kinds(team, task, kinds, check, budget)
     return Checked(run, first, 1 + tried, refused)
 
 
-def _letters_of(team: Team, run: TeamRun) -> list[list[int]]:
+def letters_of(team: Team, run: TeamRun) -> list[list[int]]:
+    """Return each robot's letters along a run, by number."""
     return [[team.label[team.offset[i] + node] for node in path] for i, path in enumerate(run.paths)]
 
 

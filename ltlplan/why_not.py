@@ -16,7 +16,7 @@ from ltlplan.budget import Budget, TooLarge
 from ltlplan.conjunction import Task, conjunct_automata, conjuncts
 from ltlplan.systems import Systems, TransitionSystem
 from ltlplan.team_search import Team, cheapest_path
-from verify.data import Formula, Letter, Mission, Unsatisfiable, parse_formula
+from verify.data import Formula, Letter, Mission, Unsatisfiable, Word, parse_formula
 from verify.data.formula import FREE
 from verify.data.mission import in_no_region
 
@@ -56,6 +56,21 @@ def explain(mission: Mission, systems: Systems, worlds: Worlds, *, feasible: Fea
             by themselves.
     """
     return _Inquiry(mission, systems, worlds, feasible or _feasible).answer()
+
+
+def refused_in_some_order(mission: Mission, order: Sequence[tuple[str, Word]]) -> NoPlan:
+    """Return the error for a formula that robots can meet in one order of flying, but by no plan in every order.
+
+    Args:
+        mission: Whose formula it is.
+        order: The order, with words, that breaks the cheapest plan.
+    """
+    shown = ", then ".join(f"{robot} {word}" for robot, word in order)
+    reason = (
+        "Plans exist that hold in one order of the robots, but none that holds in every order. "
+        f"The cheapest one fails, for instance, when they are read one after another as {shown}."
+    )
+    return NoPlan([mission.spec.formula or "true"], [reason])
 
 
 def _feasible(parts: Sequence[Formula], worlds: Worlds) -> bool:
