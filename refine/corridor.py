@@ -6,11 +6,14 @@ which rules are worth writing down; the loop ends when no rule is broken any mor
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from refine.basis import bernstein_matrix
 from refine.course import Course, Tube
+from refine.obstacles import Plane
 from refine.qp import Programme, Row, rest_to_rest, solve
 from refine.spline import Spline
 from verify.data import Infeasible
@@ -24,7 +27,8 @@ _SAMPLES = np.linspace(0.0, 1.0, 65)
 _WHOLE = bernstein_matrix()
 _SIDES = 12
 
-Key = tuple[int, int]
+Rules = dict[tuple[str, int, int], tuple[Plane, ...]]
+"""Planes that a leg must stay beyond, by (kind, leg, number): only those that some path broke."""
 
 
 def fit(course: Course, durations: Floats | None = None, *, buffer: float = BUFFER) -> Spline:
@@ -40,46 +44,61 @@ def fit(course: Course, durations: Floats | None = None, *, buffer: float = BUFF
     """
     times = course.durations if durations is None else durations
     fixed = rest_to_rest(course.points, course.cycle)
-    rows: dict[tuple[str, int, int], list[Row]] = {}
-    path = solve(Programme(times, fixed, (), course.cycle))
+    rules: Rules = {}
+
+    def attempt() -> Spline:
+        rows = tuple(row for (_, leg, _), planes in rules.items() for plane in planes for row in _rows(leg, plane))
+        return solve(Programme(times, fixed, rows, course.cycle))
+
+    return until_kept(course, rules, attempt, buffer=buffer)
+
+
+def until_kept(course: Course, rules: Rules, attempt: Callable[[], Spline], *, buffer: float = BUFFER) -> Spline:
+    """Call `attempt` until its path keeps the course, writing the rules that it breaks into `rules` in between.
+
+    Raises:
+        Infeasible: A straight leg meets an obstacle, or the rounds ran out.
+    """
     for _ in range(ROUNDS):
-        fresh = _broken(course, path, rows, buffer)
+        path = attempt()
+        fresh = _broken(course, path, rules, buffer)
         if not fresh:
             return path
-        rows.update(fresh)
-        path = solve(Programme(times, fixed, tuple(row for group in rows.values() for row in group), course.cycle))
+        rules.update(fresh)
     raise Infeasible(f"{course.robot}: no path kept the corridors within {ROUNDS} rounds.")
 
 
-def _broken(
-    course: Course, path: Spline, known: dict[tuple[str, int, int], list[Row]], buffer: float
-) -> dict[tuple[str, int, int], list[Row]]:
-    """Return rows for the rules that the path breaks and that are not written down yet."""
-    fresh: dict[tuple[str, int, int], list[Row]] = {}
+def _broken(course: Course, path: Spline, known: Rules, buffer: float) -> Rules:
+    """Return planes for the rules that the path breaks and that are not written down yet."""
+    fresh: Rules = {}
     points = path.sample(_SAMPLES)
     for index, leg in enumerate(course.legs):
         a, b = course.points[index], course.points[index + 1]
         for number, body in enumerate(leg.obstacles):
-            key = ("body", index, number)
-            if key not in known and body.clearance(points[index]).min() < 0.0:
+            if ("body", index, number) not in known and body.clearance(points[index]).min() < 0.0:
                 plane = body.plane(a, b)
                 if plane is None:
                     raise Infeasible(f"{course.robot}: '{body.name}' meets the straight leg {index}.")
                 slack = min(float(plane.normal @ a), float(plane.normal @ b)) - plane.offset
-                fresh[key] = _rows(index, plane.normal, plane.offset + min(buffer, 0.9 * slack))
+                fresh["body", index, number] = (Plane(plane.normal, plane.offset + min(buffer, 0.9 * slack)),)
         if leg.tube is not None and ("tube", index, 0) not in known and _outside(leg.tube, points[index]):
-            fresh["tube", index, 0] = _tube_rows(index, leg.tube, a, b)
+            fresh["tube", index, 0] = _prism(leg.tube, a, b)
+        if leg.tube is not None and ("onward", index, 0) not in known:
+            onward = leg.tube.normal * np.sign((b - a) @ leg.tube.normal)
+            if np.min(np.diff(points[index] @ onward)) < 0.0:
+                fresh["onward", index, 0] = (Plane(onward, 0.0, onward=True),)
         for axis in range(3):
             unit = np.eye(3)[axis]
             if ("low", index, axis) not in known and points[index, :, axis].min() < course.low[axis]:
-                fresh["low", index, axis] = _rows(index, unit, min(course.low[axis], a[axis], b[axis]))
+                fresh["low", index, axis] = (Plane(unit, min(course.low[axis], a[axis], b[axis])),)
             if ("high", index, axis) not in known and points[index, :, axis].max() > course.high[axis]:
-                fresh["high", index, axis] = _rows(index, -unit, min(-course.high[axis], -a[axis], -b[axis]))
+                fresh["high", index, axis] = (Plane(-unit, min(-course.high[axis], -a[axis], -b[axis])),)
     return fresh
 
 
-def _rows(piece: int, normal: Floats, offset: float) -> list[Row]:
-    return [Row(piece, weights, normal, offset) for weights in _WHOLE]
+def _rows(piece: int, plane: Plane) -> list[Row]:
+    points = np.diff(_WHOLE, axis=0) if plane.onward else _WHOLE
+    return [Row(piece, weights, plane.normal, plane.offset) for weights in points]
 
 
 def _outside(tube: Tube, points: Floats) -> bool:
@@ -89,14 +108,14 @@ def _outside(tube: Tube, points: Floats) -> bool:
     return bool(np.linalg.norm(across, axis=1).max() > tube.radius)
 
 
-def _tube_rows(piece: int, tube: Tube, a: Floats, b: Floats) -> list[Row]:
-    """Return rows for a prism inscribed in the tube (widened where an end of the leg needs it)."""
+def _prism(tube: Tube, a: Floats, b: Floats) -> tuple[Plane, ...]:
+    """Return the sides of a prism inscribed in the tube (widened where an end of the leg needs it)."""
     first = np.cross(tube.normal, [0.0, 0.0, 1.0] if abs(tube.normal[2]) < 0.9 else [1.0, 0.0, 0.0])
     first /= np.linalg.norm(first)
     second = np.cross(tube.normal, first)
-    rows: list[Row] = []
+    sides = []
     for angle in np.arange(_SIDES) * (2 * np.pi / _SIDES):
         inward = -(np.cos(angle) * first + np.sin(angle) * second)
         offset = float(inward @ tube.centre) - tube.radius * np.cos(np.pi / _SIDES)
-        rows += _rows(piece, inward, min(offset, float(inward @ a), float(inward @ b)))
-    return rows
+        sides.append(Plane(inward, min(offset, float(inward @ a), float(inward @ b))))
+    return tuple(sides)

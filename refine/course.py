@@ -22,6 +22,10 @@ Floats = NDArray[np.float64]
 
 PAD = 1e-3
 """m kept on top of the margin, so that rounding and engine tolerances cannot use the margin up."""
+SHORTEST = 0.1
+"""Least nominal duration of a leg, s: the coefficients of much shorter ones drown in float32."""
+_CROWDED = 0.04
+"""m from a neighbour at which a point that is not needed is left out."""
 _COINCIDENT = 1e-6
 _PASSAGE: tuple[Role, ...] = ("rear", "centre", "front")  # along the normal
 
@@ -62,6 +66,7 @@ class Course:
         low: Lower corner of the space to stay in, m. Shape (3,).
         high: Upper corner.
         cycle: Index of the point at which the cycle begins; the last point repeats it. None for a finite flight.
+        needed: Whether a point must be gone through; others only lead around something. Shape (points,).
     """
 
     robot: str
@@ -71,6 +76,7 @@ class Course:
     low: Floats
     high: Floats
     cycle: int | None
+    needed: tuple[bool, ...]
 
     def __len__(self) -> int:
         return len(self.legs)
@@ -112,7 +118,7 @@ def course_of(mission: Mission, name: str, robot: RobotPlan, *, pad: float = PAD
                 f"{name}: waypoint {_show(stop.position)} leaves the workspace less the margin {mission.margin:g} m.",
             )
     bodies = _bodies(mission, pad)
-    points, durations, legs = [stops[0].position], [], []
+    points, durations, legs, needed = [stops[0].position], [], [], [True]
     cycle_point = 0 if cycle == 0 else None
     for index, (here, there) in enumerate(itertools.pairwise(stops)):
         leg = _leg(mission, name, robot, bodies, here, there, extra, pad)
@@ -125,10 +131,74 @@ def course_of(mission: Mission, name: str, robot: RobotPlan, *, pad: float = PAD
         straight = float(np.linalg.norm(there.position - here.position))
         durations += list(nominal * lengths / max(straight, 1e-9) if inner else [nominal])
         points += chain[1:]
+        needed += [False] * len(inner) + [_needed(mission, robot, there) or index == len(stops) - 2 or cycle == index + 1]
         legs += [leg] * len(lengths)
         if cycle == index + 1:
             cycle_point = len(points) - 1
-    return Course(name, np.array(points), np.array(durations), tuple(legs), low, high, cycle_point)
+    times = np.maximum(np.array(durations), SHORTEST)
+    course = Course(name, np.array(points), times, tuple(legs), low, high, cycle_point, tuple(needed))
+    return _without_crowding(course)
+
+
+def thinned(course: Course, pieces: int) -> Course:
+    """Return the course with points left out, where straight legs allow it, until it has at most so many legs.
+
+    The points of the legs that lose least length go first. What cannot be left out stays, so the result may be longer.
+    """
+    while len(course) > pieces:
+        options = [(_detour_length(course, node), node) for node in range(1, len(course)) if not course.needed[node]]
+        shorter = next((merged for _, node in sorted(options) if (merged := _without(course, node)) is not None), None)
+        if shorter is None:
+            return course
+        course = shorter
+    return course
+
+
+def _without_crowding(course: Course) -> Course:
+    """Leave out points that are hardly apart from a neighbour: very short pieces lose their precision in float32."""
+    node = 1
+    while node < len(course):
+        near = min(np.linalg.norm(course.points[node] - course.points[node + side]) for side in (-1, 1)) < _CROWDED
+        merged = _without(course, node) if near and not course.needed[node] else None
+        course, node = (course, node + 1) if merged is None else (merged, node)
+    return course
+
+
+def _detour_length(course: Course, node: int) -> float:
+    a, b, c = course.points[node - 1 : node + 2]
+    return float(np.linalg.norm(b - a) + np.linalg.norm(c - b) - np.linalg.norm(c - a))
+
+
+def _without(course: Course, node: int) -> Course | None:
+    """Return the course without one point, or None where the straight leg past it would break a rule."""
+    before, after = course.legs[node - 1], course.legs[node]
+    if (before.tube is None) != (after.tube is None):
+        return None
+    obstacles = (*before.obstacles, *(body for body in after.obstacles if all(body is not other for other in before.obstacles)))
+    if _blocking(course.points[node - 1], course.points[node + 1], obstacles) is not None:
+        return None
+    leg = Leg(obstacles, before.tube, before.visit if before.visit == after.visit else after.visit)
+    cycle = course.cycle
+    return replace(
+        course,
+        points=np.delete(course.points, node, axis=0),
+        durations=np.concatenate(
+            [course.durations[: node - 1], [course.durations[node - 1] + course.durations[node]], course.durations[node + 1 :]]
+        ),
+        legs=(*course.legs[: node - 1], leg, *course.legs[node + 1 :]),
+        cycle=None if cycle is None else cycle - (cycle > node),
+        needed=(*course.needed[:node], *course.needed[node + 1 :]),
+    )
+
+
+def _needed(mission: Mission, robot: RobotPlan, stop: _Stop) -> bool:
+    """Tell whether a stop makes a visit; a passage is made by its two outer points, the tube sees to the rest."""
+    if stop.role in ("avoid", "via") and stop.visit is None:
+        return False
+    if stop.visit is None or stop.visit >= len(robot.visits):
+        return stop.role in ("start", "end", "rear", "front")
+    through = robot.visits[stop.visit].direction is not None and robot.visits[stop.visit].region in mission.hoops
+    return not (through and stop.role == "centre")
 
 
 def _stops(mission: Mission, name: str, robot: RobotPlan) -> tuple[list[_Stop], int | None]:

@@ -33,8 +33,8 @@ INSTANTS = 16
 ITERATIONS = 200
 SECONDS = 120.0
 """The clock only ends a solve with an error."""
-SHORTEST = 1e-2
-"""Least duration of a piece, s."""
+SHORTEST = 5e-2
+"""Least duration of a piece, s: shorter ones lose their precision in float32."""
 TOLERANCE = 1e-5
 
 
@@ -172,11 +172,11 @@ def _parameters(problem: Timing, shape: _Shape) -> Floats:
         problem.start.duration,
     ]
     speeds = np.full(pieces, limits.speed) if problem.speeds is None else np.minimum(problem.speeds, limits.speed)
-    planes = np.zeros((pieces, shape.planes, 4))
+    planes = np.zeros((pieces, shape.planes, 5))
     planes[:, :, 3] = -1.0
     used = np.zeros(pieces, dtype=int)
     for piece, plane in problem.corridors:
-        planes[piece, used[piece]] = [*plane.normal, plane.offset]
+        planes[piece, used[piece]] = [*plane.normal, plane.offset, float(plane.onward)]
         used[piece] += 1
     balls = [np.concatenate([(body.root @ body.centre), body.root.ravel()]) for _, body in problem.within]
     which = [float(node) for node, _ in problem.within]
@@ -208,7 +208,7 @@ def _solver(shape: _Shape) -> Any:
     states = ca.MX.sym("states", _NODE, nodes)
     times = ca.MX.sym("times", shape.pieces)
     numbers, weight = ca.MX.sym("limits", _LIMITS), ca.MX.sym("weight")
-    own = ca.MX.sym("own", _SPEED + 4 * shape.planes, shape.pieces)
+    own = ca.MX.sym("own", _SPEED + 5 * shape.planes, shape.pieces)
     balls, which = ca.MX.sym("balls", 12, shape.balls), ca.MX.sym("which", shape.balls)
     piece = _piece(shape).map(shape.pieces)
     cost, rows = piece(states[:, :-1], states[:, 1:], times.T, ca.repmat(numbers, 1, shape.pieces), own)
@@ -250,7 +250,7 @@ def _one_hot(index: Any, size: int) -> Any:
 def _piece(shape: _Shape) -> Any:
     """Return the function of one piece: its snap cost, and its constraints as values that must be <= 0."""
     begin, end, time = ca.SX.sym("begin", _NODE), ca.SX.sym("end", _NODE), ca.SX.sym("time")
-    numbers, own = ca.SX.sym("limits", _LIMITS), ca.SX.sym("own", _SPEED + 4 * shape.planes)
+    numbers, own = ca.SX.sym("limits", _LIMITS), ca.SX.sym("own", _SPEED + 5 * shape.planes)
     powers = [ca.SX(1)]
     for _ in range(SIZE - 1):
         powers.append(powers[-1] * time)
@@ -269,8 +269,9 @@ def _piece(shape: _Shape) -> Any:
         rows += _limit_rows(shape.limited, v, a, j, s, numbers, own[0])
     points = ca.DM(bernstein_matrix()) @ coefficients
     for index in range(shape.planes):
-        normal, offset = own[_SPEED + 4 * index : _SPEED + 4 * index + 3], own[_SPEED + 4 * index + 3]
-        rows.append(offset - points @ normal)
+        normal, offset, onward = ca.vertsplit(own[_SPEED + 5 * index : _SPEED + 5 * index + 5], [0, 3, 4, 5])
+        before = ca.vertcat(points[0, :], points[:-1, :])  # the first point is no step: its row then reads offset <= 0
+        rows.append(offset - (points - onward * before) @ normal)
     return ca.Function("piece", [begin, end, time, numbers, own], [snap, ca.vertcat(*rows) if rows else ca.SX(0, 1)])
 
 

@@ -20,10 +20,18 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """The half-space of points with normal . point >= offset; `normal` is a unit vector, `offset` in m."""
+    """A rule for a piece's Bernstein points, which the whole piece then keeps.
+
+    Attributes:
+        normal: Unit vector. Shape (3,).
+        offset: m.
+        onward: False: each point has normal . point >= offset. True: each point is at least `offset` (0, usually) further
+            along the normal than the one before it, so that the piece never goes back.
+    """
 
     normal: Floats
     offset: float
+    onward: bool = False
 
 
 @dataclass(frozen=True, eq=False)

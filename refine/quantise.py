@@ -35,8 +35,11 @@ def quantise(path: Spline, *, cycle: int | None = None) -> Trajectory:
     """
     durations = round32(path.durations)
     nodes = round32(path.states / _FACTORIALS[:, None])  # c0..c3 at every node
-    if cycle is not None:
+    turns = 0.0
+    if cycle is not None:  # yaw may have turned full circles in a lap
+        turns = 2 * np.pi * round((path.states[-1, 0, 3] - path.states[cycle, 0, 3]) / (2 * np.pi))
         nodes[-1] = nodes[cycle]
+        nodes[-1, 0, 3] = round32(nodes[cycle, 0, 3] + turns)
     pieces = len(path)
     coefficients = np.zeros((pieces, 4, SIZE))
     start = nodes[0].copy()
@@ -52,7 +55,8 @@ def quantise(path: Spline, *, cycle: int | None = None) -> Trajectory:
                 start[0, axis] = nearest32(exact_end(coefficients[piece, axis], durations[piece]))
         elif cycle is not None:
             for axis in range(4):
-                _close(coefficients[piece, axis], durations[piece], float(coefficients[cycle, axis, 0]))
+                target = float(coefficients[cycle, axis, 0]) + (turns if axis == 3 else 0.0)
+                _close(coefficients[piece, axis], durations[piece], target)
     return Trajectory(durations, coefficients, cycle=cycle)
 
 

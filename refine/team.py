@@ -9,32 +9,39 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.corridor import BUFFER, fit
-from refine.course import PAD, Course, course_of
+from refine.corridor import BUFFER, fit, until_kept
+from refine.course import PAD, Course, course_of, thinned
 from refine.labels import stays, troubles
 from refine.limits import LIMIT_NAMES, Limits
+from refine.nlp import Timing, optimise
 from refine.obstacles import Ball, keep_out
 from refine.peaks import shares_used
+from refine.qp import rest_to_rest
 from refine.quantise import quantise
 from refine.schedule import Conflict, Flight, departures
 from refine.spline import Spline
 from refine.timing import SAFETY, stretch_to_limits
 from refine.yaw import heading_spline
 from verify.data import DoesNotFit, Infeasible, Mission, Plan, RobotPlan, Trajectory, Witness
+from verify.data.mission import Agent
 from verify.data.plan import Precedence
 
 Floats = NDArray[np.float64]
 Progress = Callable[[str, float], None]
+Pace = Literal["nominal", "time", "blend"]
 
 PIECES = 31
 """Pieces that a Crazyflie's trajectory memory holds."""
 HOVER = 1.0
 """s of the hover piece of a robot that goes nowhere, or of a cycle that is a hover."""
 _LEG_ROUNDS = 8
+_EASE = 3e4
+"""Weight of time over snap for `pace="time"`, in units of the uniformly stretched path's snap over its duration."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +61,15 @@ class _Wishes:
     precedences: tuple[Precedence, ...]
 
 
+@dataclass(frozen=True)
+class _Ask:
+    """How the caller wants it."""
+
+    pace: Pace
+    weight: float
+    max_pieces: int
+
+
 @dataclass(frozen=True, eq=False)
 class _Robot:
     name: str
@@ -71,6 +87,8 @@ def refine(
     witnesses: Iterable[Witness] = (),
     previous: Mapping[str, Trajectory] | None = None,
     progress: Progress | None = None,
+    pace: Pace = "nominal",
+    weight: float = 1000.0,
     max_pieces: int = PIECES,
 ) -> dict[str, Trajectory]:
     """Turn a plan into polynomials that keep its labels, its limits and the team's separation.
@@ -81,6 +99,9 @@ def refine(
             Hand in those of all earlier attempts together.
         previous: The flights that were refused; only for callers that want to say so, the repair starts from the plan.
         progress: Told a sentence and a share of the work.
+        pace: "nominal": the plan's times, longer where limits ask for it; "time": as fast as limits and labels allow;
+            "blend": least of the integral of |snap|^2 plus `weight` times the duration.
+        weight: For "blend", m^2/s^8.
         max_pieces: Pieces that the target holds for one robot.
 
     Returns:
@@ -93,11 +114,11 @@ def refine(
     """
     del previous
     wishes = _wishes(plan, tuple(witnesses))
-    tell = progress or _quiet
+    tell, ask = progress or _quiet, _Ask(pace, weight, max_pieces)
     robots: dict[str, _Robot] = {}
     for index, name in enumerate(plan.robots):
         tell(f"smoothing the path of {name}", 0.8 * index / len(plan.robots))
-        robots[name] = _single(plan, name, wishes, _idle_others(plan, name, wishes))
+        robots[name] = _single(plan, name, wishes, _idle_others(plan, name, wishes), ask)
     tell("choosing departures", 0.8)
     starts = _schedule(plan, robots, wishes)
     tell("rounding to the vehicle's numbers", 0.95)
@@ -172,7 +193,7 @@ def _distance(mission: Mission, wishes: _Wishes) -> tuple[float, float]:
     return mission.separation + 2 * mission.margin * max(1.0, z_scale) + 1e-3 + wishes.distance, z_scale
 
 
-def _single(plan: Plan, name: str, wishes: _Wishes, extra: tuple[Ball, ...]) -> _Robot:
+def _single(plan: Plan, name: str, wishes: _Wishes, extra: tuple[Ball, ...], ask: _Ask) -> _Robot:
     """Return one robot's flight, without waits."""
     mission, robot, agent = plan.mission, plan.robots[name], plan.mission.agents[name]
     limits = Limits.of_mission(mission)
@@ -190,11 +211,16 @@ def _single(plan: Plan, name: str, wishes: _Wishes, extra: tuple[Ball, ...]) -> 
             None if robot.cycle_waypoint is None else 0,
         )
     more = wishes.pad.get(name, 0.0)
-    course = course_of(mission, name, robot, pad=PAD + more, extra=extra)
+    course = thinned(course_of(mission, name, robot, pad=PAD + more, extra=extra), ask.max_pieces - 1)
     hovering = course.cycle is not None and course.cycle == len(course)
     if hovering:
         course = replace(course, cycle=None)
     path, yaw = _timed(mission, robot, course, limits, agent.heading, agent.yaw, BUFFER + more)
+    if ask.pace != "nominal":
+        slow = path, yaw
+        path, yaw = _raced(mission, robot, course, limits, agent, path, ask, BUFFER + more)
+        if troubles(path, mission, name, robot):
+            path, yaw = slow
     found = troubles(path, mission, name, robot)
     if found:
         raise Infeasible(found[0].sentence, found[0])
@@ -222,6 +248,49 @@ def _timed(
     factor = stretch_to_limits(path, yaw, limits)
     factor *= float(np.max(_slow_legs(mission, robot, course, path.stretched(factor)), initial=1.0))
     return path.stretched(factor), None if yaw is None else yaw.stretched(factor)
+
+
+def _raced(
+    mission: Mission,
+    robot: RobotPlan,
+    course: Course,
+    limits: Limits,
+    agent: Agent,
+    start: Spline,
+    ask: _Ask,
+    buffer: float,
+) -> tuple[Spline, Spline | None]:
+    """Return a faster path and its yaw: free times on the same course; the start's path where that does not converge."""
+    still = replace(limits, rotors=None, yaw_rate=np.inf)
+    start = start.stretched(stretch_to_limits(start, None, still, faster=True))
+    ease = ask.weight if ask.pace == "blend" else _EASE * start.snap_cost() / start.duration
+    speeds, fixed, rules = _leg_speeds(mission, robot, course), rest_to_rest(course.points, course.cycle), {}
+
+    def attempt() -> Spline:
+        corridors = [(leg, plane) for (_, leg, _), planes in rules.items() for plane in planes]
+        problem = Timing(start, fixed, still, "blend", ease, corridors=corridors, speeds=speeds, cycle=course.cycle)
+        return optimise(problem)
+
+    try:
+        path = until_kept(course, rules, attempt, buffer=buffer)
+    except Infeasible:
+        path = start
+    yaw = heading_spline(path, agent.heading, agent.yaw, cycle=course.cycle)
+    factor = stretch_to_limits(path, yaw, limits)
+    factor *= float(np.max(_slow_legs(mission, robot, course, path.stretched(factor)), initial=1.0))
+    return path.stretched(factor), None if yaw is None else yaw.stretched(factor)
+
+
+def _leg_speeds(mission: Mission, robot: RobotPlan, course: Course) -> Floats | None:
+    """Return the limit on speed of each leg; None where there is none of its own."""
+    if not mission.limits.legs:
+        return None
+    speeds = np.full(len(course), np.inf)
+    for index, leg in enumerate(course.legs):
+        own = None if leg.visit is None else mission.limits.legs.get(robot.visits[leg.visit].region)
+        if own is not None and own.speed is not None:
+            speeds[index] = own.speed
+    return speeds
 
 
 def _slow_legs(mission: Mission, robot: RobotPlan, course: Course, path: Spline) -> Floats:

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from refine.minimum_snap import minimum_snap
 from refine.spline import Spline
-from verify.data import BadInput
 
 Floats = NDArray[np.float64]
 
@@ -29,30 +28,17 @@ def heading_spline(path: Spline, heading: Heading, start: float, *, cycle: int |
         path: Three axes.
         heading: How to look.
         start: Yaw at the start, rad; kept for ever where heading is "fixed".
-        cycle: Node where the cycle begins; the last node repeats its heading.
-
-    Raises:
-        BadInput: A lap of the cycle turns the vehicle once around, so yaw cannot close.
+        cycle: Node where the cycle begins; the last node repeats its heading, perhaps full circles further.
     """
     if heading == "fixed":
         return None
     wanted = _directions(path, heading, start)
     turned = np.unwrap(wanted)
-    nodes = turned[:: _SAMPLES - 1]
-    if heading == "path":
-        nodes = nodes.copy()
-    nodes[0] += start - nodes[0] if heading == "path" else _nearest_turn(start - nodes[0])
-    if heading != "path":
-        # Towards a point: turn there from the start's heading on the first leg.
-        nodes[0] = start
-        nodes[1:] += 2 * np.pi * np.round((start - nodes[1]) / (2 * np.pi)) if len(nodes) > 1 else 0.0
-    if cycle is not None:
-        turns = round((nodes[-1] - nodes[cycle]) / (2 * np.pi))
-        if turns:
-            raise BadInput(
-                f"heading '{heading}' turns the vehicle {turns:+d} times in each lap, so yaw never closes; use `heading: fixed`."
-            )
-        nodes[-1] = nodes[cycle]
+    nodes = turned[:: _SAMPLES - 1].copy()
+    nodes[1:] += _nearest_turn(start - nodes[1])  # turn there from the start's heading on the first leg
+    nodes[0] = start
+    if cycle is not None:  # a lap may turn the vehicle full circles: the heading is the same, its number is not
+        nodes[-1] = nodes[cycle] + _nearest_turn(nodes[-1] - nodes[cycle])
     rate = np.full((len(nodes), 1), np.nan)
     rate[[0, -1]] = 0.0
     if cycle is not None:
