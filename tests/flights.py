@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -27,7 +28,7 @@ def legs(
     if hold:
         durations.append(hold)
         pieces.append(_piece(at[0], at[0], hold, yaw))
-    for start, stop in zip(at, at[1:], strict=False):
+    for start, stop in itertools.pairwise(at):
         length = float(np.float32(max(float(np.linalg.norm(stop - start)) / speed, 0.25)))
         durations.append(length)
         pieces.append(_piece(start, stop, length, yaw))

@@ -10,8 +10,10 @@ from fractions import Fraction
 
 from flint import fmpq, fmpq_poly
 
-from verify.data.mission import Region
+from verify.data.mission import Mission, Region
 from verify.data.trajectory import Trajectory
+from verify.labels import levels, statuses
+from verify.paths import read_team
 
 
 @dataclass
@@ -71,3 +73,29 @@ def inside(trajectory: Trajectory, region: Region, time: Fraction) -> bool:
             return bool(membership(trajectory, piece, region)(fmpq(local.numerator, local.denominator)) <= 0)
         start += length
     raise AssertionError("a trajectory has pieces")
+
+
+def compare(trajectory: Trajectory, mission: Mission) -> tuple[int, int]:
+    """Hold the judge's spans at margin 0 against true roots; return how many regions it told and how many it left open.
+
+    Raises:
+        AssertionError: The judge was sure of something that is not so.
+    """
+    (robot,) = mission.agents
+    spans = statuses(levels(read_team(mission, {robot: trajectory})), Fraction(0))[robot]
+    told = left_open = 0
+    for name, region in mission.all_regions.items():
+        row = spans[name]
+        if any(span.mark == "may" for span in row):
+            left_open += 1
+            continue
+        told += 1
+        starts_inside, roots = crossings(trajectory, region)
+        assert (row[0].mark == "must") == starts_inside
+        switches = [span for span in row if span.mark == "switch"]
+        assert len(switches) == len(roots), (name, switches, roots)
+        for span, root in zip(switches, roots, strict=True):
+            assert root.multiplicity == 1
+            assert span.start <= root.high
+            assert root.low <= span.stop
+    return told, left_open

@@ -202,7 +202,7 @@ def _no_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value) and value >= 0
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= 1e300
 
 
 def _is_text(value: Any) -> bool:
@@ -267,4 +267,4 @@ def _agree(a: Any, b: Any) -> bool:
         if isinstance(a, dict) and isinstance(b, dict):
             return a.keys() == b.keys() and all(_agree(a[key], b[key]) for key in a)
         return type(a) is type(b) and a == b
-    return math.isclose(a, b, rel_tol=_AGREE, abs_tol=_AGREE)
+    return abs(a) <= 1e300 and abs(b) <= 1e300 and math.isclose(a, b, rel_tol=_AGREE, abs_tol=_AGREE)

@@ -1,3 +1,4 @@
+import itertools
 import math
 from fractions import Fraction
 
@@ -29,9 +30,7 @@ def bernstein(ascending: list[Fraction]) -> list[Fraction]:
 def power(values: list[Fraction]) -> list[Fraction]:
     """Ascending powers of a polynomial given by Bernstein coefficients."""
     n = len(values) - 1
-    return [
-        math.comb(n, k) * sum((-1) ** (k - i) * math.comb(k, i) * values[i] for i in range(k + 1)) for k in range(n + 1)
-    ]
+    return [math.comb(n, k) * sum((-1) ** (k - i) * math.comb(k, i) * values[i] for i in range(k + 1)) for k in range(n + 1)]
 
 
 def product(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
@@ -252,7 +251,7 @@ def test_sign_decisions_agree_with_roots(values, squares, nudge):
                 critical.append(fmpq(int((root.real * 2**40).mid().floor().unique_fmpz()), 2**40))
                 critical.append(fmpq(int((root.real * 2**40).mid().floor().unique_fmpz()) + 1, 2**40))
     points = sorted(c for c in critical if 0 <= c <= 1)
-    points += [(a + b) / 2 for a, b in zip(points, points[1:], strict=False)]
+    points += [(a + b) / 2 for a, b in itertools.pairwise(points)]
     assert decided == all(p(c) >= 0 for c in points)
 
 

@@ -52,9 +52,11 @@ def sampled(trajectory, vehicle, count=400, step=1e-4):
     )
 
     def rates(at):
-        turn = np.swapaxes(rotation(trajectory, at), 1, 2) @ (
-            rotation(trajectory, at + step) - rotation(trajectory, at - step)
-        ) / (2 * step)
+        turn = (
+            np.swapaxes(rotation(trajectory, at), 1, 2)
+            @ (rotation(trajectory, at + step) - rotation(trajectory, at - step))
+            / (2 * step)
+        )
         return np.stack([turn[:, 2, 1], turn[:, 0, 2], turn[:, 1, 0]], -1)
 
     omega = rates(times)

@@ -1,0 +1,391 @@
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import verify
+from tests.flights import changed, firefighting, legs, plan_of, quantised, small_mission, through
+from verify import certify, judge
+from verify.data.errors import BadInput, NotCertified
+from verify.data.mission import Action
+from verify.data.plan import Plan, Visit
+from verify.data.trajectory import Trajectory
+
+LIMITS = {
+    "speed",
+    "acceleration",
+    "thrust_max",
+    "thrust_min",
+    "tilt",
+    "body_rate",
+    "yaw_rate",
+    "rotor_thrust_max",
+    "rotor_thrust_min",
+}
+
+
+@pytest.fixture(scope="module")
+def fire():
+    return firefighting()
+
+
+def refused(plan, team, **options):
+    """Judge, and return the names of the claims that do not hold."""
+    certificate = judge(plan, team, largest=False, **options)
+    for claim in certificate.claims:
+        assert (claim.witness is None) == (claim.verdict == "holds")
+        assert claim.sentence
+    assert not certificate.covers(team) or certificate.holds
+    return {claim.name for claim in certificate.claims if claim.verdict != "holds"}
+
+
+def test_a_hand_made_flight_is_certified(fire):
+    plan, team = fire
+    certificate = certify(plan, team)
+    assert certificate.holds
+    assert certificate.covers(team)
+    assert certificate.largest_margin == pytest.approx(0.0782, abs=2e-4)
+    names = {claim.name for claim in certificate.claims}
+    assert names == {
+        "formula", "transitions", "visits", "passages", "rims", "workspace", "separation", "continuity",
+        *(f"limits.{name}" for name in LIMITS),
+    }  # fmt: skip
+    (action,) = certificate.actions
+    assert (action.robot, action.visit, action.source, action.target) == ("quad0", 0, "no_water", "carrying")
+    water = plan.mission.all_regions["water"]
+    assert float(water.level(team["quad0"].evaluate(action.time)[:3])) < 1
+    assert certificate.duration == max(t.duration for t in team.values())
+    assert certificate.digest() == judge(plan, team).digest()
+    assert all(claim.bound is None or claim.margin is None or claim.margin >= 0 for claim in certificate.claims)
+
+
+def test_the_largest_margin_holds_and_a_little_more_does_not(fire):
+    plan, team = fire
+    largest = judge(plan, team).largest_margin
+    assert refused(plan, team, margin=largest) == set()
+    assert refused(plan, team, margin=largest + 2.5e-4) != set()
+    with pytest.raises(NotCertified) as caught:
+        certify(plan, team, margin=0.1)
+    assert "largest margin" in str(caught.value)
+    assert judge(plan, team, margin=0.1).largest_margin == pytest.approx(largest, abs=2e-4)
+    assert caught.value.witnesses
+
+
+# Hundreds of broken plans. Each mutation returns a plan, a team and claims of which at least one must be refused.
+
+
+def moved_waypoints():
+    for robot, count in (("quad0", 7), ("quad1", 4)):
+        for index in range(1, count):
+            for offset in ([0, 0, 0.9], [0.5, -0.5, 0.3]):
+                yield pytest.param(robot, index, offset, id=f"{robot}-{index}-{offset}")
+
+
+@pytest.mark.parametrize(("robot", "index", "offset"), list(moved_waypoints()))
+def test_a_waypoint_moved_after_the_path_was_made(fire, robot, index, offset):
+    """One joint moved: the pieces beside it still begin and end where they did, so the path is torn."""
+    plan, team = fire
+    coefficients = team[robot].coefficients.copy()
+    piece = index - 1 if robot == "quad0" else index
+    coefficients[piece, :3, 0] += offset
+    broken = {**team, robot: quantised(changed(team[robot], coefficients=coefficients))}
+    assert "continuity" in refused(plan, broken)
+
+
+def points_of(fire, robot):
+    mission = fire[0].mission
+    start = np.array(mission.agents[robot].start)
+    if robot == "quad0":
+        return [start, *through(mission, "water"), *through(mission, "smoke"), *through(mission, "loc2")], 0.0
+    return [start, np.array([0.6, 0.1, 0.9]), *through(mission, "loc1")], 6.0
+
+
+@pytest.mark.parametrize("robot", ["quad0", "quad1"])
+@pytest.mark.parametrize("pair", [(1, 2), (3, 4), (5, 6), (2, 3)])
+@pytest.mark.parametrize("offset", [[0, 0, 0.25], [0, 0, 0.45], [0, 0, -0.45]])
+def test_a_hoop_is_missed_by_a_smooth_path(fire, robot, pair, offset):
+    plan, team = fire
+    points, hold = points_of(fire, robot)
+    if max(pair) >= len(points):
+        pair = (2, 3)
+    moved = [p + np.array(offset) if i in pair else p for i, p in enumerate(points)]
+    broken = {**team, robot: legs(moved, hold=hold)}
+    assert refused(plan, broken) & {"passages", "visits", "rims", "formula"}
+
+
+@pytest.mark.parametrize(("robot", "index"), [*(("quad0", i) for i in range(6)), *(("quad1", i) for i in range(1, 4))])
+def test_a_piece_dropped(fire, robot, index):
+    plan, team = fire
+    keep = [i for i in range(len(team[robot])) if i != index]
+    path = Trajectory(team[robot].durations[keep], team[robot].coefficients[keep])
+    # without its last piece a flight is whole, but makes no last visit
+    assert refused(plan, {**team, robot: path}) & {"continuity", "visits", "passages"}
+
+
+def test_without_its_wait_a_flight_is_another_one(fire):
+    plan, team = fire
+    path = Trajectory(team["quad1"].durations[1:], team["quad1"].coefficients[1:])
+    assert not certify(plan, team).covers({**team, "quad1": path})
+
+
+@pytest.mark.parametrize("robot", ["quad0", "quad1"])
+@pytest.mark.parametrize("index", range(5))
+def test_two_pieces_swapped(fire, robot, index):
+    plan, team = fire
+    order = list(range(len(team[robot])))
+    a, b = index % len(order), (index + 1) % len(order)
+    order[a], order[b] = order[b], order[a]
+    path = Trajectory(team[robot].durations[order], team[robot].coefficients[order])
+    assert "continuity" in refused(plan, {**team, robot: path})
+
+
+@pytest.mark.parametrize("factor", [0.5, 0.9, 0.99, 1.01, 1.2, 2.0])
+@pytest.mark.parametrize("index", range(6))
+def test_one_duration_changed(fire, index, factor):
+    plan, team = fire
+    durations = team["quad0"].durations.copy()
+    durations[index] *= factor
+    assert "continuity" in refused(plan, {**team, "quad0": quantised(changed(team["quad0"], durations=durations))})
+
+
+def retimed(trajectory, factor):
+    return Trajectory(trajectory.durations * factor, trajectory.coefficients / factor ** np.arange(8))
+
+
+@pytest.mark.parametrize("factor", [0.2, 0.3, 0.4, 0.45])
+@pytest.mark.parametrize("robot", ["quad0", "quad1"])
+def test_flown_faster_than_the_limits(fire, robot, factor):
+    plan, team = fire
+    assert any(name.startswith("limits.") for name in refused(plan, {**team, robot: retimed(team[robot], factor)}))
+
+
+@pytest.mark.parametrize("factor", [0.3, 0.5])
+def test_one_robot_flown_earlier_meets_another(fire, factor):
+    """quad1 waits for 6 s; at another time it crosses quad0's way, or the order of events is another."""
+    plan, team = fire
+    points, _ = points_of(fire, "quad1")
+    early = legs([points[0], [0.35, -0.85, 0.9], *points[1:]], hold=6.0 * factor)
+    assert refused(plan, {**team, "quad1": early}) != set()
+
+
+def test_any_last_bit_of_any_number_voids_the_certificate(fire):
+    plan, team = fire
+    certificate = certify(plan, team)
+    assert certificate.covers(team)
+    count = 0
+    for robot, trajectory in team.items():
+        for piece in range(len(trajectory)):
+            for axis in range(4):
+                for power in range(8):
+                    values = trajectory.coefficients.copy()
+                    value = np.float32(values[piece, axis, power])
+                    values[piece, axis, power] = np.nextafter(value, np.float32(np.inf))
+                    assert not certificate.covers({**team, robot: changed(trajectory, coefficients=values)})
+                    count += 1
+            durations = trajectory.durations.copy()
+            durations[piece] = np.nextafter(np.float32(durations[piece]), np.float32(np.inf))
+            assert not certificate.covers({**team, robot: changed(trajectory, durations=durations)})
+    assert count > 300
+    assert not certificate.covers({name: team[name] for name in ("quad0", "quad1")})
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("power", range(8))
+@pytest.mark.parametrize("piece", [0, 5])
+def test_a_coefficient_changed_by_much(fire, axis, power, piece):
+    plan, team = fire
+    values = team["quad0"].coefficients.copy()
+    length = float(team["quad0"].durations[piece])
+    values[piece, axis, power] += 0.5 / length**power
+    assert "continuity" in refused(plan, {**team, "quad0": changed(team["quad0"], coefficients=values)})
+
+
+@pytest.mark.parametrize("pair", [("quad0", "quad1"), ("quad0", "quad2"), ("quad1", "quad2")])
+def test_two_robots_swapped(fire, pair):
+    plan, team = fire
+    a, b = pair
+    found = refused(plan, {**team, a: team[b], b: team[a]})
+    assert "continuity" in found
+    assert "visits" in found
+    visits = {**plan.robots, a: plan.robots[b], b: plan.robots[a]}
+    assert "visits" in refused(plan.model_copy(update={"robots": visits}), team)
+
+
+def with_visits(plan, robot, visits):
+    return plan.model_copy(
+        update={"robots": {**plan.robots, robot: plan.robots[robot].model_copy(update={"visits": tuple(visits)})}}
+    )
+
+
+def visit_mutations():
+    action = Action(source="no_water", target="carrying", at="water")
+    back = Action(source="carrying", target="no_water", at="water")
+    smoke_action = Action(source="no_water", target="carrying", at="smoke")
+    water, smoke, loc2 = (Visit(region=r, direction="F") for r in ("water", "smoke", "loc2"))
+    done = water.model_copy(update={"actions": (action,)})
+    return {
+        "no action": ([water, smoke, loc2], {"formula"}),
+        "action in smoke": ([water, smoke.model_copy(update={"actions": (action,)}), loc2], {"visits"}),
+        "action not of the mission": ([water, smoke.model_copy(update={"actions": (smoke_action,)}), loc2], {"visits"}),
+        "action backwards": ([water.model_copy(update={"actions": (back,)}), smoke, loc2], {"visits"}),
+        "action twice": ([water.model_copy(update={"actions": (action, action)}), smoke, loc2], {"visits"}),
+        "action too late": ([water, smoke, loc2.model_copy(update={"actions": (action,)})], {"visits"}),
+        "smoke reversed": ([done, smoke.model_copy(update={"direction": "R"}), loc2], {"passages"}),
+        "water reversed": ([done.model_copy(update={"direction": "R"}), smoke, loc2], {"passages"}),
+        "loc2 reversed": ([done, smoke, loc2.model_copy(update={"direction": "R"})], {"passages"}),
+        "smoke not passed": ([done, smoke.model_copy(update={"direction": None}), loc2], {"passages"}),
+        "smoke not planned": ([done, loc2], {"visits", "passages"}),
+        "nothing planned": ([], {"visits", "passages"}),
+        "one too many": ([done, smoke, loc2, smoke], {"visits", "passages"}),
+        "one twice": ([done, done, smoke, loc2], {"visits", "passages"}),
+        "another order": ([done, loc2, smoke], {"visits", "passages"}),
+        "another region": ([done, smoke, Visit(region="loc1", direction="F")], {"visits", "passages"}),
+        "as planned": ([done, smoke, loc2], set()),
+    }
+
+
+@pytest.mark.parametrize("name", list(visit_mutations()))
+def test_visits_that_the_path_does_not_make(fire, name):
+    plan, team = fire
+    visits, expected = visit_mutations()[name]
+    found = refused(with_visits(plan, "quad0", visits), team)
+    assert expected <= found if expected else found == set()
+
+
+def test_around_the_smoke_to_loc2(fire):
+    """loc2 is reached only through smoke, so a way around it is no trace of the transition system."""
+    plan, team = fire
+    mission = plan.mission
+    start = np.array(mission.agents["quad0"].start)
+    around = [start, *through(mission, "water"), [0.1, -0.4, 1.5], [-1.0, 0.0, 1.5], *through(mission, "loc2")]
+    water = plan.robots["quad0"].visits[0]
+    found = refused(with_visits(plan, "quad0", [water, Visit(region="loc2", direction="F")]), {**team, "quad0": legs(around)})
+    assert "transitions" in found
+
+
+def test_smoke_without_water(fire):
+    plan, team = fire
+    mission = plan.mission
+    start = np.array(mission.agents["quad0"].start)
+    direct = legs([start, [0.2, -0.5, 1.4], *through(mission, "smoke"), *through(mission, "loc2")])
+    visits = [Visit(region="smoke", direction="F"), Visit(region="loc2", direction="F")]
+    certificate = judge(with_visits(plan, "quad0", visits), {**team, "quad0": direct}, largest=False)
+    formula = next(c for c in certificate.claims if c.name == "formula")
+    assert formula.verdict == "fails"
+    assert formula.witness.word
+
+
+# Small worlds: grazes, U-turns, thrust through zero.
+
+BALL = "a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}"
+
+
+@pytest.mark.parametrize("direction", range(8))
+@pytest.mark.parametrize("depth", [1e-9, 1e-7, 1e-5, 1e-3])
+def test_a_graze_breaks_never(direction, depth):
+    angle = direction * math.pi / 4
+    for sign, broken in ((-1, True), (1, False)):
+        distance = 0.2 + sign * depth
+        y, z = distance * math.cos(angle), 1 + distance * math.sin(angle)
+        mission = small_mission("G !a", regions=BALL, starts=[[0.0, y, z]])
+        coefficients = legs([[0, 0, 1], [2, 0, 1]]).coefficients.copy()
+        coefficients[:, 1, 0], coefficients[:, 2, 0] = y, z
+        path = changed(legs([[0, 0, 1], [2, 0, 1]]), coefficients=coefficients)
+        found = refused(plan_of(mission, {}), {"r0": path})
+        assert ("formula" in found) == broken
+
+
+def test_visit_once_is_provable_without_margin_only():
+    mission = small_mission("F a & G(a -> (a U G !a))", regions=BALL)
+    path = {"r0": legs([[0, 0, 1], [2, 0, 1]])}
+    plan = plan_of(mission, {"r0": [Visit(region="a")]})
+    assert refused(plan, path, margin=0.0) == set()
+    certificate = judge(plan, path, margin=0.01, largest=False)
+    formula = next(c for c in certificate.claims if c.name == "formula")
+    assert formula.verdict == "fails"
+
+
+def test_a_lap_must_close_on_itself():
+    mission = small_mission("G F a", regions=BALL, trace="infinite")
+    lap = legs([[0, 0, 1], [1, 0, 1], [0, 0, 1]], cycle=0)
+    plan = plan_of(mission, {"r0": [Visit(region="a")]})
+    robot = plan.robots["r0"].model_copy(update={"cycle_visit": 0, "cycle_waypoint": 0})
+    plan = plan.model_copy(update={"robots": {"r0": robot}})
+    assert refused(plan, {"r0": lap}) == set()
+    open_lap = legs([[0, 0, 1], [1, 0, 1], [0.2, 0, 1]], cycle=0)
+    assert "continuity" in refused(plan, {"r0": open_lap})
+    one_way = legs([[0, 0, 1], [1, 0, 1], [0, 0, 1]], cycle=2 - 1)
+    assert "continuity" in refused(plan, {"r0": one_way})
+
+
+def test_limits_of_a_leg():
+    for speed, expected in ((1.0, set()), (0.9, {"limits.legs.speed"})):
+        mission = small_mission("F a", regions=BALL, extra=f"limits: {{legs: {{a: {{speed: {speed}}}}}}}")
+        path = {"r0": legs([[0, 0, 1], [1, 0, 1]])}  # peaks at 2.1875 x 0.45 m/s
+        assert refused(plan_of(mission, {"r0": [Visit(region="a")]}), path) == expected
+    away = {"r0": legs([[0, 0, 1], [0, 1, 1]])}
+    assert "limits.legs" in refused(plan_of(mission, {"r0": [Visit(region="a")]}), away)
+
+
+@pytest.mark.parametrize("value", [-0.01, math.nan, math.inf, "0.1", True, 10**400, None])
+def test_margins_and_clock_errors_must_be_numbers(fire, value):
+    plan, team = fire
+    if value is not None:
+        with pytest.raises(BadInput, match="margin"):
+            judge(plan, team, margin=value)
+    with pytest.raises(BadInput, match="clock_error"):
+        judge(plan, team, clock_error=value)
+
+
+def test_a_plan_for_other_robots_is_bad_input(fire):
+    plan, team = fire
+    robots = {name: robot for name, robot in plan.robots.items() if name != "quad2"}
+    with pytest.raises(BadInput, match="plan has robots"):
+        judge(Plan.model_construct(**{**dict(plan), "robots": robots}), team)
+
+
+@pytest.mark.parametrize("size", [1e4, 1e20, 1e150, 1e300])
+@pytest.mark.parametrize("power", [0, 1, 4, 7])
+def test_absurd_numbers_are_refused_without_a_traceback(size, power):
+    mission = small_mission("F a", regions=BALL)
+    path = legs([[0, 0, 1], [1, 0, 1]])
+    values = path.coefficients.copy()
+    values[0, :, power] = size
+    found = refused(plan_of(mission, {"r0": [Visit(region="a")]}), {"r0": changed(path, coefficients=values)})
+    assert {"continuity", "workspace"} <= found
+
+
+@pytest.mark.parametrize("duration", [1e-30, 1e-12, 1e12, 1e30])
+def test_absurd_durations_are_refused_or_judged_without_a_traceback(duration):
+    mission = small_mission("F a", regions=BALL)
+    path = legs([[0, 0, 1], [1, 0, 1]])
+    found = refused(plan_of(mission, {"r0": [Visit(region="a")]}), {"r0": changed(path, durations=[duration])})
+    assert ("visits" if duration < 1 else "continuity") in found
+
+
+@pytest.mark.parametrize(
+    ("durations", "shape"),
+    [([math.nan], (1, 4, 8)), ([math.inf], (1, 4, 8)), ([0.0], (1, 4, 8)), ([-1.0], (1, 4, 8)), ([1.0], (1, 4, 9)), ([], (0, 4, 8)),
+     ([1.0] * 10_000, (10_000, 4, 8)), ([[1.0]], (1, 4, 8))],
+)  # fmt: skip
+def test_nonsense_is_no_trajectory(durations, shape):
+    with pytest.raises(BadInput):
+        Trajectory(durations, np.zeros(shape))
+    for bad in (math.nan, math.inf, -math.inf):
+        values = np.zeros((1, 4, 8))
+        values[0, 2, 3] = bad
+        with pytest.raises(BadInput):
+            Trajectory([1.0], values)
+
+
+def test_the_certificate_is_plain_json(fire):
+    plan, team = fire
+    certificate = judge(plan, team, margin=0.1)
+    data = certificate.to_dict()
+    assert data["format"] == 1
+    assert {c["verdict"] for c in data["claims"]} == {"holds", "fails"}
+    assert all("witness" in c for c in data["claims"] if c["verdict"] != "holds")
+    assert not certificate.covers(team)
+    assert dataclasses.replace(certificate, margin=0.2).digest() != certificate.digest()
+    assert verify.Certificate is type(certificate)
