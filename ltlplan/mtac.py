@@ -29,18 +29,23 @@ import numpy as np
 from numpy.random import Generator
 
 from ltlplan.allocation import Itinerary, Reader, World
-from ltlplan.cost import cost_of, plan_cost
+from ltlplan.cost import WeightedCost, cost_of, plan_cost
 from ltlplan.cross_entropy import Search, improve, minimise, options_of
 from ltlplan.hoops import route
+from ltlplan.path_result import candidate_plans
 from ltlplan.path_search import path_problem
+from ltlplan.splines import Spline
 from ltlplan.team_walk import Options, Walker
 from verify.data import BadInput, Infeasible, Letter, Mission, Plan, RobotPlan, Word
 from verify.data.mission import Point
 
 Progress = Callable[[str, float], None]
 
-SPREAD, REACH = 0.06, 0.4
-"""m; the search's first standard deviation, and over which distance along the path points move together: `improve`'s."""
+RAMPS = (0.5, 1.0)
+"""s more on the first and on the last segment that are tried."""
+
+SPREAD = 0.06
+"""m; the search's first standard deviation, as in `improve`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +149,7 @@ class _Paths:
         if key not in self.tried:
             word = self.word(part)
             try:
-                nominal = route(self.mission, robot, part.visits, word=word)
+                nominal = calmed(route(self.mission, robot, part.visits, word=word), cost_of(self.mission, robot))
                 cost = searched_cost(self.mission, robot, nominal, self.draws(robot, word))
             except Infeasible:
                 return math.inf
@@ -155,8 +160,7 @@ class _Paths:
         """Return the path whose cost was found, judged for all times."""
         word = self.word(part)
         nominal = route(self.mission, robot, part.visits, word=word)
-        found = improve(self.mission, robot, nominal, rng=self.draws(robot, word), options=options_of(self.mission))
-        return Share(found.plan, found.history)
+        return improved(self.mission, robot, nominal, lambda: self.draws(robot, word))
 
     def word(self, part: Itinerary) -> Word:
         """Return the word of a robot that does this from its start."""
@@ -179,8 +183,7 @@ class _Paths:
         shares = {}
         for index, (robot, itinerary) in enumerate(exact.robots.items()):
             nominal = route(self.mission, robot, itinerary.visits, itinerary.cycle_visit, word=itinerary.word)
-            found = improve(self.mission, robot, nominal, rng=np.random.default_rng([self.seed, index]))
-            shares[robot] = Share(found.plan, found.history)
+            shares[robot] = improved(self.mission, robot, nominal, lambda i=index: np.random.default_rng([self.seed, i]))
         cost = objective(self.mission, [share.plan.cost for share in shares.values()])
         flown = tuple(robot for robot, share in shares.items() if share.plan.visits)
         return Allocation(shares, flown, cost, len(self.tried) + len(shares), consulted)
@@ -189,12 +192,53 @@ class _Paths:
 def searched_cost(mission: Mission, robot: str, nominal: RobotPlan, rng: Generator) -> float:
     """Return the least cost that the mission's rounds of cross-entropy find; sampled paths only, no plan is made of them."""
     function = cost_of(mission, robot)
+    known = plan_cost(nominal, function)
     if len({w.position for w in nominal.waypoints}) < 3:
-        return plan_cost(nominal, function)
+        return known
     problem = path_problem(mission, nominal, function)
     first = float(problem.costs(problem.mean[None])[0])
-    search = Search.start(problem.mean, problem.covariance(SPREAD, REACH), options_of(mission), first)
-    return minimise(problem.costs, search, rng=rng)[0].best_cost
+    search = Search.start(problem.mean, problem.covariance(SPREAD), options_of(mission), first)
+    return min(known, minimise(problem.costs, search, rng=rng)[0].best_cost)
+
+
+def improved(mission: Mission, robot: str, nominal: RobotPlan, draws: Callable[[], Generator]) -> Share:
+    """Return the path that the mission's rounds of cross-entropy make of a nominal one, judged for all times.
+
+    The search begins at the calmed path. Where nothing better that keeps clear is found it begins at the nominal path
+    itself, which was judged.
+    """
+    function = cost_of(mission, robot)
+    calm = calmed(nominal, function)
+    found = improve(mission, robot, calm, rng=draws(), options=options_of(mission))
+    if calm is nominal or found.cost < found.nominal:
+        return Share(found.plan, found.history)
+    points = np.array([w.position for w in calm.waypoints])
+    judged = candidate_plans(mission, calm, Spline(calm.times), points, found.nominal, slack=0.0)
+    if judged:
+        best = min(judged, key=lambda plan: plan_cost(plan, function))
+        return Share(best.model_copy(update={"cost": plan_cost(best, function)}), found.history)
+    found = improve(mission, robot, nominal, rng=draws(), options=options_of(mission))
+    return Share(found.plan, found.history)
+
+
+def calmed(plan: RobotPlan, cost: WeightedCost) -> RobotPlan:
+    """Return a plan with more time to get going and to come to rest, where that makes its spline cheaper.
+
+    At one speed on every segment a spline that begins and ends at rest swings to and fro around its waypoints.
+    """
+    if len(plan.waypoints) < 3:
+        return plan
+    spans = np.diff(plan.times)
+    best, least = plan, plan_cost(plan, cost)
+    for ramp in RAMPS:
+        longer = spans.copy()
+        longer[0] += ramp
+        longer[-1] += ramp
+        other = plan.model_copy(update={"times": (0.0, *(float(t) for t in np.cumsum(longer)))})
+        value = plan_cost(other, cost)
+        if value < least * (1 - 1e-3):
+            best, least = other, value
+    return best
 
 
 def metric(mission: Mission) -> Callable[[str, Point, str], float]:

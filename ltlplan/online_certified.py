@@ -24,9 +24,9 @@ from ltlplan.online_course import ORDERS, Clock, through_clock
 from ltlplan.online_events import changed, rim_distance
 from ltlplan.online_pilot import Pilot
 from ltlplan.pipeline import certified_team, plan
-from verify.data import Formula, Infeasible, Letter, LtlplanError, Mission, NotCertified, Trajectory, Unsatisfiable
+from verify.data import Formula, Infeasible, Letter, LtlplanError, Mission, NotCertified, Plan, Trajectory, Unsatisfiable
 from verify.data.formula import FALSE, TRUE
-from verify.data.mission import Point
+from verify.data.mission import Environment, Point
 from verify.data.mission_file import check_mission
 
 Floats = NDArray[np.float64]
@@ -37,6 +37,7 @@ class CertifiedTeam(OnlineTeam):
 
     Attributes:
         tracks: Each robot's certified trajectory, or None while it hovers without one.
+        plan: What is flown now.
         certificates: Digests of all certificates that were flown, in order.
     """
 
@@ -52,6 +53,7 @@ class CertifiedTeam(OnlineTeam):
         self.tracks: dict[str, Trajectory | None] = {}
         self.hover: dict[str, Floats] = {}
         self.instants: dict[str, list[tuple[float, str]]] = {}
+        self.plan: Plan | None = None
         self.certificates: tuple[str, ...] = ()
         self.stops: dict[str, float] = {}
         super().__init__(mission, rng=rng)
@@ -77,8 +79,7 @@ class CertifiedTeam(OnlineTeam):
         self.tracks = dict.fromkeys(self.pilots)
         self.hover = {name: np.array(pilot.where.position) for name, pilot in self.pilots.items()}
         try:
-            left = check_mission(self._left()) if self.steps else self.mission
-            made, team, certificate, _ = certified_team(plan(left, seed=self.seed))
+            made, team, certificate, _ = certified_team(self._planned())
         except LtlplanError as error:
             self.holding = f"No certified pieces for what is left: {error}"
             raise
@@ -165,6 +166,34 @@ class CertifiedTeam(OnlineTeam):
         x, y, z = (float(v) for v in self._flat(pilot.name, pilot)[0, :3])
         pilot.where = replace(pilot.where, position=(x, y, z))
 
+    def _planned(self) -> Plan:
+        """Plan what is left.
+
+        Raises:
+            Infeasible: The environment has no edge to where a robot would have to go first.
+        """
+        if not self.steps:
+            return plan(self.mission, seed=self.seed)
+        left = self._left()
+        made = plan(check_mission(left), seed=self.seed)
+        for name, robot in made.robots.items():
+            vertex = self.pilots[name].where.vertex
+            first = robot.visits[0].region if robot.visits else None
+            # robots have one start vertex in a mission, but have come to different vertices
+            if first is not None and first not in self.world.neighbours.get(vertex, ()):
+                raise Infeasible(f"{name} would have to go to '{first}', to which no edge leads from '{vertex}'.")
+        return made
+
+    def _environment(self) -> Environment | None:
+        """Return the environment in which a start leads to every region that all robots may go to next, or else any may."""
+        given = self.mission.environment
+        if given is None:
+            return None
+        onward = [set(self.world.neighbours.get(pilot.where.vertex, ())) for pilot in self.pilots.values()]
+        common = set.intersection(*onward) or set.union(*onward)
+        edges = [edge for edge in given.edges if given.start not in edge]
+        return given.model_copy(update={"edges": (*edges, *((given.start, region) for region in sorted(common)))})
+
     def _left(self) -> Mission:
         """Return what is left as a mission of its own, from where the robots hover.
 
@@ -197,7 +226,7 @@ class CertifiedTeam(OnlineTeam):
             raise Unsatisfiable("what was flown cannot be completed to satisfy the formula.")
         robot = self.mission.robot.model_copy(update={"initial": internals.pop()})
         spec = self.mission.spec.model_copy(update={"formula": str(left)})
-        return changed(self.mission, agents=agents, robot=robot, spec=spec)
+        return changed(self.mission, agents=agents, robot=robot, spec=spec, environment=self._environment())
 
     def _never_matters(self, letter: Letter, state: object) -> bool:
         """Tell whether a letter that stays held changes no state that can still be reached."""

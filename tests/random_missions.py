@@ -1,0 +1,65 @@
+"""Random missions that can be satisfied: spheres in a room, robots in free flight, formulas of common patterns."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from ltlplan import parse_mission
+from verify.data import Mission
+
+LETTERS = "abcdefgh"
+
+
+def random_mission(
+    seed: int, *, robots: int | None = None, regions: int | None = None, samples: int = 50, rounds: int = 12
+) -> Mission:
+    """A mission with 3 to 5 regions and 2 to 4 robots; every pattern of its formula can be met by one robot alone."""
+    rng = np.random.default_rng(seed)
+    count = regions or int(rng.integers(3, 6))
+    team = robots or int(rng.integers(2, 5))
+    side = 3.0 + 0.25 * team**0.5
+    places: list[np.ndarray] = []
+    while len(places) < count + team:
+        place = rng.uniform([-side + 0.6, -side + 0.6, 0.8], [side - 0.6, side - 0.6, 1.6])
+        gap = 1.0 if len(places) < count else 0.75
+        if all(np.linalg.norm((place - other)[:2]) > gap for other in places):
+            places.append(place)
+    names = LETTERS[:count]
+    text = {
+        name: f"{{center: [{p[0]:.3f}, {p[1]:.3f}, {p[2]:.3f}], radii: [0.2, 0.2, 0.2]}}"
+        for name, p in zip(names, places, strict=False)
+    }
+    starts = {f"quad{i}": f"{{start: [{p[0]:.3f}, {p[1]:.3f}, {p[2]:.3f}]}}" for i, p in enumerate(places[count:])}
+    return parse_mission(
+        f"""
+format: 1
+name: random-{seed}
+spec: {{formula: "{random_formula(names, rng)}"}}
+regions: {{{", ".join(f"{k}: {v}" for k, v in text.items())}}}
+agents: {{{", ".join(f"{k}: {v}" for k, v in starts.items())}}}
+vehicle: crazyflie-2.1
+workspace: {{min: [{-side}, {-side}, 0.2], max: [{side}, {side}, 2.2]}}
+planner: {{method: mtac-e, samples: {samples}, elite: 0.1, iterations: {rounds}, seed: {seed}}}
+"""
+    )
+
+
+def random_formula(names: str, rng: np.random.Generator) -> str:
+    """Visits of two regions or more, with an order, a response or a place to keep out of."""
+    visited = list(rng.permutation(list(names)))
+    goals = visited[: int(rng.integers(2, len(visited)))] if len(visited) > 2 else visited
+    parts = [f"F {name}" for name in goals]
+    spare = [name for name in visited if name not in goals]
+    for first, second in itertools.pairwise(goals):
+        match int(rng.integers(5)):
+            case 0:
+                parts.append(f"(!{second} U {first})")
+            case 1:
+                parts.append(f"G({first} -> F {second})")
+            case 2 if spare:
+                parts.append(f"G !{spare[0]}")
+            case _:
+                pass
+    return " & ".join(parts)
