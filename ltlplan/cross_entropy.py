@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from ltlplan.cost import Cost, cost_of, plan_cost
 from ltlplan.path_result import candidate_plans
 from ltlplan.path_search import PathProblem, path_problem
+from ltlplan.splines import Spline
 from verify.data import BadInput, Mission, RobotPlan
 
 Floats = NDArray[np.float64]
@@ -266,7 +267,7 @@ def improve(
         found = candidate_plans(
             mission, plan, problem.spline, problem.points(candidate[None])[0], float(paths.length[0]), problem.slack
         )
-        stretched = [_stretched(other, float(paths.length[0]) / problem.length) for other in found]
+        stretched = [_stretched(mission, other, float(paths.length[0]) / problem.length) for other in found]
         costs = [(plan_cost(other, function), i) for i, other in enumerate(stretched)]
         if costs and min(costs)[0] < nominal:
             least = min(costs)[0]
@@ -282,5 +283,11 @@ def options_of(mission: Mission) -> Options:
     return Options(samples=planner.samples, elite=planner.elite, rounds=planner.iterations, target=planner.target)
 
 
-def _stretched(plan: RobotPlan, scale: float) -> RobotPlan:
+def _stretched(mission: Mission, plan: RobotPlan, scale: float) -> RobotPlan:
+    """Return the plan flown `scale` times longer, or as much longer as its fastest sampled instant asks for."""
+    spline = Spline(plan.times, plan.cycle_waypoint)
+    at = np.linspace(plan.times[0], plan.times[-1], 600)
+    velocity = spline.sampling(at, 1) @ np.array([w.position for w in plan.waypoints])
+    peak = float(np.max(np.linalg.norm(velocity, axis=1)))
+    scale = max(scale, 1.02 * peak / mission.effective_limits.speed)
     return plan.model_copy(update={"times": tuple(time * scale for time in plan.times)})

@@ -1,0 +1,92 @@
+"""One round of candidate paths: sampled, labelled against every hoop, run through the planned word, and costed.
+
+python tests/benchmarks/sampled_paths.py [--paths 1000] [--repeats 20]
+
+1000 paths of 20 waypoints, 6 hoops, 200 instants; the least of several repeats on one core. The target is 20 ms.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import numpy as np
+
+from ltlplan.cost import Sampling, WeightedCost
+from ltlplan.path_search import path_problem
+from ltlplan.sampled import label, run, word_filter
+from tests.courses import courses
+
+
+class Visits:
+    """Accepts words that visit regions in an order, as an automaton over letters."""
+
+    def __init__(self, regions: list[str]) -> None:
+        self.regions, self.initial, self.accepting = regions, 0, (len(regions),)
+
+    def successor(self, state: int, letter: frozenset[str]) -> int:
+        """Advance where the next region is in the letter."""
+        return state + (state < len(self.regions) and self.regions[state] in letter)
+
+
+def least(function: Callable[[], object], repeats: int) -> float:
+    """Milliseconds of the fastest of several calls."""
+    best = float("inf")
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        function()
+        best = min(best, time.perf_counter() - begin)
+    return 1e3 * best
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--paths", type=int, default=1000)
+    parser.add_argument("--repeats", type=int, default=20)
+    arguments = parser.parse_args()
+    mission, plan = courses(seed=7, count=1, hoops=6, passages=6)[0]
+    cost = WeightedCost({"length": 1.0, "effort": 0.5})
+    problem = path_problem(mission, plan, cost, points=18, instants=200)
+    assert len(problem.nominal) == 20
+    points = problem.nominal + 0.01 * np.random.default_rng(0).standard_normal((arguments.paths, 20, 3))
+    points[:, [0, -1]] = problem.nominal[[0, -1]]
+    keeps = word_filter(mission, plan)
+    automaton = Visits([visit.region for visit in plan.visits])
+    sampling = Sampling(problem.spline, 200)
+    sampling.matrix(0), sampling.matrix(1), sampling.matrix(2)
+    positions = sampling.paths(points).axes(0)
+    labels = label(mission, positions)
+
+    def labelled_and_costed() -> None:
+        paths = sampling.paths(points)
+        run(automaton, label(mission, paths.axes(0)))
+        cost(paths.rescaled(paths.length / problem.length))
+
+    def one_round() -> None:
+        paths = sampling.paths(points)
+        keeps.keeps(paths.axes(0))
+        cost(paths.rescaled(paths.length / problem.length))
+
+    rows = [
+        ("sample positions", lambda: sampling.paths(points).axes(0)),
+        ("label against 6 hoops", lambda: label(mission, positions)),
+        ("run an automaton", lambda: run(automaton, labels)),
+        ("length and effort", lambda: cost(sampling.paths(points))),
+        ("all of these (target 20)", labelled_and_costed),
+        ("with passages, rings, walls and margins", one_round),
+    ]
+    print(f"{platform.machine()}, Python {platform.python_version()}, numpy {np.__version__}, {arguments.paths} paths")
+    for name, function in rows:
+        print(f"{name:<42} {least(function, arguments.repeats):8.2f} ms")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,271 @@
+import math
+
+import numpy as np
+import pytest
+
+from ltlplan.cost import CostError, WeightedCost, plan_cost
+from ltlplan.cross_entropy import Options, Search, improve, minimise, options_of
+from ltlplan.hoops import route, route_sequence
+from ltlplan.missions import load_mission
+from ltlplan.path_search import path_problem
+from ltlplan.splines import nominal_trajectory
+from tests.courses import courses
+from verify import judge
+from verify.data import BadInput, Plan, Trajectory, Visit, Word
+
+EFFORT = WeightedCost({"length": 1.0, "effort": 0.5})
+
+
+def quadratic(size, condition=100.0, seed=0):
+    rng = np.random.default_rng(seed)
+    axes = np.linalg.qr(rng.normal(size=(size, size)))[0]
+    form = axes @ np.diag(np.geomspace(1.0, condition, size)) @ axes.T
+    optimum = rng.uniform(-2, 2, size)
+
+    def cost(points):
+        return 1.5 + np.einsum("ni,ij,nj->n", points - optimum, form, points - optimum)
+
+    return cost, optimum
+
+
+# The search itself
+
+
+@pytest.mark.parametrize("size", [1, 3, 12])
+def test_a_convex_cost_converges_to_its_known_optimum(size):
+    cost, optimum = quadratic(size)
+    search = Search.start(np.zeros(size), np.eye(size), Options(samples=200, rounds=120, floor=1e-9))
+    found, history = minimise(cost, search, rng=np.random.default_rng(1))
+    assert np.allclose(found.mean, optimum, atol=1e-4)
+    assert found.best_cost == pytest.approx(1.5, abs=1e-6)
+    assert list(history) == sorted(history, reverse=True)
+
+
+def test_a_constraint_is_kept_by_what_counts():
+    def cost(points):  # the optimum of the sum is at the edge of what counts
+        return np.where(np.all(points >= 0.25, axis=1), points.sum(axis=1), np.inf)
+
+    search = Search.start(np.ones(4), 0.1 * np.eye(4), Options(samples=300, rounds=80, floor=1e-6))
+    found, _ = minimise(cost, search, rng=np.random.default_rng(0))
+    assert np.all(found.best >= 0.25)
+    assert found.best_cost == pytest.approx(1.0, abs=2e-3)
+
+
+def test_it_stops_at_its_target_and_says_how_far_it_is():
+    cost, _ = quadratic(2)
+    told = []
+    search = Search.start(np.zeros(2), np.eye(2), Options(samples=100, rounds=50, target=1.6))
+    found, history = minimise(cost, search, rng=np.random.default_rng(0), progress=lambda s, share: told.append((s, share)))
+    assert found.best_cost <= 1.6
+    assert len(history) == len(told) < 50
+    assert told[0][0].startswith("round 1: best cost")
+    assert told[-1][1] == pytest.approx(len(told) / 50)
+
+
+def test_ask_and_tell_leave_what_they_are_given():
+    cost, _ = quadratic(3)
+    search = Search.start(np.zeros(3), np.eye(3), Options(samples=50))
+    candidates = search.ask(np.random.default_rng(0))
+    assert candidates.shape == (50, 3)
+    later = search.tell(candidates, cost(candidates))
+    assert np.array_equal(search.mean, np.zeros(3))
+    assert later.best_cost == cost(candidates).min()
+    assert np.all(np.linalg.eigvalsh(later.covariance) >= 0)
+
+
+def test_the_elite_is_fitted_about_the_old_mean():
+    options = Options(samples=10, elite=0.2, covariance_smoothing=1.0)
+    search = Search.start(np.zeros(1), np.eye(1), options)
+    candidates = np.arange(10.0)[:, None]
+    later = search.tell(candidates, -candidates[:, 0])  # elites 9 and 8
+    first, second = math.log(2.5) - math.log(1), math.log(2.5) - math.log(2)
+    share = first / (first + second)
+    assert later.mean == pytest.approx([9 * share + 8 * (1 - share)])
+    assert later.covariance == pytest.approx(np.array([[81 * share + 64 * (1 - share)]]))
+
+
+def test_a_round_in_which_nothing_counts_draws_more_narrowly_next_time():
+    search = Search.start(np.zeros(2), np.eye(2), Options(samples=20))
+    later = search.tell(search.ask(np.random.default_rng(0)), np.full(20, np.inf))
+    assert np.array_equal(later.covariance, np.eye(2) / 4)
+    assert later.best_cost == math.inf
+
+
+def test_the_spread_never_falls_below_its_floor():
+    search = Search.start(np.zeros(2), 1e-20 * np.eye(2), Options(samples=2000, floor=0.01))
+    drawn = search.ask(np.random.default_rng(0))
+    assert np.allclose(drawn.std(axis=0), 0.01, rtol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("settings", "match"),
+    [
+        ({"elite": 0.09}, "at least 0.1 and below 0.3"),
+        ({"elite": 0.3}, "at least 0.1 and below 0.3"),
+        ({"elite": math.nan}, "at least 0.1 and below 0.3"),
+        ({"samples": 10, "elite": 0.1}, "fewer than 2 elites"),
+        ({"rounds": -1}, "0 or more"),
+        ({"smoothing": 0.0}, "above 0"),
+        ({"covariance_smoothing": 1.5}, "at most 1"),
+        ({"floor": -1.0}, "0 or more"),
+        ({"target": math.nan}, "not a number"),
+    ],
+)
+def test_options_out_of_range_are_refused(settings, match):
+    with pytest.raises(BadInput, match=match):
+        Options(**settings)
+
+
+def test_a_start_that_does_not_fit_is_refused():
+    with pytest.raises(BadInput, match="shape"):
+        Search.start(np.zeros(2), np.eye(3), Options())
+    with pytest.raises(BadInput, match="finite"):
+        Search.start([0.0, math.nan], np.eye(2), Options())
+    with pytest.raises(BadInput, match="symmetric"):
+        Search.start(np.zeros(2), np.array([[1.0, 0.5], [0.0, 1.0]]), Options())
+
+
+def test_costs_that_are_no_numbers_are_refused():
+    search = Search.start(np.zeros(2), np.eye(2), Options(samples=20))
+    with pytest.raises(BadInput, match="candidate 0 is not a number"):
+        minimise(lambda points: np.full(len(points), np.nan), search, rng=np.random.default_rng(0))
+    with pytest.raises(BadInput, match="one number each"):
+        minimise(lambda points: points, search, rng=np.random.default_rng(0))
+
+
+# Paths
+
+
+def shipped():
+    for name in ("hoops-sequence", "hoops-published"):
+        mission = load_mission(name)
+        yield mission, "quad0", route_sequence(mission)
+    mission = load_mission("firefighting")
+    yield (
+        mission,
+        "quad0",
+        route(mission, "quad0", [Visit(region="water", actions=mission.robot.actions), Visit(region="smoke")]),
+    )
+
+
+def test_shipped_paths_become_cheaper_and_keep_their_word():
+    for mission, robot, nominal in shipped():
+        found = improve(
+            mission, robot, nominal, rng=np.random.default_rng(0), options=Options(samples=100, rounds=15), cost=EFFORT
+        )
+        assert found.cost < found.nominal
+        assert found.cost == pytest.approx(plan_cost(found.plan, EFFORT))
+        assert found.nominal == pytest.approx(plan_cost(nominal, EFFORT))
+        assert (found.plan.word, found.plan.visits) == (nominal.word, nominal.visits)
+        assert found.plan.waypoints[0].position == nominal.waypoints[0].position
+        assert len(found.history) == len(found.kept) == 15
+        assert list(found.history) == sorted(found.history, reverse=True)
+
+
+def judged(mission, plan):
+    trajectory = nominal_trajectory([w.position for w in plan.waypoints], plan.times, cycle=plan.cycle_waypoint)
+    flown = Trajectory(
+        trajectory.durations.astype(np.float32), trajectory.coefficients.astype(np.float32), cycle=trajectory.cycle
+    )
+    robots = {"quad0": plan}
+    claims = judge(Plan(mission=mission, robots=robots), {"quad0": flown}).claims
+    return [claim.sentence for claim in claims if claim.verdict != "holds"]
+
+
+def test_every_returned_path_passes_the_judge():
+    cases = [(m, p) for m, _, p in shipped() if len(m.agents) == 1] + courses(seed=21, count=2)
+    for mission, nominal in cases:
+        found = improve(
+            mission, "quad0", nominal, rng=np.random.default_rng(0), options=Options(samples=60, rounds=10), cost=EFFORT
+        )
+        assert found.cost < found.nominal
+        assert judged(mission, nominal) == []
+        assert judged(mission, found.plan) == []
+
+
+def test_the_same_seed_gives_the_same_bytes():
+    mission = load_mission("hoops-published")
+    nominal = route_sequence(mission)
+
+    def once(seed):
+        found = improve(mission, "quad0", nominal, rng=np.random.default_rng(seed), options=Options(samples=40, rounds=5))
+        return Plan(mission=mission, robots={"quad0": found.plan}).to_json()
+
+    assert once(3) == once(3)
+    assert once(3) != once(4)
+
+
+def test_a_path_that_nothing_improves_is_returned_as_it_was():
+    mission = load_mission("hoops-published")
+    nominal = route_sequence(mission)
+    found = improve(
+        mission,
+        "quad0",
+        nominal,
+        rng=np.random.default_rng(0),
+        options=Options(samples=20, rounds=1),
+        cost=lambda p: np.ones(len(p)),
+    )
+    assert found.plan.waypoints == nominal.waypoints
+    assert found.cost == found.nominal == 1.0
+
+
+def test_any_function_of_sampled_paths_is_a_cost():
+    mission = load_mission("hoops-published")
+    nominal = route_sequence(mission)
+    highest = lambda paths: paths.position[:, :, 2].max(axis=1)  # noqa: E731
+    found = improve(
+        mission, "quad0", nominal, rng=np.random.default_rng(0), options=Options(samples=100, rounds=10), cost=highest
+    )
+    assert found.cost < found.nominal
+
+
+def test_a_cost_that_returns_nan_is_refused():
+    mission = load_mission("hoops-published")
+    with pytest.raises(CostError, match="nan"):
+        improve(
+            mission,
+            "quad0",
+            route_sequence(mission),
+            rng=np.random.default_rng(0),
+            cost=lambda paths: np.full(len(paths), np.nan),
+        )
+
+
+def test_a_robot_that_stays_where_it_is_has_nothing_to_improve():
+    mission = load_mission("firefighting")
+    idle = route(mission, "quad1", ())
+    found = improve(mission, "quad1", idle, rng=np.random.default_rng(0))
+    assert found.plan.waypoints == idle.waypoints
+    assert (found.cost, found.history) == (0.0, ())
+
+
+def test_options_come_from_the_mission():
+    options = options_of(load_mission("firefighting"))
+    assert (options.samples, options.rounds, options.elite) == (50, 12, 0.1)
+
+
+def test_rounds_can_be_watched():
+    mission = load_mission("hoops-published")
+    seen = []
+    improve(
+        mission, "quad0", route_sequence(mission), rng=np.random.default_rng(0), options=Options(samples=30, rounds=3),
+        watch=lambda index, problem, candidates, costs: seen.append((index, problem.paths(candidates).position.shape, costs.shape)),
+    )  # fmt: skip
+    assert [s[0] for s in seen] == [0, 1, 2]
+    assert all(s[1][0] == 30 and s[1][2] == 3 and s[2] == (30,) for s in seen)
+
+
+def test_a_lassos_closing_point_moves_with_its_first():
+    mission = load_mission("hoops-published")
+    problem = path_problem(mission, route_sequence(mission), EFFORT)
+    moved = problem.points(problem.mean[None] + 0.1)
+    assert problem.spline.cycle is not None
+    assert np.array_equal(moved[:, -1], moved[:, problem.spline.cycle])
+    assert np.array_equal(moved[0, 0], problem.nominal[0])
+
+
+def test_the_word_of_a_plan_is_not_touched():
+    mission = load_mission("hoops-published")
+    plan = route_sequence(mission)
+    assert plan.word == Word.of([[], ["hoop1"], []], [["hoop2"], []])
