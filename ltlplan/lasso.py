@@ -68,8 +68,9 @@ class _Product:
             yield (self.system.initial, state)
 
     def moves(self, node: int, state: State) -> Iterator[tuple[int, State, float]]:
-        for after in self.read(state, self.system.labels[node]):
-            yield node, after, 0.0
+        if self.system.final is None or node in self.system.final:
+            for after in self.read(state, self.system.labels[node]):
+                yield node, after, 0.0
         for target, cost in self.system.edges[node]:
             for after in self.read(state, self.system.labels[target]):
                 yield target, after, cost + 1e-10
@@ -90,24 +91,26 @@ def cheapest_lasso(
         TooLarge: The budget was used up.
     """
     product = _Product(system, automata)
-    everything = (1 << len(automata)) - 1
     reached, parents = _from_start(product, budget)
     best: LassoRun | None = None
     best_cost = float("inf")
     spent = len(reached)
     core = _cores(product, reached)
-    for (node, state), cost in sorted(reached.items(), key=lambda item: (item[1], item[0])):
+    for home, cost in sorted(reached.items(), key=lambda item: (item[1], item[0])):
         if cost >= best_cost:
             break
-        if (node, state) not in core or not product.accepted(state) & 1:
+        if home not in core or not product.accepted(home[1]) & 1:
             continue
         limit = (best_cost - cost) / weight if weight > 0 else float("inf")
-        found = _cycle(product, (node, state), everything, limit, budget, spent)
-        spent += found[2]
-        if found[0] is not None and cost + weight * found[1] < best_cost:
-            best_cost = cost + weight * found[1]
-            prefix = _walk(parents, (node, state))
-            best = LassoRun(prefix[:-1], found[0], cost, found[1])
+        found = _cycle(product, home, limit, budget.states - spent)
+        spent += found.explored
+        if found.places:  # the lap may begin wherever on it the robot can be soonest
+            turn = min(range(len(found.places)), key=lambda i: reached[found.places[i]])
+            lap = (*found.places[turn:], *found.places[:turn])
+            total = reached[lap[0]] + weight * found.cost
+            if total < best_cost:
+                best_cost = total
+                best = LassoRun(_walk(parents, lap[0])[:-1], tuple(n for n, _ in lap), reached[lap[0]], found.cost)
     return best
 
 
@@ -164,29 +167,40 @@ def _cores(product: _Product, reached: dict[_Place, float]) -> set[_Place]:
     return core
 
 
-def _cycle(
-    product: _Product, home: _Place, everything: int, limit: float, budget: Budget, spent: int
-) -> tuple[tuple[int, ...] | None, float, int]:
+@dataclass(frozen=True, slots=True)
+class _Cycle:
+    """A way round in the product, from home to just before home; no places where none was found."""
+
+    places: tuple[_Place, ...]
+    cost: float
+    explored: int
+
+
+def _cycle(product: _Product, home: _Place, limit: float, states: int) -> _Cycle:
     """Return the cheapest way back home on which every conjunct accepts, if it is cheaper than the limit."""
+    everything = (1 << len(product.automata)) - 1
     start = (home, product.accepted(home[1]))
-    best: dict[tuple[_Place, int], float] = {}
-    parents: dict[tuple[_Place, int], tuple[_Place, int] | None] = {}
-    heap: list[tuple[float, tuple[_Place, int]]] = [(0.0, start)]
-    best[start], parents[start] = 0.0, None
-    closed: set[tuple[_Place, int]] = set()
     goal = (home, -1)
+    best: dict[tuple[_Place, int], float] = {start: 0.0}
+    parents: dict[tuple[_Place, int], tuple[_Place, int] | None] = {start: None}
+    heap: list[tuple[float, tuple[_Place, int]]] = [(0.0, start)]
+    closed: set[tuple[_Place, int]] = set()
     while heap:
         cost, key = heapq.heappop(heap)
         if cost >= limit:
             break
         if key == goal:
-            back = _walk(parents, parents[goal])
-            return back, cost, len(closed)
+            places: list[_Place] = []
+            at = parents[goal]
+            while at is not None:
+                places.append(at[0])
+                at = parents[at]
+            return _Cycle(tuple(reversed(places)), cost, len(closed))
         if key in closed:
             continue
         closed.add(key)
-        if spent + len(closed) > budget.states:
-            raise TooLarge("The search needs", spent + len(closed), "states", budget.states)
+        if len(closed) > states:
+            raise TooLarge("The search needs", len(closed), "states for one cycle", states)
         place, seen = key
         for node, state, step in product.moves(*place):
             target = (node, state)
@@ -199,13 +213,12 @@ def _cycle(
                     best[following] = cost + step
                     parents[following] = key
                     heapq.heappush(heap, (cost + step, following))
-    return None, float("inf"), len(closed)
+    return _Cycle((), float("inf"), len(closed))
 
 
-def _walk(parents: dict, key) -> tuple[int, ...]:
+def _walk(parents: dict[_Place, _Place | None], place: _Place | None) -> tuple[int, ...]:
     nodes: list[int] = []
-    while key is not None:
-        place = key[0] if isinstance(key[0], tuple) else key
+    while place is not None:
         nodes.append(place[0])
-        key = parents[key]
+        place = parents[place]
     return tuple(reversed(nodes))

@@ -19,6 +19,8 @@ from ltlplan.systems import Cost, Node, Systems, TransitionSystem
 from ltlplan.team_search import Checked, Team, plan_team
 from verify.data import Formula, InternalError, Letter, Mission, Unsatisfiable, Visit, Word
 
+WORD_STATES = 10_000  # states for looking for a cheaper infinite word than the planning automaton's
+
 
 @dataclass(frozen=True, slots=True)
 class Itinerary:
@@ -183,6 +185,7 @@ def visits_of(system: TransitionSystem, path: tuple[int, ...]) -> list[Visit]:
 def _assign_lasso(mission: Mission, systems: Systems, system: TransitionSystem, budget: Budget) -> Assignment:
     """Plan one robot's infinite trace; as many laps count as are flown."""
     from ltlplan.lasso import cheapest_lasso
+    from ltlplan.word_lasso import improve_lasso
 
     automata = conjunct_automata(mission.formula, "infinite", budget=budget)
     run = cheapest_lasso(system, automata, weight=mission.spec.repeat, budget=budget)
@@ -190,9 +193,11 @@ def _assign_lasso(mission: Mission, systems: Systems, system: TransitionSystem, 
         from ltlplan.why_not import explain
 
         raise explain(mission, systems, [system], feasible=lambda parts, worlds: _lasso_exists(parts, worlds[0], budget))
+    run, certain = improve_lasso(system, automata, run, weight=mission.spec.repeat, states=min(budget.states, WORD_STATES))
     (name,) = mission.agents
     robot = lasso_itinerary(system, run.prefix, run.cycle, mission.spec.repeat)
-    return Assignment({name: robot}, robot.cost, robot.cost, True, 1)
+    notes = () if certain else ("The cheapest round of the planning automaton; a cheaper word was not ruled out.",)
+    return Assignment({name: robot}, robot.cost, robot.cost if certain else None, certain, 1, notes)
 
 
 def _lasso_exists(parts: Sequence[Formula], system: TransitionSystem, budget: Budget) -> bool:
