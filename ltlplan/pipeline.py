@@ -9,13 +9,13 @@ its witnesses, a handful of times at most.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ltlplan.planner import make_plan
 from ltlplan.waits import with_waits
-from verify.data import InternalError, Mission, NotCertified, Plan, Trajectory
+from verify.data import InternalError, Mission, NotCertified, Plan, Trajectory, Witness
 
 if TYPE_CHECKING:
     from flight import FlightLog
@@ -80,19 +80,30 @@ def plan(mission: Mission, *, seed: int | None = None, progress: Progress | None
     return made.model_copy(update={"notes": (*made.notes, *vacuous)}) if vacuous else made
 
 
-def certified_team(
-    made: Plan, *, margin: float | None = None, progress: Progress | None = None
-) -> tuple[Plan, dict[str, Trajectory], Certificate, int]:
+@dataclass(frozen=True)
+class Certified:
+    """A team that is certified.
+
+    Attributes:
+        plan: With the precedences that the proof asked for.
+        team: One trajectory a robot.
+        certificate: The proof.
+        rounds: How many times refinement ran.
+    """
+
+    plan: Plan
+    team: dict[str, Trajectory]
+    certificate: Certificate
+    rounds: int
+
+
+def certified_team(made: Plan, *, margin: float | None = None, progress: Progress | None = None) -> Certified:
     """Refine a plan until its trajectories are certified.
 
     Args:
         made: The plan.
         margin: Margin to prove, in m, instead of the mission's.
         progress: Told a sentence and the share done, 0 to 1.
-
-    Returns:
-        The plan (with the precedences that the proof asked for), the team's trajectories, the certificate, and
-        the number of rounds.
 
     Raises:
         Infeasible: Refinement found no trajectory within the limits.
@@ -103,7 +114,7 @@ def certified_team(
 
     say = progress or (lambda _sentence, _share: None)
     team: dict[str, Trajectory] | None = None
-    witnesses: tuple[verify.Witness, ...] = ()
+    witnesses: tuple[Witness, ...] = ()
     for attempt in range(1, MAX_ROUNDS + 1):
         say("refining" if attempt == 1 else f"refining, round {attempt}", (attempt - 1) / MAX_ROUNDS)
         team = refine.refine(made, witnesses=witnesses, previous=team)
@@ -111,13 +122,14 @@ def certified_team(
         certificate = verify.judge(made, team, margin=margin)
         refused = [claim for claim in certificate.claims if claim.verdict != "holds"]
         if not refused:
-            return made, team, certificate, attempt
+            return Certified(made, team, certificate, attempt)
         latest = tuple(claim.witness for claim in refused if claim.witness is not None)
+        if attempt == MAX_ROUNDS:
+            sentences = " ".join(claim.sentence for claim in refused)
+            raise NotCertified(f"Not certified after {MAX_ROUNDS} rounds of refinement. {sentences}", latest)
         witnesses = (*witnesses, *latest)
         made = with_waits(made, latest)
-    raise NotCertified(
-        f"Not certified after {MAX_ROUNDS} rounds of refinement. " + " ".join(claim.sentence for claim in refused), latest
-    )
+    raise InternalError("The loop of refinement ended without an answer.")
 
 
 def run(
@@ -146,12 +158,11 @@ def run(
 
     target = None if out is None else output.check_target(out)
     made = plan(mission, seed=seed, progress=part(0.0, 0.25))
-    made, team, certificate, rounds = certified_team(made, progress=part(0.25, 0.7))
+    done = certified_team(made, progress=part(0.25, 0.7))
     part(0.7, 0.9)("flying in simulation", 0.0)
-    log = flight.fly(made, team, certificate, seed=made.seed)
-    result = Result(mission, made, team, certificate, log, rounds)
+    log = flight.fly(done.plan, done.team, done.certificate, seed=made.seed)
+    result = Result(mission, done.plan, done.team, done.certificate, log, done.rounds)
     if target is None:
         return result
     part(0.9, 1.0)("writing files", 0.0)
-    files = output.write_run(result, target)
-    return Result(mission, made, team, certificate, log, rounds, files)
+    return replace(result, files=output.write_run(result, target))

@@ -98,10 +98,8 @@ def _team(source: str, progress: Progress) -> tuple[Plan, dict[str, Trajectory],
     from ltlplan.pipeline import certified_team, plan
 
     made = plan(read_mission(source), progress=lambda sentence, share: progress(sentence, 0.3 * share))
-    made, team, certificate, _rounds = certified_team(
-        made, progress=lambda sentence, share: progress(sentence, 0.3 + 0.2 * share)
-    )
-    return made, team, certificate
+    done = certified_team(made, progress=lambda sentence, share: progress(sentence, 0.3 + 0.2 * share))
+    return done.plan, done.team, done.certificate
 
 
 def _single(

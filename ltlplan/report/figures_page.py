@@ -24,7 +24,8 @@ def figures_page(title: str, sentences: Sequence[str], figures: Mapping[str, go.
     """
     parts: list[str] = []
     for index, (heading, figure) in enumerate(figures.items()):
-        figure.update_layout(template=None, height=height, title=None)
+        figure.update_layout(template=None, height=height, title=None, margin={"l": 60, "r": 20, "t": 10, "b": 45})
+        figure.update_scenes(camera={"eye": {"x": 0.7, "y": -1.15, "z": 0.75}, "center": {"x": 0, "y": 0, "z": -0.1}})
         drawn = figure.to_html(
             full_html=False, include_plotlyjs=False, div_id=f"figure{index}", config={"displayModeBar": False}
         )
