@@ -36,6 +36,9 @@ ControllerName = Literal["geometric", "paper"]
 CONTROL_STEP = 0.02
 """s between two commands: 50 Hz, as in the 2022 paper's experiment."""
 
+NEAR = 0.05
+"""m, most of an error that is summed: large ones are for the other gains, and would only wind the sum up."""
+
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
@@ -70,7 +73,7 @@ class Command:
 class GeometricController:
     """Thrust vector from the position loop, attitude on SO(3), feed-forward from jerk and snap."""
 
-    def __init__(self, airframe: Airframe, vehicles: int) -> None:
+    def __init__(self, airframe: Airframe, vehicles: int, *, compensate_drag: bool = True) -> None:
         gains, vehicle = airframe.gains, airframe.vehicle
         self._mass = vehicle.mass
         self._position, self._velocity, self._integral = (
@@ -78,7 +81,7 @@ class GeometricController:
         )
         self._limit = gains.integral_limit
         self._most, self._least = vehicle.thrust_max, vehicle.thrust_min
-        hover = 4.0 * airframe.hover_speed / vehicle.mass
+        hover = 4.0 * airframe.hover_speed / vehicle.mass if compensate_drag else 0.0
         self._damping = hover * np.array([airframe.rotor_drag, airframe.rotor_drag, airframe.inflow_drag])[:, None]
         self._summed = np.zeros((3, vehicles))
 
@@ -91,7 +94,8 @@ class GeometricController:
         """
         position, velocity, acceleration, jerk, snap = flat[:, :3]
         off, drift = position - now.position, velocity - now.velocity
-        self._summed = np.clip(self._summed + CONTROL_STEP * self._integral * off, -self._limit, self._limit)
+        grown = self._summed + CONTROL_STEP * self._integral * np.clip(off, -NEAR, NEAR)
+        self._summed = np.clip(grown, -self._limit, self._limit)
         feedback = self._position * off + self._velocity * drift + self._summed
         force = lifted(acceleration + self._damping * velocity) + feedback
         force[2] = np.maximum(force[2], self._least / self._mass)  # stay upright, whatever the error
@@ -135,7 +139,7 @@ class PaperController:
         off, drift = chain[0] - now.position, chain[1] - now.velocity
         integral = np.array([gains.integral[0], gains.integral[0], gains.integral[1]])[:, None]
         limit = gains.integral_limit
-        self._summed = np.clip(self._summed + CONTROL_STEP * integral * off, -limit, limit)
+        self._summed = np.clip(self._summed + CONTROL_STEP * integral * np.clip(off, -NEAR, NEAR), -limit, limit)
         horizontal = gains.position[0] * off + gains.velocity[0] * drift + self._summed
         vertical = gains.position[1] * off[2] + gains.velocity[1] * drift[2] + self._summed[2]
 

@@ -16,7 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 from flight.airframe import Airframe
-from flight.attitude import Floats, cross, dot, euler_rate, matrix, norm, to_body, to_world, unit
+from flight.attitude import Floats, cross, dot, euler_rate, matrix, norm, quaternion_rate, to_body, to_world, unit
 from verify.data import GRAVITY
 
 # Rows of the full model's state.
@@ -108,7 +108,10 @@ class FullModel:
         speeds[:, 1] = command + half * still
         speeds[:, 2] = command + (half * half) * still
         sums, lifts = _rotor_sums(speeds), _rotor_sums(speeds * speeds)
-        hub_force, hub_change = self._at_hubs(state, sums[:, 1], -(half / frame.rotor_lag) * still, wind)
+        middle = state.copy()
+        middle[RATES] += (0.5 * dt) * (self._to_change * lifts[1:, 0])
+        middle[ATTITUDE] += (0.5 * dt) * quaternion_rate(state[ATTITUDE], state[RATES])
+        hub_force, hub_change = self._at_hubs(middle, sums[:, 1], -(half / frame.rotor_lag) * still, wind)
         lift = (frame.thrust_coefficient / mass) * lifts[0]
         across = (frame.rotor_drag / mass) * sums[0]
         along = ((frame.inflow_drag - frame.rotor_drag) / mass) * sums[0]

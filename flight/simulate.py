@@ -126,7 +126,7 @@ def steps(setup: Setup, seeds: Sequence[int]) -> Iterator[Snapshot]:
     plant = (_FullPlant if setup.model == "full" else _PaperPlant)(setup.airframe, flat0[0])
     n = robots * runs
     controller = (
-        GeometricController(setup.airframe, n)
+        GeometricController(setup.airframe, n, compensate_drag=setup.model == "full")
         if setup.controller == "geometric"
         else PaperController(setup.airframe, n, flat0[0, :3])
     )

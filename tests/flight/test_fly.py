@@ -11,7 +11,7 @@ from flight.reference import sample_reference
 from flight.sensing import MotionCapture
 from flight.simulate import SUBSTEPS, Setup, steps
 from tests.flight.flights import flight as made_flight
-from tests.flight.flights import hoop6, mission, rest_to_rest, stand_in
+from tests.flight.flights import mission, rest_to_rest, stand_in
 from verify.data import BadInput, NotCertified, load_vehicle
 
 
@@ -86,14 +86,6 @@ def test_a_noise_that_is_none_is_refused(plan_and_team, noise):
     plan, team = plan_and_team
     with pytest.raises(BadInput):
         flight.fly(plan, team, noise=noise)
-
-
-def test_hoop6_at_one_metre_a_second_is_tracked_within_30_mm():
-    plan, _ = made_flight()
-    reference = sample_reference({"quad0": hoop6()}, CONTROL_STEP, SUBSTEPS)
-    setup = Setup(flight.airframe_of(plan.mission.vehicle), reference)
-    error = [np.linalg.norm(s.position[:, 0] - reference.fine[s.step, :, 0]) for s in steps(setup, [0])]
-    assert np.sqrt(np.mean(np.square(error))) <= 0.030
 
 
 def test_a_vehicle_without_an_airframe_flies_on_an_estimate_and_the_log_says_so(plan_and_team):
