@@ -94,11 +94,15 @@ class SampledPaths:
 
     def axes(self, derivative: int) -> Floats:
         """Return a derivative of all paths in the layout of the computation, in m/s**derivative. Shape (instants, 3, paths)."""
-        known: dict[int, Floats] = self.__dict__.setdefault("_axes", {})
+        values = self.unscaled(derivative)
+        return values if derivative == 0 or np.all(self.scale == 1.0) else values / self.scale**derivative
+
+    def unscaled(self, derivative: int) -> Floats:
+        """Return a derivative in the spline's own time, whatever the time scale. Shape (instants, 3, paths)."""
+        known: dict[int, Floats] = self.__dict__.setdefault("_unscaled", {})
         if derivative not in known:
             flat = self.points.transpose(1, 2, 0).reshape(self.points.shape[1], -1)
-            values = (self.sampling.matrix(derivative) @ flat).reshape(-1, 3, len(self))
-            known[derivative] = values if derivative == 0 or np.all(self.scale == 1.0) else values / self.scale**derivative
+            known[derivative] = (self.sampling.matrix(derivative) @ flat).reshape(-1, 3, len(self))
         return known[derivative]
 
     @property
@@ -129,18 +133,17 @@ class SampledPaths:
     @cached_property
     def length(self) -> Floats:
         """M. Shape (paths,)."""
-        return self.integral(_norm(self.axes(1)))
+        return self.integral(_norm(self.unscaled(1))) / self.scale
 
     def integral(self, values: Floats) -> Floats:
         """Integrate over each path's time. Shape (instants, paths) to (paths,)."""
         step = float(self.sampling.instants[1] - self.sampling.instants[0])
         return (values.sum(axis=0) - 0.5 * (values[0] + values[-1])) * (step * self.scale)
 
-    def rescaled(self, scale: Floats) -> SampledPaths:
+    def rescaled(self, scale: ArrayLike) -> SampledPaths:
         """Return the same paths flown in other times; what was computed is kept where time does not matter."""
-        result = SampledPaths(self.sampling, self.points, scale)
-        if 0 in self.__dict__.get("_axes", {}):
-            result.__dict__["_axes"] = {0: self.axes(0)}
+        result = SampledPaths(self.sampling, self.points, np.broadcast_to(np.asarray(scale, dtype=np.float64), len(self)))
+        result.__dict__["_unscaled"] = self.__dict__.setdefault("_unscaled", {})
         result.__dict__["length"] = self.length  # a path is as long at any speed
         return result
 
@@ -264,8 +267,8 @@ def _energy(paths: SampledPaths) -> Floats:
 
 _TERM: dict[CostTerm, Callable[[SampledPaths], Floats]] = {
     "length": lambda paths: paths.length,
-    "effort": lambda paths: paths.integral(_norm(paths.axes(2))),
+    "effort": lambda paths: paths.integral(_norm(paths.unscaled(2))) / paths.scale**2,
     "time": lambda paths: paths.duration,
-    "snap": lambda paths: paths.integral(_square(paths.axes(4))),
+    "snap": lambda paths: paths.integral(_square(paths.unscaled(4))) / paths.scale**8,
     "energy": _energy,
 }

@@ -4,12 +4,14 @@ A path counts when the word that its samples show is the planned one, with every
 every region grown by it; when each hoop is flown through in the planned direction, inside its opening; and when it
 meets no ring, no other opening and no wall. Between samples nothing is known: whatever is kept is judged for all times.
 
-Samples are labelled by one matrix product: squared distances are linear in the ten monomials 1, x, y, z, x^2, .., yz.
+Samples are sifted first: one matrix product gives all squared distances to the regions' centres, and only the few samples
+within a region's bounding sphere are looked at closely.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Sequence
+import math
+from collections.abc import Collection, Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -23,7 +25,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 
-_CHUNK = 4096  # samples labelled at a time, so that the arrays stay in the cache
+_CHUNK = 32768  # samples labelled at a time, so that the arrays stay in the cache
 _MOST_DIGITS = 12  # regions whose halves are told apart in one code
 
 
@@ -73,17 +75,15 @@ def label(mission: Mission, positions: Floats, *, grow: float = 0.0) -> Labels:
     names = tuple(mission.all_regions)
     if len(names) > 30:
         raise BadInput(f"{len(names)} regions; sampled labels hold at most 30.")
-    rows, levels = [], []
-    for region in mission.all_regions.values():
-        rows.append(_level_row(np.array(region.center), region.shape))
-        levels.append(_grown(region.radii, grow))
     codes = np.zeros((len(positions), positions.shape[2]), dtype=np.int32)
-    if rows:
-        bits = (1 << np.arange(len(names), dtype=np.int32))[:, None]
-        bound = np.array(levels)[:, None]
-        for part in _chunks(positions):
-            inside = np.array(rows) @ _monomials(positions[part]) <= bound
-            codes[part] = (inside * bits).sum(axis=0, dtype=np.int32).reshape(-1, positions.shape[2])
+    flat = codes.reshape(-1)
+    regions = list(mission.all_regions.values())
+    centres = np.array([region.center for region in regions]).reshape(-1, 3)
+    levels = np.array([_grown(region.radii, grow) for region in regions])
+    reach = np.array([max(region.radii) for region in regions]) * np.sqrt(levels)
+    for start, i, index, offset in _near(positions, centres, reach):
+        inside = index[_level(regions[i].shape, offset) <= levels[i]]
+        flat[start + inside] |= 1 << i
     return Labels(codes, names)
 
 
@@ -128,6 +128,25 @@ def _final(table: Integers, codes: NDArray[np.integer]) -> Integers:
     return state // width
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _Body:
+    """What is kept of one region.
+
+    Attributes:
+        obstacle: Centre, matrix, ring, and the level outside which a path is clear of it.
+        weight: Of its digit in a sample's code; 0 for a region that is not visited.
+        through: Whether it is a hoop that is flown through.
+        shrunk: Level inside which a path is in it for sure.
+        reach: m; samples farther from the centre than this have nothing to do with it.
+    """
+
+    obstacle: Obstacle
+    weight: int
+    through: bool
+    shrunk: float
+    reach: float
+
+
 @dataclass(frozen=True, eq=False)
 class WordFilter:
     """Tells which sampled paths keep a planned word, its passages, and clear of rings and walls.
@@ -140,58 +159,44 @@ class WordFilter:
 
     visited: tuple[str, ...]
     word: tuple[int, ...]
-    _rows: Floats
-    _shrunk: Floats
-    _grown: Floats
-    _forbidden: Floats
-    _hoops: tuple[tuple[Obstacle, int, int, bool, bool], ...]
+    _bodies: tuple[_Body, ...]
     _low: Floats
     _high: Floats
 
     def keeps(self, positions: Floats) -> Booleans:
         """Tell for each path whether its samples keep everything. Shape (instants, 3, paths) to (paths,)."""
         count = positions.shape[2]
-        good = np.all(positions.min(axis=0) >= self._low[:, None], axis=0) & np.all(
-            positions.max(axis=0) <= self._high[:, None], axis=0
-        )
-        digits = len(self.visited)
-        width = 3**digits
-        codes = np.empty((len(positions), 2 * count), dtype=np.int32)
-        bad = np.zeros(count, dtype=np.bool_)
-        weights = 3 ** np.arange(digits)
-        for part in _chunks(positions):
-            values = self._rows @ _monomials(positions[part])
-            shape = (-1, count)
-            first = np.zeros(values.shape[1], dtype=np.int32)
-            second = np.zeros(values.shape[1], dtype=np.int32)
-            halves = {}
-            for _, level_row, plane_row, flown, _ in self._hoops:
-                along = values[plane_row]
-                if flown:
-                    halves[level_row] = along > 0
-            for i in range(digits):
-                digit = weights[i] * (1 + halves[i]) if i in halves else weights[i]
-                first += (values[i] <= self._shrunk[i]) * digit
-                second += (values[i] <= self._grown[i]) * digit
-            codes[part, :count], codes[part, count:] = first.reshape(shape), second.reshape(shape)
-            wrong = np.any(values[digits : digits + len(self._forbidden)] <= self._forbidden[:, None], axis=0)
-            for obstacle, _, plane_row, _, entered in self._hoops:
-                along = values[plane_row] ** 2
-                across = values[plane_row + 1] - along
-                ring = across <= obstacle.outer**2
-                if entered:
+        walls = (positions.min(axis=0) >= self._low[:, None]) & (positions.max(axis=0) <= self._high[:, None])
+        shrunk = np.zeros((len(positions), count), dtype=np.int32)
+        grown = np.zeros((len(positions), count), dtype=np.int32)
+        wrong = np.zeros((len(positions), count), dtype=np.bool_)
+        in_shrunk, in_grown, bad = shrunk.reshape(-1), grown.reshape(-1), wrong.reshape(-1)
+        centres = np.array([body.obstacle.centre for body in self._bodies]).reshape(-1, 3)
+        reach = np.array([body.reach for body in self._bodies])
+        for start, i, index, offset in _near(positions, centres, reach):
+            body, obstacle = self._bodies[i], self._bodies[i].obstacle
+            level = _level(obstacle.matrix, offset)
+            along = None if obstacle.normal is None else obstacle.normal @ offset
+            at = start + index
+            if body.weight:
+                digit = body.weight * (1 + (along > 0)) if body.through and along is not None else body.weight
+                in_shrunk[at] += np.where(level <= body.shrunk, digit, 0).astype(np.int32)
+                in_grown[at] += np.where(level <= obstacle.level, digit, 0).astype(np.int32)
+            else:
+                bad[at] |= level <= obstacle.level
+            if along is not None:
+                across = np.einsum("an,an->n", offset, offset) - along**2
+                ring = (across <= obstacle.outer**2) & (np.abs(along) <= obstacle.height)
+                if body.weight:
                     ring &= across >= obstacle.inner**2
-                ring &= along <= obstacle.height**2
-                wrong |= ring
-            bad |= np.any(wrong.reshape(shape), axis=0)
-        good &= ~bad
-        table = np.full((len(self.word), width), -1, dtype=np.int64)
+                bad[at] |= ring
+        table = np.full((len(self.word), 3 ** len(self.visited)), -1, dtype=np.int64)
         for i, code in enumerate(self.word):
             table[i, code] = i
             if i + 1 < len(self.word):
                 table[i, self.word[i + 1]] = i + 1
-        final = _final(table, codes) == len(self.word) - 1
-        return good & final[:count] & final[count:]
+        final = _final(table, np.concatenate([shrunk, grown], axis=1)) == len(self.word) - 1
+        return np.all(walls, axis=0) & ~np.any(wrong, axis=0) & final[:count] & final[count:]
 
 
 def word_filter(mission: Mission, plan: RobotPlan, *, slack: float = 0.0) -> WordFilter:
@@ -208,27 +213,13 @@ def word_filter(mission: Mission, plan: RobotPlan, *, slack: float = 0.0) -> Wor
     if len(visited) > _MOST_DIGITS:
         raise BadInput(f"{len(visited)} regions are visited; sampled words tell at most {_MOST_DIGITS} apart.")
     sides = {v.region for v in plan.visits if v.direction is not None}
-    others = [name for name in mission.all_regions if name not in visited]
-    rows = [_level_row(where.obstacles[n].centre, where.obstacles[n].matrix) for n in (*visited, *others)]
-    hoops = []
-    for i, name in enumerate((*visited, *others)):
+    bodies = []
+    for name, region in mission.all_regions.items():
         obstacle = where.obstacles[name]
-        if obstacle.normal is None:
-            continue
-        hoops.append((obstacle, i, len(rows), name in sides, name in visited))
-        rows += [_plane_row(obstacle.centre, obstacle.normal), _level_row(obstacle.centre, np.eye(3))]
-    regions = mission.all_regions
-    return WordFilter(
-        visited,
-        _codes(plan, visited, sides),
-        np.array(rows).reshape(-1, 10),
-        np.array([_grown(regions[n].radii, -near) for n in visited]),
-        np.array([_grown(regions[n].radii, near) for n in visited]),
-        np.array([where.obstacles[n].level for n in others]),
-        tuple(hoops),
-        where.low,
-        where.high,
-    )
+        reach = max(max(region.radii) * obstacle.level**0.5, math.hypot(obstacle.outer, obstacle.height))
+        weight = 3 ** visited.index(name) if name in visited else 0
+        bodies.append(_Body(obstacle, weight, name in sides, _grown(region.radii, -near), 1.000001 * reach))
+    return WordFilter(visited, _codes(plan, visited, sides), tuple(bodies), where.low, where.high)
 
 
 def _codes(plan: RobotPlan, visited: Sequence[str], sides: Collection[str]) -> tuple[int, ...]:
@@ -262,31 +253,19 @@ def _grown(radii: tuple[float, float, float], by: float) -> float:
     return max(1.0 + by / min(radii), 0.05) ** 2
 
 
-def _chunks(positions: Floats) -> list[slice]:
-    step = max(1, _CHUNK // max(1, positions.shape[2]))
-    return [slice(i, i + step) for i in range(0, len(positions), step)]
+def _near(positions: Floats, centres: Floats, reach: Floats) -> Iterator[tuple[int, int, Integers, Floats]]:
+    """Yield (first sample of a block, region, samples of the block near it, their offsets from its centre (3, near))."""
+    count = positions.shape[2]
+    step = max(1, _CHUNK // max(1, count))
+    bound = (reach**2 - np.einsum("ra,ra->r", centres, centres))[:, None]
+    for first in range(0, len(positions), step):
+        flat = positions[first : first + step].transpose(1, 0, 2).reshape(3, -1)
+        close = (-2.0 * centres) @ flat + np.einsum("an,an->n", flat, flat) <= bound
+        for i in np.flatnonzero(close.any(axis=1)):
+            index = np.flatnonzero(close[i])
+            yield first * count, int(i), index, flat[:, index] - centres[i][:, None]
 
 
-def _monomials(positions: Floats) -> Floats:
-    """1, x, y, z, x^2, y^2, z^2, xy, xz, yz of all samples. Shape (instants, 3, paths) to (10, samples)."""
-    count = positions.shape[0] * positions.shape[2]
-    result = np.empty((10, count))
-    result[0] = 1.0
-    result[1:4] = positions.transpose(1, 0, 2).reshape(3, count)
-    np.multiply(result[1:4], result[1:4], out=result[4:7])
-    np.multiply(result[1], result[2], out=result[7])
-    np.multiply(result[1], result[3], out=result[8])
-    np.multiply(result[2], result[3], out=result[9])
-    return result
-
-
-def _level_row(centre: Floats, matrix: Floats) -> Floats:
-    """Level (r - centre)' matrix (r - centre) as weights of the monomials. Shape (10,)."""
-    linear = -2.0 * matrix @ centre
-    cross = 2.0 * np.array([matrix[0, 1], matrix[0, 2], matrix[1, 2]])
-    return np.concatenate([[centre @ matrix @ centre], linear, np.diag(matrix), cross])
-
-
-def _plane_row(centre: Floats, normal: Floats) -> Floats:
-    """Normal . (r - centre) as weights of the monomials. Shape (10,)."""
-    return np.concatenate([[-(normal @ centre)], normal, np.zeros(6)])
+def _level(matrix: Floats, offset: Floats) -> Floats:
+    """Level of an ellipsoid at offsets from its centre. Shape (3, n) to (n,)."""
+    return np.einsum("an,an->n", matrix @ offset, offset)

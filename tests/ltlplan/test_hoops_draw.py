@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 
@@ -34,7 +36,7 @@ def test_primitives_are_drawn_in_order_and_named(published):
     assert {"STRAIGHT", "S_CURVE", "U_TURN", "waypoints"} <= names(figure)
     lines = [trace for trace in figure.data if trace.name in ("STRAIGHT", "S_CURVE", "U_TURN", "TURN")]
     assert len(lines) == len(plan.waypoints) - 1
-    for before, after in zip(lines, lines[1:], strict=False):
+    for before, after in itertools.pairwise(lines):
         assert before.x[-1] == pytest.approx(after.x[0])
 
 
