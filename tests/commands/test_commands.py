@@ -1,0 +1,103 @@
+"""Every command used as a person would, on one run's folder."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from ltlplan.cli import app
+from verify.data import BadInput, NotCertified
+
+runner = CliRunner()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("commands") / "firefighting"
+    done = runner.invoke(app, ["run", "firefighting", "--out", str(out), "--json"], catch_exceptions=False)
+    assert done.exit_code == 0
+    return out
+
+
+def ok(*arguments: str) -> str:
+    done = runner.invoke(app, list(arguments), catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    return done.output
+
+
+def test_run_sums_up_what_holds(folder: Path) -> None:
+    text = ok("run", "firefighting", "--out", str(folder))
+    for says in ("quad0", "word", "cost", "certified for all t", "limits.speed", "worst tracking error", "certificate.json"):
+        assert says in text
+
+
+def test_recheck_proves_it_again(folder: Path) -> None:
+    assert "every claim is proved again" in ok("recheck", str(folder))
+
+
+def test_certify_demands_a_margin(folder: Path) -> None:
+    assert "certified at margin 0.06 m" in ok("certify", str(folder), "--margin", "0.06")
+    with pytest.raises(NotCertified, match="The largest margin that holds"):
+        ok("certify", str(folder), "--margin", "0.2")
+    assert "certified at margin 0.05 m" in ok("certify", str(folder))
+
+
+def test_a_recorded_flight_is_judged(folder: Path) -> None:
+    flight = str(folder / "flight.csv")
+    assert "satisfied" in ok("certify", str(folder), "--flight", flight, "--max-speed", "1.2")
+    with pytest.raises(BadInput, match="without a speed bound"):
+        ok("certify", str(folder), "--flight", flight)
+
+
+def test_fly_once_and_many_times(folder: Path, tmp_path: Path) -> None:
+    assert "worst tracking error" in ok("fly", str(folder), "--wind", "0.3", "--out", str(tmp_path / "once"))
+    assert (tmp_path / "once" / "flight.csv").exists()
+    text = ok("fly", str(folder), "--runs", "3", "--noise", "0.001", "--out", str(tmp_path / "many"))
+    assert "3 of 3" in text
+    assert json.loads((tmp_path / "many" / "campaign.json").read_text())
+    assert "<html" in (tmp_path / "many" / "campaign.html").read_text()
+
+
+def test_export_after_proving_again(folder: Path, tmp_path: Path) -> None:
+    text = ok("export", str(folder), "--format", "crazyswarm2", "--out", str(tmp_path / "swarm"))
+    assert "quad0.csv" in text
+    copy = tmp_path / "changed"
+    shutil.copytree(folder, copy)
+    (copy / "quad0.csv").write_text((folder / "quad2.csv").read_text())
+    with pytest.raises(NotCertified, match="quad0.csv"):
+        ok("export", str(copy), "--out", str(tmp_path / "nothing"))
+    assert not (tmp_path / "nothing").exists()
+
+
+def test_show_draws_a_page(tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    ok("show", "hoops-sequence", "--out", str(page))
+    text = page.read_text()
+    for heading in ("control points", "motion primitives", "sampled paths", "optimised path"):
+        assert heading in text
+
+
+def test_check_and_plan(tmp_path: Path) -> None:
+    assert "word: holds" in ok("check", "F a & G(b -> c)", "1; a; b & c")
+    broken = runner.invoke(app, ["check", "G !b", "a; b"])
+    assert broken.exit_code == 5
+    assert "fails" in broken.output
+    text = ok(
+        "plan", "hoops-sequence", "--sequence", "hoop0F hoop1R", "--cost", "length=1,effort=0.5", "--out", str(tmp_path / "p")
+    )
+    assert "hoop0F hoop1R" in text
+    assert (tmp_path / "p" / "plan.json").exists()
+
+
+def test_an_online_flight_says_what_it_is() -> None:
+    text = ok("fly", "firefighting", "--online", "--event", "3 quad0 fails")
+    assert "nothing about this flight was certified beforehand" in text
+    assert "Verdict on the flown words: holds" in text
+
+
+@pytest.mark.parametrize("event", ["fails", "x quad0 fails", "3 quad0 explodes", "3 water moves 1,2", "3 quad9 joins here"])
+def test_events_that_cannot_be_read(event: str) -> None:
+    with pytest.raises(BadInput, match="no event"):
+        ok("fly", "firefighting", "--online", "--event", event)
