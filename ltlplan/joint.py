@@ -29,6 +29,8 @@ def plan_joint(systems: Sequence[TransitionSystem], automata: Sequence[Automaton
         TooLarge: A budget was used up; nothing is known then.
     """
     team = _Joint(systems, automata)
+    if next(best_paths(team.begin(), team.moves, team.ending, each=1, states=budget.states), None) is None:
+        return Checked(None, None, 0, None)
     run: TeamRun | None = None
     tried = 0
     first: TeamRun | None = None
