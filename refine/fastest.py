@@ -8,7 +8,9 @@ returned: never slower than uniform stretching.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from refine.limits import Limits
 from refine.minimum_snap import minimum_snap
 from refine.nlp import INSTANTS, Objective, Timing, optimise
-from refine.obstacles import Ball
+from refine.obstacles import Ball, Plane
 from refine.spline import Spline
 from refine.timing import stretch_to_limits
 from verify.data import BadInput, Infeasible
@@ -44,7 +46,8 @@ def time_optimal(
     objective: Objective = "time",
     weight: float = 0.0,
     tolerance: float = 0.0,
-    end: str = "rest",
+    end: Literal["rest", "free"] = "rest",
+    walls: Sequence[Plane] = (),
     start: Spline | None = None,
     instants: int = INSTANTS,
 ) -> Spline:
@@ -62,6 +65,7 @@ def time_optimal(
         weight: m^2/s^8.
         tolerance: m; the points between the first and the last may be passed within this distance.
         end: "rest", or "free": any velocity at the last point.
+        walls: Planes that the whole flight stays beyond, for all times.
         start: A first guess with one piece a leg; left out: minimum snap, stretched.
         instants: A piece at which the programme keeps the limits.
 
@@ -74,6 +78,10 @@ def time_optimal(
         np.isfinite(limits.speed) or np.isfinite(limits.acceleration) or np.isfinite(limits.thrust_max) or limits.rotors
     ):
         raise BadInput("the shortest time needs a limit on speed, acceleration or thrust.")
+    if end not in ("rest", "free"):
+        raise BadInput(f"end must be 'rest' or 'free', not {end!r}.")
+    if not 0.0 <= tolerance < np.inf:
+        raise BadInput(f"tolerance must be a length in m, 0 or more, not {tolerance}.")
     if pieces < 1:
         raise BadInput(f"pieces must be at least 1 a leg, not {pieces}.")
     still = replace(limits, rotors=None, yaw_rate=np.inf)
@@ -84,16 +92,17 @@ def time_optimal(
         if tolerance
         else []
     )
-    best = guess.stretched(stretch_to_limits(guess, None, limits, safety=SAFETY))
+    corridors = [(piece, wall) for piece in range(len(guess)) for wall in walls]
+    best = slow = guess.stretched(stretch_to_limits(guess, None, limits, safety=SAFETY))
     bare, ease = still, _ease(guess)
     answer = None
     if objective == "blend" or not tolerance:
-        answer = _attempt(Timing(guess, fixed, bare, objective, weight, within, instants=instants))
+        answer = _attempt(Timing(guess, fixed, bare, objective, weight, within, corridors, instants=instants))
     if answer is None and objective == "time":
-        answer = _attempt(Timing(guess, fixed, bare, "blend", ease, within, instants=instants))
+        answer = _attempt(Timing(guess, fixed, bare, "blend", ease, within, corridors, instants=instants))
     if answer is not None and limits.rotors is not None:
         shift = weight if objective == "blend" else ease
-        answer = _attempt(Timing(answer.stretched(1.03), fixed, limits, "blend", shift, within, instants=instants))
+        answer = _attempt(Timing(answer.stretched(1.03), fixed, limits, "blend", shift, within, corridors, instants=instants))
     if answer is not None:
         best = _better(best, _closed(answer, limits), objective, weight)
     if pieces > 1:
@@ -102,10 +111,19 @@ def time_optimal(
         ease = weight if objective == "blend" else _EASING * first.snap_cost() / first.duration
         fixed = _fixed(points, tolerance, end, pieces)
         within = [(index * pieces, body) for index, body in within]
-        finer = _attempt(Timing(split, fixed, limits, "blend", ease, within, instants=instants))
+        corridors = [(piece, wall) for piece in range(len(split)) for wall in walls]
+        finer = _attempt(Timing(split, fixed, limits, "blend", ease, within, corridors, instants=instants))
         if finer is not None:
             best = _better(best, _closed(finer, limits), objective, weight)
+    if best is slow and any(_crosses(best, wall) for wall in walls):
+        raise Infeasible(
+            "No flight within the walls was found: the programme did not converge, and the plain path crosses one."
+        )
     return best
+
+
+def _crosses(path: Spline, wall: Plane) -> bool:
+    return bool(np.min(path.sample(np.linspace(0.0, 1.0, 101)) @ wall.normal) < wall.offset)
 
 
 def stretched_guess(points: Floats, limits: Limits) -> Spline:
@@ -132,8 +150,6 @@ def _points(waypoints: ArrayLike) -> Floats:
 
 def _fixed(points: Floats, tolerance: float, end: str, pieces: int) -> Floats:
     """Return the fixed states: points (where they are not regions), rest at the start and, where asked, at the end."""
-    if end not in ("rest", "free"):
-        raise BadInput(f"end must be 'rest' or 'free', not {end!r}.")
     fixed = np.full(((len(points) - 1) * pieces + 1, 4, 3), np.nan)
     fixed[0, 1:] = 0.0
     if end == "rest":

@@ -124,9 +124,7 @@ def _shape(problem: Timing) -> _Shape:
     limited = tuple(name for name, there in present.items() if there)
     count = np.bincount([piece for piece, _ in problem.corridors], minlength=pieces) if problem.corridors else np.zeros(1, int)
     planes = int(count.max())
-    return _Shape(
-        pieces, problem.objective, limited, problem.instants, len(problem.within), planes + (-planes) % 2, problem.cycle
-    )
+    return _Shape(pieces, problem.objective, limited, problem.instants, len(problem.within), planes, problem.cycle)
 
 
 # The unknowns of a node are scaled so that all are of the order of one: m, m/s, and tenths and hundredths of the rest.
@@ -241,6 +239,11 @@ def _solver(shape: _Shape) -> Any:
         "ipopt.mu_strategy": "monotone" if shape.objective == "time" else "adaptive",
     }
     return ca.nlpsol("timing", "ipopt", programme, options)
+
+
+def forget() -> None:
+    """Drop all compiled programmes, so that the next solve pays for its own (for measurements)."""
+    _solver.cache_clear()
 
 
 def _one_hot(index: Any, size: int) -> Any:

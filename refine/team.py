@@ -286,11 +286,23 @@ def _leg_speeds(mission: Mission, robot: RobotPlan, course: Course) -> Floats | 
     if not mission.limits.legs:
         return None
     speeds = np.full(len(course), np.inf)
-    for index, leg in enumerate(course.legs):
-        own = None if leg.visit is None else mission.limits.legs.get(robot.visits[leg.visit].region)
+    for visit in range(len(robot.visits)):
+        own = mission.limits.legs.get(robot.visits[visit].region)
         if own is not None and own.speed is not None:
-            speeds[index] = own.speed
+            legs = _on_the_way(robot, course, visit)
+            speeds[legs] = np.minimum(speeds[legs], own.speed)
     return speeds
+
+
+def _on_the_way(robot: RobotPlan, course: Course, visit: int) -> NDArray[np.bool_]:
+    """Tell which legs lead from the previous visit to this one, the one that leaves the previous visit included."""
+    serves = np.array([-1 if leg.visit is None else leg.visit for leg in course.legs])
+    legs = serves == visit
+    before = [visit - 1] + ([len(robot.visits) - 1] if visit == robot.cycle_visit else [])
+    for earlier in before:
+        if earlier >= 0 and np.any(serves == earlier):
+            legs[np.flatnonzero(serves == earlier)[-1]] = True
+    return legs
 
 
 def _slow_legs(mission: Mission, robot: RobotPlan, course: Course, path: Spline) -> Floats:
@@ -300,7 +312,7 @@ def _slow_legs(mission: Mission, robot: RobotPlan, course: Course, path: Spline)
         return factors
     for visit in range(len(robot.visits)):
         own = mission.limits.legs.get(robot.visits[visit].region)
-        legs = np.array([leg.visit == visit for leg in course.legs])
+        legs = _on_the_way(robot, course, visit)
         if own is None or not legs.any():
             continue
         limits = Limits(

@@ -14,6 +14,8 @@ SAFETY = 2e-3
 
 _ROUNDS = 60
 _MOST = 1e3
+_FINE = 801
+_CLOSER = 10
 
 
 def stretch_to_limits(
@@ -43,7 +45,7 @@ def stretch_to_limits(
     low, high = (1e-2, 1.0) if faster else (1.0, 1.0)
     peak = breaks(high)
     if peak is None and not faster:
-        return 1.0
+        return _between_samples(path, yaw, limits, 1.0, safety)
     while peak is not None:
         low, high = high, high * 1.25
         if high > _MOST:
@@ -54,7 +56,17 @@ def stretch_to_limits(
             break
         middle = float(np.sqrt(low * high))
         low, high = (middle, high) if breaks(middle) is not None else (low, middle)
-    return high
+    return _between_samples(path, yaw, limits, high, safety)
+
+
+def _between_samples(path: Spline, yaw: Spline | None, limits: Limits, factor: float, safety: float) -> float:
+    """Return the factor, raised a little where samples set much closer see more: extremes can be narrow."""
+    for _ in range(_CLOSER):
+        peak = worst(peaks(path.stretched(factor), None if yaw is None else yaw.stretched(factor), limits, _FINE))
+        if peak is None or peak.share <= 1.0 - safety:
+            break
+        factor *= min(peak.share / (1.0 - safety), 1.01) + 1e-7
+    return factor
 
 
 def _cannot(peak: Peak) -> Infeasible:
