@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ltlplan.cost import Cost, cost_of, plan_cost
-from ltlplan.path_result import candidate_plans
+from ltlplan.path_result import candidate_plans, flown_pieces
 from ltlplan.path_search import PathProblem, path_problem
 from ltlplan.splines import Spline
 from verify.data import BadInput, Mission, RobotPlan
@@ -27,6 +27,7 @@ Floats = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 _SHORTLIST = 24  # at most this many of the best candidates are judged for all times
+_PIECES = 30  # what the usual vehicle's memory holds, and one for a wait
 _SAME = 5e-3  # a plan with fewer waypoints is preferred where it costs at most this share more
 
 
@@ -261,7 +262,7 @@ def improve(
             watch(index, problem, candidates, costs)
 
     _, history = minimise(problem.costs, search, rng=rng, progress=progress, watch=look)
-    best, value = plan, nominal
+    best, value, most = plan, nominal, max(_PIECES, flown_pieces(mission, plan))
     for _, candidate in shortlist[:-_SHORTLIST:-1]:
         paths = problem.paths(candidate[None])
         found = candidate_plans(
@@ -269,7 +270,8 @@ def improve(
         )
         stretched = [_stretched(mission, other, float(paths.length[0]) / problem.length) for other in found]
         costs = [(plan_cost(other, function), i) for i, other in enumerate(stretched)]
-        if costs and min(costs)[0] < nominal:
+        costs = [(c, i) for c, i in costs if c < nominal and flown_pieces(mission, stretched[i]) <= most]
+        if costs:
             least = min(costs)[0]
             value, index = next(c for c in costs if c[0] <= least * (1 + _SAME))
             best = stretched[index].model_copy(update={"cost": value})

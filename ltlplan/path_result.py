@@ -22,7 +22,15 @@ from verify.data.plan import Role
 Floats = NDArray[np.float64]
 
 _STEP = 0.01  # m between the instants at which entries and exits are looked for
-_CLOSE = (0.5, 0.35, 0.25, 0.15, 1e-3)  # m along the path; points of the search this near to another waypoint are left out
+_CLOSE = (
+    1.0,
+    0.7,
+    0.5,
+    0.35,
+    0.25,
+    0.15,
+    1e-3,
+)  # m along the path; points of the search this near to another waypoint are left out
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +79,12 @@ def candidate_plans(
         if candidate is not None:
             found.append(candidate)
     return found
+
+
+def flown_pieces(mission: Mission, plan: RobotPlan) -> int:
+    """Return how many pieces the plan has when its laps are flown one after another."""
+    cycle = len(plan.waypoints) - 1 if plan.cycle_waypoint is None else plan.cycle_waypoint
+    return cycle + mission.spec.repeat * (len(plan.waypoints) - 1 - cycle)
 
 
 def _plan(where: Room, plan: RobotPlan, spline: Spline, points: Floats, cuts: list[_Cut]) -> RobotPlan | None:
