@@ -51,8 +51,8 @@ def crossings(trajectory: Trajectory, region: Region) -> tuple[bool, list[Crossi
         for root, multiplicity in p.complex_roots() if p.degree() > 0 else []:
             if root.imag != 0:
                 continue
-            scale = 2**60
-            middle = Fraction(int((root.real * scale).floor().mid().unique_fmpz()), scale)
+            mantissa, exponent = (int(part) for part in root.real.mid().man_exp())
+            middle = mantissa * Fraction(2) ** exponent
             low, high = middle - Fraction(1, 2**30), middle + Fraction(1, 2**30)
             if high < 0 or low > length:
                 continue

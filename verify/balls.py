@@ -6,7 +6,8 @@ coefficient is a ball, a float64 `mid` and a radius `rad`, and each operation ad
 have done (Higham, Accuracy and Stability of Numerical Algorithms, section 3.1): a sum of k products, in any order
 and fused or not, is off by at most gamma(k) = k u / (1 - k u) times the sum of their magnitudes, with u = 2^-53.
 The radii are themselves computed in floats, so each is widened by `_GROW`; `_TINY` covers underflow. Overflow
-gives infinities or NaN, which prove nothing: every test on balls is written so that NaN means "not proved".
+gives infinities or NaN, which prove nothing: every test on balls is written so that NaN means "not proved", and
+the public functions that work on them switch numpy's warnings off for that reason.
 """
 
 from __future__ import annotations

@@ -23,6 +23,9 @@ MAX_ITEMS = 100_000
 """More open intervals than this, of one piece or of all, keep the (sound, looser) bounds that they have."""
 
 
+_FINEST = 1e-13
+
+
 @dataclass(frozen=True, slots=True)
 class Peaks:
     """For each group: nothing is above `upper`; `lower` is reached, or nearly, at `place` of piece `item`.
@@ -40,7 +43,15 @@ class Peaks:
     place: Floats
 
 
-def peaks(numerator: Balls, groups: Indices, count: int, *, slack: Floats, denominator: Balls | None = None) -> Peaks:
+def peaks(
+    numerator: Balls,
+    groups: Indices,
+    count: int,
+    *,
+    slack: Floats,
+    critical: Floats | None = None,
+    denominator: Balls | None = None,
+) -> Peaks:
     """Bound the greatest value of polynomials, or of quotients of them, group by group.
 
     Args:
@@ -48,16 +59,22 @@ def peaks(numerator: Balls, groups: Indices, count: int, *, slack: Floats, denom
         groups: Group of each piece. Shape (k,).
         count: How many groups there are.
         slack: How much each group's upper bound may stay above its lower one. Shape (count,).
+        critical: See `search`.
         denominator: Of the same degree; where it cannot be shown to be positive the quotient counts as
             infinite. None for 1. The quotient lies between the least and greatest quotients of coefficients,
             because it is their mean weighted by the (positive) terms of the denominator.
     """
     if denominator is None:
-        return search((numerator,), lambda state, _: _bounds(state[0].high, state[0].low), groups, count, slack=slack)
+        return search(
+            (numerator,), lambda state, _: _bounds(state[0].high, state[0].low), groups, count, slack=slack, critical=critical
+        )
     assert denominator.degree == numerator.degree
-    return search((numerator, denominator), lambda state, _: quotient_bounds(*state), groups, count, slack=slack)
+    return search(
+        (numerator, denominator), lambda state, _: quotient_bounds(*state), groups, count, slack=slack, critical=critical
+    )
 
 
+@np.errstate(all="ignore")
 def search(
     state: tuple[Balls, ...],
     enclose: Callable[[tuple[Balls, ...], Indices], tuple[Floats, Floats, Floats]],
@@ -65,6 +82,7 @@ def search(
     count: int,
     *,
     slack: Floats,
+    critical: Floats | None = None,
     depth: int = MAX_DEPTH,
 ) -> Peaks:
     """Bound the greatest value of any function of polynomials that can be enclosed on a part of a piece.
@@ -76,6 +94,8 @@ def search(
         groups: Group of each piece. Shape (pieces,).
         count: How many groups there are.
         slack: How much each group's upper bound may stay above its lower one. Shape (count,).
+        critical: A value for each group that matters: where it lies between the bounds they are driven together
+            until it no longer does, or to the floats' resolution. Shape (count,).
         depth: At most so many halvings.
     """
     items = np.arange(len(groups))
@@ -88,7 +108,11 @@ def search(
         group = groups[items]
         _raise_lower(first, starts, items, group, lower, item, place)
         _raise_lower(last, starts + width, items, group, lower, item, place)
-        open_ = ~(high <= lower[group] + slack[group])
+        room = slack[group]
+        if critical is not None:
+            between = (lower[group] <= critical[group]) & (high > critical[group])
+            room = np.where(between, np.minimum(_FINEST * np.abs(critical[group]), room), room)
+        open_ = ~(high <= lower[group] + room)
         open_ &= np.bincount(items[open_], minlength=len(groups))[items] <= MAX_OPEN
         if level == depth or 2 * np.count_nonzero(open_) > MAX_ITEMS:
             open_[:] = False

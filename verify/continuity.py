@@ -41,6 +41,7 @@ class Jump:
     allowed: float
 
 
+@np.errstate(all="ignore")
 def jumps(paths: TeamPaths) -> list[Jump]:
     """Bound every jump of every robot; the hovers before the start and after the end count as pieces."""
     derivatives = [paths.derivative(order) for order in range(4)]

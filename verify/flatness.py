@@ -27,8 +27,8 @@ from verify.data.vehicle import Vehicle
 from verify.intervals import Interval, interval
 from verify.paths import TeamPaths
 
-_YAW_SLACK = 1e-4
-_ROTOR_SLACK = 1e-4
+_YAW_SLACK = 1e-3
+_ROTOR_SLACK = 1e-3
 _DEPTH = 26
 
 
@@ -50,7 +50,8 @@ def yaw_rate_peaks(paths: TeamPaths, force: Balls, jerk: Balls, limit: float) ->
         frame = _Frame.of(f, j, f2, yaw, turn)
         return _thirds(frame.rate_z.magnitude())
 
-    return search(state, enclose, paths.piece_owner, count, slack=np.full(count, _YAW_SLACK * limit), depth=_DEPTH)
+    critical = np.full(count, limit)
+    return search(state, enclose, paths.piece_owner, count, slack=_YAW_SLACK * critical, critical=critical, depth=_DEPTH)
 
 
 def rotor_peaks(paths: TeamPaths, force: Balls, jerk: Balls, snap: Balls, limits: tuple[float, float]) -> tuple[Peaks, Peaks]:
@@ -81,7 +82,8 @@ def rotor_peaks(paths: TeamPaths, force: Balls, jerk: Balls, snap: Balls, limits
         return _thirds(Interval(np.where(wanted, -least.high, most.low), np.where(wanted, -least.low, most.high)))
 
     slack = np.full(2 * count, _ROTOR_SLACK * limits[1])
-    both = search(state, enclose, groups, 2 * count, slack=slack, depth=_DEPTH)
+    critical = np.repeat([-limits[0], limits[1]], count)
+    both = search(state, enclose, groups, 2 * count, slack=slack, critical=critical, depth=_DEPTH)
     first, second = slice(0, count), slice(count, 2 * count)
     return (
         Peaks(both.upper[first], both.lower[first], both.item[first] % pieces, both.place[first]),

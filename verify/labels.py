@@ -19,6 +19,7 @@ from flint import fmpq_poly
 
 from verify import exact
 from verify.balls import Balls, Floats, constants, dot, gamma, halves, nearest
+from verify.bounds import Indices
 from verify.data.mission import Region
 from verify.paths import Segment, TeamPaths
 from verify.regions import Ellipsoid, extent
@@ -62,6 +63,7 @@ class Levels:
     values: Balls
 
 
+@np.errstate(all="ignore")
 def levels(paths: TeamPaths) -> Levels:
     """Compute the membership polynomials of a team."""
     regions = paths.mission.all_regions
@@ -77,6 +79,7 @@ def levels(paths: TeamPaths) -> Levels:
     return Levels(paths, tuple(regions), Balls(mid, rad))
 
 
+@np.errstate(all="ignore")
 def statuses(found: Levels, margin: Fraction) -> dict[str, dict[str, tuple[Span, ...]]]:
     """Return for each robot and region the spans of its path, in order and without gaps.
 
@@ -92,7 +95,7 @@ def statuses(found: Levels, margin: Fraction) -> dict[str, dict[str, tuple[Span,
     inside = np.array([t[0] for t in thresholds] * len(paths.segments)).reshape(-1, 2)
     outside = np.array([t[1] for t in thresholds] * len(paths.segments)).reshape(-1, 2)
     depth = DEPTH_WITHOUT if margin == 0 else DEPTH_WITH_MARGIN
-    marks, parts = _classified(table, inside, outside, depth)
+    leaves = _classified(table, inside, outside, depth)
     result: dict[str, dict[str, tuple[Span, ...]]] = {}
     of_robot: list[list[int]] = [[] for _ in paths.robots]
     for index, segment in enumerate(paths.segments):
@@ -103,14 +106,13 @@ def statuses(found: Levels, margin: Fraction) -> dict[str, dict[str, tuple[Span,
             spans: list[Span] = []
             for index in of_robot[robot]:
                 segment, row = paths.segments[index], index * count + column
-                if row not in parts:
-                    _append(spans, segment.start, segment.stop, marks[row])
-                    continue
-                leaves = parts[row]
-                if margin == 0:
-                    _without_margin(spans, segment, leaves, table[row], found, index, column)
+                parts = leaves[row]
+                if len(parts) == 1 and parts[0][2] is not None:
+                    _append(spans, segment.start, segment.stop, parts[0][2])
+                elif margin == 0:
+                    _without_margin(spans, segment, parts, table[row], found, index, column)
                 else:
-                    for start, stop, mark in leaves:
+                    for start, stop, mark in parts:
                         _append(spans, segment.time(start), segment.time(stop), mark or "may")
             result[name][region] = _settled(spans)
     return result
@@ -161,80 +163,64 @@ def _bracket(value: Fraction) -> tuple[float, float]:
 
 
 Leaf = tuple[float, float, Mark | None]
+"""From one place of a segment to another, with its status; None where nothing could be proved."""
+
+_CODES: tuple[Mark | None, ...] = ("no", "may", "must", None)
 
 
-def _classified(table: Balls, inside: Floats, outside: Floats, depth: int) -> tuple[list[Mark], dict[int, list[Leaf]]]:
+def _classified(table: Balls, inside: Floats, outside: Floats, depth: int) -> list[list[Leaf]]:
     """Sort polynomials into no, may and must, halving those that are not one of them throughout.
 
     Returns:
-        A mark for each row, and for the rows that were halved their leaves in order: places and mark, None where
-        nothing could be proved down to the last halving.
+        For each row its leaves in order, neighbours with one status joined.
     """
-    marks: list[Mark] = ["may"] * len(table.mid)
-    parts: dict[int, list[Leaf]] = {}
-    rows = np.arange(len(table.mid))
-    starts = np.zeros(len(rows))
-    width = 1.0
+    count = len(table.mid)
+    rows, starts, width = np.arange(count), np.zeros(count), 1.0
     state = table
+    leaves: list[tuple[Indices, Floats, Floats, Indices]] = []
     for level in range(depth + 1):
         low, high = state.low.min(-1), state.high.max(-1)
         no = low > outside[rows, 1]
         must = high <= inside[rows, 0]
         may = (low > inside[rows, 1]) & (high <= outside[rows, 0])
         done = no | must | may
-        if level == 0:
-            for index in np.flatnonzero(no):
-                marks[index] = "no"
-            for index in np.flatnonzero(must):
-                marks[index] = "must"
-            for index in np.flatnonzero(~done):
-                parts[int(index)] = []
-        else:
-            for index in np.flatnonzero(done):
-                mark: Mark = "no" if no[index] else "must" if must[index] else "may"
-                parts[int(rows[index])].append((float(starts[index]), float(starts[index] + width), mark))
-        keep = np.flatnonzero(~done)
+        crowded = np.bincount(rows[~done], minlength=count)[rows] > MAX_OPEN
+        ended = done | crowded if level < depth else np.ones_like(done)
+        code = np.select([no, must, may], [0, 2, 1], 3)[ended]
+        leaves.append((rows[ended], starts[ended], starts[ended] + width, code))
+        keep = np.flatnonzero(~ended)
         if len(keep) == 0:
-            break
-        crowded = np.bincount(rows[keep], minlength=len(marks))[rows[keep]] > MAX_OPEN
-        for index in keep if level == depth else keep[crowded]:
-            parts[int(rows[index])].append((float(starts[index]), float(starts[index] + width), None))
-        keep = keep[~crowded]
-        if level == depth or len(keep) == 0:
             break
         state = halves(state[keep])
         width /= 2
         rows = np.concatenate([rows[keep], rows[keep]])
         starts = np.concatenate([starts[keep], starts[keep] + width])
-    for leaves in parts.values():
-        leaves.sort(key=lambda leaf: leaf[0])
-    return marks, parts
+    row, start, stop, code = (np.concatenate([part[i] for part in leaves]) for i in range(4))
+    order = np.lexsort((start, row))
+    row, start, stop, code = row[order], start[order], stop[order], code[order]
+    first = np.flatnonzero(np.concatenate([[True], (row[1:] != row[:-1]) | (code[1:] != code[:-1])]))
+    last = np.append(first[1:], len(row)) - 1
+    result: list[list[Leaf]] = [[] for _ in range(count)]
+    columns = (row[first].tolist(), start[first].tolist(), stop[last].tolist(), code[first].tolist())
+    for where, begin, end, kind in zip(*columns, strict=True):
+        result[where].append((begin, end, _CODES[kind]))
+    return result
 
 
 def _without_margin(
     spans: list[Span], segment: Segment, leaves: Sequence[Leaf], level: Balls, found: Levels, index: int, column: int
 ) -> None:
     """Append the spans of one segment at margin 0, with each simple root as a switch."""
-    position = 0
-    while position < len(leaves):
-        start, stop, mark = leaves[position]
+    for position, (start, stop, mark) in enumerate(leaves):
+        around = {leaves[i][2] for i in (position - 1, position + 1) if 0 <= i < len(leaves)}
         if mark is not None:
             _append(spans, segment.time(start), segment.time(stop), mark)
-            position += 1
-            continue
-        last = position
-        while last + 1 < len(leaves) and leaves[last + 1][2] is None:
-            last += 1
-        stop = leaves[last][1]
-        before = leaves[position - 1][2] if position else None
-        after = leaves[last + 1][2] if last + 1 < len(leaves) else None
-        if {before, after} == {"no", "must"} and _is_monotone(level, start, stop):
+        elif around == {"no", "must"} and _is_monotone(level, start, stop):
             _append(spans, segment.time(start), segment.time(stop), "switch")
         elif segment.kind == "piece":
             _exactly(spans, segment, start, stop, found, index, column)
         else:
             _append(spans, segment.time(start), segment.time(stop), "may")
-        position = last + 1
 
 
 def _is_monotone(level: Balls, start: float, stop: float) -> bool:
@@ -242,17 +228,18 @@ def _is_monotone(level: Balls, start: float, stop: float) -> bool:
     mid = np.diff(level.mid)
     slope = Balls(mid, (level.rad[1:] + level.rad[:-1] + 2.0**-53 * np.abs(mid)) * (1 + 2.0**-40) + 1e-290)
     state, left, width = slope[None], 0.0, 1.0
-    while width > 4 * (stop - start):  # walk down to a small part that holds [start, stop]
+    while True:  # walk down to a part that holds [start, stop] and on which the slope has one sign
+        if np.all(state.low > 0) or np.all(state.high < 0):
+            return True
         middle = left + width / 2
+        if start < middle < stop or width <= stop - start:
+            return False
         both = halves(state)
         if stop <= middle:
             state = both[:1]
-        elif start >= middle:
-            state, left = both[1:], middle
         else:
-            break
+            state, left = both[1:], middle
         width /= 2
-    return bool(np.all(state.low > 0) or np.all(state.high < 0))
 
 
 def _exactly(spans: list[Span], segment: Segment, start: float, stop: float, found: Levels, index: int, column: int) -> None:

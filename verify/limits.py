@@ -18,7 +18,7 @@ import numpy as np
 from flint import arb, fmpq_poly
 
 from verify import exact
-from verify.balls import Balls, Floats, dot, raised, restricted
+from verify.balls import Balls, Floats, concatenate, dot, raised, restricted
 from verify.bounds import Peaks, peaks, quotient_bounds, search
 from verify.data.mission import LegLimits
 from verify.data.vehicle import GRAVITY
@@ -37,8 +37,8 @@ UNITS: dict[LimitName, str] = {
 Unit = Callable[[float, bool], float]
 """Turns a bound on a squared quantity into one on the quantity; True rounds up."""
 
-_SHARE = 1e-7
-"""How near to the true extreme a bound is driven, as a share of the limit."""
+_SHARE = 1e-5
+"""How near to the true extreme a bound on a square is driven, as a share of the limit's; nearer where that decides."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +66,7 @@ class Extreme:
     fails: bool
 
 
+@np.errstate(all="ignore")
 def extremes(paths: TeamPaths) -> list[Extreme]:
     """Bound every limited quantity of every robot's nominal flight."""
     limits, vehicle = paths.mission.effective_limits, paths.mission.vehicle
@@ -79,28 +80,39 @@ def extremes(paths: TeamPaths) -> list[Extreme]:
     def add(name: LimitName, limit: float, result: Peaks, unit: Unit, *, least: bool = False) -> None:
         found.extend(_decided(paths, extreme) for extreme in _read(paths, name, limit, result, unit, least))
 
-    def limited(numerator: Balls, limit: float, denominator: Balls | None = None) -> Peaks:
-        slack = np.full(len(paths.robots), _SHARE * limit)
-        return peaks(numerator, paths.piece_owner, len(paths.robots), slack=slack, denominator=denominator)
-
-    add("speed", limits.speed, limited(dot(velocity, velocity), limits.speed**2), _root)
-    add("acceleration", limits.acceleration, limited(dot(acceleration, acceleration), limits.acceleration**2), _root)
+    # speed, acceleration and thrust are polynomials of degree 12 and 10: one search for all of them
+    squares = [raised(dot(v, v), 12) for v in (velocity, acceleration)] + [raised(t, 12) for t in (thrust2, -thrust2)]
+    ceilings = [limits.speed**2, limits.acceleration**2, (limits.thrust_max / mass) ** 2, -((limits.thrust_min / mass) ** 2)]
+    count = len(paths.robots)
+    critical = np.repeat(ceilings, count)
+    groups = np.concatenate([paths.piece_owner + count * i for i in range(len(squares))])
+    both = peaks(concatenate(squares), groups, len(critical), slack=_SHARE * np.abs(critical), critical=critical)
+    speed, push, most_thrust, least_thrust = _parted(both, len(squares), len(paths.piece_owner))
     newton = _thrust(mass)
-    add("thrust_max", limits.thrust_max, limited(thrust2, (limits.thrust_max / mass) ** 2), newton)
-    add("thrust_min", limits.thrust_min, limited(-thrust2, (limits.thrust_min / mass) ** 2), newton, least=True)
+    add("speed", limits.speed, speed, _root)
+    add("acceleration", limits.acceleration, push, _root)
+    add("thrust_max", limits.thrust_max, most_thrust, newton)
+    add("thrust_min", limits.thrust_min, least_thrust, newton, least=True)
     add("tilt", limits.tilt, _tilt_peaks(paths, force, limits.tilt), _angle)
     turning = _cross(jerk, force)
-    add(
-        "body_rate",
-        limits.body_rate,
-        limited(raised(dot(turning, turning), 20), limits.body_rate**2, thrust2 * thrust2),
-        _root,
-    )
+    critical = np.full(count, limits.body_rate**2)
+    rate = peaks(
+        raised(dot(turning, turning), 20), paths.piece_owner, count, slack=_SHARE * critical, critical=critical,
+        denominator=thrust2 * thrust2,
+    )  # fmt: skip
+    add("body_rate", limits.body_rate, rate, _root)
     add("yaw_rate", limits.yaw_rate, yaw_rate_peaks(paths, force, jerk, limits.yaw_rate), _same)
     least, most = rotor_peaks(paths, force, jerk, snap, (limits.rotor_thrust_min, limits.rotor_thrust_max))
     add("rotor_thrust_max", limits.rotor_thrust_max, most, _same)
     add("rotor_thrust_min", limits.rotor_thrust_min, least, _same, least=True)
     return found
+
+
+def _parted(found: Peaks, parts: int, pieces: int) -> list[Peaks]:
+    """Take apart a search for several quantities, each of the same groups and pieces."""
+    count = len(found.upper) // parts
+    rows = [slice(i * count, (i + 1) * count) for i in range(parts)]
+    return [Peaks(found.upper[r], found.lower[r], found.item[r] % pieces, found.place[r]) for r in rows]
 
 
 def _tilt_peaks(paths: TeamPaths, force: Balls, limit: float) -> Peaks:
@@ -112,8 +124,9 @@ def _tilt_peaks(paths: TeamPaths, force: Balls, limit: float) -> Peaks:
         high, first, last = quotient_bounds(state[0], state[1])
         return np.where(state[2].low.min(-1) > 0, high, np.inf), first, last
 
-    slack = np.full(len(paths.robots), _SHARE * math.tan(limit) ** 2)
-    return search((flat, upward * upward, upward), enclose, paths.piece_owner, len(paths.robots), slack=slack)
+    critical = np.full(len(paths.robots), math.tan(limit) ** 2)
+    state, count = (flat, upward * upward, upward), len(paths.robots)
+    return search(state, enclose, paths.piece_owner, count, slack=_SHARE * critical, critical=critical)
 
 
 def with_gravity(acceleration: Balls) -> Balls:
@@ -123,6 +136,7 @@ def with_gravity(acceleration: Balls) -> Balls:
     return acceleration + Balls(gravity, np.zeros((1, 3, 1)))
 
 
+@np.errstate(all="ignore")
 def leg_extremes(
     paths: TeamPaths, robot: int, windows: Sequence[tuple[Fraction, Fraction]], wanted: LegLimits
 ) -> list[Extreme]:
@@ -158,7 +172,13 @@ def leg_extremes(
             found.append(Extreme(paths.robots[robot], name, limit, 0.0, 0.0, Fraction(0), True, False))
             continue
         part = restricted(paths.derivative(order)[np.array(rows), :3], starts, stops)
-        result = peaks(dot(part, part), np.zeros(len(rows), dtype=np.intp), 1, slack=np.array([_SHARE * limit**2]))
+        result = peaks(
+            dot(part, part),
+            np.zeros(len(rows), dtype=np.intp),
+            1,
+            slack=np.array([_SHARE * limit**2]),
+            critical=np.array([limit**2]),
+        )
         bound, reached = _root(float(result.upper[0]), True), _root(float(result.lower[0]), False)
         at = int(result.item[0])
         place = starts[at] + (stops[at] - starts[at]) * Fraction(float(result.place[0]))

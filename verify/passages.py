@@ -89,6 +89,7 @@ class HoopFrames:
         return self.paths.mission.hoops[self.names[column]]
 
 
+@np.errstate(all="ignore")
 def hoop_frames(paths: TeamPaths) -> HoopFrames:
     """Compute distances along and across the axes of all hoops."""
     hoops = paths.mission.hoops
@@ -108,6 +109,7 @@ def hoop_frames(paths: TeamPaths) -> HoopFrames:
     return HoopFrames(paths, tuple(hoops), along, across)
 
 
+@np.errstate(all="ignore")
 def crossings(frames: HoopFrames, margin: Fraction) -> dict[str, tuple[Crossing, ...]]:
     """Return for each robot its times near openings, in order of their starts."""
     result: dict[str, tuple[Crossing, ...]] = {}
@@ -122,7 +124,8 @@ def crossings(frames: HoopFrames, margin: Fraction) -> dict[str, tuple[Crossing,
     return result
 
 
-def clearances(frames: HoopFrames, slack: float = 2e-5) -> list[Clearance]:
+@np.errstate(all="ignore")
+def clearances(frames: HoopFrames, slack: float = 1e-4) -> list[Clearance]:
     """Bound from below how near each robot comes to each rim, to about `slack` m."""
     paths, hoops = frames.paths, len(frames.names)
     if not hoops:

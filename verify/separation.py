@@ -42,6 +42,7 @@ class Nearness:
     time: Fraction
 
 
+@np.errstate(all="ignore")
 def walls(paths: TeamPaths) -> list[Nearness]:
     """Return for each robot its least distance to the workspace's walls (negative: outside)."""
     box = paths.mission.workspace
@@ -130,6 +131,7 @@ def z_weight(paths: TeamPaths) -> Fraction:
     return Fraction(mission.separation) / Fraction(mission.separation_z)
 
 
+@np.errstate(all="ignore")
 def meetings(paths: TeamPaths) -> Meetings:
     """Compute the squared distances of all pairs of robots."""
     weight = z_weight(paths)
@@ -199,6 +201,7 @@ def step_length(paths: TeamPaths, index: int) -> float:
     return float(np.sqrt((bounds * bounds).sum()) * (1 + 2.0**-40))
 
 
+@np.errstate(all="ignore")
 def distances(found: Meetings) -> list[Nearness]:
     """Return for each pair of robots its least distance (z weighted), steps between pieces allowed for."""
     paths = found.paths
