@@ -32,8 +32,8 @@ class MotionCapture:
     rate: int = 100
     noise: float = 0.001
     delay: float = 0.01
-    dropout: float = 0.01
-    burst: float = 3.0
+    dropout: float = 0.002
+    burst: float = 2.0
     attitude_noise: float = 0.002
     rate_noise: float = 0.01
 
