@@ -15,7 +15,7 @@ from operator import or_
 
 from ltlplan.automata import DEAD, Automaton, Trace, representative_letters, small_automaton
 from ltlplan.budget import DEFAULT_BUDGET, Budget, TooLarge
-from ltlplan.determinise import determinise, minimise
+from ltlplan.determinise import determinise, intersection, minimise
 from verify.data import BadInput, Formula, Letter, Word
 
 SMALL_AUTOMATON = Budget(automaton=128)
@@ -214,6 +214,19 @@ class Conjunction:
         for letter in word.prefix:
             state = self.successor(state, letter)
         return self.is_accepting(state)
+
+    def multiplied(self) -> Automaton:
+        """Return the smallest automaton with all states and edges written down.
+
+        Raises:
+            TooLarge: There are more states than the budget allows.
+        """
+        whole: Automaton | None = None
+        for part in self.parts:
+            one = minimise(determinise(part, budget=self.budget))
+            whole = one if whole is None else minimise(intersection(whole, one, budget=self.budget))
+        assert whole is not None  # a formula has at least one conjunct
+        return whole
 
     @cached_property
     def states(self) -> tuple[State, ...]:

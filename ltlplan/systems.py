@@ -131,7 +131,7 @@ def environment_of(mission: Mission) -> Environment:
     regions = tuple(mission.all_regions)
     given = mission.environment
     if given is None:
-        start = "start" if "start" not in regions else "start_"
+        start = next(name for name in ("start", *(f"start{i}" for i in range(len(regions) + 1))) if name not in regions)
         return Environment(start, {start: regions, **dict.fromkeys(regions, regions)})
     reach: dict[str, dict[str, None]] = {given.start: {}, **{region: {region: None} for region in regions}}
     for a, b in given.edges:

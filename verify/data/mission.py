@@ -10,8 +10,9 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Mapping
 from functools import cached_property
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -272,6 +273,13 @@ class Mission(_Section):
     )
     planner: Planner = Field(default_factory=lambda: Planner())
     sequence: str | None = Field(default=None, description="hoop passages to fly exactly, such as `hoop0F (hoop1R)*`")
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy with changed fields; what is computed from fields is computed anew."""
+        copied = super().model_copy(update=update, deep=deep)
+        for name in ("formula", "passages", "effective_limits"):
+            vars(copied).pop(name, None)
+        return copied
 
     @property
     def all_regions(self) -> dict[str, Region]:
