@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import combinations
 from typing import Literal
 
 from verify.data.errors import BadInput, InternalError
@@ -17,12 +18,12 @@ from verify.data.formula import FREE, Formula, parse_formula
 from verify.data.mission import Mission
 from verify.data.word import Letter, Word, show_letter
 from verify.explain import Reason, Where, explain, show
-from verify.inclusion import DEFAULT_BUDGET, Broken, find_broken, holds_for_all
+from verify.inclusion import DEFAULT_BUDGET, Broken, find_broken, holds_for_all, holds_loosely
 from verify.lassos import BrokenRun, find_broken_run, search_run
 from verify.progression import Normal, OutOfBudget, conjuncts, normal_form, to_formula
 from verify.robot_behaviour import RobotBehaviour, cut_timeline, from_timeline
 from verify.semantics import satisfies
-from verify.team_graph import JointGraph, Look, OwnGraph
+from verify.team_graph import JointGraph, Look, OwnGraph, WithOthers
 from verify.timeline import Relations, Timeline
 from verify.transitions import judge_transitions
 from verify.vacuity import implications
@@ -103,7 +104,8 @@ class _Judge:
         """Decide one conjunct: first on what it can see, which suffices for a yes, then on whole letters."""
         try:
             cut = [from_timeline(cut_timeline(t, part.propositions), self.relations) for t in self.timelines.values()]
-            if self._broken(_without_equals(cut), part) is None:
+            cut = _without_equals(cut)
+            if self._holds_loosely(cut, part) or self._broken(cut, part) is None:
                 return Verdict("holds", "")
             robots = [from_timeline(timeline, self.relations) for timeline in self.timelines.values()]
             broken = self._broken(robots, part)
@@ -112,6 +114,18 @@ class _Judge:
         if broken is None:
             return Verdict("holds", "")
         return self._run_failure(robots[0], broken) if isinstance(broken, BrokenRun) else self._failure(robots, broken.looks)
+
+    def _holds_loosely(self, robots: list[RobotBehaviour], part: Normal) -> bool:
+        """Try to prove a conjunct from none, one or two robots, the others' letters coming at any time."""
+        if self.mission.spec.team == "joint" or len(robots) <= 3:
+            return False  # the exact search is as quick
+        for size in (0, 1, 2):
+            for followed in combinations(range(len(robots)), size):
+                others = {letter for r, robot in enumerate(robots) if r not in followed for letter in robot.letters}
+                graph = self._graph([robots[r] for r in followed]) if followed else None
+                if holds_loosely(WithOthers(graph, others), part):
+                    return True
+        return False
 
     def _broken(self, robots: list[RobotBehaviour], part: Normal) -> Broken | BrokenRun | None:
         if not any(robot.laps for robot in robots):

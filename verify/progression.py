@@ -29,7 +29,8 @@ SETTLED: State = 1
 """Every continuation satisfies the formula."""
 
 MAX_VARIABLES = 250
-MAX_NODES = 400_000
+MAX_NODES = 60_000
+MAX_OPERATIONS = 600_000
 
 Kind = Literal["true", "false", "name", "not", "and", "or", "F", "G", "U", "W", "R", "M", "X", "X[!]"]
 
@@ -297,6 +298,7 @@ class _Diagram:
         self.more_level = len(self.variables)
         bottom = self.more_level + 1
         self.nodes: list[tuple[int, int, int]] = [(bottom, 0, 0), (bottom, 1, 1)]  # level, where false, where true
+        self.operations = 0
         self.unique: dict[tuple[int, int, int], int] = {}
         self.meets: dict[tuple[int, int], int] = {}
         self.joins: dict[tuple[int, int], int] = {}
@@ -333,6 +335,7 @@ class _Diagram:
         key = (a, b) if a < b else (b, a)
         found = self.meets.get(key)
         if found is None:
+            self._count()
             level, (low_a, high_a), (low_b, high_b) = self._split(a, b)
             found = self.meets[key] = self.make(level, self.meet(low_a, low_b), self.meet(high_a, high_b))
         return found
@@ -347,9 +350,15 @@ class _Diagram:
         key = (a, b) if a < b else (b, a)
         found = self.joins.get(key)
         if found is None:
+            self._count()
             level, (low_a, high_a), (low_b, high_b) = self._split(a, b)
             found = self.joins[key] = self.make(level, self.join(low_a, low_b), self.join(high_a, high_b))
         return found
+
+    def _count(self) -> None:
+        self.operations += 1
+        if self.operations > MAX_OPERATIONS:
+            raise OutOfBudget(f"what remains of the formula takes more than {MAX_OPERATIONS} operations on its diagram")
 
     def _split(self, a: int, b: int) -> tuple[int, tuple[int, int], tuple[int, int]]:
         level_a, low_a, high_a = self.nodes[a]

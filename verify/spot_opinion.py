@@ -6,9 +6,14 @@ Nothing of Spot leaks out of here. Formulas reach it with quoted names, and neve
 from __future__ import annotations
 
 import importlib
+import os
+import pickle
+import subprocess
+import sys
 import warnings
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 from verify.data.errors import MissingEngine
@@ -18,6 +23,12 @@ from verify.progression import Normal, OutOfBudget, to_formula
 
 MAX_FORMULA = 400
 """Entries of one conjunct that Spot is still asked to translate."""
+
+EASY = 8
+"""Temporal operators up to which Spot is asked in this process."""
+
+CPU_SECONDS = 20
+MEMORY = 2 * 2**30
 
 _ALIVE = "alive"
 
@@ -46,6 +57,52 @@ def some_word_breaks(graph: LetterGraph, normal: Normal) -> bool:
         MissingEngine: Spot is not installed.
         OutOfBudget: The formula is too large for it.
     """
+    return _in_a_process(graph, normal, finite=True) if _is_hard(normal) else _some_word_breaks(graph, normal)
+
+
+def some_run_breaks(graph: LetterGraph, normal: Normal) -> bool:
+    """Tell whether some infinite word of the graph that takes marked edges for ever breaks the formula (LTL).
+
+    Raises:
+        MissingEngine: Spot is not installed.
+        OutOfBudget: The formula is too large for it.
+    """
+    return _in_a_process(graph, normal, finite=False) if _is_hard(normal) else _some_run_breaks(graph, normal)
+
+
+def _is_hard(normal: Normal) -> bool:
+    """Tell whether Spot's translation might explode: it can take exponential time and memory and cannot be stopped."""
+    return sum(kind in ("F", "G", "U", "W", "R", "M", "X", "X[!]") for kind in normal.kinds) > EASY
+
+
+def _in_a_process(graph: LetterGraph, normal: Normal, *, finite: bool) -> bool:
+    """Ask in a process of its own, with limits on its time and memory."""
+    _engine()  # its absence is reported from here
+    path = os.pathsep.join(part or str(Path.cwd()) for part in sys.path)
+    done = subprocess.run(
+        [sys.executable, "-m", "verify.spot_opinion"],
+        input=pickle.dumps((graph, normal, finite)),
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        check=False,
+    )
+    if done.stdout not in (b"yes", b"no"):
+        raise OutOfBudget(f"Spot, asked for the second opinion, needs more than {CPU_SECONDS} s or {MEMORY // 2**20} MB")
+    return done.stdout == b"yes"
+
+
+def _answer() -> None:
+    """Answer one question from standard input within the limits."""
+    resource = importlib.import_module("resource")
+    resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS))
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    graph, normal, finite = pickle.loads(sys.stdin.buffer.read())  # from our own parent process
+    breaks = _some_word_breaks(graph, normal) if finite else _some_run_breaks(graph, normal)
+    sys.stdout.write("yes" if breaks else "no")
+
+
+def _some_word_breaks(graph: LetterGraph, normal: Normal) -> bool:
     spot, buddy = _engine()
     names = _renamed(normal)
     bad = _negation(normal, finite=True)
@@ -68,13 +125,7 @@ def some_word_breaks(graph: LetterGraph, normal: Normal) -> bool:
     return bool(team.intersects(bad))
 
 
-def some_run_breaks(graph: LetterGraph, normal: Normal) -> bool:
-    """Tell whether some infinite word of the graph that takes marked edges for ever breaks the formula (LTL).
-
-    Raises:
-        MissingEngine: Spot is not installed.
-        OutOfBudget: The formula is too large for it.
-    """
+def _some_run_breaks(graph: LetterGraph, normal: Normal) -> bool:
     spot, buddy = _engine()
     names = _renamed(normal)
     bad = _negation(normal, finite=False)
@@ -127,3 +178,7 @@ def _label(buddy: Any, letter: Letter, variables: dict[str, Any]) -> Any:
     for name, variable in variables.items():
         label &= variable if name in letter else buddy.bdd_not(variable)
     return label
+
+
+if __name__ == "__main__":
+    _answer()

@@ -212,6 +212,37 @@ class JointGraph:
         return state, 0
 
 
+class WithOthers:
+    """Team words of some robots, among whose readings others' letters come at any time, any number of times.
+
+    Every team word of all robots is one of these, so what holds of these holds of the team; the others' order, times
+    and number of readings are forgotten, and with them nearly all of the states.
+    """
+
+    def __init__(self, graph: TeamGraph | None, letters: Iterable[Letter]) -> None:
+        self.graph = graph
+        self.letters = sorted(set(letters), key=sorted)
+
+    def initial(self) -> Iterable[Step]:
+        """Yield every way to begin."""
+        return [(None, False)] if self.graph is None else self.graph.initial()
+
+    def steps(self, state: Any) -> Iterator[Step]:
+        """Read any of the others' letters, or go on as the robots that are followed do."""
+        for letter in self.letters:
+            yield Look(None, letter, ()), True if self.graph is None else state
+        if self.graph is not None:
+            yield from self.graph.steps(state)
+
+    def is_final(self, state: Any) -> bool:
+        """Tell whether the team word may end here; it has at least one reading."""
+        return state if self.graph is None else self.graph.is_final(state)
+
+    def stronger(self, state: Any) -> tuple[Hashable, int]:
+        """Compare as the robots that are followed do."""
+        return (state, 0) if self.graph is None else self.graph.stronger(state)
+
+
 def _product(choices: Sequence[Sequence[int]]) -> Iterator[tuple[int, ...]]:
     """Yield every combination, first choices first, one at a time."""
     if not choices:

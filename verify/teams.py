@@ -8,6 +8,8 @@ few enough to be written down, Spot decides the same question from scratch, and 
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -16,12 +18,12 @@ from verify.data.formula import Formula
 from verify.data.mission import Reading
 from verify.data.word import Letter, Word, show_letter
 from verify.explain import explain, show
-from verify.inclusion import DEFAULT_BUDGET, find_broken, letter_graph
+from verify.inclusion import DEFAULT_BUDGET, LOOSE_BUDGET, find_broken, holds_loosely, letter_graph
 from verify.orders import find_bad_order
 from verify.progression import Normal, OutOfBudget, conjuncts, normal_form, to_formula
 from verify.semantics import satisfies
 from verify.spot_opinion import some_word_breaks
-from verify.team_graph import Look
+from verify.team_graph import Look, WithOthers
 from verify.vacuity import vacuous_parts
 from verify.verdict import TEAM, TeamVerdict, Verdict
 from verify.word_graph import InTurn, JointShuffle, Shuffle
@@ -128,14 +130,16 @@ class _Team:
 
     def _kinds(self, part: Normal, *, whole: bool = False) -> _Kinds:
         """Sort the robots by their words as one conjunct sees them; `whole` keeps repeated letters."""
+        propositions = part.propositions
+        shorten = not whole and not part.uses_next  # repeating a letter changes no verdict
         seen: dict[tuple[Letter, ...], list[str]] = {}
         runs: dict[str, tuple[tuple[int, ...], ...]] = {}
         for name, word in self.words.items():
             kept: list[Letter] = []
             run: list[list[int]] = []
             for index, letter in enumerate(word):
-                cut = letter & part.propositions
-                if kept and cut == kept[-1] and not whole and not part.uses_next:  # repeating changes no verdict
+                cut = letter & propositions
+                if shorten and kept and cut == kept[-1]:
                     run[-1].append(index)
                 else:
                     kept.append(cut)
@@ -165,6 +169,8 @@ class _Team:
 
     def _at_once(self, part: Normal) -> Verdict | None:
         kinds = self._kinds(part)
+        if self.reading == "own" and not part.uses_next and _holds_loosely(part, kinds):
+            return None
         broken = find_broken(self._graph(part, kinds), part, self.budget)
         self._second_opinion(self._graph(part, kinds), part, broken=broken is not None)
         if broken is None:
@@ -224,6 +230,25 @@ class _Team:
             robot=None if at is None or at[0] == TEAM else at[0],
             visit=None if at is None else at[1],
         )
+
+
+def _holds_loosely(part: Normal, kinds: _Kinds) -> bool:
+    """Try to prove a conjunct from few robots alone, the others' letters coming at any time.
+
+    Where a conjunct is about what one or two robots do, this spares the product of all.
+    """
+    states = math.prod(math.comb(n + len(word), n) for word, n in zip(kinds.words, kinds.counts, strict=True))
+    if states <= LOOSE_BUDGET:
+        return False  # the exact search is as quick
+    everyone = [kind for kind, count in enumerate(kinds.counts) for _ in range(min(count, 2))]
+    for size in (0, 1, 2):
+        for followed in sorted(set(itertools.combinations(everyone, size))):
+            left = [count - followed.count(kind) for kind, count in enumerate(kinds.counts)]
+            others = {letter for word, count in zip(kinds.words, left, strict=True) if count for letter in word}
+            graph = Shuffle([kinds.words[kind] for kind in followed], [1] * size) if followed else None
+            if holds_loosely(WithOthers(graph, others), part):
+                return True
+    return False
 
 
 def _own_places(
