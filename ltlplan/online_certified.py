@@ -79,19 +79,19 @@ class CertifiedTeam(OnlineTeam):
         self.tracks = dict.fromkeys(self.pilots)
         self.hover = {name: np.array(pilot.where.position) for name, pilot in self.pilots.items()}
         try:
-            made, team, certificate, _ = certified_team(self._planned())
+            proved = certified_team(self._planned())
         except LtlplanError as error:
             self.holding = f"No certified pieces for what is left: {error}"
             raise
-        self.tracks = dict(team)
+        self.tracks = dict(proved.team)
         self.instants = {name: [] for name in self.pilots}
-        for action in sorted(certificate.actions, key=lambda a: a.time):
+        for action in sorted(proved.certificate.actions, key=lambda a: a.time):
             self.instants[action.robot].append((action.time, action.target))
         for pilot in self.pilots.values():
             pilot.clock = Clock(0.0, (1.0, 0.0, 0.0, 0.0))
-        self.certificates = (*self.certificates, certificate.digest())
+        self.certificates = (*self.certificates, proved.certificate.digest())
         self.holding = None
-        self.plan = made
+        self.plan = proved.plan
 
     def step(self, now: float, positions: Mapping[str, Point]) -> Desired:
         """Go on along the certified trajectories, or come to rest."""

@@ -204,20 +204,21 @@ class Walker:
         if one.order:
             robot = one.order[-1]
             yield from self.continued(one, one.states, robot, one.parts[robot], first=False)
-        free = self.everybody - set(one.order)
-        for leaves in (True, False) if one.order else (True,):
-            states, parts = one.states, one.parts
-            if one.order:
-                robot = one.order[-1]
-                states = self.over(states, parts[robot], leaves)
-                parts = {**parts, robot: replace(parts[robot], leaves=leaves)}
-                if not self.decomposition(states):
-                    continue
-            for other in sorted(free):
-                where = self.starts[other]
-                begun = self.outlook.read(states, [self.world.letter(where)] if self.takes_off else [])
-                handed = replace(one, order=(*one.order, other), parts={**parts, other: Itinerary(where)}, passed=frozenset())
-                yield from self.continued(handed, begun, other, Itinerary(where), first=True)
+        states, parts = one.states, one.parts
+        if one.order:
+            robot = one.order[-1]
+            usual = parts[robot].leaves
+            # the last region is left, or not, as is usual for it, unless only the other choice divides the task
+            choices = [leaves for leaves in (usual, not usual) if self.decomposition(self.over(states, parts[robot], leaves))]
+            if not choices:
+                return
+            states = self.over(states, parts[robot], choices[0])
+            parts = {**parts, robot: replace(parts[robot], leaves=choices[0])}
+        for other in sorted(self.everybody - set(one.order)):
+            where = self.starts[other]
+            begun = self.outlook.read(states, [self.world.letter(where)] if self.takes_off else [])
+            handed = replace(one, order=(*one.order, other), parts={**parts, other: Itinerary(where)}, passed=frozenset())
+            yield from self.continued(handed, begun, other, Itinerary(where), first=True)
 
     def continued(self, one: Walk, states: States, robot: str, part: Itinerary, *, first: bool) -> Iterator[tuple[float, Walk]]:
         """Yield the walks in which a robot makes one more visit."""

@@ -1,0 +1,128 @@
+"""Online flights with dynamics, motion capture and the checker's verdict: short here, the long ones are slow tests."""
+
+import numpy as np
+import pytest
+
+import ltlplan
+from ltlplan.online_certified import progressed
+from ltlplan.online_events import HoopMoves, NewFormula, RobotLeaves
+from ltlplan.online_flight import NOT_CERTIFIED, fly_online
+from verify import check_word
+from verify.data import BadInput, NotCertified, Unsatisfiable, parse_formula, parse_mission
+
+ONE = """
+format: 1
+name: one
+spec: {formula: F a & G !b}
+regions: {a: {center: [0.5, 0, 1], radii: [0.2, 0.2, 0.2]}, b: {center: [0.5, 1, 1], radii: [0.2, 0.2, 0.2]}}
+agents: {quad0: {start: [-0.2, 0, 1]}}
+vehicle: crazyflie-2.1
+workspace: {min: [-2, -2, 0.2], max: [2, 2, 2]}
+planner: {method: online-mtac-e, samples: 50, elite: 0.1}
+"""
+
+
+@pytest.fixture(scope="module")
+def one():
+    return parse_mission(ONE)
+
+
+def test_a_short_flight_holds_and_says_that_it_was_not_certified(one):
+    flight = fly_online(one, seed=2, noise=0.001)
+    assert flight.require() is flight
+    assert flight.words["quad0"] == (frozenset(), frozenset({"a"}))
+    assert flight.satisfied_at is not None
+    assert flight.satisfied_at < flight.duration < 10
+    assert not flight.certified
+    assert flight.log.notes == (NOT_CERTIFIED,)
+    assert flight.log.certificate is None
+    assert flight.log.satisfied is True
+    assert "not" in NOT_CERTIFIED
+    assert "127 s" in flight.summary()
+    assert flight.log.worst_error() < 0.1
+    assert flight.log.position.shape == (len(flight.log.times), 1, 3)
+
+
+def test_the_same_seed_gives_the_same_log(one):
+    first, again = (fly_online(one, seed=5, noise=0.001, max_seconds=1.0).log.to_csv() for _ in range(2))
+    assert first == again
+
+
+def test_a_flight_that_ends_too_early_fails_in_the_checker(one):
+    flight = fly_online(one, seed=2, max_seconds=0.5)
+    assert flight.verdict.outcome == "fails"
+    assert flight.satisfied_at is None
+    with pytest.raises(NotCertified, match="never happens"):
+        flight.require()
+
+
+def test_a_formula_that_became_impossible_ends_in_a_hover_and_a_refusal(one):
+    flight = fly_online(one, seed=2, events=[NewFormula(time=0.3, formula="G !a & F b & G !b")])
+    assert not flight.verdict
+    assert any("cannot be satisfied" in event.sentence for event in flight.log.events)
+    assert np.abs(flight.log.velocity[-1]).max() < 0.05
+
+
+def test_a_region_that_moves_onto_the_robot_is_said_and_the_robot_holds(one):
+    flight = fly_online(one, seed=2, events=[HoopMoves(time=0.4, region="b", center=(-0.2, 0.0, 1.0))])
+    assert not flight.verdict
+    assert any("inside it at once" in event.sentence for event in flight.log.events)
+
+
+def test_bad_input_is_refused_before_take_off(one):
+    with pytest.raises(BadInput, match="max_seconds"):
+        fly_online(one, max_seconds=0)
+    with pytest.raises(BadInput, match="nobody"):
+        fly_online(one, events=[RobotLeaves(time=0.0, robot="nobody")])
+    with pytest.raises(Unsatisfiable):
+        fly_online(parse_mission(ONE.replace("F a & G !b", "F a & G !a")))
+    with pytest.raises(Unsatisfiable):
+        fly_online(parse_mission(ONE.replace("start: [-0.2, 0, 1]", "start: [0.5, 1, 1]")))
+
+
+@pytest.mark.parametrize("letters", [[], [{"a"}], [set(), {"b"}], [{"a"}, {"c"}, set()]])
+@pytest.mark.parametrize("text", ["F a & F b", "G(a -> F c)", "!b U a", "(a | b) W c", "a R (b | !c)", "F(a & F b) xor G !c", "b M !a"])
+def test_progression_asks_of_the_rest_what_the_formula_asks_of_the_whole(text, letters):
+    formula = parse_formula(text)
+    read = [frozenset(letter) for letter in letters]
+    left = progressed(formula, read)
+    for rest in ([set()], [{"a"}, {"b"}], [{"c"}, {"a"}, set()], [{"b"}], [set(), {"a", "c"}]):
+        whole = [*letters, *rest]
+        assert bool(check_word(left, rest)) == bool(check_word(formula, whole)), (str(left), whole)
+
+
+def test_certified_pieces_fly_the_mission(one):
+    flight = fly_online(one, seed=1, certified=True, noise=0.001)
+    assert flight.require().certified
+    assert "certified" in flight.log.notes[0]
+    assert flight.log.worst_error() < one.margin
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "events",
+    [
+        (),
+        (RobotLeaves(time=4.0, robot="quad0"),),
+        (HoopMoves(time=1.5, region="loc2", center=(-1.15, 0.2, 1.1)),),
+        (NewFormula(time=1.0, formula="F loc1 & F loc2 & G(smoke -> carrying) & F water"),),
+    ],
+)
+@pytest.mark.parametrize("certified", [False, True])
+def test_firefighting_in_simulation(events, certified):
+    mission = ltlplan.load_mission("firefighting")
+    flight = fly_online(mission, seed=1, events=events, certified=certified, noise=0.001, max_seconds=60)
+    assert flight.require().duration < 30
+    positions = flight.log.position
+    nearest = min(np.linalg.norm(positions[:, i] - positions[:, j], axis=1).min() for i in range(3) for j in range(i))
+    assert nearest > mission.separation
+
+
+@pytest.mark.slow
+def test_certified_robots_hold_when_what_is_left_is_no_mission():
+    # after the pick-up robots are in different internal states, and a mission has one for all
+    mission = ltlplan.load_mission("firefighting")
+    events = (NewFormula(time=4.0, formula="F loc1 & F loc2 & G(smoke -> carrying) & F water"),)
+    flight = fly_online(mission, seed=1, events=events, certified=True, max_seconds=20)
+    assert not flight.verdict
+    assert any("different internal states" in event.sentence for event in flight.log.events)
