@@ -9,6 +9,7 @@ rates and their change, which the autopilot follows between commands.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -200,8 +201,8 @@ class Autopilot:
 
         speeds = np.sqrt(thrusts / self._frame.thrust_coefficient)
         lead = self._rotors + self._lead * (speeds - self._rotors)
-        asked = np.clip(lead, self._model.slowest, self._model.fastest * ceiling)
-        self._rotors = asked + np.exp(-dt / self._frame.rotor_lag) * (self._rotors - asked)
+        asked = np.minimum(np.maximum(lead, self._model.slowest), self._model.fastest * ceiling)
+        self._rotors = asked + math.exp(-dt / self._frame.rotor_lag) * (self._rotors - asked)
         return asked
 
     @property

@@ -86,6 +86,7 @@ class FullModel:
         self._gyration = np.array([(jz - jy) / jx, (jx - jz) / jy, (jy - jx) / jz])[:, None]
         # Thrust to torque about x and y, and to yaw.
         self._arms = np.array([self._offset, -self._offset, vehicle.torque_to_thrust])[:, None]
+        self._shares = 0.25 / self._arms
         self._to_change = airframe.thrust_coefficient * self._arms / self._inertia
         coefficient = airframe.thrust_coefficient
         self.slowest = float(np.sqrt(vehicle.rotor_thrust_min / coefficient))
@@ -184,15 +185,17 @@ class FullModel:
         total, sy, sx, sxy = sums[0], self._offset * sums[1], self._offset * sums[2], self._offset**2 * sums[3]
         sxx = self._offset**2 * total
         across, along = frame.rotor_drag, frame.inflow_drag
-        force = np.stack([across * rates[2] * sy, -across * rates[2] * sx, along * (rates[1] * sx - rates[0] * sy)])
+        force, torque = np.empty_like(air), np.empty_like(air)
+        np.multiply(across * rates[2], sy, out=force[0])
+        np.multiply(-across * rates[2], sx, out=force[1])
+        np.multiply(along, rates[1] * sx - rates[0] * sy, out=force[2])
         momentum = frame.rotor_inertia * sums[3]  # a rotor that pushes the body one way spins the other way itself
-        torque = np.stack(
-            [
-                momentum * rates[1] - along * (air[2] * sy + rates[0] * sxx - rates[1] * sxy),
-                along * (air[2] * sx + rates[0] * sxy - rates[1] * sxx) - momentum * rates[0],
-                frame.rotor_inertia * _rotor_sums(speeding)[3] - across * (air[1] * sx - air[0] * sy + 2.0 * (rates[2] * sxx)),
-            ]
-        )
+        mixed, turned = along * sxy, along * sxx
+        np.subtract((momentum + mixed) * rates[1], along * air[2] * sy + turned * rates[0], out=torque[0])
+        np.subtract(along * air[2] * sx - turned * rates[1], (momentum - mixed) * rates[0], out=torque[1])
+        speeding_up = (speeding[0] - speeding[1]) + (speeding[2] - speeding[3])
+        dragged = air[1] * sx - air[0] * sy + 2.0 * (rates[2] * sxx)
+        np.subtract(frame.rotor_inertia * speeding_up, across * dragged, out=torque[2])
         acceleration = to_world(turn, force) / frame.vehicle.mass
         acceleration[2] -= GRAVITY
         return acceleration, torque / self._inertia
@@ -207,21 +210,23 @@ class FullModel:
             torque: N m about the body's axes. Shape (3, n).
         """
         vehicle = self.airframe.vehicle
+        pull = torque * self._shares
         share = 0.25 * thrust
-        pull = torque / (4.0 * self._arms)
+        lifted, lowered = share + pull[0], share - pull[0]
         wanted = np.empty((4, *thrust.shape))
         # by_y: + - - +; by_x: + + - -; spin: + - + -
-        wanted[0] = share + pull[0] + pull[1]
-        wanted[1] = share - pull[0] + pull[1]
-        wanted[2] = share - pull[0] - pull[1]
-        wanted[3] = share + pull[0] - pull[1]
+        np.add(lifted, pull[1], out=wanted[0])
+        np.add(lowered, pull[1], out=wanted[1])
+        np.subtract(lowered, pull[1], out=wanted[2])
+        np.subtract(lifted, pull[1], out=wanted[3])
         low, high = vehicle.rotor_thrust_min, vehicle.rotor_thrust_max
-        room = np.minimum(np.min(wanted, axis=0) - low, high - np.max(wanted, axis=0))
-        room = np.maximum(room, 0.0)
-        yaw = np.clip(pull[2], -room, room)
+        least = np.minimum(np.minimum(wanted[0], wanted[1]), np.minimum(wanted[2], wanted[3]))
+        most = 2.0 * share - least  # without yaw, opposite rotors are even about their share
+        room = np.maximum(np.minimum(least - low, high - most), 0.0)
+        yaw = np.maximum(np.minimum(pull[2], room), -room)
         wanted[0::2] += yaw
         wanted[1::2] -= yaw
-        return np.clip(wanted, low, high)
+        return np.minimum(np.maximum(wanted, low), high)
 
     def energy(self, state: Floats) -> Floats:
         """Return kinetic (of the body) plus potential energy, J, above z = 0. Shape (17, n) to (n,)."""

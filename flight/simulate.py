@@ -133,7 +133,7 @@ def steps(setup: Setup, seeds: Sequence[int]) -> Iterator[Snapshot]:
     draws = _Draws(setup, seeds, robots)
     gusts = setup.wind.at_first(draws.first()) if setup.wind is not None else np.zeros((3, n))
     senses = None if setup.sensor is None else _Senses(setup.sensor, draws, plant)
-    peak = np.zeros(n)
+    peak = np.zeros(n)  # squared
     frames = None if setup.sensor is None else round(1.0 / (setup.sensor.rate * STEP))
     ticks = len(reference.times) - 1
     estimated = plant.position
@@ -155,15 +155,16 @@ def steps(setup: Setup, seeds: Sequence[int]) -> Iterator[Snapshot]:
                     planned = planned if other is None else other
                 plant.follow(controller.command(planned, now))
             if step % FRAME_STEPS == 0:
-                yield plant.snapshot(step, None if senses is None else senses.measured, estimated, peak)
+                yield plant.snapshot(step, None if senses is None else senses.measured, estimated, np.sqrt(peak))
             if senses is not None and frames is not None and sub % frames == 0:
                 senses.advance()
             plant.step()
-            away = plant.position - np.tile(reference.fine[step + 1], (1, runs))
-            peak = np.maximum(peak, np.sqrt(away[0] * away[0] + away[1] * away[1] + away[2] * away[2]))
+            away = (plant.position.reshape(3, runs, robots) - reference.fine[step + 1][:, None]).reshape(3, n)
+            away *= away
+            peak = np.maximum(peak, away[0] + away[1] + away[2])
     if senses is not None:
         senses.frame()
-    yield plant.snapshot(ticks * SUBSTEPS, None if senses is None else senses.measured, estimated, peak)
+    yield plant.snapshot(ticks * SUBSTEPS, None if senses is None else senses.measured, estimated, np.sqrt(peak))
 
 
 class _Draws:
