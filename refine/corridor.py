@@ -31,26 +31,52 @@ Rules = dict[tuple[str, int, int], tuple[Plane, ...]]
 """Planes that a leg must stay beyond, by (kind, leg, number): only those that some path broke."""
 
 
-def fit(course: Course, durations: Floats | None = None, *, buffer: float = BUFFER) -> Spline:
+def fit(
+    course: Course,
+    durations: Floats | None = None,
+    *,
+    buffer: float = BUFFER,
+    rest: frozenset[int] = frozenset(),
+    onward: frozenset[int] = frozenset(),
+) -> Spline:
     """Return the spline of least snap that goes through a course's points and keeps its rules at all times.
 
     Args:
         course: Points and rules.
         durations: Instead of the course's nominal ones, s. Shape (legs,).
         buffer: m by which planes stand off.
+        rest: Points at which the flight comes to rest; a leg between two of them is straight.
+        onward: Legs that never go back along their own direction.
 
     Raises:
         Infeasible: The rules contradict each other.
     """
     times = course.durations if durations is None else durations
-    fixed = rest_to_rest(course.points, course.cycle)
-    rules: Rules = {}
+    fixed, rules = fixed_states(course, rest), onward_rules(course, onward)
 
     def attempt() -> Spline:
         rows = tuple(row for (_, leg, _), planes in rules.items() for plane in planes for row in _rows(leg, plane))
         return solve(Programme(times, fixed, rows, course.cycle))
 
     return until_kept(course, rules, attempt, buffer=buffer)
+
+
+def fixed_states(course: Course, rest: frozenset[int]) -> Floats:
+    """Return the states that a course fixes: its points, rest at the ends and where asked. Shape (points, 4, 3)."""
+    fixed = rest_to_rest(course.points, course.cycle)
+    fixed[sorted(rest), 1:] = 0.0
+    if course.cycle is not None:
+        fixed[-1] = fixed[course.cycle]
+    return fixed
+
+
+def onward_rules(course: Course, legs: frozenset[int]) -> Rules:
+    """Return the rules by which these legs never go back along their own direction."""
+    rules: Rules = {}
+    for leg in legs:
+        step = course.points[leg + 1] - course.points[leg]
+        rules["along", leg, 0] = (Plane(step / np.linalg.norm(step), 0.0, onward=True),)
+    return rules
 
 
 def until_kept(course: Course, rules: Rules, attempt: Callable[[], Spline], *, buffer: float = BUFFER) -> Spline:

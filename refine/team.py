@@ -14,21 +14,19 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.corridor import BUFFER, fit, until_kept
+from refine.corridor import BUFFER, fit, fixed_states, onward_rules, until_kept
 from refine.course import PAD, Course, course_of, thinned
 from refine.labels import stays, troubles
 from refine.limits import LIMIT_NAMES, Limits
 from refine.nlp import Timing, optimise
 from refine.obstacles import Ball, keep_out
 from refine.peaks import shares_used
-from refine.qp import rest_to_rest
 from refine.quantise import quantise
 from refine.schedule import Conflict, Flight, departures
 from refine.spline import Spline
 from refine.timing import SAFETY, stretch_to_limits
 from refine.yaw import heading_spline
 from verify.data import DoesNotFit, Infeasible, Mission, Plan, RobotPlan, Trajectory, Witness
-from verify.data.mission import Agent
 from verify.data.plan import Precedence
 
 Floats = NDArray[np.float64]
@@ -40,6 +38,7 @@ PIECES = 31
 HOVER = 1.0
 """s of the hover piece of a robot that goes nowhere, or of a cycle that is a hover."""
 _LEG_ROUNDS = 8
+_NONE: frozenset[int] = frozenset()
 _EASE = 3e4
 """Weight of time over snap for `pace="time"`, in units of the uniformly stretched path's snap over its duration."""
 
@@ -68,6 +67,14 @@ class _Ask:
     pace: Pace
     weight: float
     max_pieces: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Fitted:
+    path: Spline
+    yaw: Spline | None
+    rest: frozenset[int]
+    onward: frozenset[int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,10 +124,10 @@ def refine(
     tell, ask = progress or _quiet, _Ask(pace, weight, max_pieces)
     robots: dict[str, _Robot] = {}
     for index, name in enumerate(plan.robots):
-        tell(f"smoothing the path of {name}", 0.8 * index / len(plan.robots))
+        tell(f"smoothing the path of {name}", 0.7 * index / len(plan.robots))
         robots[name] = _single(plan, name, wishes, _idle_others(plan, name, wishes), ask)
-    tell("choosing departures", 0.8)
-    starts = _schedule(plan, robots, wishes)
+    tell("choosing departures", 0.7)
+    robots, starts = _kept_apart(plan, robots, wishes, ask)
     tell("rounding to the vehicle's numbers", 0.95)
     flights = {name: _assemble(robot, plan.mission.agents[name].yaw, starts[name]) for name, robot in robots.items()}
     for name, flight in flights.items():
@@ -195,7 +202,7 @@ def _distance(mission: Mission, wishes: _Wishes) -> tuple[float, float]:
 
 def _single(plan: Plan, name: str, wishes: _Wishes, extra: tuple[Ball, ...], ask: _Ask) -> _Robot:
     """Return one robot's flight, without waits."""
-    mission, robot, agent = plan.mission, plan.robots[name], plan.mission.agents[name]
+    mission, robot = plan.mission, plan.robots[name]
     limits = Limits.of_mission(mission)
     for (who, limit), factor in wishes.limits.items():
         if who == name:
@@ -215,15 +222,12 @@ def _single(plan: Plan, name: str, wishes: _Wishes, extra: tuple[Ball, ...], ask
     hovering = course.cycle is not None and course.cycle == len(course)
     if hovering:
         course = replace(course, cycle=None)
-    path, yaw = _timed(mission, robot, course, limits, agent.heading, agent.yaw, BUFFER + more)
+    fitted = _labelled(plan, name, course, limits, BUFFER + more)
+    path, yaw = fitted.path, fitted.yaw
     if ask.pace != "nominal":
-        slow = path, yaw
-        path, yaw = _raced(mission, robot, course, limits, agent, path, ask, BUFFER + more)
-        if troubles(path, mission, name, robot):
-            path, yaw = slow
-    found = troubles(path, mission, name, robot)
-    if found:
-        raise Infeasible(found[0].sentence, found[0])
+        raced = _raced(plan, name, course, limits, fitted, ask, BUFFER + more)
+        if not troubles(raced[0], mission, name, robot):
+            path, yaw = raced
     cycle = course.cycle
     if hovering:
         cycle = len(path)
@@ -232,39 +236,77 @@ def _single(plan: Plan, name: str, wishes: _Wishes, extra: tuple[Ball, ...], ask
     return _Robot(name, robot, limits, course, path, yaw, cycle)
 
 
+def _labelled(plan: Plan, name: str, course: Course, limits: Limits, buffer: float) -> _Fitted:
+    """Return a path whose stays are the plan's visits, and its yaw.
+
+    A path may cut back into a region that it has just left. Then the legs concerned never go back, and if that is not
+    enough, the flight rests at their ends and is straight between: at worst it is the planner's own polyline.
+    """
+    mission, robot = plan.mission, plan.robots[name]
+    path, yaw = _timed(plan, name, course, limits, buffer, _NONE, _NONE)
+    found = troubles(path, mission, name, robot)
+    if not found:
+        return _Fitted(path, yaw, _NONE, _NONE)
+    onward = _legs_about(path, found[0].time)
+    try:
+        straight, straight_yaw = _timed(plan, name, course, limits, buffer, _NONE, onward)
+        if not troubles(straight, mission, name, robot):
+            return _Fitted(straight, straight_yaw, _NONE, onward)
+    except Infeasible:
+        pass  # legs that turn sharply cannot both go onward without a rest
+    rest = _NONE
+    while found:
+        legs = _legs_about(path, found[0].time)
+        more = rest | legs | {leg + 1 for leg in legs}
+        if more == rest:
+            raise Infeasible(found[0].sentence, found[0])
+        rest = more
+        path, yaw = _timed(plan, name, course, limits, buffer, rest, _NONE)
+        found = troubles(path, mission, name, robot)
+    return _Fitted(path, yaw, rest, _NONE)
+
+
+def _legs_about(path: Spline, time: float | None) -> frozenset[int]:
+    """Return the leg flown at a time and the one before it; all legs where there is no time."""
+    if time is None:
+        return frozenset(range(len(path)))
+    leg = int(np.clip(np.searchsorted(path.knots, time, side="right") - 1, 0, len(path) - 1))
+    return frozenset({max(leg - 1, 0), leg})
+
+
 def _timed(
-    mission: Mission, robot: RobotPlan, course: Course, limits: Limits, heading, start_yaw: float, buffer: float
+    plan: Plan, name: str, course: Course, limits: Limits, buffer: float, rest: frozenset[int], onward: frozenset[int]
 ) -> tuple[Spline, Spline | None]:
     """Return path and yaw with durations long enough for the limits, the legs' own ones first."""
     durations = course.durations
-    path = fit(course, durations, buffer=buffer)
+    path = fit(course, durations, buffer=buffer, rest=rest, onward=onward)
     for _ in range(_LEG_ROUNDS):
-        slow = _slow_legs(mission, robot, course, path)
+        slow = _slow_legs(plan.mission, plan.robots[name], course, path)
         if np.all(slow <= 1.0):
             break
         durations = durations * slow
-        path = fit(course, durations, buffer=buffer)
-    yaw = heading_spline(path, heading, start_yaw, cycle=course.cycle)
+        path = fit(course, durations, buffer=buffer, rest=rest, onward=onward)
+    return _slowed(plan, name, course, limits, path)
+
+
+def _slowed(plan: Plan, name: str, course: Course, limits: Limits, path: Spline) -> tuple[Spline, Spline | None]:
+    """Return the path with its yaw, both slowed until all limits hold."""
+    agent = plan.mission.agents[name]
+    yaw = heading_spline(path, agent.heading, agent.yaw, cycle=course.cycle)
     factor = stretch_to_limits(path, yaw, limits)
-    factor *= float(np.max(_slow_legs(mission, robot, course, path.stretched(factor)), initial=1.0))
+    factor *= float(np.max(_slow_legs(plan.mission, plan.robots[name], course, path.stretched(factor)), initial=1.0))
     return path.stretched(factor), None if yaw is None else yaw.stretched(factor)
 
 
 def _raced(
-    mission: Mission,
-    robot: RobotPlan,
-    course: Course,
-    limits: Limits,
-    agent: Agent,
-    start: Spline,
-    ask: _Ask,
-    buffer: float,
+    plan: Plan, name: str, course: Course, limits: Limits, fitted: _Fitted, ask: _Ask, buffer: float
 ) -> tuple[Spline, Spline | None]:
-    """Return a faster path and its yaw: free times on the same course; the start's path where that does not converge."""
+    """Return a faster path and its yaw: free times on the same course; the same path where that does not converge."""
     still = replace(limits, rotors=None, yaw_rate=np.inf)
-    start = start.stretched(stretch_to_limits(start, None, still, faster=True))
+    start = fitted.path.stretched(stretch_to_limits(fitted.path, None, still, faster=True))
     ease = ask.weight if ask.pace == "blend" else _EASE * start.snap_cost() / start.duration
-    speeds, fixed, rules = _leg_speeds(mission, robot, course), rest_to_rest(course.points, course.cycle), {}
+    speeds = _leg_speeds(plan.mission, plan.robots[name], course)
+    fixed, rules = fixed_states(course, fitted.rest), onward_rules(course, fitted.onward)
 
     def attempt() -> Spline:
         corridors = [(leg, plane) for (_, leg, _), planes in rules.items() for plane in planes]
@@ -275,10 +317,7 @@ def _raced(
         path = until_kept(course, rules, attempt, buffer=buffer)
     except Infeasible:
         path = start
-    yaw = heading_spline(path, agent.heading, agent.yaw, cycle=course.cycle)
-    factor = stretch_to_limits(path, yaw, limits)
-    factor *= float(np.max(_slow_legs(mission, robot, course, path.stretched(factor)), initial=1.0))
-    return path.stretched(factor), None if yaw is None else yaw.stretched(factor)
+    return _slowed(plan, name, course, limits, path)
 
 
 def _leg_speeds(mission: Mission, robot: RobotPlan, course: Course) -> Floats | None:
@@ -333,34 +372,64 @@ def _hover(point: Floats, duration: float) -> Spline:
     return Spline(np.array([duration]), states)
 
 
-def _schedule(plan: Plan, robots: dict[str, _Robot], wishes: _Wishes) -> dict[str, float]:
-    """Return each robot's departure in s."""
+def _kept_apart(
+    plan: Plan, robots: dict[str, _Robot], wishes: _Wishes, ask: _Ask
+) -> tuple[dict[str, _Robot], dict[str, float]]:
+    """Return the team and departures at which robots keep their distance.
+
+    Departures come first. Where none help, the two robots in conflict get paths that also keep clear of where the other
+    one starts and ends, for as long as that changes anything.
+    """
     if len(robots) == 1:
-        return {name: robot.plan.hold for name, robot in robots.items()}
+        return robots, {name: robot.plan.hold for name, robot in robots.items()}
     distance, z_scale = _distance(plan.mission, wishes)
-    flights = [
-        Flight(
-            name,
-            robot.path,
-            tuple((stay.start, stay.end) for stay in stays(robot.path, plan.mission.all_regions, plan.mission.margin)),
-            robot.plan.hold,
-        )
-        for name, robot in robots.items()
-    ]
-    found = departures(flights, distance=distance, z_scale=z_scale, precedences=wishes.precedences)
-    if isinstance(found, Conflict):
-        a, b = found.pair
+    clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
+    while True:
+        flights = [_flight(plan, robot) for robot in robots.values()]
+        found = departures(flights, distance=distance, z_scale=z_scale, precedences=wishes.precedences)
+        if not isinstance(found, Conflict):
+            return robots, found
+        changed = False
+        for name, other in (found.pair, found.pair[::-1]):
+            if name == other or other in clear_of[name]:
+                continue
+            clear_of[name] = (*clear_of[name], other)
+            places = [place for who in clear_of[name] for place in _hovers(robots[who], distance, z_scale)]
+            try:
+                robots = {**robots, name: _single(plan, name, wishes, (*_idle_others(plan, name, wishes), *places), ask)}
+                changed = True
+            except Infeasible:
+                continue  # its own path stays; the other robot's may still move
+        if not changed:
+            raise _too_near(found, distance)
+
+
+def _flight(plan: Plan, robot: _Robot) -> Flight:
+    found = stays(robot.path, plan.mission.all_regions, plan.mission.margin)
+    return Flight(robot.name, robot.path, tuple((stay.start, stay.end) for stay in found), robot.plan.hold)
+
+
+def _hovers(robot: _Robot, distance: float, z_scale: float) -> tuple[Ball, ...]:
+    """Return where a robot hovers before and after its flight, to be kept clear of."""
+    ends = (("starts", robot.path.nodes[0]), ("ends", robot.path.nodes[-1]))
+    return tuple(keep_out(f"{robot.name}, which {what} there", place, distance + 0.02, z_scale) for what, place in ends)
+
+
+def _too_near(conflict: Conflict, distance: float) -> Infeasible:
+    a, b = conflict.pair
+    if a == b:
         sentence = (
-            f"No departure times keep {a} and {b} apart: they come within {found.distance:.3f} m at {found.time:.2f} s, "
-            f"{distance:.3f} m is needed (separation and twice the margin)."
+            f"No departure times of {a} keep every planned precedence: it would have to wait in the middle of its flight."
         )
-        raise Infeasible(
-            sentence,
-            Witness(
-                claim="separation", sentence=sentence, robot=a, other=b, time=found.time, bound=found.distance, limit=distance
-            ),
-        )
-    return found
+        return Infeasible(sentence, Witness(claim="formula", sentence=sentence, robot=a))
+    sentence = (
+        f"No departure times keep {a} and {b} apart: they come within {conflict.distance:.3f} m at {conflict.time:.2f} s, "
+        f"{distance:.3f} m is needed (separation and twice the margin)."
+    )
+    witness = Witness(
+        claim="separation", sentence=sentence, robot=a, other=b, time=conflict.time, bound=conflict.distance, limit=distance
+    )
+    return Infeasible(sentence, witness)
 
 
 def _assemble(robot: _Robot, start_yaw: float, departure: float) -> Trajectory:

@@ -97,7 +97,7 @@ def fixed_times() -> list[dict[str, Any]]:
 
 
 def _minsnap_trajectories(points: np.ndarray, times: np.ndarray) -> float:
-    import minsnap_trajectories as ms  # noqa: PLC0415
+    import minsnap_trajectories as ms
 
     rest = {"velocity": np.zeros(3), "acceleration": np.zeros(3), "jerk": np.zeros(3)}
     ends = (0, len(points) - 1)
@@ -114,7 +114,7 @@ def _minsnap_trajectories(points: np.ndarray, times: np.ndarray) -> float:
 
 
 def _rotorpy(points: np.ndarray) -> float:
-    from rotorpy.trajectories.minsnap import MinSnap  # noqa: PLC0415
+    from rotorpy.trajectories.minsnap import MinSnap
 
     def run() -> None:
         with redirect_stdout(StringIO()):
@@ -127,8 +127,8 @@ def _toppra() -> float | None:
     """Return the duration of toppra's fastest retiming of the minimum-snap path, speed and acceleration by axis circles."""
     if not find_spec("toppra"):
         return None
-    import toppra as ta  # noqa: PLC0415
-    from toppra import algorithm, constraint  # noqa: PLC0415
+    import toppra as ta
+    from toppra import algorithm, constraint
 
     ta.setup_logging("ERROR")
     points, times = course(len(HOOP6))
