@@ -107,7 +107,7 @@ def from_power(coefficients: Floats, lengths: Floats) -> Balls:
     """Enclose polynomials given by ascending powers of t in [0, length], as polynomials in u = t / length.
 
     Args:
-        coefficients: Each known up to 3 roundings (exact, or derived from exact ones by integer factors).
+        coefficients: Each known up to 4 roundings (exact, or derived from exact ones by integer factors).
             Shape (..., degree + 1).
         lengths: Exact. Shape broadcastable to (...).
     """
@@ -115,8 +115,10 @@ def from_power(coefficients: Floats, lengths: Floats) -> Balls:
     powers = np.cumprod(np.concatenate([np.ones((*lengths.shape, 1)), np.repeat(lengths[..., None], degree, -1)], -1), -1)
     scaled = coefficients * powers
     basis = _power_to_bernstein(degree)
-    # 3 roundings in the coefficient, degree in the powers, 1 in their product, 1 in the basis, degree + 1 in the sum
-    rad = np.abs(scaled) @ basis * (gamma(2 * degree + 7) * _GROW) + _TINY
+    # 4 roundings in the coefficient, degree - 1 in the powers, 1 in their product, 2 with the basis, degree in the sum;
+    # a power that underflows is off by a little in itself, so its coefficient's size counts
+    lost = 1e-300 * np.abs(coefficients).sum(-1, keepdims=True)
+    rad = (np.abs(scaled) @ basis * gamma(2 * degree + 7) + lost) * _GROW + _TINY
     return Balls(scaled @ basis, rad)
 
 

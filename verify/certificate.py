@@ -199,6 +199,7 @@ def judge(
             raise BadInput(f"{name} must be a number from 0 to a million, not {str(value)[:40]}.")
     if tuple(plan.robots) != tuple(mission.agents):
         raise BadInput(f"The plan has robots {', '.join(plan.robots)}; the mission has {', '.join(mission.agents)}.")
+    _check_plan(plan)
     evidence = Evidence.of(plan, team)
     error = Fraction(clock_error)
     still = _margin_free_claims(evidence)
@@ -226,6 +227,21 @@ def judge(
         versions=versions(),
         timelines=tube.timelines,
     )
+
+
+def _check_plan(plan: Plan) -> None:
+    """Refuse a plan that names unknown regions, or whose cycles are not the mission's."""
+    mission = plan.mission
+    for name, robot in plan.robots.items():
+        for index, visit in enumerate(robot.visits):
+            if visit.region not in mission.all_regions:
+                raise BadInput(f"{name}, visit {index}: '{visit.region}' is not a region of the mission.")
+        if mission.spec.trace == "infinite" and not (
+            robot.cycle_visit is not None and 0 <= robot.cycle_visit <= len(robot.visits)
+        ):
+            raise BadInput(f"{name}: the mission's trace is infinite, so its plan must say at which visit the cycle begins.")
+        if mission.spec.trace == "finite" and robot.cycle_visit is not None:
+            raise BadInput(f"{name}: the mission's trace is finite, so its plan cannot have a cycle.")
 
 
 @cache
@@ -268,9 +284,10 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
     passages: list[Claim] = []
     for index, robot in enumerate(paths.robots):
         matching = matchings[robot] = match(plan.robots[robot], stays(spans[robot]))
-        actions, fault = internal_changes(plan.mission, plan.robots[robot], matching)
-        initial, found = changes(spans[robot])
         cycle = paths.trajectories[index].cycle
+        knot = None if cycle is None else paths.knots[index][cycle]
+        actions, fault = internal_changes(plan.mission, plan.robots[robot], matching, knot)
+        initial, found = changes(spans[robot])
         timelines[robot] = Timeline(
             robot=robot,
             initial=initial,
@@ -278,7 +295,7 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
             duration=paths.end,
             internal=plan.mission.initial_letter,
             actions=actions,
-            cycle=None if cycle is None else paths.knots[index][cycle],
+            cycle=knot,
         )
         visits.append(visit_claim(robot, matching, fault))
         passages.append(passage_claim(evidence, robot, matching, spans[robot], passed[robot]))

@@ -115,11 +115,19 @@ def match(robot: RobotPlan, found: tuple[Stay, ...]) -> Matching:
     return Matching(rest, extra)
 
 
-def internal_changes(mission: Mission, robot: RobotPlan, matching: Matching) -> tuple[tuple[InternalChange, ...], str]:
+def internal_changes(
+    mission: Mission, robot: RobotPlan, matching: Matching, knot: Fraction | None = None
+) -> tuple[tuple[InternalChange, ...], str]:
     """Place the planned actions in time.
 
     Actions of a visit are spread evenly over the longest time that the robot is in the region for sure; a single one
     is at its middle.
+
+    Args:
+        mission: Says which actions are permitted.
+        robot: The robot's plan.
+        matching: Its visits as stays.
+        knot: For a lasso, when its cycle begins, in s: actions of the cycle's visits come after it, others before.
 
     Returns:
         The changes in order, and why one of them is not permitted (empty where all are).
@@ -142,6 +150,8 @@ def internal_changes(mission: Mission, robot: RobotPlan, matching: Matching) -> 
                 return tuple(changes), f"'{action.source}' may not become '{action.target}' in '{visit.region}'"
             assert span is not None
             instant = _rounded(span[0] + (span[1] - span[0]) * Fraction(number + 1, len(visit.actions) + 1), span)
+            if knot is not None and (instant > knot) != (robot.cycle_visit is not None and index >= robot.cycle_visit):
+                return tuple(changes), f"the action of visit {index} is on the wrong side of the start of the cycle"
             state = action.target
             propositions = frozenset(mission.robot.states[state])
             changes.append(InternalChange(instant, action.source, state, visit.region, index, propositions))

@@ -60,6 +60,19 @@ def test_a_piece_lies_in_its_balls(values, length):
     assert np.all(balls.rad <= 1e-14 * np.max(np.abs(values) * length ** np.arange(8.0)) + 1e-280)
 
 
+@pytest.mark.parametrize("length", [1e-60, 1e-45, 1e-20, 1e30])
+@pytest.mark.parametrize("size", [1e-300, 1.0, 1e38, 1e250])
+def test_underflow_is_within_the_balls(length, size):
+    values = [size * (-1) ** k for k in range(8)]
+    with np.errstate(all="ignore"):
+        balls = from_power(np.array([values]), np.array([length]))
+        square = balls * balls
+    exactly = bernstein(scaled(values, length))
+    for found, wanted in ((balls, exactly), (square, bernstein(product(scaled(values, length), scaled(values, length))))):
+        if np.all(np.isfinite(found.mid)) and np.all(np.isfinite(found.rad)):
+            assert holds(found, wanted)
+
+
 @QUICK
 @given(rows(4), rows(3), rows(4))
 def test_sums_and_products_lie_in_their_balls(a, b, c):

@@ -389,3 +389,39 @@ def test_the_certificate_is_plain_json(fire):
     assert not certificate.covers(team)
     assert dataclasses.replace(certificate, margin=0.2).digest() != certificate.digest()
     assert verify.Certificate is type(certificate)
+
+
+TANK = """robot:
+  initial: dry
+  states: {dry: [], wet: [wet]}
+  actions: [{from: dry, to: wet, at: a}, {from: wet, to: dry, at: b}]"""
+AB = BALL + "\nb: {center: [0.0, 1.0, 1.0], radii: [0.2, 0.2, 0.2]}"
+
+
+def lap_plan(visits, cycle_visit, formula="G F wet & G F !wet"):
+    mission = small_mission(formula, regions=AB, trace="infinite", extra=TANK, margin=0.01)
+    plan = plan_of(mission, {"r0": visits})
+    robot = plan.robots["r0"].model_copy(update={"cycle_visit": cycle_visit})
+    return plan.model_copy(update={"robots": {"r0": robot}})
+
+
+def test_actions_of_a_lap():
+    fill, empty = Action(source="dry", target="wet", at="a"), Action(source="wet", target="dry", at="b")
+    lap = {"r0": legs([[0, 0, 1], [0.5, 0.0, 1.0], [1, 0, 1], [0, 1, 1], [0.5, 0.0, 1.0]], cycle=1)}
+    good = [Visit(region="a", actions=(fill,)), Visit(region="b", actions=(empty,))]
+    assert refused(lap_plan(good, 0), lap) == set()
+    unbalanced = [Visit(region="a", actions=(fill,)), Visit(region="b")]
+    assert "visits" in refused(lap_plan(unbalanced, 0), lap)
+    assert "visits" in refused(lap_plan(good, 1), lap)  # the first action would be repeated in every lap
+    for visit in (None, -1, 3):
+        with pytest.raises(BadInput, match="cycle"):
+            judge(lap_plan(good, visit), lap)
+
+
+def test_plans_that_do_not_fit_their_mission_are_bad_input(fire):
+    plan, team = fire
+    with pytest.raises(BadInput, match="nowhere"):
+        judge(with_visits(plan, "quad0", [Visit(region="nowhere")]), team)
+    robot = plan.robots["quad0"].model_copy(update={"cycle_visit": 0})
+    with pytest.raises(BadInput, match="finite"):
+        judge(plan.model_copy(update={"robots": {**plan.robots, "quad0": robot}}), team)
