@@ -10,7 +10,7 @@ import sys
 
 import typer
 
-from ltlplan.commands import certify, check, export, fly, missions, plan, recheck, run, show
+from ltlplan.commands import automaton, certify, check, export, fly, missions, plan, recheck, run, show
 
 app = typer.Typer(
     name="ltlplan",
@@ -27,6 +27,7 @@ app.command("recheck")(recheck.command)
 app.command("fly")(fly.command)
 app.command("export")(export.command)
 app.command("show")(show.command)
+app.command("automaton")(automaton.command)
 app.command("check")(check.command)
 app.command("missions")(missions.command)
 

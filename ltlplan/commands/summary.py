@@ -30,9 +30,10 @@ def plan_lines(plan: Plan) -> list[str]:
             visits = [*visits[: robot.cycle_visit], "(" + " ".join(visits[robot.cycle_visit :] or ["hover"]) + ")*"]
         lines.append(f"{name:<9} {' '.join(visits) or 'stays at its start'}")
         lines.append(f"          word {robot.word}")
-    bound = "" if plan.lower_bound is None else f", at least {plan.lower_bound:.3f} by the search's bound"
-    proved = ", optimal assignment" if plan.complete and plan.method == "exact" else ""
-    lines.append(f"cost      {plan.cost:.3f} ({plan.method}{proved}{bound}, seed {plan.seed})")
+    lines.append(f"cost      {plan.cost:.3f} ({plan.method}, seed {plan.seed})")
+    if plan.method == "exact" and plan.lower_bound is not None:
+        how = "is the cheapest" if plan.complete else "was found before the search's budget ran out; at least"
+        lines.append(f"          by straight-line cost the assignment {how}: {plan.lower_bound:.3f}")
     lines += [f"note      {note}" for note in plan.notes]
     return lines
 
