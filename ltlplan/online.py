@@ -1,8 +1,8 @@
 """Online MTAC-E: tasks are shared and paths are improved while the robots fly (2022 paper, Algorithm 5).
 
 `OnlineTeam.step` is called 50 times a second with measured positions and returns what each robot should do now. As in the
-paper, a satisfying run is made at the first step; whoever is cheapest gets each part of it; one path a robot and step is
-sampled by online cross-entropy; the flag says when the formula is satisfied. What the printed algorithm leaves open:
+paper, a satisfying run is made at the first step; whoever is cheapest gets each part of it; paths are sampled for each robot by
+online cross-entropy; the flag says when the formula is satisfied. What the printed algorithm leaves open:
 
 * The run is made by the walk of `team_walk` with straight lines for costs, so that robots take off at once. The switch
   condition is asked again several times a second: a part that nobody has begun, and whose beginning is in the decomposition
@@ -103,7 +103,9 @@ class OnlineTeam:
         if mission.spec.trace == "infinite":
             raise BadInput("online MTAC-E shares tasks that end; an infinite trace is flown from a plan, without --online.")
         self.mission, self.rng = mission, rng
-        self.settings = settings or OnlineSettings(elite=mission.planner.elite, trajectories=mission.planner.samples)
+        self.settings = settings or OnlineSettings(
+            elite=mission.planner.elite, trajectories=mission.planner.samples, window=WINDOW, floor=FLOOR
+        )
         self.world = World(mission)
         self.reader = Reader(self.world)
         self.pilots = {n: Pilot(mission, self.world, n, self.world.start(n), self.settings) for n in mission.agents}
@@ -122,8 +124,8 @@ class OnlineTeam:
 
     @property
     def cost(self) -> float:
-        """The summed cost of the courses that are flown now."""
-        return float(sum(pilot.price for pilot in self.pilots.values()))
+        """The summed cost of the best paths that are known for all robots."""
+        return float(sum(pilot.best_cost for pilot in self.pilots.values()))
 
     @property
     def complete(self) -> bool:
@@ -479,6 +481,9 @@ class OnlineTeam:
         ahead[taker] = Itinerary(other.where, one.moves[kept:], one.leaves).ahead(self.world)
         return can_finish(self.standing, ahead)
 
+
+WINDOW, FLOOR = 12, 0.2
+"""Elites that a row's Gaussian is fitted to, and the least standard deviation of its coordinates (the first one is 1)."""
 
 CLEARANCE = 0.08
 """m that robots keep beyond the mission's separation, for what the vehicles do not follow."""

@@ -1,7 +1,6 @@
 """The way of one robot that is being flown and improved at the same time.
 
-A course is the least-snap spline through the waypoints of a robot's plan, at fixed nominal times. The waypoints between the
-hoops' centres may move: each visit's share of them is one search of the online method. Three things let the course
+A course is the least-snap spline through points of a robot's planned path, at fixed nominal times. Three things let the course
 change under a robot that is flying it, without a jump in position, velocity, acceleration or jerk:
 
 * the path is linear in its points, so points that glide from old to new places give a path that glides;
@@ -92,7 +91,6 @@ class Course:
     Attributes:
         plan: The plan whose waypoints these are.
         times: Nominal times of the points, s. Shape (points,).
-        legs: For each visit the indices of the points that its search may move.
         old: Points from which they glide, m. Shape (points, 3).
         new: Points to which they glide. Shape (points, 3).
         since: Flight time at which the glide began, s.
@@ -100,7 +98,6 @@ class Course:
 
     plan: RobotPlan
     times: Floats
-    legs: tuple[NDArray[np.int64], ...]
     old: Floats
     new: Floats
     since: float = -np.inf
@@ -114,17 +111,9 @@ class Course:
     @cached_property
     def centres(self) -> Floats:
         """Nominal time at the centre of each visit, s. Shape (visits,)."""
-        at = {w.visit: t for w, t in zip(self.plan.waypoints, self.times, strict=True) if w.role in ("centre", "start")}
+        stops = zip(self.plan.waypoints, self.plan.times, strict=True)
+        at = {w.visit: t for w, t in stops if w.role in ("centre", "start")}
         return np.array([at[k] for k in range(len(self.plan.visits))], dtype=np.float64)
-
-    @cached_property
-    def windows(self) -> Floats:
-        """Nominal times between which each visit's region may be entered and left, s. Shape (visits, 2)."""
-        result = np.zeros((len(self.plan.visits), 2))
-        for k in range(len(self.plan.visits)):
-            centre = int(np.searchsorted(self.times, self.centres[k]))
-            result[k] = self.times[max(centre - 1, 0)], self.times[min(centre + 1, len(self.times) - 1)]
-        return result
 
     def gliding(self, now: float) -> bool:
         """Tell whether the points are on their way to new places."""
@@ -178,18 +167,13 @@ class Course:
         return self.spline.sampling(np.clip(times, 0.0, self.duration)) @ self.new
 
 
-def course_of(plan: RobotPlan) -> Course:
-    """Return the course through a plan's waypoints, with one search a visit."""
+def course_of(plan: RobotPlan, spline: Spline | None = None, points: Floats | None = None) -> Course:
+    """Return the course through a plan's waypoints, or through other points of its path at times of their own."""
+    if spline is not None and points is not None:
+        return Course(plan, spline.times, points, points, spline=spline)
     times = np.array(plan.times, dtype=np.float64)
-    points = np.array([w.position for w in plan.waypoints], dtype=np.float64)
-    spline = Spline(times) if len(times) > 1 else None
-    fixed = {i for i, w in enumerate(plan.waypoints) if w.role in ("start", "centre", "end")}
-    centres = [i for i, w in enumerate(plan.waypoints) if w.role in ("start", "centre") and w.visit is not None]
-    legs, before = [], 0
-    for centre in centres:
-        legs.append(np.array([i for i in range(before, centre) if i not in fixed], dtype=np.int64))
-        before = centre
-    return Course(plan, times, tuple(legs), points, points, spline=spline)
+    through = np.array([w.position for w in plan.waypoints], dtype=np.float64)
+    return Course(plan, times, through, through, spline=Spline(times) if len(times) > 1 else None)
 
 
 def glide(elapsed: float) -> Floats:

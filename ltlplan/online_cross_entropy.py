@@ -156,6 +156,12 @@ def ask(state: OnlineState, rng: Generator) -> Floats:
     return state.mean + np.matmul(state.root, normal[..., None])[..., 0]
 
 
+def ask_all(state: OnlineState, rng: Generator, count: int) -> Floats:
+    """Sample several paths of one row. Shape (count, points, dimension)."""
+    normal = rng.standard_normal((count, *state.mean.shape[1:]))
+    return state.mean[0] + np.matmul(state.root[0], normal[..., None])[..., 0]
+
+
 def tell(state: OnlineState, samples: Floats, costs: Floats, valid: Flags, *, settings: OnlineSettings) -> OnlineState:
     """Learn from the costs of the sampled paths (lines 14 to 21, mirrored for minimisation).
 
@@ -187,6 +193,52 @@ def tell(state: OnlineState, samples: Floats, costs: Floats, valid: Flags, *, se
     return _learn(moved, samples, elite, settings) if elite.any() else moved
 
 
+def tell_all(state: OnlineState, samples: Floats, costs: Floats, valid: Flags, *, settings: OnlineSettings) -> OnlineState:
+    """Learn from several paths of one row, as if they had been told one after another; the Gaussian is fitted once.
+
+    Args:
+        state: One row.
+        samples: Shape (paths, points, dimension).
+        costs: Shape (paths,).
+        valid: Shape (paths,).
+        settings: The method's numbers.
+
+    Raises:
+        BadInput: The state has several rows.
+    """
+    if len(state.mean) != 1:
+        raise BadInput(f"several paths are told to one row at a time, not to {len(state.mean)}.")
+    rho = settings.elite
+    threshold, step, last, count = float(state.threshold[0]), float(state.step[0]), float(state.cost[0]), int(state.count[0])
+    elites: list[int] = []
+    for index, (cost, good) in enumerate(zip(costs.tolist(), valid.tolist(), strict=True)):
+        if good and math.isfinite(cost):
+            if math.isnan(threshold):
+                threshold = cost
+                elites.append(index)
+            elif cost <= threshold:
+                threshold -= (1 - rho) * step
+                elites.append(index)
+            else:
+                threshold += rho * step
+            if math.isfinite(last):
+                share = settings.weight * math.exp(-settings.decay * count)
+                step = (1 - share) * step + share * abs(cost - last)
+            last = cost
+        count += 1
+    moved = replace(
+        state, threshold=np.array([threshold]), step=np.array([step]), cost=np.array([last]), count=np.array([count])
+    )
+    if not elites:
+        return moved
+    window, found = state.elites.copy(), int(state.found[0])
+    for index in elites:
+        window[0, found % settings.window] = samples[index]
+        found += 1
+    moved = replace(moved, elites=window, found=np.array([found]))
+    return _fitted(moved, np.array([0]), settings) if found >= settings.window else moved
+
+
 def _learn(state: OnlineState, samples: Floats, elite: Flags, settings: OnlineSettings) -> OnlineState:
     """Put elites into the windows and take the maximum-likelihood mean and covariance of those that are full."""
     rows = np.flatnonzero(elite)
@@ -194,13 +246,17 @@ def _learn(state: OnlineState, samples: Floats, elite: Flags, settings: OnlineSe
     elites[rows, found[rows] % settings.window] = samples[rows]
     found[rows] += 1
     full = rows[found[rows] >= settings.window]
-    if not len(full):
-        return replace(state, elites=elites, found=found)
+    learned = replace(state, elites=elites, found=found)
+    return _fitted(learned, full, settings) if len(full) else learned
+
+
+def _fitted(state: OnlineState, full: NDArray[np.int64], settings: OnlineSettings) -> OnlineState:
+    """Take the maximum-likelihood mean and covariance of rows whose windows are full."""
     mean, root = state.mean.copy(), state.root.copy()
-    window = elites[full]
+    window = state.elites[full]
     mean[full] = window.mean(axis=1)
     offset = window - mean[full][:, None]
     covariance = np.einsum("rwpi,rwpj->rpij", offset, offset) / settings.window
     covariance += settings.floor**2 * np.eye(covariance.shape[-1])
     root[full] = square_root(covariance)
-    return replace(state, mean=mean, root=root, elites=elites, found=found)
+    return replace(state, mean=mean, root=root)

@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from ltlplan import online_cross_entropy as online
 from ltlplan.allocation import Itinerary, Move, Whereabouts, World
 from ltlplan.cost import Sampling, WeightedCost, cost_of
+from ltlplan.mtac import calmed
 from ltlplan.online_course import GLIDE, Clock, course_of
 from ltlplan.online_cross_entropy import OnlineSettings, OnlineState
-from ltlplan.sampled import WordFilter, word_filter
+from ltlplan.path_search import PathProblem, path_problem
+from ltlplan.quantile import square_root
 from verify.data import Letter, Mission, RobotPlan
 
 Floats = NDArray[np.float64]
@@ -33,10 +35,13 @@ INSTANT = 0.06
 MOST_REGIONS = 12
 """Regions on one course that sampled words can tell apart; a longer course is flown as it is."""
 
-SPREAD = 0.1
-"""m; first standard deviation of a sampled point."""
+SPREAD = 0.06
+"""m; first standard deviation of a point."""
 
-BETTER = 0.004
+PATHS = 24
+"""Paths that are sampled a step and robot; the paper samples one. They cost little more, because they are sampled together."""
+
+BETTER = 0.01
 """Share by which a path must be cheaper than the one that is flown, before the course changes."""
 
 
@@ -83,10 +88,14 @@ class Pilot:
         self.entered = False
         self.stop = False
         self.visit = 0
-        self.searches: list[OnlineState | None] = []
         self.cost: WeightedCost = cost_of(mission, name)
+        self.problem: PathProblem | None = None
         self.sampling: Sampling | None = None
-        self.keeps: WordFilter | None = None
+        self.state: OnlineState | None = None
+        self.free: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
+        self.base = self.smooth = self.course.new
+        self.better: Floats | None = None
+        self.better_cost = math.inf
         self.passages: list[Passage] = []
         self.table: Floats = self.course.new[:1]
         self.price = 0.0
@@ -130,19 +139,19 @@ class Pilot:
         in_place = bool(self.moves) and self.moves[0].in_place
         self.visit = 0 if in_place or not starts_inside else 1
         self.detour = () if in_place or not starts_inside or not self.moves else (self.world.free_letter(self.where.internal),)
-        self.course = course_of(plan)
         self.clock = Clock()
-        self.searches = [
-            None if not len(leg) else online.start(self.course.new[leg][None], SPREAD**2, rng, settings=self.settings)
-            for leg in self.course.legs
-        ]
-        self.sampling = self.keeps = None
-        if self.course.spline is not None:
-            metres = float(np.linalg.norm(np.diff(self.course.new, axis=0), axis=1).sum())
-            self.sampling = Sampling(self.course.spline, max(48, math.ceil(metres / INSTANT)))
-            if len({visit.region for visit in plan.visits}) <= MOST_REGIONS:
-                self.keeps = word_filter(self.mission, plan)
+        self.problem = self.state = None
+        plan = calmed(plan, self.cost)
+        self.course = course_of(plan)
+        if len({w.position for w in plan.waypoints}) > 2 and len({v.region for v in plan.visits}) <= MOST_REGIONS:
+            self.problem = path_problem(self.mission, plan, self.cost)
+            self.course = course_of(plan, self.problem.spline, self.problem.nominal)
+        metres = float(np.linalg.norm(np.diff(self.course.new, axis=0), axis=1).sum())
+        self.sampling = (
+            None if self.course.spline is None else Sampling(self.course.spline, max(48, math.ceil(metres / INSTANT)))
+        )
         self._look()
+        self._search_anew(rng)
 
     def observe(self, letter: Letter, inside: str | None) -> bool:
         """Take note of a new letter; return whether it was the one that was to come next."""
@@ -199,64 +208,89 @@ class Pilot:
         return self.table[np.clip(np.rint(times / step).astype(np.int64), 0, len(self.table) - 1)]
 
     def search(self, now: float, rng: Generator, obstacles: Floats, separation: float) -> None:
-        """Sample one path for the leg that is being flown (or for the next that can still change) and learn from it.
-
-        The row of the leg learns from the sample among nominal neighbours, so that its costs are those of one fixed problem.
-        The course glides to the sample, or to the row's mean, where that is cheaper than what is flown now.
+        """Sample paths for what is left of the course, learn from them, and glide to a cheaper one.
 
         Args:
             now: Flight time, s.
-            rng: Source of the sample.
+            rng: Source of the samples.
             obstacles: Robots that stand still, m. Shape (n, 3).
             separation: m to keep from them.
         """
-        leg = self._leg_to_search()
-        if leg is None or self.sampling is None or self.keeps is None:
+        if self.problem is None or self.sampling is None or self.state is None:
             return
-        state, indices = self.searches[leg], self.course.legs[leg]
-        assert state is not None
-        sample = online.ask(state, rng)
-        free = indices[self.course.times[indices] >= self.clock.time + (AHEAD if self.clock.time > 0 else 0.0)]
-        chosen = np.searchsorted(indices, free)
-        trial = np.repeat(self.course.new[None], 5, axis=0)
-        trial[0] = self._nominal()
-        trial[0, indices] = sample[0]
-        trial[1, free] = sample[0, chosen]
-        trial[2, free] = state.mean[0, chosen]
-        trial[3] = (trial[1] + trial[4]) / 2
+        if len(self.free) and self.course.times[self.free[0]] < self._first_free_time():
+            self._search_anew(rng)
+            if self.state is None:
+                return
+        drawn = online.ask_all(self.state, rng, PATHS)
+        # the last two candidates are the row's mean and what is flown now
+        trial = np.repeat(self.base[None], PATHS + 2, axis=0)
+        trial[:PATHS, self.free] += np.einsum("ij,bjk->bik", self.smooth, drawn)
+        trial[PATHS, self.free] += self.smooth @ self.state.mean[0]
+        trial[PATHS + 1] = self.course.new
         paths = self.sampling.paths(trial)
         costs = self.cost(paths)
-        valid = self.keeps.keeps(paths.axes(0))
-        # the half-way path stands for the glide
-        valid[1] &= valid[3]
+        valid = self.problem.keeps.keeps(paths.axes(0))
         if len(obstacles):
-            ahead = self.sampling.instants >= self.clock.time
-            offset = paths.axes(0)[ahead][:, :, :, None] - obstacles.T[None, :, None, :]
-            near = np.sqrt(np.sum(offset * offset, axis=1)).min(axis=(0, 2)) < separation
+            near = self._too_near(paths.axes(0), obstacles, separation)
             costs = np.where(near, np.inf, costs)
-        self.searches[leg] = online.tell(state, sample, costs[:1], valid[:1], settings=self.settings)
-        if self.course.gliding(now) or not len(free):
+        told = valid & np.isfinite(costs)
+        self.state = online.tell_all(self.state, drawn, costs[:PATHS], told[:PATHS], settings=self.settings)
+        best = int(np.argmin(np.where(told[: PATHS + 1], costs[: PATHS + 1], np.inf)))
+        if told[best] and costs[best] < min(self.better_cost, float(costs[PATHS + 1])):
+            self.better, self.better_cost = trial[best], float(costs[best])
+        if self.better is None or self.course.gliding(now):
             return
-        best = min((1, 2), key=lambda i: costs[i] if valid[i] else math.inf)
-        if valid[best] and costs[best] < costs[4] * (1 - BETTER):
-            self.course = self.course.moved(trial[best], now)
-            self._look()
+        if self.better_cost < float(costs[PATHS + 1]) * (1 - BETTER):
+            halfway = self.sampling.paths((self.better + self.course.new) / 2)
+            if self.problem.keeps.keeps(halfway.axes(0))[0]:  # it stands for the glide
+                self.course = self.course.moved(self.better, now)
+                self._look()
+        self.better, self.better_cost = None, math.inf
 
-    def _leg_to_search(self) -> int | None:
-        """The next leg with a point that is still far enough ahead; legs take turns before take-off."""
-        open_legs = [
-            k
-            for k, leg in enumerate(self.course.legs)
-            if len(leg) and self.course.times[leg[-1]] >= self.clock.time + (AHEAD if self.clock.time > 0 else 0.0)
-        ]
-        if not open_legs:
-            return None
-        if self.clock.time > 0:
-            return open_legs[0]
-        return min(open_legs, key=lambda k: int(self.searches[k].count[0]) if self.searches[k] is not None else 0)  # pyright: ignore[reportOptionalMemberAccess]
+    @property
+    def best_cost(self) -> float:
+        """Cost of the best path that is known: the one that is flown, or one that it will glide to."""
+        return min(self.price, self.better_cost)
 
-    def _nominal(self) -> Floats:
-        return np.array([w.position for w in self.course.plan.waypoints])
+    def _first_free_time(self) -> float:
+        return self.clock.time + (AHEAD if self.clock.time > 0 else 0.0)
+
+    def _search_anew(self, rng: Generator) -> None:
+        """Begin a row for the points that are still far enough ahead; those behind stay where they are.
+
+        Points move in smooth directions: the row's coordinates are multiplied by a root of the covariance that the
+        offline search begins with, given that the points behind do not move. What the row before has learned of the
+        points that are left is kept: its mean path, and how far it has narrowed.
+        """
+        known: tuple[Floats, float] | None = None
+        if self.state is not None:
+            path = self.base.copy()
+            path[self.free] += self.smooth @ self.state.mean[0]
+            known = path, float(np.sqrt(np.mean(np.sum(self.state.root[0] ** 2, axis=-1))))
+        self.state, self.better, self.better_cost = None, None, math.inf
+        self.base = self.course.new
+        if self.problem is None:
+            return
+        free = self.problem.free
+        ahead = self.course.times[free] >= self._first_free_time()
+        self.free = free[ahead]
+        if not len(self.free):
+            return
+        covariance = self.problem.covariance(SPREAD)[::3, ::3]
+        given = np.linalg.inv(covariance)[np.ix_(ahead, ahead)]
+        self.smooth = square_root(np.asarray(np.linalg.inv((given + given.T) / 2), dtype=np.float64))
+        mean, spread = np.zeros((len(self.free), 3)), 1.0
+        if known is not None:
+            mean, spread = np.linalg.solve(self.smooth, known[0][self.free] - self.base[self.free]), known[1]
+        self.state = online.start(mean[None], spread**2, rng, settings=self.settings)
+
+    def _too_near(self, positions: Floats, obstacles: Floats, separation: float) -> NDArray[np.bool_]:
+        """Tell for each path whether what is ahead of the robot comes too near to robots that stand still."""
+        assert self.sampling is not None
+        ahead = positions[self.sampling.instants >= self.clock.time]
+        offset = ahead[:, :, :, None] - obstacles.T[None, :, None, :]
+        return np.sqrt(np.sum(offset * offset, axis=1)).min(axis=(0, 2)) < separation
 
     def _look(self) -> None:
         """Compute what follows from the course's points: positions, passages, cost."""
@@ -266,19 +300,20 @@ class Pilot:
         paths = self.sampling.paths(self.course.new)
         self.table = paths.axes(0)[:, :, 0]
         self.price = float(self.cost(paths)[0])
-        instants = self.sampling.instants
+        instants, centres = self.sampling.instants, self.course.centres
+        between = np.concatenate([[-math.inf], (centres[1:] + centres[:-1]) / 2, [math.inf]])
         self.passages = []
         for k, visit in enumerate(self.course.plan.visits):
             region = self.mission.all_regions[visit.region]
-            centre = float(self.course.centres[k])
-            near = region.level(self.table) <= (1.0 + 1.5 * max(self.mission.margin, 0.02) / min(region.radii)) ** 2
-            at = int(np.argmin(np.abs(instants - centre)))
-            before = np.flatnonzero(~near[:at])
-            after = np.flatnonzero(~near[at:])
+            level = region.level(self.table)
+            own = (instants >= between[k]) & (instants <= between[k + 1])
+            at = int(np.argmin(np.where(own, level, np.inf)))
+            near = level <= (1.0 + 1.5 * max(self.mission.margin, 0.02) / min(region.radii)) ** 2
+            before, after = np.flatnonzero(~near[:at]), np.flatnonzero(~near[at:])
             self.passages.append(
                 Passage(
                     float(instants[before[-1]]) if len(before) else 0.0,
-                    centre,
+                    float(instants[at]),
                     float(instants[at + after[0]]) if len(after) else math.inf,
                 )
             )

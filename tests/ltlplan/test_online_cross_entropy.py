@@ -144,3 +144,20 @@ def test_bad_settings_and_shapes_are_refused():
     ):
         with pytest.raises(BadInput):
             online.start(mean, covariance, rng, settings=OnlineSettings())
+
+
+def test_paths_told_together_are_told_one_after_another():
+    chosen = OnlineSettings(window=3, weight=0.1, decay=0.01)
+    rng = np.random.default_rng(9)
+    one = together = online.start(np.zeros((1, 2, 3)), 0.2, rng, settings=chosen)
+    for _ in range(10):
+        paths = online.ask_all(together, rng, 8)
+        costs = np.sum(paths**2, axis=(1, 2))
+        valid = rng.random(8) < 0.8
+        for path, cost, good in zip(paths, costs, valid, strict=True):
+            one = online.tell(one, path[None], np.array([cost]), np.array([good]), settings=chosen)
+        together = online.tell_all(together, paths, costs, valid, settings=chosen)
+        for name in online.OnlineState.__slots__:
+            assert getattr(one, name) == pytest.approx(getattr(together, name), nan_ok=True), name
+    with pytest.raises(BadInput, match="one row"):
+        online.tell_all(rows(2), np.zeros((1, 1, 2)), np.zeros(1), ALL, settings=chosen)
