@@ -265,9 +265,7 @@ def improve(
     best, value, most = plan, nominal, max(_PIECES, flown_pieces(mission, plan))
     for _, candidate in shortlist[:-_SHORTLIST:-1]:
         paths = problem.paths(candidate[None])
-        found = candidate_plans(
-            mission, plan, problem.spline, problem.points(candidate[None])[0], float(paths.length[0]), problem.slack
-        )
+        found = candidate_plans(mission, plan, problem, problem.points(candidate[None])[0], float(paths.length[0]))
         stretched = [_stretched(mission, other, float(paths.length[0]) / problem.length) for other in found]
         costs = [(plan_cost(other, function), i) for i, other in enumerate(stretched)]
         costs = [(c, i) for c, i in costs if c < nominal and flown_pieces(mission, stretched[i]) <= most]

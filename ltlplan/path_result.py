@@ -14,7 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ltlplan.cost import Sampling
 from ltlplan.hoops.clearance import Obstacle, Room, conflicts, room
+from ltlplan.path_search import PathProblem
 from ltlplan.splines import Spline
 from verify.data import Mission, RobotPlan, Waypoint
 from verify.data.plan import Role
@@ -44,20 +46,17 @@ class _Cut:
     permitted: frozenset[str] | None = None  # what the path up to here may enter; None: as for the next waypoint
 
 
-def candidate_plans(
-    mission: Mission, plan: RobotPlan, spline: Spline, points: Floats, length: float, slack: float
-) -> list[RobotPlan]:
+def candidate_plans(mission: Mission, plan: RobotPlan, problem: PathProblem, points: Floats, length: float) -> list[RobotPlan]:
     """Return plans along the spline through `points`, sparse waypoints first; none where the path does not keep the plan.
 
     Args:
         mission: What must be kept, for all times.
         plan: The nominal plan, for its word, its visits and where its cycle begins.
-        spline: Times of the points.
+        problem: The search: times of the points, what counts, and what is kept beyond the margin.
         points: m. Shape (points, 3).
         length: Of the path, m.
-        slack: m to keep beyond the mission's margin.
     """
-    where = room(mission, slack)
+    where, spline = room(mission, problem.slack), problem.spline
     cuts = _cuts(where, plan, spline, points, length)
     if cuts is None:
         return []
@@ -76,9 +75,15 @@ def candidate_plans(
                 kept.append(_Cut(float(time), "via"))
                 taken.append(at)
         candidate = _plan(where, plan, spline, points, sorted([*cuts, *kept], key=lambda cut: cut.time))
-        if candidate is not None:
+        if candidate is not None and _keeps(problem, candidate):
             found.append(candidate)
     return found
+
+
+def _keeps(problem: PathProblem, plan: RobotPlan) -> bool:
+    """Tell whether the plan's own spline counts, at dense samples."""
+    sampling = Sampling(Spline(plan.times, plan.cycle_waypoint), max(600, int(problem.length / _STEP)))
+    return bool(problem.keeps.keeps(sampling.paths([w.position for w in plan.waypoints]).axes(0))[0])
 
 
 def flown_pieces(mission: Mission, plan: RobotPlan) -> int:

@@ -18,7 +18,7 @@ from verify.data.mission import Hoop, Mission
 
 Floats = NDArray[np.float64]
 
-Kind = Literal["region", "ring", "plane", "workspace"]
+Kind = Literal["region", "ring", "plane", "again", "workspace"]
 
 _DEGREE = 14  # of a squared distance along a piece of degree 7
 _HALVINGS = 14
@@ -32,7 +32,7 @@ class Conflict:
         piece: Index of the piece.
         share: Where on it, 0 to 1.
         obstacle: "region", "ring" (or the opening of a hoop that is not flown through here), "plane" (the path turns back
-            within the hoop that it flies through) or "workspace".
+            within the hoop that it flies through), "again" (it comes twice in one visit) or "workspace".
         name: The region's name; "workspace" for the walls.
     """
 

@@ -10,7 +10,8 @@ all times; where it cuts a corner too closely, a point on the leg itself is adde
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,7 @@ class SplineBlocked(Infeasible):
         self.conflict = conflict
         what = {
             "workspace": "leaves the workspace, margin included,",
+            "again": f"comes twice to '{conflict.name}' in one visit",
             "plane": f"turns back within '{conflict.name}'",
             "ring": f"comes too near the ring of '{conflict.name}'",
             "region": f"touches '{conflict.name}', which it may not enter there,",
@@ -91,13 +93,13 @@ def route(
         Infeasible: A hoop cannot be reached without crossing another one, or the spline has no room; names the hoop.
     """
     _check(mission, robot, visits, cycle_visit)
-    if word is None:
-        leaves = mission.agents[robot].end is not None and cycle_visit is None and not _ends_at_last(mission, robot, visits)
-        word = word_of(mission, robot, visits, cycle_visit, stays=False if leaves else None)
     visits = tuple(visits)
     if cycle_visit == 0 and visits and holds(mission, np.array(mission.agents[robot].start), visits[0].region):
         # the lap would begin where the robot hovers at the start: it begins with the second visit instead
-        visits, cycle_visit = (*visits, visits[0]), 1
+        visits, cycle_visit, word = (*visits, visits[0]), 1, None
+    if word is None:
+        leaves = mission.agents[robot].end is not None and cycle_visit is None and not _ends_at_last(mission, robot, visits)
+        word = word_of(mission, robot, visits, cycle_visit, stays=False if leaves else None)
     problem: Infeasible | None = None
     for slack in _SLACKS:
         try:
@@ -141,11 +143,11 @@ def _route(
     slack: float,
 ) -> RobotPlan:
     where = room(mission, slack)
-    inside_last = _endsholds(mission, robot, visits, cycle_visit, word)
+    inside_last = _ends_inside(mission, robot, visits, cycle_visit, word)
     legs = Legs(mission, robot, visits, where, inside_last)
     sides = choose_sides(mission, legs.start, visits, cycle_visit, legs.length, directions, legs.begins_inside, inside_last)
     stops, cycle = legs.stops(sides, cycle_visit)
-    stops, times = _repaired(stops, cycle, where, mission.planner.speed)
+    stops, times, cycle = _repaired(stops, cycle, where, mission.planner.speed, Counter(v.region for v in visits))
     if cycle_visit == len(visits):
         stops, times, cycle = [*stops, stops[-1]], [*times, times[-1] + _HOVER], len(stops) - 1
     plan = RobotPlan(
@@ -167,17 +169,22 @@ def _times(stops: Sequence[Stop], speed: float, ramp: float, *, lasso: bool) -> 
     return [0.0, *(float(t) for t in np.cumsum(spans))]
 
 
-def _repaired(stops: list[Stop], cycle: int | None, where: Room, speed: float) -> tuple[list[Stop], list[float]]:
+def _repaired(
+    stops: list[Stop], cycle: int | None, where: Room, speed: float, visits: Mapping[str, int]
+) -> tuple[list[Stop], list[float], int | None]:
     """Add points on legs until the spline keeps clear; the points lie on lines that do.
 
-    A spline that leaves rest within length / v can overshoot so far that it turns back in the first hoop; where it does,
-    its first and last segment are given more time.
+    A spline that leaves rest within length / v can overshoot so far that it turns back in the first hoop, or comes to a
+    region twice; where it does, its first and last segment are given more time.
+
+    Returns:
+        Stops, times, and the index of the stop where the cycle begins.
 
     Raises:
         SplineBlocked: It does not help.
     """
     if len(stops) == 1:
-        return stops, [0.0]
+        return stops, [0.0], cycle
     ramp = 0.0
     found: list[Conflict] = []
     for _ in range(_REPAIRS):
@@ -185,17 +192,35 @@ def _repaired(stops: list[Stop], cycle: int | None, where: Room, speed: float) -
         spline = Spline(times, cycle)
         coefficients = spline.through([stop.position for stop in stops])
         found = conflicts(coefficients, spline.durations, where, [stop.permitted for stop in stops[1:]])
+        found = found or _visited_again(stops, spline, where, visits)
         if not found:
-            return stops, times
-        if ramp < _RAMPS and any(conflict.obstacle == "plane" for conflict in found):
+            return stops, times, cycle
+        if ramp < _RAMPS and any(conflict.obstacle in ("plane", "again") for conflict in found):
             ramp += 0.25
             continue
         divided = _divided(stops, found)
         if len(divided) == len(stops):
             raise SplineBlocked(found[0], stops)
-        shift = 0 if cycle is None else len([1 for piece in _pieces(stops, found) if piece < cycle])
-        stops, cycle = divided, None if cycle is None else cycle + shift
+        cycle = None if cycle is None else cycle + len([piece for piece in _pieces(stops, found) if piece < cycle])
+        stops = divided
     raise SplineBlocked(found[0], stops)
+
+
+def _visited_again(stops: Sequence[Stop], spline: Spline, where: Room, visits: Mapping[str, int]) -> list[Conflict]:
+    """Find pieces on which a region that they may enter is left and entered once more, by dense samples."""
+    at = np.linspace(spline.times[0], spline.times[-1], max(400, 40 * len(stops)))
+    path = spline.sampling(at) @ np.array([stop.position for stop in stops])
+    found = []
+    for name, count in visits.items():
+        obstacle = where.obstacles[name]
+        offset = path - obstacle.centre
+        level = np.einsum("ni,ij,nj->n", offset, obstacle.matrix, offset)
+        for bound in (1.0, obstacle.level):
+            inside = level <= bound
+            if int(inside[0]) + int(np.sum(inside[1:] & ~inside[:-1])) > count:
+                entering = [i for i, stop in enumerate(stops[1:]) if name in stop.permitted]
+                found += [Conflict(i, 0.5, "again", name) for i in entering]
+    return found
 
 
 def _pieces(stops: Sequence[Stop], found: Sequence[Conflict]) -> list[int]:
@@ -212,7 +237,7 @@ def _divided(stops: list[Stop], found: Sequence[Conflict]) -> list[Stop]:
     return result
 
 
-def _endsholds(mission: Mission, robot: str, visits: Sequence[Visit], cycle_visit: int | None, word: Word) -> bool:
+def _ends_inside(mission: Mission, robot: str, visits: Sequence[Visit], cycle_visit: int | None, word: Word) -> bool:
     """Tell whether the flight ends (or its hovering cycle is) in the last visit's region."""
     if not visits or (cycle_visit is not None and cycle_visit < len(visits)) or visits[-1].direction is not None:
         return False
