@@ -84,6 +84,7 @@ def search(
     slack: Floats,
     critical: Floats | None = None,
     depth: int = MAX_DEPTH,
+    stride: int = 1,
 ) -> Peaks:
     """Bound the greatest value of any function of polynomials that can be enclosed on a part of a piece.
 
@@ -97,13 +98,14 @@ def search(
         critical: A value for each group that matters: where it lies between the bounds they are driven together
             until it no longer does, or to the floats' resolution. Shape (count,).
         depth: At most so many halvings.
+        stride: How many halvings to make at once: more where enclosing costs much by the call and little by the part.
     """
     items = np.arange(len(groups))
     starts = np.zeros(len(groups))
     upper, lower = np.full(count, -np.inf), np.full(count, -np.inf)
     item, place = np.zeros(count, dtype=np.intp), np.zeros(count)
     width = 1.0
-    for level in range(depth + 1):
+    for level in range(0, depth + 1, stride):
         high, first, last = enclose(state, items)
         group = groups[items]
         _raise_lower(first, starts, items, group, lower, item, place)
@@ -114,16 +116,18 @@ def search(
             room = np.where(between, np.minimum(_FINEST * np.abs(critical[group]), room), room)
         open_ = ~(high <= lower[group] + room)
         open_ &= np.bincount(items[open_], minlength=len(groups))[items] <= MAX_OPEN
-        if level == depth or 2 * np.count_nonzero(open_) > MAX_ITEMS:
+        if level + stride > depth or 2 * np.count_nonzero(open_) > MAX_ITEMS:
             open_[:] = False
         np.maximum.at(upper, group[~open_], np.where(np.isnan(high), np.inf, high)[~open_])
         keep = np.flatnonzero(open_)
         if len(keep) == 0:
             break
-        state = tuple(halves(part[keep]) for part in state)
-        width /= 2
-        items = np.concatenate([items[keep], items[keep]])
-        starts = np.concatenate([starts[keep], starts[keep] + width])
+        state, items, starts = tuple(part[keep] for part in state), items[keep], starts[keep]
+        for _ in range(stride):
+            state = tuple(halves(part) for part in state)
+            width /= 2
+            items = np.concatenate([items, items])
+            starts = np.concatenate([starts, starts + width])
     return Peaks(upper, lower, item, place)
 
 

@@ -17,6 +17,7 @@ at (sx, sy) arm / sqrt 2 with sx, sy = +-1 and carries m F / 4 + sy tau_x / (4 d
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from flint import arb
@@ -30,6 +31,8 @@ from verify.paths import TeamPaths
 _YAW_SLACK = 1e-3
 _ROTOR_SLACK = 1e-3
 _DEPTH = 26
+_GRID = 2.0**14
+_STRIDE = 2
 
 
 def yaw_rate_peaks(paths: TeamPaths, force: Balls, jerk: Balls, limit: float) -> Peaks:
@@ -51,7 +54,7 @@ def yaw_rate_peaks(paths: TeamPaths, force: Balls, jerk: Balls, limit: float) ->
         return _thirds(frame.rate_z.magnitude())
 
     critical = np.full(count, limit)
-    return search(state, enclose, paths.piece_owner, count, slack=_YAW_SLACK * critical, critical=critical, depth=_DEPTH)
+    return search(state, enclose, paths.piece_owner, count, slack=_YAW_SLACK * critical, critical=critical, depth=_DEPTH, stride=_STRIDE)
 
 
 def rotor_peaks(paths: TeamPaths, force: Balls, jerk: Balls, snap: Balls, limits: tuple[float, float]) -> tuple[Peaks, Peaks]:
@@ -83,7 +86,7 @@ def rotor_peaks(paths: TeamPaths, force: Balls, jerk: Balls, snap: Balls, limits
 
     slack = np.full(2 * count, _ROTOR_SLACK * limits[1])
     critical = np.repeat([-limits[0], limits[1]], count)
-    both = search(state, enclose, groups, 2 * count, slack=slack, critical=critical, depth=_DEPTH)
+    both = search(state, enclose, groups, 2 * count, slack=slack, critical=critical, depth=_DEPTH, stride=_STRIDE)
     first, second = slice(0, count), slice(count, 2 * count)
     return (
         Peaks(both.upper[first], both.lower[first], both.item[first] % pieces, both.place[first]),
@@ -179,7 +182,7 @@ def _turned_back(vector: Interval, cos: Interval, sin: Interval) -> tuple[Interv
 
 def _direction(yaw: Interval) -> tuple[Interval, Interval]:
     """Enclose cosine and sine: Taylor's formula of order one around the middle, whose own values come from Arb."""
-    middle = yaw.low + (yaw.high - yaw.low) / 2
+    middle = np.round((yaw.low + (yaw.high - yaw.low) / 2) * _GRID) / _GRID  # on a grid, so that few have to be computed
     points, back = np.unique(middle, return_inverse=True)
     table = np.array([_sin_cos(float(point)) for point in points])[back]
     sin, cos = Interval(table[:, 0], table[:, 1]), Interval(table[:, 2], table[:, 3])
@@ -195,6 +198,7 @@ def _within_one(values: Interval) -> Interval:
     return Interval(low, high)
 
 
+@lru_cache(maxsize=65536)
 def _sin_cos(angle: float) -> tuple[float, float, float, float]:
     if not np.isfinite(angle):
         return -1.0, 1.0, -1.0, 1.0

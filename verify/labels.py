@@ -175,6 +175,8 @@ def _classified(table: Balls, inside: Floats, outside: Floats, depth: int) -> li
         For each row its leaves in order, neighbours with one status joined.
     """
     count = len(table.mid)
+    if count == 0:
+        return []
     rows, starts, width = np.arange(count), np.zeros(count), 1.0
     state = table
     leaves: list[tuple[Indices, Floats, Floats, Indices]] = []

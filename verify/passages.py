@@ -144,7 +144,7 @@ def clearances(frames: HoopFrames, slack: float = 1e-4) -> list[Clearance]:
         first, last = (_rim_distance(d.low[:, i], d.high[:, i], p.low[:, i], p.high[:, i], inner, thick)[1] for i in (0, -1))
         return -low, -first, -last
 
-    found = search((along, across), nearness, groups, count, slack=np.full(count, slack), depth=_DEPTH)
+    found = search((along, across), nearness, groups, count, slack=np.full(count, slack), depth=_DEPTH, stride=2)
     result = []
     for group in range(count):
         robot, hoop = divmod(group, hoops)
