@@ -106,7 +106,7 @@ def course_of(mission: Mission, name: str, robot: RobotPlan, *, pad: float = PAD
         Infeasible: A waypoint lies where it must not be, a region or an opening is too small for the margin, or no detour
             was found around a region in the way.
     """
-    stops, cycle = _stops(mission, name, robot)
+    stops, cycle = _leaving_out(mission, robot, *_stops(mission, name, robot), extra)
     low, high = (np.array(corner) for corner in (mission.workspace.min, mission.workspace.max))
     low, high = low + mission.margin + min(pad, 1e-4), high - mission.margin - min(pad, 1e-4)
     for stop in stops:
@@ -225,6 +225,20 @@ def _stops(mission: Mission, name: str, robot: RobotPlan) -> tuple[list[_Stop], 
         if robot.cycle_waypoint == index:
             cycle = len(stops) - 1
     return stops, cycle
+
+
+def _leaving_out(
+    mission: Mission, robot: RobotPlan, stops: list[_Stop], cycle: int | None, extra: tuple[Ball, ...]
+) -> tuple[list[_Stop], int | None]:
+    """Leave out points that only lead the way and lie where another robot hovers: the detour leads around it."""
+    kept = [
+        index
+        for index, stop in enumerate(stops)
+        if index in (0, cycle, len(stops) - 1)
+        or _needed(mission, robot, stop)
+        or all(body.clearance(stop.position) > 0.0 for body in extra)
+    ]
+    return [stops[index] for index in kept], None if cycle is None else kept.index(cycle)
 
 
 def _deep_enough(mission: Mission, name: str, region_name: str, region: Region, position: Floats) -> Floats:

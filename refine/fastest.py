@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from importlib.util import find_spec
 from typing import Literal
 
 import numpy as np
@@ -19,6 +20,7 @@ from refine.limits import Limits
 from refine.minimum_snap import minimum_snap
 from refine.nlp import INSTANTS, Objective, Timing, optimise
 from refine.obstacles import Ball, Plane
+from refine.retiming import retime
 from refine.spline import Spline
 from refine.timing import stretch_to_limits
 from verify.data import BadInput, Infeasible
@@ -94,12 +96,15 @@ def time_optimal(
     )
     corridors = [(piece, wall) for piece in range(len(guess)) for wall in walls]
     best = slow = guess.stretched(stretch_to_limits(guess, None, limits, safety=SAFETY))
-    bare, ease = still, _ease(guess)
+    ease = _ease(guess)
     answer = None
     if objective == "blend" or not tolerance:
-        answer = _attempt(Timing(guess, fixed, bare, objective, weight, within, corridors, instants=instants))
+        answer = _attempt(Timing(guess, fixed, still, objective, weight, within, corridors, instants=instants))
     if answer is None and objective == "time":
-        answer = _attempt(Timing(guess, fixed, bare, "blend", ease, within, corridors, instants=instants))
+        answer = _attempt(Timing(guess, fixed, still, "blend", ease, within, corridors, instants=instants))
+    if answer is None and find_spec("cvxpy") and not walls:  # a better first guess, at the price of one more solve
+        first = retime(guess, still)
+        answer = _attempt(Timing(first, fixed, still, "blend", weight or ease, within, corridors, instants=instants))
     if answer is not None and limits.rotors is not None:
         shift = weight if objective == "blend" else ease
         answer = _attempt(Timing(answer.stretched(1.03), fixed, limits, "blend", shift, within, corridors, instants=instants))

@@ -72,7 +72,8 @@ def least_spin(path: Spline, *, rest_at_start: bool = True) -> Spline:
 def _spin(motion: tuple[Floats, ...], yaw: Floats, rate: Floats) -> Floats:
     """Return the rate about the body's z at all samples. Shape (pieces * samples,)."""
     shape = motion[0].shape[:2]
-    flat = flat_state(*motion, yaw.reshape(shape), rate.reshape(shape), np.zeros(shape))
+    acceleration, jerk, snap = motion
+    flat = flat_state(acceleration, jerk, snap, yaw.reshape(shape), rate.reshape(shape), np.zeros(shape))
     return flat.rates[..., 2].ravel()
 
 
