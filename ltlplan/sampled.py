@@ -11,7 +11,7 @@ within a region's bounding sphere are looked at closely.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Hashable, Iterator, Sequence
+from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -26,7 +26,6 @@ Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 
 _CHUNK = 32768  # samples labelled at a time, so that the arrays stay in the cache
-_MOST_DIGITS = 12  # regions whose halves are told apart in one code
 
 
 class Automaton(Protocol):
@@ -167,8 +166,8 @@ class WordFilter:
         """Tell for each path whether its samples keep everything. Shape (instants, 3, paths) to (paths,)."""
         count = positions.shape[2]
         walls = (positions.min(axis=0) >= self._low[:, None]) & (positions.max(axis=0) <= self._high[:, None])
-        shrunk = np.zeros((len(positions), count), dtype=np.int32)
-        grown = np.zeros((len(positions), count), dtype=np.int32)
+        shrunk = np.zeros((len(positions), count), dtype=np.int64)
+        grown = np.zeros((len(positions), count), dtype=np.int64)
         wrong = np.zeros((len(positions), count), dtype=np.bool_)
         in_shrunk, in_grown, bad = shrunk.reshape(-1), grown.reshape(-1), wrong.reshape(-1)
         centres = np.array([body.obstacle.centre for body in self._bodies]).reshape(-1, 3)
@@ -180,8 +179,8 @@ class WordFilter:
             at = start + index
             if body.weight:
                 digit = body.weight * (1 + (along > 0)) if body.through and along is not None else body.weight
-                in_shrunk[at] += np.where(level <= body.shrunk, digit, 0).astype(np.int32)
-                in_grown[at] += np.where(level <= obstacle.level, digit, 0).astype(np.int32)
+                in_shrunk[at] += np.where(level <= body.shrunk, digit, 0)
+                in_grown[at] += np.where(level <= obstacle.level, digit, 0)
             else:
                 bad[at] |= level <= obstacle.level
             if along is not None:
@@ -190,13 +189,23 @@ class WordFilter:
                 if body.weight:
                     ring &= across >= obstacle.inner**2
                 bad[at] |= ring
-        table = np.full((len(self.word), 3 ** len(self.visited)), -1, dtype=np.int64)
-        for i, code in enumerate(self.word):
-            table[i, code] = i
-            if i + 1 < len(self.word):
-                table[i, self.word[i + 1]] = i + 1
-        final = _final(table, np.concatenate([shrunk, grown], axis=1)) == len(self.word) - 1
+        final = self._run(np.concatenate([shrunk, grown], axis=1)) == len(self.word) - 1
         return np.all(walls, axis=0) & ~np.any(wrong, axis=0) & final[:count] & final[count:]
+
+    def _run(self, codes: Integers) -> Integers:
+        """Run the automaton that accepts exactly the word, each letter held as long as it may be. Shape (paths,)."""
+        letters = np.unique(np.array(self.word, dtype=np.int64))
+        table = np.full((len(self.word), len(letters) + 1), -1, dtype=np.int64)  # the last column: any other code
+        for i, code in enumerate(self.word):
+            table[i, np.searchsorted(letters, code)] = i
+            if i + 1 < len(self.word):
+                table[i, np.searchsorted(letters, self.word[i + 1])] = i + 1
+        flat = codes.reshape(-1)
+        dense = np.full(len(flat), 0 if letters[0] == 0 else len(letters), dtype=np.int64)
+        somewhere = np.flatnonzero(flat)  # most samples are in free flight, code 0
+        place = np.minimum(np.searchsorted(letters, flat[somewhere]), len(letters) - 1)
+        dense[somewhere] = np.where(letters[place] == flat[somewhere], place, len(letters))
+        return _final(table, dense.reshape(codes.shape))
 
 
 def word_filter(mission: Mission, plan: RobotPlan, *, slack: float = 0.0) -> WordFilter:
@@ -210,21 +219,27 @@ def word_filter(mission: Mission, plan: RobotPlan, *, slack: float = 0.0) -> Wor
     where = room(mission, slack)
     near = mission.margin + slack
     visited = tuple(dict.fromkeys(n for letter in plan.word.letters for n in sorted(letter) if n in mission.all_regions))
-    if len(visited) > _MOST_DIGITS:
-        raise BadInput(f"{len(visited)} regions are visited; sampled words tell at most {_MOST_DIGITS} apart.")
+    place = _weights(visited)
     sides = {v.region for v in plan.visits if v.direction is not None}
     bodies = []
     for name, region in mission.all_regions.items():
         obstacle = where.obstacles[name]
         reach = max(max(region.radii) * obstacle.level**0.5, math.hypot(obstacle.outer, obstacle.height))
-        weight = 3 ** visited.index(name) if name in visited else 0
+        weight = place.get(name, 0)
         bodies.append(_Body(obstacle, weight, name in sides, _grown(region.radii, -near), 1.000001 * reach))
-    return WordFilter(visited, _codes(plan, visited, sides), tuple(bodies), where.low, where.high)
+    return WordFilter(visited, _codes(plan, place, sides), tuple(bodies), where.low, where.high)
 
 
-def _codes(plan: RobotPlan, visited: Sequence[str], sides: Collection[str]) -> tuple[int, ...]:
+def _weights(visited: Sequence[str]) -> dict[str, int]:
+    """Return each region's weight in a code: powers of 3; for very many regions, spread so that sums hardly coincide."""
+    if len(visited) < 39:
+        return {name: 3**i for i, name in enumerate(visited)}
+    drawn = np.random.default_rng(0).integers(1, 2**62 // (2 * len(visited)), len(visited))
+    return {name: int(weight) for name, weight in zip(visited, drawn, strict=True)}
+
+
+def _codes(plan: RobotPlan, place: Mapping[str, int], sides: Collection[str]) -> tuple[int, ...]:
     """The word as codes: a passage F shows its hoop's near half, then its far half; R the other way."""
-    place = {name: 3**i for i, name in enumerate(visited)}
     result: list[int] = []
     held: frozenset[str] = frozenset()
     visits = list(plan.visits)

@@ -10,7 +10,7 @@ from ltlplan.missions import load_mission
 from ltlplan.sampled import label, run, word_filter
 from ltlplan.splines import Spline
 from tests.courses import courses
-from verify.data import Visit
+from verify.data import Visit, Word, parse_mission
 
 
 def paths_near(plan, seed, count, spread):
@@ -128,3 +128,22 @@ def test_a_lap_of_a_lasso_is_kept():
     mission = load_mission("hoops-published")
     plan = route_sequence(mission)
     assert word_filter(mission, plan).keeps(paths_near(plan, 0, 1, 0.0)).tolist() == [True]
+
+
+def many_regions(count):
+    text = "format: 1\nname: many\nspec: {formula: 'true'}\nvehicle: crazyflie-2.1\n"
+    text += "workspace: {min: [-2, -2, 0.2], max: [60, 2, 2]}\nagents: {quad0: {start: [-1, 0, 1]}}\nregions:\n"
+    text += "".join(f"  r{i}: {{center: [{i}, 0, 1], radii: [0.2, 0.2, 0.2]}}\n" for i in range(count))
+    return parse_mission(text)
+
+
+@pytest.mark.parametrize("count", [15, 45])
+def test_long_words_over_many_regions_are_told_apart(count):
+    mission = many_regions(count)
+    plan = route(mission, "quad0", [Visit(region=f"r{i}") for i in range(count)])
+    keeps = word_filter(mission, plan)
+    points = np.array([w.position for w in plan.waypoints])
+    sampling = Sampling(Spline(plan.times), 40 * count)
+    swapped = plan.model_copy(update={"word": Word(plan.word.prefix[:1] + plan.word.prefix[3:])})
+    assert keeps.keeps(sampling.paths(points).axes(0)).tolist() == [True]
+    assert word_filter(mission, swapped).keeps(sampling.paths(points).axes(0)).tolist() == [False]
