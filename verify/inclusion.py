@@ -8,9 +8,8 @@ of the negated formula. The two must agree.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
-from typing import Any
 
 from verify.data.errors import InternalError
 from verify.data.word import Letter
@@ -36,10 +35,23 @@ class Broken:
 def find_broken(graph: TeamGraph, normal: Normal, budget: int = DEFAULT_BUDGET) -> Broken | None:
     """Search for a shortest team word that breaks the formula; None where all words satisfy it.
 
+    Where the budget does not suffice for that, words are tried in depth, which often finds a longer one.
+
     Raises:
-        OutOfBudget: More than `budget` configurations were met.
+        OutOfBudget: More than `budget` configurations were met, and none of them breaks the formula.
     """
     automaton = Automaton(normal)
+    try:
+        return _in_breadth(graph, automaton, budget)
+    except OutOfBudget:
+        for backwards in (False, True):
+            broken = _in_depth(graph, automaton, budget // 4, backwards=backwards)
+            if broken is not None:
+                return broken
+        raise
+
+
+def _in_breadth(graph: TeamGraph, automaton: Automaton, budget: int) -> Broken | None:
     cut = _Cutter(automaton.propositions)
     parents: _Parents = {}
     best: dict[tuple[Hashable, int], list[int]] = {}
@@ -86,6 +98,30 @@ def find_broken(graph: TeamGraph, normal: Normal, budget: int = DEFAULT_BUDGET) 
     return None
 
 
+def _in_depth(graph: TeamGraph, automaton: Automaton, budget: int, *, backwards: bool) -> Broken | None:
+    """Follow words to their ends, one after another; no answer where none of `budget` configurations breaks the formula."""
+    cut = _Cutter(automaton.propositions)
+    parents: _Parents = {}
+    stack: list[_Node] = []
+
+    def visit(steps: Iterable[tuple[Look | None, Hashable]], parent: _Node | None) -> None:
+        rest = automaton.initial if parent is None else parent[1]
+        ordered = list(steps)
+        for look, state in reversed(ordered) if backwards else ordered:
+            node = (state, rest if look is None else automaton.step(rest, cut(look.letter)))
+            if node not in parents and node[1] != SETTLED:
+                parents[node] = parent, look
+                stack.append(node)
+
+    visit(graph.initial(), None)
+    while stack and len(parents) < budget:
+        node = stack.pop()
+        if graph.is_final(node[0]) and not automaton.accepts(node[1]):
+            return Broken(_path(parents, node))
+        visit(graph.steps(node[0]), node)
+    return None
+
+
 def holds_for_all(graph: OwnGraph | JointGraph, normal: Normal, budget: int = DEFAULT_BUDGET) -> Broken | None:
     """Return a shortest team word that breaks the formula, or None, with Spot's agreement.
 
@@ -125,7 +161,12 @@ _ANSWERS: OrderedDict[Hashable, Broken | None] = OrderedDict()
 
 def _decided(graph: TeamGraph, normal: Normal, budget: int) -> Broken | None:
     broken = find_broken(graph, normal, budget)
-    theirs = some_word_breaks(letter_graph(graph, normal.propositions, budget), normal)
+    try:
+        theirs = some_word_breaks(letter_graph(graph, normal.propositions, budget), normal)
+    except OutOfBudget:
+        if broken is None:
+            raise
+        return broken  # direct semantics will tell that the word breaks the formula: that needs no second opinion
     if theirs != (broken is not None):
         raise InternalError(
             "Two independent answers about one formula disagree: progression says that it "
@@ -144,7 +185,8 @@ def letter_graph(graph: TeamGraph, propositions: Iterable[str], budget: int = DE
     order: list[Hashable] = []
     edges: list[tuple[int, Letter, int]] = []
     final: set[int] = set()
-    total = 0
+    known: dict[Hashable, tuple[list[Hashable], set[tuple[Letter, int]], bool]] = {}
+    visits = 0
 
     def number(state: Hashable) -> int:
         if state not in index:
@@ -154,31 +196,41 @@ def letter_graph(graph: TeamGraph, propositions: Iterable[str], budget: int = DE
                 raise OutOfBudget(f"more than {budget} configurations of the team")
         return index[state]
 
-    def spread(source: int, first: Iterable[tuple[Look | None, Hashable]], expand: Callable[[Any], Any]) -> None:
-        nonlocal total
+    def sorted_out(steps: Iterable[tuple[Look | None, Hashable]]) -> tuple[list[Hashable], set[tuple[Letter, int]]]:
+        silent: list[Hashable] = []
+        read: set[tuple[Letter, int]] = set()
+        for look, state in steps:
+            if look is None:
+                silent.append(state)
+            else:
+                read.add((cut(look.letter), number(state)))
+        return silent, read
+
+    def spread(source: int, silent: list[Hashable], found: set[tuple[Letter, int]]) -> None:
+        nonlocal visits
         seen: set[Hashable] = set()
-        found: set[tuple[Letter, int]] = set()
-        stack = list(first)
+        stack = list(silent)
         while stack:
-            look, state = stack.pop()
-            if look is not None:
-                found.add((cut(look.letter), number(state)))
-            elif state not in seen:
-                seen.add(state)
-                if graph.is_final(state):
-                    final.add(source)
-                stack.extend(expand(state))
-        total += len(found)
-        if total > 20 * budget:
+            state = stack.pop()
+            if state in seen:
+                continue
+            seen.add(state)
+            visits += 1
+            if state not in known:
+                known[state] = (*sorted_out(graph.steps(state)), graph.is_final(state))
+            further, read, ends = known[state]
+            stack.extend(further)
+            found |= read
+            if ends:
+                final.add(source)
+        if visits > 20 * budget or len(edges) > 20 * budget:
             raise OutOfBudget(f"more than {20 * budget} readings of the team")
         edges.extend((source, letter, target) for letter, target in sorted(found, key=lambda e: (sorted(e[0]), e[1])))
 
-    spread(0, graph.initial(), graph.steps)
+    spread(0, *sorted_out(graph.initial()))
     final.discard(0)  # a team word has at least one reading
     for position, state in enumerate(order, start=1):
-        if graph.is_final(state):
-            final.add(position)
-        spread(position, graph.steps(state), graph.steps)
+        spread(position, [state], set())
     if not final:
         raise InternalError("The robots' labels contradict each other: there is no team word at all.")
     return LetterGraph(len(order) + 1, tuple(edges), frozenset(final))
