@@ -1,0 +1,92 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.timelines import mission
+from verify import Trajectory
+from verify.data import BadInput, FormulaError
+from verify.testing import assert_satisfies, assert_within_limits
+
+REGIONS = {"a": ((0.5, 0, 1), 0.2), "b": ((0, 1, 1), (0.3, 0.2, 0.2))}
+
+
+def straight(speed: float = 0.5, *, cycle: int | None = None) -> Trajectory:
+    """From x = -1 to x = 1 at height 1."""
+    coefficients = np.zeros((1, 4, 8))
+    coefficients[0, 0, :2] = -1, speed
+    coefficients[0, 2, 0] = 1
+    return Trajectory([2 / speed], coefficients, cycle=cycle)
+
+
+def test_a_flight_that_satisfies():
+    assert_satisfies(straight(), "F a & G !b", REGIONS)
+    assert_satisfies(straight(), "F a & !F(a & F(!a & F a))", REGIONS)
+    assert_satisfies(straight(), "F a & free", REGIONS, margin=0.05)
+
+
+def test_a_failure_prints_sentence_counterexample_and_timeline():
+    with pytest.raises(AssertionError) as failure:
+        assert_satisfies(straight(), "F b", REGIONS)
+    text = str(failure.value)
+    assert "`b` never happens" in text
+    assert "counterexample: robot {}, {a}, {}" in text
+    assert "a: no from 0 s, must from 2.6 s, no from 3.4 s" in text
+
+
+def test_at_a_margin_the_edge_is_open():
+    with pytest.raises(AssertionError, match=r"may from 2\.5 s"):
+        assert_satisfies(straight(), "F a & !F(a & F(!a & F a))", REGIONS, margin=0.05)
+
+
+def test_samples_need_a_speed_bound():
+    times = np.linspace(0, 4, 201)
+    samples = (times, straight().evaluate(times)[:, :3])
+    with pytest.raises(AssertionError, match="a sampled path proves nothing without a speed bound"):
+        assert_satisfies(samples, "F a", REGIONS)
+    assert_satisfies(samples, "F a & G !b", REGIONS, max_speed=0.6)
+    with pytest.raises(AssertionError, match="Violated"):
+        assert_satisfies(samples, "F b", REGIONS, max_speed=0.6)
+
+
+def test_regions_of_a_mission():
+    assert_satisfies(straight(), "F a & F b & !F c", mission("true"))
+
+
+def test_limits_for_all_times():
+    assert_within_limits(straight(), speed=0.6)
+    with pytest.raises(AssertionError, match=r"speed reaches 0\.5 m/s"):
+        assert_within_limits(straight(), speed=0.4)
+
+
+def test_bad_input():
+    with pytest.raises(FormulaError):
+        assert_satisfies(straight(), "F nowhere", REGIONS)
+    with pytest.raises(BadInput, match="Region 'a' must be"):
+        assert_satisfies(straight(), "F a", {"a": 3})
+    with pytest.raises(BadInput, match="as \\(times, positions\\)"):
+        assert_satisfies(3, "F a", REGIONS, max_speed=1)  # type: ignore[arg-type]
+    with pytest.raises(BadInput, match="Samples are times"):
+        assert_satisfies(([0, 1], [[0, 0, 1]]), "F a", REGIONS, max_speed=1)
+    with pytest.raises(BadInput, match="sped"):
+        assert_within_limits(straight(), sped=1.0)
+    with pytest.raises(BadInput, match="not a shipped vehicle"):
+        assert_within_limits(straight(), vehicle="balloon")
+
+
+def test_as_a_plugin(tmp_path: Path):
+    (tmp_path / "test_it.py").write_text(
+        "from verify.testing import assert_satisfies\n"
+        "def test_it():\n"
+        "    assert_satisfies(([0, 1], [[0, 0, 1], [0.5, 0, 1]]), 'G !a', {'a': ((0, 0, 1), 0.2)}, max_speed=1)\n"
+    )
+    root = str(Path(__file__).parents[2])
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-p", "verify.testing", "-p", "no:cacheprovider", str(tmp_path)],
+        capture_output=True, text=True, cwd=tmp_path, env={"PYTHONPATH": root, "PATH": "/usr/bin:/bin"}, check=False,
+    )  # fmt: skip
+    assert "verify: flights are judged for all times" in done.stdout
+    assert "Violated" in done.stdout
+    assert "1 failed" in done.stdout
