@@ -97,7 +97,12 @@ def compare(
         raise NotCertified("the certificate does not cover these trajectories.")
     times, order = log.times, [log.robots.index(name) for name in mission.agents]
     position = log.position[:, order]
-    _require_sense(times, position, mission, cert.duration * mission.spec.repeat)
+    shortest = longest = float(cert.duration)
+    if team is not None:
+        shortest = longest = max(path.duration for path in flown(mission, team).values())
+    elif mission.spec.repeat > 1:  # how much of it is the lap is not known without the trajectories
+        longest *= mission.spec.repeat
+    _require_sense(times, position, mission, shortest, longest)
     errors = _errors(log, order, position, mission, team)
     monitor = Monitor(
         mission,
@@ -139,7 +144,7 @@ def _errors(
     raise BadInput("a recording does not know the plan; pass the team's trajectories as well.")
 
 
-def _require_sense(times: Floats, position: Floats, mission: Mission, duration: float) -> None:
+def _require_sense(times: Floats, position: Floats, mission: Mission, duration: float, longest: float) -> None:
     """Refuse a log whose numbers cannot be this flight in metres and seconds."""
     reach = float(np.max(np.abs([mission.workspace.min, mission.workspace.max])))
     farthest = float(np.nanmax(np.abs(position), initial=0.0))
@@ -148,7 +153,7 @@ def _require_sense(times: Floats, position: Floats, mission: Mission, duration: 
             f"positions reach {farthest:g} where the workspace ends at {reach:g} m; are they in millimetres? Give them in m."
         )
     span = float(times[-1] - times[0])
-    if span > 50.0 * max(duration, 1.0):
+    if span > 50.0 * max(longest, 1.0):
         raise BadInput(
             f"the log lasts {span:g} where the flight lasts {duration:g} s; are its times in ms or us? Give them in s."
         )
