@@ -298,7 +298,7 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
             cycle=knot,
         )
         visits.append(visit_claim(robot, matching, fault))
-        passages.append(passage_claim(evidence, robot, matching, spans[robot], passed[robot]))
+        passages.append(passage_claim(evidence, robot, matching, spans[robot], passed[robot], margin))
     words = [
         *judge_formula(plan.mission, timelines, evidence.relations, clock_error=clock_error),
         *judge_transitions(plan.mission, timelines, evidence.relations),

@@ -284,7 +284,12 @@ def visit_claim(robot: str, matching: Matching, actions_fault: str) -> Claim:
 
 
 def passage_claim(
-    evidence: Evidence, robot: str, matching: Matching, spans: Mapping[str, tuple[Span, ...]], found: tuple[Crossing, ...]
+    evidence: Evidence,
+    robot: str,
+    matching: Matching,
+    spans: Mapping[str, tuple[Span, ...]],
+    found: tuple[Crossing, ...],
+    margin: Fraction,
 ) -> Claim:
     """The robot passes exactly the planned openings, in order, each within its visit."""
     plan = evidence.plan.robots[robot]
@@ -301,7 +306,7 @@ def passage_claim(
     sequence = evidence.plan.mission.passages
     if sequence is not None and [p for _, p in wanted] != [*sequence.prefix, *(sequence.cycle or ())]:
         return refused(f"the plan's passages are not the mission's sequence `{sequence}`")
-    tightest: float | None = None
+    tightest: tuple[float, Crossing] | None = None
     for position, crossing in enumerate(found):
         if crossing.way is None:
             return refused(f"hoop '{crossing.hoop}': {crossing.reason}", crossing, _visit_of(wanted, position))
@@ -328,15 +333,21 @@ def passage_claim(
             in_cycle = plan.cycle_visit is not None and visit >= plan.cycle_visit
             if not (crossing.start > knot if in_cycle else crossing.stop < knot):
                 return refused(f"passage {position} is on the wrong side of the start of the cycle", crossing, visit)
-        room = evidence.plan.mission.hoops[crossing.hoop].opening - crossing.off_axis
-        tightest = room if tightest is None else min(tightest, room)
+        room = math.nextafter(evidence.plan.mission.hoops[crossing.hoop].opening - crossing.off_axis, -math.inf)
+        tightest = (room, crossing) if tightest is None or room < tightest[0] else tightest
     if len(found) < len(wanted):
         visit, passage = wanted[len(found)]
         return refused(f"the planned passage {passage} does not happen", None, visit, passage.hoop)
-    names = " ".join(str(p) for _, p in wanted) or "none"
+    names = " ".join(str(p) for _, p in wanted)
+    if tightest is None:
+        return _claim("passages", "holds", f"{robot} passes no opening, as planned.", robot=robot)
+    room, crossing = tightest
+    limit = float(margin + Fraction(evidence.plan.mission.vehicle.radius))
     return _claim(
-        "passages", "holds", f"{robot} passes exactly its planned openings: {names}.", robot=robot, unit="m", bound=tightest
-    )
+        "passages", "holds", f"{robot} passes exactly its planned openings: {names}; at least {room:.4f} m inside the rims.",
+        robot=robot, unit="m", bound=room, limit=limit, margin=room - limit,
+        time=float((crossing.start + crossing.stop) / 2), region=crossing.hoop,
+    )  # fmt: skip
 
 
 def _visit_of(wanted: list[tuple[int, Passage]], position: int) -> int | None:
