@@ -333,19 +333,32 @@ class Task:
 
 
 class Kinds:
-    """What words do to a task's states. Words that do the same are one kind."""
+    """What words do to a task's states. Words that do the same are one kind.
 
-    def __init__(self, task: Task) -> None:
-        self.task = task
-        self.identity: Kind = tuple(part.identity for part in task.parts)
+    Args:
+        task: Whose states.
+        parts: Conjuncts to look at, by index; all where None.
+    """
+
+    def __init__(self, task: Task, parts: Iterable[int] | None = None) -> None:
+        self.parts = task.parts if parts is None else tuple(task.parts[index] for index in parts)
+        self.identity: Kind = tuple(part.identity for part in self.parts)
         self._read: dict[tuple[Kind, int], Kind] = {}
+        self._loses: dict[Kind, bool] = {}
+
+    def loses(self, kind: Kind) -> bool:
+        """Tell whether words of a kind lose the task when they come first."""
+        found = self._loses.get(kind)
+        if found is None:
+            found = any(part.apply(k, part.initial) == DEAD for part, k in zip(self.parts, kind, strict=True))
+            self._loses[kind] = found
+        return found
 
     def read(self, kind: Kind, letter: int) -> Kind:
         """Return the kind of a word with one more letter."""
         found = self._read.get((kind, letter))
         if found is None:
-            parts = self.task.parts
-            found = self._read[kind, letter] = tuple(p.read(k, letter) for p, k in zip(parts, kind, strict=True))
+            found = self._read[kind, letter] = tuple(p.read(k, letter) for p, k in zip(self.parts, kind, strict=True))
         return found
 
     def of(self, letters: Iterable[int]) -> Kind:
@@ -357,12 +370,26 @@ class Kinds:
 
 
 class OrderCheck:
-    """Whether words keep a task in every order: the property `sequential`, decided conjunct by conjunct."""
+    """Whether words keep a task in every order: the property `sequential`, decided conjunct by conjunct.
 
-    def __init__(self, task: Task, *, limit: int = 200_000) -> None:
-        self.task = task
+    Args:
+        task: What is to be kept.
+        parts: Conjuncts to look at, by index; all where None. Kinds must be of the same.
+        limit: Bound on the steps of trying orders.
+    """
+
+    def __init__(self, task: Task, parts: Iterable[int] | None = None, *, limit: int = 200_000) -> None:
+        self.parts = task.parts if parts is None else tuple(task.parts[index] for index in parts)
         self.limit = limit
         self._known: dict[tuple[int, tuple[tuple[tuple[int, ...], int], ...]], tuple[tuple[int, ...], ...] | None] = {}
+
+    def failing_parts(self, kinds: Sequence[Kind]) -> tuple[int, ...]:
+        """Return the conjuncts, by index, that some order of the words breaks."""
+        return tuple(
+            index
+            for index, part in enumerate(self.parts)
+            if self._failing(index, part, [kind[index] for kind in kinds], True) is not None
+        )
 
     def failing_order(self, kinds: Sequence[Kind], *, finished: bool = True) -> tuple[int, ...] | None:
         """Return an order (indices into `kinds`) in which the words break the task; None where every order keeps it.
@@ -374,7 +401,7 @@ class OrderCheck:
         Raises:
             TooLarge: There are too many different orders to try them all.
         """
-        for index, part in enumerate(self.task.parts):
+        for index, part in enumerate(self.parts):
             own = [kind[index] for kind in kinds]
             bad = self._failing(index, part, own, finished)
             if bad is not None:

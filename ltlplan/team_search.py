@@ -4,7 +4,7 @@ T is walked robot by robot, in one fixed order, and made as it is walked. Every 
 is a path of T in the fixed order too, if robots may be switched in every state; so a cheapest path is a lower bound, and it
 is the optimum as soon as its words pass in all orders. The decomposition set would only let some of these switches pass
 without looking at the words. Where the cheapest path is refused, the search begins again and also keeps apart what each
-robot's word does to the task (its kind), so that no refused combination of kinds comes twice.
+robot's word does (its kind) to the conjuncts that some order broke, so that no refused combination of kinds comes twice.
 """
 
 from __future__ import annotations
@@ -195,14 +195,22 @@ def plan_team(team: Team, task: Task, budget: Budget) -> Checked:
     first = cheapest_path(team, task, budget)
     if first is None:
         return Checked(None, None, 0, None)
-    kinds, check = Kinds(task), OrderCheck(task)
     if len(team.systems) == 1:
         return Checked(first, first, 1, None)
-    refused = check.failing_order([kinds.of(letters) for letters in letters_of(team, first)])
-    if refused is None:
-        return Checked(first, first, 1, None)
-    run, tried = _by_kinds(team, task, kinds, check, budget)
-    return Checked(run, first, 1 + tried, refused)
+    everything, check = Kinds(task), OrderCheck(task)
+
+    def kinds_of(run: TeamRun) -> list[Kind]:
+        return [everything.of(letters) for letters in letters_of(team, run)]
+
+    refused = check.failing_order(kinds_of(first))
+    apart: set[int] = set()
+    run: TeamRun | None = first
+    tried = 1
+    while run is not None and (broken := check.failing_parts(kinds_of(run))):
+        apart.update(broken)  # from now on what words do to these conjuncts is kept apart as well
+        run, more = _by_kinds(team, task, sorted(apart), budget)
+        tried += more
+    return Checked(run, first, tried, refused)
 
 
 def letters_of(team: Team, run: TeamRun) -> list[list[int]]:
@@ -210,8 +218,9 @@ def letters_of(team: Team, run: TeamRun) -> list[list[int]]:
     return [[team.label[team.offset[i] + node] for node in path] for i, path in enumerate(run.paths)]
 
 
-def _by_kinds(team: Team, task: Task, kinds: Kinds, check: OrderCheck, budget: Budget) -> tuple[TeamRun | None, int]:
-    """Search with the kinds of all words kept apart; the first complete plan that passes is a cheapest one."""
+def _by_kinds(team: Team, task: Task, apart: Sequence[int], budget: Budget) -> tuple[TeamRun | None, int]:
+    """Search with the kinds of all words kept apart for some conjuncts; the first plan that keeps these is a cheapest one."""
+    kinds, check = Kinds(task, apart), OrderCheck(task, apart)
     last = len(team.systems) - 1
     label, final, robot, edges = team.label, team.final, team.robot, team.edges
     begin = task.row(task.initial)[label[team.start[0]]]
@@ -265,7 +274,15 @@ def _by_kinds(team: Team, task: Task, kinds: Kinds, check: OrderCheck, budget: B
             if after == DEAD or guide(after) == LOST:
                 continue
             kind_after = kinds.read(kind, label[node_after])
-            if kind_after == kind and kinds.read(kind, label[node]) == kind and team.useless(node, node_after, step):
+            if kinds.loses(kind_after):
+                continue
+            if (
+                after == state
+                and row[label[node]] == state
+                and kind_after == kind
+                and kinds.read(kind, label[node]) == kind
+                and team.useless(node, node_after, step)
+            ):
                 continue
             target = (after, node_after, kind_after, done)
             total = cost + step + 1e-10

@@ -77,6 +77,6 @@ def test_possible_or_not() -> None:
 def test_best_paths_come_in_order() -> None:
     graph = {"s": [("x", 1.0), ("y", 2.0)], "x": [("t", 2.0)], "y": [("t", 0.5)], "t": [("s", 0.0)]}
     found = itertools.islice(
-        best_paths(["s"], lambda key: graph[key], lambda key: 0.0 if key == "t" else None, each=3, states=100), 4
+        best_paths(["s"], lambda key: graph[key], lambda key: 0.0 if key == "t" else None, each=4, states=100), 4
     )
     assert [round(path.cost, 6) for path in found] == [2.5, 3.0, 5.0, 5.5]
