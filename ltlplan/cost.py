@@ -100,7 +100,9 @@ class SampledPaths:
     def unscaled(self, derivative: int) -> Floats:
         """Return a derivative in the spline's own time, whatever the time scale. Shape (instants, 3, paths)."""
         known: dict[int, Floats] = self.__dict__.setdefault("_unscaled", {})
-        if derivative not in known:
+        if derivative not in known and len(self) == 1:  # one path needs no matrix
+            known[derivative] = self.sampling.spline.evaluate(self.points[0], self.sampling.instants, derivative)[:, :, None]
+        elif derivative not in known:
             flat = self.points.transpose(1, 2, 0).reshape(self.points.shape[1], -1)
             known[derivative] = (self.sampling.matrix(derivative) @ flat).reshape(-1, 3, len(self))
         return known[derivative]

@@ -28,6 +28,7 @@ Progress = Callable[[str, float], None]
 
 _SHORTLIST = 24  # at most this many of the best candidates are judged for all times
 _PIECES = 30  # what the usual vehicle's memory holds, and one for a wait
+_LARGE = 180  # coordinates
 _SAME = 5e-3  # a plan with fewer waypoints is preferred where it costs at most this share more
 
 
@@ -250,6 +251,8 @@ def improve(
     problem = path_problem(mission, plan, function, points=points)
     mean = problem.mean
     search = Search.start(mean, problem.covariance(spread), chosen, float(problem.costs(mean[None])[0]))
+    if not math.isfinite(search.best_cost) and len(plan.waypoints) * 3 > 2 * _LARGE:
+        return Improvement(plan, nominal, nominal, (), ())  # so few points cannot show so long a word
     shortlist: list[tuple[float, Floats]] = [(search.best_cost, mean)]
     kept: list[float] = []
 
@@ -287,7 +290,7 @@ def _stretched(mission: Mission, plan: RobotPlan, scale: float) -> RobotPlan:
     """Return the plan flown `scale` times longer, or as much longer as its fastest sampled instant asks for."""
     spline = Spline(plan.times, plan.cycle_waypoint)
     at = np.linspace(plan.times[0], plan.times[-1], 600)
-    velocity = spline.sampling(at, 1) @ np.array([w.position for w in plan.waypoints])
+    velocity = spline.evaluate([w.position for w in plan.waypoints], at, 1)
     peak = float(np.max(np.linalg.norm(velocity, axis=1)))
     scale = max(scale, 1.02 * peak / mission.effective_limits.speed)
     return plan.model_copy(update={"times": tuple(time * scale for time in plan.times)})

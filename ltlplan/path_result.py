@@ -61,7 +61,7 @@ def candidate_plans(mission: Mission, plan: RobotPlan, problem: PathProblem, poi
     if cuts is None:
         return []
     dense = np.linspace(spline.times[0], spline.times[-1], 1000)
-    place = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(spline.sampling(dense) @ points, axis=0), axis=1))])
+    place = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(spline.evaluate(points, dense), axis=0), axis=1))])
     cuts_at = [float(x) for x in np.interp([cut.time for cut in cuts], dense, place)]
     cycle = None if spline.cycle is None else float(spline.times[spline.cycle])
     found = []
@@ -94,7 +94,7 @@ def flown_pieces(mission: Mission, plan: RobotPlan) -> int:
 
 def _plan(where: Room, plan: RobotPlan, spline: Spline, points: Floats, cuts: list[_Cut]) -> RobotPlan | None:
     times = np.array([cut.time for cut in cuts])
-    positions = spline.sampling(times) @ points
+    positions = spline.evaluate(points, times)
     positions[0], positions[-1] = points[0], points[-1]
     cycle = None
     if spline.cycle is not None:
@@ -121,7 +121,7 @@ def _permitted(cuts: list[_Cut], index: int) -> frozenset[str]:
 def _cuts(where: Room, plan: RobotPlan, spline: Spline, points: Floats, length: float) -> list[_Cut] | None:
     """Where the path comes to its visits, in order; None where they are not the planned ones."""
     at = np.linspace(spline.times[0], spline.times[-1], max(200, int(length / _STEP)))
-    path = spline.sampling(at) @ points
+    path = spline.evaluate(points, at)
     stays: list[tuple[int, int, str]] = []
     for name, obstacle in where.obstacles.items():
         edges = np.flatnonzero(

@@ -24,6 +24,7 @@ _INSTANT = 0.05  # m between sampled instants, about
 _SLACK = 0.02  # m beyond the margin, where the nominal path has it
 _SPACING = 0.35  # m between points, about
 _POINTS = 20
+_MOST_POINTS = 120  # more than that, and a covariance is too large to be worth its time
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +109,7 @@ def path_problem(
         plan: The nominal path; at least three waypoints.
         cost: Named terms or any function of sampled paths.
         points: n, start and end not counted; by default about one every 0.35 m, 4 to 20, more where the spline through so
-            few does not keep the word, and the nominal path's own waypoints where more do not help.
+            few does not keep the word, and the nominal path's own waypoints (up to 120) where more do not help.
         instants: At which each path is sampled; by default about one every 0.05 m, at least 64.
     """
     waypoints = np.array([w.position for w in plan.waypoints])
@@ -117,12 +118,13 @@ def path_problem(
     count = points if points is not None else int(np.clip(np.ceil(length / _SPACING), 4, _POINTS))
     choices = [_equidistant(nominal, waypoints, count)]
     if points is None:
-        choices += [_equidistant(nominal, waypoints, count * 7 // 5), (nominal.times, nominal.cycle)]
+        choices.append(_equidistant(nominal, waypoints, count * 7 // 5))
+        choices += [(nominal.times, nominal.cycle)] if len(waypoints) <= _MOST_POINTS else []
     problems = []
     for slack in (_SLACK, 0.0):
         keeps = word_filter(mission, plan, slack=slack)
         for times, cycle in choices:
-            knots = nominal.sampling(times) @ waypoints
+            knots = nominal.evaluate(waypoints, times)
             sampling = Sampling(Spline(times, cycle), instants or max(64, int(np.ceil(length / _INSTANT))))
             free = np.arange(1, len(times) - 1)
             problems.append(PathProblem(sampling.spline, knots, free, cost, sampling, keeps, length, slack))
@@ -133,13 +135,13 @@ def path_problem(
 
 def _length(spline: Spline, waypoints: Floats) -> float:
     at = np.linspace(spline.times[0], spline.times[-1], 2000)
-    return float(np.linalg.norm(np.diff(spline.sampling(at) @ waypoints, axis=0), axis=1).sum())
+    return float(np.linalg.norm(np.diff(spline.evaluate(waypoints, at), axis=0), axis=1).sum())
 
 
 def _equidistant(spline: Spline, waypoints: Floats, count: int) -> tuple[Floats, int | None]:
     """Times of start, `count` equidistant points and end; a lasso's cycle begins at one of them."""
     at = np.linspace(spline.times[0], spline.times[-1], 4000)
-    steps = np.linalg.norm(np.diff(spline.sampling(at) @ waypoints, axis=0), axis=1)
+    steps = np.linalg.norm(np.diff(spline.evaluate(waypoints, at), axis=0), axis=1)
     place = np.concatenate([[0.0], np.cumsum(steps + 1e-12)])
     if spline.cycle is None:
         return np.interp(np.linspace(0.0, place[-1], count + 2), place, at), None

@@ -85,6 +85,22 @@ class Spline:
             raise BadInput(f"The spline has {len(self.times)} times; points must have shape ({len(self.times)}, axes).")
         return self._coefficients(values).transpose(0, 2, 1)
 
+    def evaluate(self, points: ArrayLike, at: ArrayLike, derivative: int = 0) -> Floats:
+        """Return one path, or a derivative of it, at times within the spline's own, without the matrix.
+
+        Args:
+            points: Shape (points, axes).
+            at: s. Shape (instants,).
+            derivative: 0 for position, 1 for velocity, and so on.
+
+        Returns:
+            Shape (instants, axes).
+        """
+        times = np.asarray(at, dtype=np.float64)
+        piece = self._piece(times)
+        rows = powers(times - self.times[piece], derivative)
+        return np.einsum("ik,iak->ia", rows, self.through(points)[piece])
+
     def sampling(self, at: ArrayLike, derivative: int = 0) -> Floats:
         """Return the matrix that maps points to a derivative of the path at the times `at`.
 
@@ -96,8 +112,11 @@ class Spline:
             Shape (instants, points).
         """
         times = np.asarray(at, dtype=np.float64)
-        piece = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
+        piece = self._piece(times)
         return np.einsum("ik,ikp->ip", powers(times - self.times[piece], derivative), self.coefficients[piece])
+
+    def _piece(self, times: Floats) -> NDArray[np.int64]:
+        return np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
 
     def _coefficients(self, points: Floats) -> Floats:
         """Ascending coefficients of the splines through the columns of `points`. Shape (pieces, 8, columns)."""

@@ -177,12 +177,12 @@ def _times(plan: RobotPlan) -> Floats:
 
 def _path(plan: RobotPlan) -> Floats:
     """Points of the plan's spline. Shape (n, 3)."""
-    return Spline(plan.times, plan.cycle_waypoint).sampling(_times(plan)) @ np.array([w.position for w in plan.waypoints])
+    return Spline(plan.times, plan.cycle_waypoint).evaluate([w.position for w in plan.waypoints], _times(plan))
 
 
 def _piece(plan: RobotPlan, index: int) -> Floats:
     at = np.linspace(plan.times[index], plan.times[index + 1], 24)
-    return Spline(plan.times, plan.cycle_waypoint).sampling(at) @ np.array([w.position for w in plan.waypoints])
+    return Spline(plan.times, plan.cycle_waypoint).evaluate([w.position for w in plan.waypoints], at)
 
 
 def _ellipsoid(region: Region) -> tuple[Floats, Floats, Floats]:

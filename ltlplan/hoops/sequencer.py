@@ -209,7 +209,7 @@ def _repaired(
 def _visited_again(stops: Sequence[Stop], spline: Spline, where: Room, visits: Mapping[str, int]) -> list[Conflict]:
     """Find pieces on which a region that they may enter is left and entered once more, by dense samples."""
     at = np.linspace(spline.times[0], spline.times[-1], max(400, 40 * len(stops)))
-    path = spline.sampling(at) @ np.array([stop.position for stop in stops])
+    path = spline.evaluate([stop.position for stop in stops], at)
     found = []
     for name, count in visits.items():
         obstacle = where.obstacles[name]
