@@ -425,3 +425,16 @@ def test_plans_that_do_not_fit_their_mission_are_bad_input(fire):
     robot = plan.robots["quad0"].model_copy(update={"cycle_visit": 0})
     with pytest.raises(BadInput, match="finite"):
         judge(plan.model_copy(update={"robots": {**plan.robots, "quad0": robot}}), team)
+
+
+@pytest.mark.parametrize("radius", ["0.0", "-1.0", "1e-200", "1e-160", "1e-7", "1e7", "1e200", ".nan", ".inf", "1e999"])
+def test_regions_without_a_sensible_size_are_bad_input(radius):
+    with pytest.raises(BadInput, match="radii"):
+        small_mission(regions=f"a: {{center: [1.0, 0.0, 1.0], radii: [{radius}, 0.2, 0.2]}}")
+
+
+@pytest.mark.parametrize("radius", ["1e-6", "1e6"])
+def test_needles_and_plates_are_judged(radius):
+    mission = small_mission("G !a", regions=f"a: {{center: [1.0, 0.0, 1.0], radii: [{radius}, 0.2, 0.2]}}")
+    found = refused(plan_of(mission, {}), {"r0": legs([[0, 0, 1], [0, 1, 1]])})
+    assert found == (set() if radius == "1e-6" else {"formula"} | (found & {"visits"}))

@@ -77,6 +77,8 @@ class Region(_Section):
 
     @model_validator(mode="after")
     def _with_matrix(self) -> Region:
+        if not all(1e-6 <= radius <= 1e6 for radius in self.radii):
+            raise ValueError(f"radii {list(self.radii)} must lie between 1e-6 m and 1e6 m")
         wanted = _ellipsoid_matrix(self.radii, self.yaw)
         if self.matrix is None:
             object.__setattr__(self, "matrix", wanted)
