@@ -1,13 +1,32 @@
 """From waypoints and a word to polynomials that a quadrotor can fly.
 
-`refine(plan)` serves missions; `minimum_snap` serves whoever has points and times and no mission.
+`refine(plan)` serves missions. Whoever has points and no mission takes `minimum_snap` (points and times), `time_optimal`
+(points and limits) or `retime` (a path and limits), a heading from `heading_spline` or `least_spin`, and `quantise`.
 """
 
 from refine.fastest import time_optimal
 from refine.limits import Limits, Rotors
 from refine.minimum_snap import minimum_snap
-from refine.quantise import jumps, quantise
+from refine.quantise import jumps, on_grid, quantise
+from refine.retiming import retime
 from refine.spline import Spline
 from refine.team import refine
+from refine.timing import stretch_to_limits
+from refine.turning import least_spin
+from refine.yaw import heading_spline
 
-__all__ = ["Limits", "Rotors", "Spline", "jumps", "minimum_snap", "quantise", "refine", "time_optimal"]
+__all__ = [
+    "Limits",
+    "Rotors",
+    "Spline",
+    "heading_spline",
+    "jumps",
+    "least_spin",
+    "minimum_snap",
+    "on_grid",
+    "quantise",
+    "refine",
+    "retime",
+    "stretch_to_limits",
+    "time_optimal",
+]

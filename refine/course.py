@@ -287,17 +287,20 @@ def _leg(
     passing = _passing(mission, robot, here, there)
     ends = np.stack([here.position, there.position])
     visited = {robot.visits[v].region for v in (here.visit, there.visit) if v is not None and v < len(robot.visits)}
+    everywhere = {visit.region for visit in robot.visits}  # regions may overlap: which of them come when, the stays tell
     obstacles: list[Obstacle] = []
     for region, body in bodies.regions.items():
-        inside = bool(np.any(body.clearance(ends) <= 0.0))
-        if region == passing or (inside and (region in visited or here.role == "start")):
+        inside = body.clearance(ends) <= 0.0
+        planned = inside[0] <= (region in everywhere or here.role == "start") and inside[1] <= (region in everywhere)
+        if region == passing or (inside.any() and planned):
             continue
-        if inside:
+        if inside.any():
+            stop = there if inside[1] else here
             raise _infeasible(
                 "visits",
                 name,
-                there,
-                f"{name}: waypoint {_show(there.position)} lies within the margin of '{region}', which is not visited there.",
+                stop,
+                f"{name}: waypoint {_show(stop.position)} lies within the margin of '{region}', which is not visited there.",
             )
         obstacles.append(body)
     for hoop, disc in bodies.rings.items():

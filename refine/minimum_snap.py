@@ -95,7 +95,7 @@ def banded_problem(waypoints: Floats, durations: Floats, known: Floats | None = 
     nodes = pairs.shape[1]
     band = np.empty((6, nodes, 3))
     np.copyto(band, (_BAND @ pairs).reshape(6, 3, nodes).transpose(0, 2, 1))
-    return BandedProblem(waypoints, durations, band.reshape(6, 3 * nodes), right.reshape(3 * nodes, -1), known)
+    return BandedProblem(waypoints, durations, band.reshape(6, 3 * nodes), right.reshape(3 * nodes, waypoints.shape[1]), known)
 
 
 def solve_banded(problem: BandedProblem) -> Spline:

@@ -14,12 +14,16 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.basis import HERMITE, ORDER, SIZE, derivative_weights
+from refine.basis import HERMITE, ORDER, SIZE, bernstein_matrix, derivative_weights
 from refine.spline import Spline
-from verify.data import InternalError, Trajectory
+from verify.data import DoesNotFit, InternalError, Trajectory
 
 Floats = NDArray[np.float64]
 
+_STEPS = np.array([1e-3, 1e-3, 1e-3, np.radians(0.1)])
+_LARGEST, _LARGEST_UNSIGNED = 32767, 65535
+_NANOMETRE = Fraction(1, 10**9)
+"""How far a lap's closing joint may stay open where the coordinate is so near zero that half an ulp is less than this."""
 _FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
 
 
@@ -93,9 +97,9 @@ def _rounded_piece(start: Floats, end: Floats, duration: float) -> Floats:
 
 
 def _close(coefficients: Floats, duration: float, target: float) -> None:
-    """Move the last coefficients by a few ulps, in place, until the end is within half an ulp of `target`."""
+    """Move the last coefficients by a few ulps, in place, until the end is within half an ulp (or a nanometre) of `target`."""
     time, aim = Fraction(float(duration)), Fraction(target)
-    half = Fraction(float(np.spacing(np.float32(abs(target))))) / 2 if target else Fraction(1, 2**40)
+    half = max(Fraction(float(np.spacing(np.float32(abs(target))))) / 2, _NANOMETRE)
     best = coefficients.copy()
     for nudge in range(64):
         trial = coefficients.copy()
@@ -111,6 +115,37 @@ def _close(coefficients: Floats, duration: float, target: float) -> None:
             coefficients[:] = best
             return
     raise InternalError(f"The cycle's joint stays {float(abs(aim - exact_end(best, duration))):.3g} m open in float32.")
+
+
+def on_grid(path: Spline) -> Trajectory:
+    """Return a flight on the grid of the compressed trajectory format: ms, and Bezier points in mm and tenths of a degree.
+
+    The pieces share their joints' points, so position and yaw are continuous, but every other point is off by up to half a
+    step, which moves the path by up to half a millimetre and lets velocity jump by millimetres per second and more in short
+    pieces (see `jumps`). It is this flight that has to be certified, not the one that it was made from.
+
+    Args:
+        path: x, y, z and yaw: four axes.
+
+    Raises:
+        DoesNotFit: A coordinate is beyond 32.767 m, or a piece lasts less than 1 ms or more than 65.535 s.
+    """
+    durations = np.rint(path.durations * 1e3)
+    if durations.min() < 1 or durations.max() > _LARGEST_UNSIGNED:
+        piece = int(np.argmax(np.maximum(durations, 1.0 / np.maximum(durations, 1e-9))))
+        raise DoesNotFit(f"piece {piece} lasts {path.durations[piece]:g} s; the compressed format holds 0.001 to 65.535 s.")
+    unit = path.coefficients * path.durations[:, None, None] ** np.arange(SIZE)
+    points = np.rint((unit @ bernstein_matrix().T) / _STEPS[:, None])
+    if np.abs(points).max() > _LARGEST:
+        where = np.unravel_index(int(np.argmax(np.abs(points))), points.shape)
+        value = points[where] * _STEPS[where[1]]
+        raise DoesNotFit(
+            f"piece {where[0]} reaches {value:.3f} on axis {where[1]}; the compressed format holds 16-bit millimetres and 0.1 degrees."
+        )
+    points[1:, :, 0] = points[:-1, :, -1]
+    coefficients = np.linalg.solve(bernstein_matrix(), (points * _STEPS[:, None]).transpose(0, 2, 1)).transpose(0, 2, 1)
+    seconds = durations / 1e3
+    return Trajectory(seconds, coefficients / seconds[:, None, None] ** np.arange(SIZE))
 
 
 @dataclass(frozen=True)

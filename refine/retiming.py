@@ -65,7 +65,7 @@ def pace(path: Spline, limits: Limits) -> Floats:
         MissingEngine: cvxpy is not installed.
     """
     at = np.linspace(0.0, path.duration, GRID + 1)
-    first, second = _derivatives(path, at)
+    first, _ = _derivatives(path, at)
     programme, squared, parameters = _programme(
         np.isfinite(limits.acceleration), np.isfinite(limits.thrust_max), np.isfinite(limits.tilt)
     )

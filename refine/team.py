@@ -334,13 +334,14 @@ def _leg_speeds(mission: Mission, robot: RobotPlan, course: Course) -> Floats | 
 
 
 def _on_the_way(robot: RobotPlan, course: Course, visit: int) -> NDArray[np.bool_]:
-    """Tell which legs lead from the previous visit to this one, the one that leaves the previous visit included."""
+    """Tell which legs lead from the previous visit to this one, the one that leaves the previous hoop included."""
     serves = np.array([-1 if leg.visit is None else leg.visit for leg in course.legs])
     legs = serves == visit
     before = [visit - 1] + ([len(robot.visits) - 1] if visit == robot.cycle_visit else [])
     for earlier in before:
-        if earlier >= 0 and np.any(serves == earlier):
-            legs[np.flatnonzero(serves == earlier)[-1]] = True
+        passages = [index for index, leg in enumerate(course.legs) if leg.visit == earlier and leg.tube is not None]
+        if passages:
+            legs[passages[-1]] = True
     return legs
 
 

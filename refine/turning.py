@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.basis import HERMITE, ORDER, derivative_weights
+from refine.basis import ORDER
+from refine.fitting import bases, fitted
 from refine.flatness import flat_state
 from refine.spline import Spline
 from verify.data import GRAVITY
@@ -42,9 +43,9 @@ def least_spin(path: Spline, *, rest_at_start: bool = True) -> Spline:
     free = np.ones((len(path) + 1, ORDER), dtype=bool)
     if rest_at_start:
         free[0, 1:] = False
-    values, rates = _bases(path, at)
+    values, rates, _ = bases(path, at)
     slope = (_spin(motion, planned + _STEP, paces) - _spin(motion, planned - _STEP, paces)) / (2 * _STEP)
-    states = _fitted(path, values, planned, free, 1.0 + np.minimum(np.abs(slope), 100.0))
+    states = fitted(path, values, planned, free, 1.0 + np.minimum(np.abs(slope), 100.0))
     spin = _spin(motion, values @ states, rates @ states)
     best, damping = states, 1e-3
     power = 2.0
@@ -75,30 +76,6 @@ def _spin(motion: tuple[Floats, ...], yaw: Floats, rate: Floats) -> Floats:
     acceleration, jerk, snap = motion
     flat = flat_state(acceleration, jerk, snap, yaw.reshape(shape), rate.reshape(shape), np.zeros(shape))
     return flat.rates[..., 2].ravel()
-
-
-def _bases(path: Spline, at: Floats) -> tuple[Floats, Floats]:
-    """Return yaw and its rate at samples as linear maps of the node states. Shapes (pieces * samples, 4 nodes)."""
-    count, pieces = len(at), len(path)
-    result = []
-    for derivative in (0, 1):
-        powers = at[:, None] ** np.maximum(np.arange(8) - derivative, 0) * derivative_weights(derivative)
-        matrix = np.zeros((pieces * count, ORDER * (pieces + 1)))
-        for piece, duration in enumerate(path.durations):
-            scale = np.tile(duration ** np.arange(ORDER), 2) / duration**derivative
-            matrix[piece * count : (piece + 1) * count, ORDER * piece : ORDER * (piece + 2)] = (powers @ HERMITE) * scale
-        result.append(matrix)
-    return result[0], result[1]
-
-
-def _fitted(path: Spline, values: Floats, wanted: Floats, free: NDArray[np.bool_], weights: Floats) -> Floats:
-    """Return node states whose yaw is nearest to wanted samples. Shape (4 nodes,)."""
-    scale = np.tile(path.durations.mean() ** -np.arange(ORDER), len(path) + 1)
-    matrix = (values * scale)[:, free.ravel()] * weights[:, None]
-    solution = np.linalg.solve(matrix.T @ matrix + 1e-4 * np.eye(matrix.shape[1]), matrix.T @ (weights * wanted))
-    states = np.zeros(len(scale))
-    states[free.ravel()] = solution * scale[free.ravel()]
-    return states
 
 
 def _planned(path: Spline, at: Floats) -> Floats:

@@ -7,7 +7,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.minimum_snap import minimum_snap
+from refine.basis import ORDER
+from refine.fitting import bases, fitted
 from refine.spline import Spline
 
 Floats = NDArray[np.float64]
@@ -19,6 +20,8 @@ _SLOW = 0.05
 _NEAR = 0.05
 """m of horizontal distance below which a point has no direction."""
 _SAMPLES = 33
+_CORNER = 0.1
+"""Share of a mean leg's duration over which the heading turns a corner."""
 
 
 def heading_spline(path: Spline, heading: Heading, start: float, *, cycle: int | None = None) -> Spline | None:
@@ -32,47 +35,40 @@ def heading_spline(path: Spline, heading: Heading, start: float, *, cycle: int |
     """
     if heading == "fixed":
         return None
-    wanted = _directions(path, heading, start)
-    turned = np.unwrap(wanted)
-    nodes = turned[:: _SAMPLES - 1].copy()
-    nodes[1:] += _nearest_turn(start - nodes[1])  # turn there from the start's heading on the first leg
-    nodes[0] = start
+    at = np.linspace(0.0, 1.0, _SAMPLES)
+    wanted = _directions(path, heading, start, at)
+    nodes = len(path) + 1
+    given = np.zeros((nodes, ORDER))
+    free = np.ones((nodes, ORDER), dtype=bool)
+    given[0, 0], free[0] = start, False
+    free[-1, 1:] = False
     if cycle is not None:  # a lap may turn the vehicle full circles: the heading is the same, its number is not
-        nodes[-1] = nodes[cycle] + _nearest_turn(nodes[-1] - nodes[cycle])
-    rate = np.full((len(nodes), 1), np.nan)
-    rate[[0, -1]] = 0.0
-    if cycle is not None:
-        rate[cycle] = 0.0
-    return minimum_snap(nodes[:, None], path.knots, velocity=rate, acceleration=_closed(rate, cycle), jerk=_closed(rate, cycle))
+        given[cycle, 0] = start if cycle == 0 else wanted[cycle - 1, -1]
+        given[-1, 0] = given[cycle, 0] + _nearest_turn(wanted[-1, -1] - given[cycle, 0])
+        free[cycle], free[-1] = False, False
+    values, _, accelerations = bases(path, at)
+    still = _CORNER * path.durations.mean()  # corners are rounded over about this time
+    matrix = np.concatenate([values, still**2 * accelerations])
+    aims = np.concatenate([wanted.ravel(), np.zeros(len(values))]) - matrix @ given.ravel()
+    states = given + fitted(path, matrix, aims, free, np.ones(len(aims))).reshape(nodes, ORDER)
+    return Spline(path.durations, states[:, :, None])
 
 
-def _closed(rate: Floats, cycle: int | None) -> Floats:
-    values = np.full_like(rate, np.nan)
-    values[[0, -1]] = 0.0
-    if cycle is not None:
-        values[cycle] = 0.0
-    return values
-
-
-def _directions(path: Spline, heading: Heading, start: float) -> Floats:
-    """Return the wanted yaw at samples, wrapped or not. Shape (pieces * (samples - 1) + 1,)."""
-    shares = np.linspace(0.0, 1.0, _SAMPLES)
-    joined = lambda derivative: _join(path.sample(shares, derivative)[..., :2])  # noqa: E731
+def _directions(path: Spline, heading: Heading, start: float, at: Floats) -> Floats:
+    """Return the wanted yaw at samples, unwrapped, led over from the start's on the first leg. Shape (pieces, samples)."""
     if heading == "path":
-        vector, least = joined(1), _SLOW
+        vector, least = path.sample(at, 1)[..., :2].reshape(-1, 2), _SLOW
     else:
-        vector, least = np.array(heading[:2], dtype=np.float64) - joined(0), _NEAR
+        vector, least = np.array(heading[:2], dtype=np.float64) - path.sample(at)[..., :2].reshape(-1, 2), _NEAR
     clear = np.linalg.norm(vector, axis=1) > least
     if not clear.any():
-        return np.full(len(vector), start)
+        return np.full((len(path), len(at)), start)
     angles = np.unwrap(np.arctan2(vector[clear, 1], vector[clear, 0]))
     angles += _nearest_turn(start - angles[0])
-    index = np.maximum(np.cumsum(clear) - 1, 0)
-    return angles[index]
-
-
-def _join(samples: Floats) -> Floats:
-    return np.concatenate([samples[:, :-1].reshape(-1, samples.shape[2]), samples[-1:, -1]])
+    wanted = angles[np.maximum(np.cumsum(clear) - 1, 0)].reshape(len(path), len(at))
+    lead = at**3 * (10 - 15 * at + 6 * at**2)
+    wanted[0] = start + lead * (wanted[0] - start)
+    return wanted
 
 
 def _nearest_turn(angle: float) -> float:

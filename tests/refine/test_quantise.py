@@ -1,0 +1,77 @@
+"""float32: joints stay closed to half an ulp, derivatives nearly so, laps close."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from refine import Spline, jumps, minimum_snap, on_grid, quantise
+from refine.qp import Programme, rest_to_rest, solve
+from tests.benchmarks.refinement_courses import HOOP6
+from verify.data import DoesNotFit
+
+
+@given(st.integers(2, 12), st.integers(0, 2**32 - 1))
+@settings(max_examples=20, deadline=None)
+def test_position_jumps_by_half_an_ulp_at_most(count: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    times = np.concatenate([[0.0], np.cumsum(rng.uniform(0.5, 2.5, size=count - 1))])
+    path = minimum_snap(rng.normal(size=(count, 4)) * 3, times)
+    flight = quantise(path)
+    found = jumps(flight)
+    assert flight.is_float32
+    assert found.ulps <= 0.5
+    largest = [np.abs(path.states[:, d]).max() for d in range(4)]
+    assert found.velocity <= 1e-5 * (1 + largest[1])
+    assert found.acceleration <= 1e-4 * (1 + largest[2])
+    assert found.jerk <= 1e-3 * (1 + largest[3])
+    swing = np.abs(path.coefficients * path.durations[:, None, None] ** np.arange(8)).max()
+    np.testing.assert_allclose(flight.evaluate(flight.knots[1:]), path.nodes[1:], atol=1e-6 * swing)
+
+
+def test_a_lap_closes() -> None:
+    durations = np.linalg.norm(np.diff(HOOP6, axis=0), axis=1)
+    path = solve(Programme(durations, rest_to_rest(HOOP6, cycle=0), (), 0))
+    points = np.concatenate([[[0.0, 0.0, 1.5]], HOOP6])
+    durations = np.concatenate([[1.2], durations])
+    path = solve(Programme(durations, rest_to_rest(points, cycle=1), (), 1))
+    np.testing.assert_array_equal(path.states[-1], path.states[1])
+    assert np.linalg.norm(path.states[1, 1]) > 0.1  # it flies through, it does not stop
+    turning = np.zeros((len(points), 4, 1))
+    turning[:, 0, 0] = 0.25
+    turning[-1, 0, 0] = 0.25 + 2 * np.pi  # once around in a lap
+    flight = quantise(Spline(durations, np.concatenate([path.states, turning], axis=2)), cycle=1)
+    end = flight.evaluate(flight.duration - 1e-12)
+    np.testing.assert_allclose(end[:3], points[1], atol=1e-6)
+    gap = end[3] - flight.coefficients[1, 3, 0]
+    assert abs(gap - 2 * np.pi) < 1e-6
+
+
+def test_hover_pieces_stay_exactly_put() -> None:
+    states = np.zeros((2, 4, 4))
+    states[:, 0] = [1.3, -0.2, 0.8, 0.7]
+    flight = quantise(Spline(np.array([2.5]), states))
+    assert not flight.coefficients[:, :, 1:].any()
+
+
+def test_the_compressed_grid_moves_the_path_by_half_a_millimetre() -> None:
+    times = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(HOOP6, axis=0), axis=1))])
+    path = minimum_snap(np.column_stack([HOOP6, np.linspace(0, 1, len(HOOP6))]), times)
+    flight = on_grid(path)
+    np.testing.assert_array_equal(np.rint(flight.durations * 1e3) / 1e3, flight.durations)
+    shares = np.linspace(0, 1, 40)
+    there = np.stack([flight.evaluate(flight.knots[:-1] + 0.999999 * s * flight.durations) for s in shares], axis=1)
+    assert np.abs(there[..., :3] - path.sample(0.999999 * shares)[..., :3]).max() <= 0.6e-3
+    found = jumps(flight)
+    assert found.position < 1e-9
+    assert 1e-4 < found.velocity < 1e-2  # the reason why this very flight must be certified
+
+
+def test_what_the_compressed_format_cannot_hold_is_refused() -> None:
+    far = minimum_snap([[0.0, 0, 1, 0], [40.0, 0, 1, 0]], [0.0, 20.0])
+    with pytest.raises(DoesNotFit, match="axis 0"):
+        on_grid(far)
+    with pytest.raises(DoesNotFit, match=r"65\.535"):
+        on_grid(minimum_snap([[0.0, 0, 1, 0], [1.0, 0, 1, 0]], [0.0, 70.0]))
