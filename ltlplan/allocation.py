@@ -21,6 +21,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ltlplan.automata import DEAD, translate
 from ltlplan.conjunction import Kinds, OrderCheck, Task, conjunct_automata
@@ -124,6 +125,21 @@ class World:
         environment = self.mission.environment
         first = vertex if vertex is not None or environment is None else environment.start
         return Whereabouts(position, None, first, internal)
+
+    def regions_at(self, positions: NDArray[np.float64]) -> list[str | None]:
+        """Return the region that each point is in, or None; of several the first. Shape (n, 3)."""
+        names = list(self.mission.all_regions)
+        if not names:
+            return [None] * len(positions)
+        centres, shapes = self._shapes
+        offset = positions[:, None] - centres
+        inside = np.einsum("nri,rij,nrj->nr", offset, shapes, offset) <= 1.0
+        return [names[int(np.argmax(row))] if row.any() else None for row in inside]
+
+    @cached_property
+    def _shapes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        regions = self.mission.all_regions.values()
+        return np.array([region.center for region in regions]), np.array([region.shape for region in regions])
 
     def moves(self, where: Whereabouts, *, first: bool = False) -> tuple[Move, ...]:
         """Return every visit that a robot can make next; a first move may also be to act where the robot already is."""
@@ -373,6 +389,10 @@ class Outlook:
                 yield target, self._leg(None, where.position, move.visit.region), False
 
 
+MAX_COMMUTING = 10_000
+"""States times letters up to which it is found out which letters commute."""
+
+
 class Reader:
     """A mission's formula as an automaton that reads letters by name and remembers what it has read.
 
@@ -387,6 +407,7 @@ class Reader:
         self._automaton = translate(mission.formula, trace="finite")
         self._known: dict[tuple[State, Letter], State] = {}
         self._divides: dict[State, bool] = {}
+        self._commutes: dict[Letter, bool] = {}
         self.initial: State = self._automaton.initial
         free = {world.free_letter(state) for state in mission.robot.states}
         self.shown = tuple(sorted(free | {f | {region} for f in free for region in mission.all_regions}, key=sorted))
@@ -420,6 +441,39 @@ class Reader:
             if state not in self._divides:
                 self._divides[state] = state != DEAD and decomposes(self._automaton, state, self.shown)
         return all(self._divides[state] for state in states)
+
+    def commutes(self, letter: Letter) -> bool:
+        """Tell whether it does not matter when a letter is read among others: always the same state, and once is enough.
+
+        False where the automaton is too large to say so quickly.
+        """
+        if letter not in self._commutes:
+            states = self._reachable
+            self._commutes[letter] = (
+                bool(states)
+                and all(
+                    self.successor(self.successor(state, letter), other) == self.successor(self.successor(state, other), letter)
+                    for state in states
+                    for other in self.shown
+                )
+                and all(self.successor(self.successor(s, letter), letter) == self.successor(s, letter) for s in states)
+            )
+        return self._commutes[letter]
+
+    @cached_property
+    def _reachable(self) -> tuple[State, ...]:
+        """All states that the robots' letters lead to; none where there are too many to look at all pairs of letters."""
+        seen, stack = {self.initial}, [self.initial]
+        while stack:
+            at = stack.pop()
+            for letter in self.shown:
+                target = self.successor(at, letter)
+                if target not in seen:
+                    seen.add(target)
+                    stack.append(target)
+            if len(seen) * len(self.shown) > MAX_COMMUTING:
+                return ()
+        return tuple(seen)
 
     def holds_in_every_order(self, words: Mapping[str, Sequence[Letter]]) -> bool:
         """Tell whether the words have the sequential property (Def. 4.5)."""

@@ -4,7 +4,7 @@
 paper, a satisfying run is made at the first step; whoever is cheapest gets each part of it; paths are sampled for each robot by
 online cross-entropy; the flag says when the formula is satisfied. What the printed algorithm leaves open:
 
-* The run is made by the walk of `team_walk` with straight lines for costs, so that robots take off at once. The switch
+* The run is made by the walk of `team_walk` with straight lines for costs, so that robots can go within a second. The switch
   condition is asked again several times a second: a part that nobody has begun, and whose beginning is in the decomposition
   set of the states that the automaton may be in now, goes to another robot where that is clearly cheaper.
 * A robot that has begun a part outside the decomposition set keeps it to its end, as the paper says.
@@ -28,7 +28,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.allocation import Itinerary, Metric, Move, Reader, World
+from ltlplan.allocation import Itinerary, Metric, Move, Reader, Whereabouts, World
 from ltlplan.hoops import route
 from ltlplan.mtac import metric
 from ltlplan.online_cross_entropy import OnlineSettings
@@ -43,6 +43,9 @@ Floats = NDArray[np.float64]
 
 PERIOD = 0.02
 """s between two steps: 50 Hz, as in the paper's experiment."""
+
+SEARCH_STEPS = 40
+"""Steps that robots hover after tasks were shared, while their paths improve most: 0.8 s."""
 
 SWITCH_STEPS = 25
 """Steps between two looks at the switch condition."""
@@ -120,6 +123,7 @@ class OnlineTeam:
         self._stuck: dict[str, float] = {}
         self._first: list[str] = list(self.pilots)
         self._moved_at = 0.0
+        self._begin = 0
         self.allocate()
 
     @property
@@ -130,7 +134,10 @@ class OnlineTeam:
     @property
     def complete(self) -> bool:
         """Whether every robot has a path for all that is left, and that satisfies the formula."""
-        return self.holding is None and can_finish(self.standing, {n: p.ahead for n, p in self.pilots.items()})
+        return self.holding is None and can_finish(self.standing, self._ahead())
+
+    def _ahead(self) -> dict[str, tuple[Letter, ...]]:
+        return {name: pilot.ahead for name, pilot in self.pilots.items()}
 
     def allocate(self) -> None:
         """Make a satisfying run from where the team is and give its parts to the cheapest robots (lines 1 to 4).
@@ -149,7 +156,7 @@ class OnlineTeam:
                 parts = self._share_out(blocked)
                 problem = self._laid(parts)
                 if problem is None:
-                    self.holding = None
+                    self.holding, self._begin = None, self.steps + SEARCH_STEPS
                     return
                 blocked.add(problem)
             raise Infeasible(f"No way was found for {MAX_ATTEMPTS} ways to share what is left.")
@@ -171,8 +178,9 @@ class OnlineTeam:
         self._shared_again(now)
         switched = self._switch(now)
         going = self._permitted(now)
+        searching = self._searching()
         for name, pilot in self.pilots.items():
-            if self.holding is None:
+            if self.holding is None and name in searching:
                 others = self._standing_still(name)
                 pilot.search(now, self.rng, others, self.mission.separation + CLEARANCE)
             pilot.clock = pilot.clock.after(PERIOD, going[name]) if not pilot.arrived else pilot.clock
@@ -258,8 +266,9 @@ class OnlineTeam:
         unforeseen = [name for name in names if not self.pilots[name].observe(events[name], inside[name])]
         for name in unforeseen:
             self.pilots[name].surprised(inside[name])
-        if self.holding is None and not can_finish(self.standing, {n: p.ahead for n, p in self.pilots.items()}):
-            seen_by = ", ".join(unforeseen) or ", ".join(names)
+        # what was foreseen was asked for at the gate
+        if unforeseen and self.holding is None and not can_finish(self.standing, self._ahead()):
+            seen_by = ", ".join(unforeseen)
             self.hold(f"at {now:.2f} s {seen_by} showed letters after which the plan cannot be finished")
 
     def _note(self, now: float, events: dict[str, Letter]) -> None:
@@ -271,18 +280,18 @@ class OnlineTeam:
         """Return the letters that have changed, and the region that each robot is in; planned actions happen here."""
         events: dict[str, Letter] = {}
         inside: dict[str, str | None] = {}
-        for name, pilot in self.pilots.items():
+        where = self.world.regions_at(np.array([positions[name] for name in self.pilots]))
+        for (name, pilot), here in zip(self.pilots.items(), where, strict=True):
             x, y, z = (float(v) for v in positions[name])
-            seen = self.world.at((x, y, z), pilot.where.internal, vertex=pilot.where.vertex)
-            inside[name] = seen.inside
-            target = pilot.wants_to_act() if seen.inside is not None else None
-            pilot.where = replace(
-                pilot.where,
-                position=seen.position,
-                inside=seen.inside if target is not None else pilot.where.inside,
-                internal=pilot.where.internal if target is None else target,
+            inside[name] = here
+            target = pilot.wants_to_act() if here is not None else None
+            pilot.where = Whereabouts(
+                (x, y, z),
+                here if target is not None else pilot.where.inside,
+                pilot.where.vertex,
+                pilot.where.internal if target is None else target,
             )
-            letter = self.world.free_letter(pilot.where.internal) | (frozenset() if seen.inside is None else {seen.inside})
+            letter = self.world.free_letter(pilot.where.internal) | (frozenset() if here is None else {here})
             if letter != self.standing.held[name]:
                 events[name] = letter
         return events, inside
@@ -295,6 +304,8 @@ class OnlineTeam:
             # who is in a passage finishes it first: inside a ring is no place to wait
             return {name: self._replan and pilot.entered and not pilot.stop for name, pilot in self.pilots.items()}
         going = self._clear_of_each_other(now)
+        if self.steps < self._begin:
+            return dict.fromkeys(going, False)
         if self._handover is not None:
             going[self._handover[0]] = False
         for name, pilot in self.pilots.items():
@@ -338,6 +349,12 @@ class OnlineTeam:
             self._first = self._first[1:] + self._first[:1]
             self._stuck = {}
         return going
+
+    def _searching(self) -> set[str]:
+        """Return whose paths are sampled in this step: all robots that are under way, or so many of them in turn."""
+        open_ = [name for name, pilot in self.pilots.items() if not pilot.arrived]
+        first = self.steps * SEARCHES % max(len(open_), 1)
+        return {open_[(first + i) % len(open_)] for i in range(min(SEARCHES, len(open_)))}
 
     def _give_up_if_stuck(self, now: float) -> None:
         """Say so when nobody has moved for long although something is left to do."""
@@ -490,6 +507,9 @@ CLEARANCE = 0.08
 
 MAX_ATTEMPTS = 20
 """Ways to share what is left that are tried when some way between hoops is blocked."""
+
+SEARCHES = 4
+"""Robots whose paths are sampled in one step; more take turns, so that a step's time stays bounded."""
 
 WIDTH = 8
 """Walks side by side when sharing by straight lines; they cost next to nothing."""

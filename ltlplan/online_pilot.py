@@ -241,6 +241,12 @@ class Pilot:
             self.better, self.better_cost = trial[best], float(costs[best])
         if self.better is None or self.course.gliding(now):
             return
+        if self.clock.time == 0.0:
+            # nothing of this course was flown, and its first point is where the robot is: no glide is needed
+            self.course = course_of(self.course.plan, self.course.spline, self.better)
+            self.better, self.better_cost = None, math.inf
+            self._look()
+            return
         if self.better_cost < float(costs[PATHS + 1]) * (1 - BETTER):
             halfway = self.sampling.paths((self.better + self.course.new) / 2)
             if self.problem.keeps.keeps(halfway.axes(0))[0]:  # it stands for the glide

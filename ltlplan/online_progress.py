@@ -3,9 +3,9 @@
 In the air several robots move at once. Under `team: own` a team word is any sequence of readings of held letters
 (each letter of each robot read at least once, in the order of time), so what was flown so far leads not to one
 state of the automaton but to a set of them. `Standing` keeps that set exactly: pairs of a state and the letters
-that somebody holds and that this reading has not read yet. Two facts keep the pairs few. A letter whose reading
+that somebody holds and that this reading has not read yet. Three facts keep the pairs few. A letter whose reading
 changes nothing may count as read. Robots that hold the same letter count as one, because truth does not change when a
-letter is read twice.
+letter is read twice. A letter that commutes with all others (the automaton may say which do) counts as read at once.
 
 `admits` is the gate that online flight uses: an event (a robot enters a region, say) may happen now when the team can
 still finish afterwards by letting one robot after another fly its remaining letters, in some order. The robot that
@@ -16,7 +16,7 @@ the flown word satisfies the formula once all have finished. This steers; the ve
 from __future__ import annotations
 
 import itertools
-from collections.abc import Container, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, Protocol
 
@@ -212,10 +212,14 @@ def _joint(automaton: Accepting, states: Iterable[State], held: Mapping[str, Let
 
 def _closure(automaton: Accepting, pairs: Iterable[Pair], letters: frozenset[Letter]) -> frozenset[Pair]:
     """Add all that any number of readings of the held letters lead to."""
+    commutes: Callable[[Letter], bool] = getattr(automaton, "commutes", lambda _letter: False)
     found: set[Pair] = set()
     stack = list(pairs)
     while stack:
         state, unread = stack.pop()
+        for letter in [letter for letter in unread if commutes(letter)]:
+            # it is read some time, and when does not matter
+            state, unread = automaton.successor(state, letter), unread - {letter}
         after = {letter: automaton.successor(state, letter) for letter in letters}
         # what reads as no change may count as read
         unread = frozenset(letter for letter in unread if after[letter] != state)

@@ -1,0 +1,174 @@
+"""MTAC-E against the clock and against the exact assignment.
+
+    python -m tests.benchmarks.mtac                 # all tables (about two minutes)
+    python -m tests.benchmarks.mtac steps gap       # some of them: offline steps race gap robots
+
+Times are the least of several runs on a quiet machine; each table's bound stands in its title. Run it from the
+repository's root.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+import ltlplan
+from ltlplan.mtac import straight_cost, walk
+from ltlplan.online import PERIOD, OnlineTeam
+from ltlplan.search import assign
+from ltlplan.team_walk import Options
+from tests.random_missions import random_mission
+from verify.data import Mission
+from verify.data.mission import Agent
+
+FAST, PAPER = Options(yardstick=False), Options(yardstick=False, every_robot=True)
+
+
+def with_robots(mission: Mission, count: int) -> Mission:
+    """The mission with its first robots, or with more of them behind and beside the paper's three."""
+    places = [(1.0, -0.5, 0.8), (1.0, 0.0, 0.8), (1.0, 0.5, 0.8), (1.4, -0.25, 0.8), (1.4, 0.25, 0.8)]
+    agents = {f"quad{i}": Agent(start=place) for i, place in enumerate(places[:count])}
+    return mission.model_copy(update={"agents": agents})
+
+
+def least(run: Callable[[], object], times: int) -> float:
+    """Least wall time of several runs, s."""
+    best = np.inf
+    for _ in range(times):
+        begun = time.perf_counter()
+        run()
+        best = min(best, time.perf_counter() - begun)
+    return float(best)
+
+
+def offline() -> None:
+    """Firefighting, three robots, 12 rounds of 50 paths: at most 0.5 s."""
+    mission = ltlplan.load_mission("firefighting")
+    walk(mission, rng=np.random.default_rng(0), options=FAST)  # warm
+    quick = least(lambda: walk(mission, rng=np.random.default_rng(0), options=FAST), 5)
+    paper = least(lambda: walk(mission, rng=np.random.default_rng(0), options=PAPER), 3)
+    print(f"  as shipped {quick:.3f} s (asked: 0.5 s), all robots again at each state {paper:.3f} s (the paper: about 300 s)")
+
+
+def flown(team: OnlineTeam, mission: Mission, seconds: float) -> np.ndarray:
+    """Computing time of each step of a flight whose robots are where they should be, s."""
+    positions = {name: agent.start for name, agent in mission.agents.items()}
+    times = []
+    for step in range(int(seconds / PERIOD)):
+        begun = time.perf_counter()
+        desired = team.step(step * PERIOD, positions)
+        times.append(time.perf_counter() - begun)
+        positions = {name: tuple(desired.flat[0, :3, j]) for j, name in enumerate(team.pilots)}
+        if desired.finished:
+            break
+    return np.array(times)
+
+
+def steps() -> None:
+    """One online step: 3 robots at most 2 ms in the median, 10 robots at most 10 ms at the 99th percentile."""
+    for name, mission, seconds in (
+        ("firefighting, 3 robots", ltlplan.load_mission("firefighting"), 20.0),
+        ("10 robots, 8 regions", ten_robots(), 20.0),
+    ):
+        tables = [flown(OnlineTeam(mission, rng=np.random.default_rng(seed)), mission, seconds) for seed in range(3)]
+        best = min(tables, key=lambda t: float(np.quantile(t, 0.99)))
+        median, tail = min(float(np.median(t)) for t in tables), float(np.quantile(best, 0.99))
+        print(f"  {name}: median {1e3 * median:.2f} ms, 99th percentile {1e3 * tail:.2f} ms, worst {1e3 * best.max():.1f} ms")
+
+
+def ten_robots() -> Mission:
+    """Ten robots, each of which has something to do."""
+    mission = random_mission(1, robots=10, regions=8)
+    spec = mission.spec.model_copy(update={"formula": " & ".join(f"F {name}" for name in mission.regions)})
+    from ltlplan.online_events import changed
+
+    return changed(mission, spec=spec)
+
+
+def race() -> None:
+    """Time to a complete satisfying path for every robot at a summed cost no higher than offline's: 3 times less or better."""
+    base = ltlplan.load_mission("firefighting")
+    print(
+        "  robots  offline s   cost     online s   cost at that time   factor   cost at the end   computing over the flight s"
+    )
+    for count in range(1, 6):
+        mission = with_robots(base, count)
+        rows = []
+        for seed in range(3):
+            begun = time.perf_counter()
+            found = walk(mission, rng=np.random.default_rng(seed), options=PAPER)
+            took = time.perf_counter() - begun
+            cost = sum(share.plan.cost for share in found.shares.values())
+            begun = time.perf_counter()
+            team = OnlineTeam(mission, rng=np.random.default_rng(seed))
+            total = time.perf_counter() - begun
+            positions = {name: agent.start for name, agent in mission.agents.items()}
+            reached, reached_cost = np.nan, np.nan
+            for step in range(1500):
+                begun = time.perf_counter()
+                desired = team.step(step * PERIOD, positions)
+                total += time.perf_counter() - begun
+                if np.isnan(reached) and team.cost <= cost and team.complete:
+                    reached, reached_cost = total, team.cost
+                positions = {name: tuple(desired.flat[0, :3, j]) for j, name in enumerate(team.pilots)}
+                if desired.finished:
+                    break
+            rows.append((took, cost, reached, reached_cost, took / reached, team.cost, total))
+        took, cost, reached, reached_cost, factor, end, total = np.median(np.array(rows), axis=0)
+        print(
+            f"  {count:6d}  {took:9.3f}  {cost:6.3f}  {reached:9.3f}  {reached_cost:10.3f}  {factor:16.1f}  {end:12.3f}  {total:12.2f}"
+        )
+
+
+def gap() -> None:
+    """50 random missions: the assignment's cost by straight lines within 5 % of the exact one's, or the gap explained."""
+    gaps, times, exact_times = [], [], []
+    for seed in range(50):
+        mission = random_mission(seed)
+        begun = time.perf_counter()
+        exact = assign(mission)
+        exact_times.append(time.perf_counter() - begun)
+        begun = time.perf_counter()
+        found = walk(mission, rng=np.random.default_rng(seed), options=FAST)
+        times.append(time.perf_counter() - begun)
+        ours = straight_cost(mission, {name: share.plan for name, share in found.shares.items()})
+        gaps.append(100 * (ours / exact.cost - 1))
+        if gaps[-1] > 1:
+            print(f"    seed {seed}: {gaps[-1]:.1f} %  {mission.spec.formula}")
+    print(
+        f"  gap: mean {np.mean(gaps):.2f} %, worst {np.max(gaps):.2f} %, missions above 5 %: {sum(g > 5 for g in gaps)}; "
+        f"MTAC-E {np.median(times):.2f} s, exact {np.median(exact_times):.3f} s in the median"
+    )
+
+
+def robots() -> None:
+    """Time against the number of robots, 1 to 100: fitted exponent at most 1.2."""
+    counts, times = [1, 2, 5, 10, 20, 50, 100], []
+    for count in counts:
+        mission = random_mission(7, robots=count, regions=4)
+        times.append(least(lambda m=mission: walk(m, rng=np.random.default_rng(0), options=PAPER), 1))
+        pruned = least(lambda m=mission: walk(m, rng=np.random.default_rng(0), options=FAST), 1)
+        print(f"  {count:4d} robots: all optimised at each state {times[-1]:8.2f} s, as shipped {pruned:7.2f} s")
+    exponent = np.polyfit(np.log(counts), np.log(times), 1)[0]
+    print(f"  fitted exponent of the paper's settings {exponent:.2f} (asked: at most 1.2)")
+
+
+TABLES = {"offline": offline, "steps": steps, "race": race, "gap": gap, "robots": robots}
+
+
+def test_tables(capsys) -> None:
+    """Print the quick tables under pytest -s and keep their bounds within a factor that a busy machine allows."""
+    mission = ltlplan.load_mission("firefighting")
+    assert least(lambda: walk(mission, rng=np.random.default_rng(0), options=FAST), 3) < 5.0
+    with capsys.disabled():
+        offline()
+        steps()
+
+
+if __name__ == "__main__":
+    for chosen in sys.argv[1:] or TABLES:
+        print(f"{chosen}: {(TABLES[chosen].__doc__ or '').strip()}")
+        TABLES[chosen]()
