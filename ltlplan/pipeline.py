@@ -160,7 +160,7 @@ def run(
     made = plan(mission, seed=seed, progress=part(0.0, 0.25))
     done = certified_team(made, progress=part(0.25, 0.7))
     part(0.7, 0.9)("flying in simulation", 0.0)
-    log = flight.fly(done.plan, done.team, done.certificate, seed=made.seed)
+    log = flight.fly(done.plan, done.team, done.certificate, seed=made.seed, progress=part(0.7, 0.9))
     result = Result(mission, done.plan, done.team, done.certificate, log, done.rounds)
     if target is None:
         return result

@@ -113,8 +113,9 @@ def _single(
     used = plan.seed if seed is None else seed
     progress("flying in simulation", 0.5)
     log = flight.fly(
-        plan, team, certificate, seed=used, wind=wind, noise=noise, model=model, controller=controller, reaction=reaction
-    )
+        plan, team, certificate, seed=used, wind=wind, noise=noise, model=model, controller=controller, reaction=reaction,
+        progress=lambda sentence, share: progress(sentence, 0.5 + 0.5 * share),
+    )  # fmt: skip
     margin = 1000 * certificate.margin
     lines = [
         f"{name}: worst tracking error {1000 * log.worst_error(name):.1f} mm, RMS {1000 * log.rms_error(name):.1f} mm (margin {margin:.1f} mm)"
