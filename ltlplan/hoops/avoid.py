@@ -82,8 +82,13 @@ def _way(
         if outside:
             reasons.append(f"the point {_show(outside[0].position)} beside it is too near a wall or outside the workspace")
             continue
-        if any(inner):
-            reasons.append(f"'{next(c.name for c in inner if c)}' is beside it")
+        if met := next((conflict for conflict in inner if conflict), None):
+            own = (
+                "it is too near the hoop's own ring; set a larger `clearance`"
+                if met.name == hit.name
+                else f"'{met.name}' is beside it"
+            )
+            reasons.append(f"at the point {_show(points[0].position)}, {own}")
             continue
         try:
             before = _way(mission, where, start, points[0].position, permitted, passed | {hit.name})
