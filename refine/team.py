@@ -6,7 +6,6 @@ heading; then the team's departures are chosen so that robots keep their distanc
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -17,17 +16,17 @@ from numpy.typing import NDArray
 from refine.corridor import BUFFER, fit, fixed_states, onward_rules, until_kept
 from refine.course import PAD, Course, course_of, thinned
 from refine.labels import stays, troubles
-from refine.limits import LIMIT_NAMES, Limits
+from refine.limits import Limits
 from refine.nlp import Timing, optimise
 from refine.obstacles import Ball, keep_out
 from refine.peaks import shares_used
 from refine.quantise import quantise
-from refine.schedule import Conflict, Flight, departures
+from refine.schedule import GRID, Conflict, Flight, departures
 from refine.spline import Spline
 from refine.timing import SAFETY, stretch_to_limits
+from refine.wishes import Wishes, wishes_of
 from refine.yaw import heading_spline
 from verify.data import DoesNotFit, Infeasible, Mission, Plan, RobotPlan, Trajectory, Witness
-from verify.data.plan import Precedence
 
 Floats = NDArray[np.float64]
 Progress = Callable[[str, float], None]
@@ -41,23 +40,6 @@ _LEG_ROUNDS = 8
 _NONE: frozenset[int] = frozenset()
 _EASE = 3e4
 """Weight of time over snap for `pace="time"`, in units of the uniformly stretched path's snap over its duration."""
-
-
-@dataclass(frozen=True)
-class _Wishes:
-    """What witnesses of a refused certificate ask of the next attempt.
-
-    Attributes:
-        limits: (robot, limit): factor in (0, 1] by which it is tightened.
-        pad: Robot: m on top of the margin.
-        distance: m on top of the separation.
-        precedences: More waits.
-    """
-
-    limits: dict[tuple[str, str], float]
-    pad: dict[str, float]
-    distance: float
-    precedences: tuple[Precedence, ...]
 
 
 @dataclass(frozen=True)
@@ -86,6 +68,8 @@ class _Robot:
     path: Spline
     yaw: Spline | None
     cycle: int | None
+    halts: dict[int, int]
+    """Visit: the node at which the robot rests when it sets out for it."""
 
 
 def refine(
@@ -120,7 +104,7 @@ def refine(
         DoesNotFit: A flight needs more than `max_pieces` pieces.
     """
     del previous
-    wishes = _wishes(plan, tuple(witnesses))
+    wishes = wishes_of(plan, tuple(witnesses))
     tell, ask = progress or _quiet, _Ask(pace, weight, max_pieces)
     robots: dict[str, _Robot] = {}
     for index, name in enumerate(plan.robots):
@@ -143,43 +127,7 @@ def _quiet(_sentence: str, _share: float) -> None:
     """Report nothing."""
 
 
-def _wishes(plan: Plan, witnesses: tuple[Witness, ...]) -> _Wishes:
-    limits: dict[tuple[str, str], float] = {}
-    pad: Counter[str] = Counter()
-    distance, precedences = 0.0, list(plan.precedences)
-    for witness in witnesses:
-        names = list(plan.robots) if witness.robot is None else [witness.robot]
-        limit = witness.claim.removeprefix("limits.")
-        if witness.claim == "separation":
-            short = max(0.0, (witness.limit or 0.0) - (witness.bound or 0.0))
-            distance += short + 5e-3
-        elif limit in LIMIT_NAMES:
-            for name in names:
-                limits[name, limit] = limits.get((name, limit), 1.0) * _tightening(limit, witness)
-        elif witness.order:
-            precedences += [Precedence(first=first, then=then) for first, then in witness.order]
-        else:
-            pad.update(dict.fromkeys(names, 1))
-    unique = tuple(dict.fromkeys((p.first, p.then) for p in precedences))
-    return _Wishes(
-        limits,
-        {name: 5e-3 * count for name, count in pad.items()},
-        distance,
-        tuple(Precedence(first=f, then=t) for f, t in unique),
-    )
-
-
-def _tightening(limit: str, witness: Witness) -> float:
-    """Return the factor by which a limit that was broken by a known amount is tightened."""
-    if witness.bound is None or witness.limit is None or not witness.bound > 0:
-        return 0.98
-    over = (
-        witness.limit / witness.bound if not limit.endswith("min") else witness.bound / witness.limit if witness.limit else 0.98
-    )
-    return float(np.clip(over, 0.8, 0.998)) * 0.998
-
-
-def _idle_others(plan: Plan, name: str, wishes: _Wishes) -> tuple[Ball, ...]:
+def _idle_others(plan: Plan, name: str, wishes: Wishes) -> tuple[Ball, ...]:
     """Return the places of robots that never move, to be kept clear of."""
     distance, z_scale = _distance(plan.mission, wishes)
     idle = [other for other, robot in plan.robots.items() if other != name and _still(robot)]
@@ -194,14 +142,14 @@ def _still(robot: RobotPlan) -> bool:
     return len({waypoint.position for waypoint in robot.waypoints}) == 1
 
 
-def _distance(mission: Mission, wishes: _Wishes) -> tuple[float, float]:
+def _distance(mission: Mission, wishes: Wishes) -> tuple[float, float]:
     """Return the distance that nominal paths keep, and how much z counts."""
     z_scale = 1.0 if mission.separation_z in (None, 0.0) else mission.separation / float(mission.separation_z)
     return mission.separation + 2 * mission.margin * max(1.0, z_scale) + 1e-3 + wishes.distance, z_scale
 
 
-def _single(plan: Plan, name: str, wishes: _Wishes, extra: tuple[Ball, ...], ask: _Ask) -> _Robot:
-    """Return one robot's flight, without waits."""
+def _single(plan: Plan, name: str, wishes: Wishes, extra: tuple[Ball, ...], ask: _Ask, stops: frozenset[int] = _NONE) -> _Robot:
+    """Return one robot's flight without waits, at rest where it sets out for each visit of `stops`."""
     mission, robot = plan.mission, plan.robots[name]
     limits = Limits.of_mission(mission)
     for (who, limit), factor in wishes.limits.items():
@@ -216,13 +164,15 @@ def _single(plan: Plan, name: str, wishes: _Wishes, extra: tuple[Ball, ...], ask
             _hover(np.array(robot.waypoints[0].position), HOVER),
             None,
             None if robot.cycle_waypoint is None else 0,
+            {},
         )
     more = wishes.pad.get(name, 0.0)
     course = thinned(course_of(mission, name, robot, pad=PAD + more, extra=extra), ask.max_pieces - 1)
     hovering = course.cycle is not None and course.cycle == len(course)
     if hovering:
         course = replace(course, cycle=None)
-    fitted = _labelled(plan, name, course, limits, BUFFER + more)
+    halts = {visit: _setting_out(course, visit) for visit in sorted(stops)}
+    fitted = _labelled(plan, name, course, limits, BUFFER + more, frozenset(halts.values()))
     path, yaw = fitted.path, fitted.yaw
     if ask.pace != "nominal":
         raced = _raced(plan, name, course, limits, fitted, ask, BUFFER + more)
@@ -233,28 +183,33 @@ def _single(plan: Plan, name: str, wishes: _Wishes, extra: tuple[Ball, ...], ask
         cycle = len(path)
         path = Spline(np.append(path.durations, HOVER), np.concatenate([path.states, path.states[-1:]]))
         yaw = None if yaw is None else Spline(path.durations, np.concatenate([yaw.states, yaw.states[-1:]]))
-    return _Robot(name, robot, limits, course, path, yaw, cycle)
+    return _Robot(name, robot, limits, course, path, yaw, cycle, halts)
 
 
-def _labelled(plan: Plan, name: str, course: Course, limits: Limits, buffer: float) -> _Fitted:
+def _setting_out(course: Course, visit: int) -> int:
+    """Return the node from which the first leg towards a visit starts."""
+    return next((index for index, leg in enumerate(course.legs) if leg.visit == visit), 0)
+
+
+def _labelled(plan: Plan, name: str, course: Course, limits: Limits, buffer: float, halts: frozenset[int]) -> _Fitted:
     """Return a path whose stays are the plan's visits, and its yaw.
 
     A path may cut back into a region that it has just left. Then the legs concerned never go back, and if that is not
     enough, the flight rests at their ends and is straight between: at worst it is the planner's own polyline.
     """
     mission, robot = plan.mission, plan.robots[name]
-    path, yaw = _timed(plan, name, course, limits, buffer, _NONE, _NONE)
+    path, yaw = _timed(plan, name, course, limits, buffer, halts, _NONE)
     found = troubles(path, mission, name, robot)
     if not found:
-        return _Fitted(path, yaw, _NONE, _NONE)
+        return _Fitted(path, yaw, halts, _NONE)
     onward = _legs_about(path, found[0].time)
     try:
-        straight, straight_yaw = _timed(plan, name, course, limits, buffer, _NONE, onward)
+        straight, straight_yaw = _timed(plan, name, course, limits, buffer, halts, onward)
         if not troubles(straight, mission, name, robot):
-            return _Fitted(straight, straight_yaw, _NONE, onward)
+            return _Fitted(straight, straight_yaw, halts, onward)
     except Infeasible:
         pass  # legs that turn sharply cannot both go onward without a rest
-    rest = _NONE
+    rest = halts
     while found:
         legs = _legs_about(path, found[0].time)
         more = rest | legs | {leg + 1 for leg in legs}
@@ -286,13 +241,15 @@ def _timed(
             break
         durations = durations * slow
         path = fit(course, durations, buffer=buffer, rest=rest, onward=onward)
-    return _slowed(plan, name, course, limits, path)
+    return _slowed(plan, name, course, limits, path, rest)
 
 
-def _slowed(plan: Plan, name: str, course: Course, limits: Limits, path: Spline) -> tuple[Spline, Spline | None]:
+def _slowed(
+    plan: Plan, name: str, course: Course, limits: Limits, path: Spline, rest: frozenset[int]
+) -> tuple[Spline, Spline | None]:
     """Return the path with its yaw, both slowed until all limits hold."""
     agent = plan.mission.agents[name]
-    yaw = heading_spline(path, agent.heading, agent.yaw, cycle=course.cycle)
+    yaw = heading_spline(path, agent.heading, agent.yaw, cycle=course.cycle, rest=rest)
     factor = stretch_to_limits(path, yaw, limits)
     factor *= float(np.max(_slow_legs(plan.mission, plan.robots[name], course, path.stretched(factor)), initial=1.0))
     return path.stretched(factor), None if yaw is None else yaw.stretched(factor)
@@ -317,7 +274,7 @@ def _raced(
         path = until_kept(course, rules, attempt, buffer=buffer)
     except Infeasible:
         path = start
-    return _slowed(plan, name, course, limits, path)
+    return _slowed(plan, name, course, limits, path, fitted.rest)
 
 
 def _leg_speeds(mission: Mission, robot: RobotPlan, course: Course) -> Floats | None:
@@ -373,9 +330,7 @@ def _hover(point: Floats, duration: float) -> Spline:
     return Spline(np.array([duration]), states)
 
 
-def _kept_apart(
-    plan: Plan, robots: dict[str, _Robot], wishes: _Wishes, ask: _Ask
-) -> tuple[dict[str, _Robot], dict[str, float]]:
+def _kept_apart(plan: Plan, robots: dict[str, _Robot], wishes: Wishes, ask: _Ask) -> tuple[dict[str, _Robot], dict[str, float]]:
     """Return the team and departures at which robots keep their distance.
 
     Departures come first. Where none help, the two robots in conflict get paths that also keep clear of where the other
@@ -385,12 +340,16 @@ def _kept_apart(
         return robots, {name: robot.plan.hold for name, robot in robots.items()}
     distance, z_scale = _distance(plan.mission, wishes)
     clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
+    waiting = False
     while True:
         flights = [_flight(plan, robot) for robot in robots.values()]
         found = departures(flights, distance=distance, z_scale=z_scale, precedences=wishes.precedences)
         if not isinstance(found, Conflict):
             return robots, found
         changed = False
+        if found.pair[0] == found.pair[1] and not waiting:
+            robots, waiting = _with_waits(plan, robots, wishes, ask), True
+            continue
         for name, other in (found.pair, found.pair[::-1]):
             if name == other or other in clear_of[name]:
                 continue
@@ -398,11 +357,57 @@ def _kept_apart(
             places = [place for who in clear_of[name] for place in _hovers(robots[who], distance, z_scale)]
             try:
                 robots = {**robots, name: _single(plan, name, wishes, (*_idle_others(plan, name, wishes), *places), ask)}
-                changed = True
+                changed, waiting = True, False
             except Infeasible:
                 continue  # its own path stays; the other robot's may still move
         if not changed:
             raise _too_near(found, distance)
+
+
+def _with_waits(plan: Plan, robots: dict[str, _Robot], wishes: Wishes, ask: _Ask) -> dict[str, _Robot]:
+    """Return the team with hovers in the middle of flights, just long enough for the planned precedences.
+
+    Each robot that must wait for another rests where it sets out for the visit concerned. Waits are made longer until all
+    precedences hold with everyone departing at once; precedences that go round in a circle never settle.
+    """
+    stops: dict[str, frozenset[int]] = dict.fromkeys(robots, _NONE)
+    for precedence in wishes.precedences:
+        name, visit = precedence.then
+        stops[name] |= {visit}
+    resting = {
+        name: robot if robot.course is None else _single(plan, name, wishes, _idle_others(plan, name, wishes), ask, stops[name])
+        for name, robot in robots.items()
+    }
+    waits: dict[tuple[str, int], float] = {}
+    for _ in range(4 * len(wishes.precedences) ** 2 + 4):
+        held = {name: _holding(robot, waits) for name, robot in resting.items()}
+        visits = {name: _flight(plan, robot).visits for name, robot in held.items()}
+        late = False
+        for precedence in wishes.precedences:
+            (first, left), then = precedence.first, precedence.then
+            short = visits[first][left][1] + GRID - visits[then[0]][then[1]][0]
+            if short > 0.0:
+                waits[then] = waits.get(then, 0.0) + float(np.ceil(short / GRID) * GRID)
+                late = True
+        if not late:
+            return held
+    sentence = "The planned precedences go round in a circle: no waits keep them all."
+    raise Infeasible(sentence, Witness(claim="formula", sentence=sentence))
+
+
+def _holding(robot: _Robot, waits: dict[tuple[str, int], float]) -> _Robot:
+    """Return a robot with hover pieces put in where it waits for a visit."""
+    path, yaw, cycle = robot.path, robot.yaw, robot.cycle
+    for visit, node in sorted(robot.halts.items(), key=lambda item: -item[1]):
+        wait = waits.get((robot.name, visit), 0.0)
+        if wait > 0.0:
+            path, yaw = _hover_at(path, node, wait), None if yaw is None else _hover_at(yaw, node, wait)
+            cycle = None if cycle is None else cycle + (node <= cycle)
+    return replace(robot, path=path, yaw=yaw, cycle=cycle)
+
+
+def _hover_at(path: Spline, node: int, duration: float) -> Spline:
+    return Spline(np.insert(path.durations, node, duration), np.insert(path.states, node, path.states[node], axis=0))
 
 
 def _flight(plan: Plan, robot: _Robot) -> Flight:

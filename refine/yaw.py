@@ -24,7 +24,9 @@ _CORNER = 0.1
 """Share of a mean leg's duration over which the heading turns a corner."""
 
 
-def heading_spline(path: Spline, heading: Heading, start: float, *, cycle: int | None = None) -> Spline | None:
+def heading_spline(
+    path: Spline, heading: Heading, start: float, *, cycle: int | None = None, rest: frozenset[int] = frozenset()
+) -> Spline | None:
     """Return yaw over a flight; None where it is constant.
 
     Args:
@@ -32,6 +34,7 @@ def heading_spline(path: Spline, heading: Heading, start: float, *, cycle: int |
         heading: How to look.
         start: Yaw at the start, rad; kept for ever where heading is "fixed".
         cycle: Node where the cycle begins; the last node repeats its heading, perhaps full circles further.
+        rest: Nodes at which the heading rests too, so that the vehicle may hover there.
     """
     if heading == "fixed":
         return None
@@ -41,7 +44,7 @@ def heading_spline(path: Spline, heading: Heading, start: float, *, cycle: int |
     given = np.zeros((nodes, ORDER))
     free = np.ones((nodes, ORDER), dtype=bool)
     given[0, 0], free[0] = start, False
-    free[-1, 1:] = False
+    free[[-1, *rest], 1:] = False
     if cycle is not None:  # a lap may turn the vehicle full circles: the heading is the same, its number is not
         given[cycle, 0] = start if cycle == 0 else wanted[cycle - 1, -1]
         given[-1, 0] = given[cycle, 0] + _nearest_turn(wanted[-1, -1] - given[cycle, 0])

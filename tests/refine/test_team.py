@@ -184,6 +184,32 @@ def test_robots_wait_for_each_other() -> None:
     assert min(gap) >= 0.4
 
 
+@pytest.mark.parametrize("heading", ["fixed", "path"])
+def test_robots_wait_in_the_middle_where_departures_do_not_suffice(heading: str) -> None:
+    """q's first visit after p's first, p's second after q's second: whoever departs first, the other has to wait for it."""
+    agents = {"p": Agent(start=(-2.0, -1.0, 1.0), heading=heading), "q": Agent(start=(-2.0, 1.0, 1.0), heading=heading)}
+    mission = room({"a": ball(-1, -1), "b": ball(1, -1), "c": ball(-1, 1), "d": ball(1, 1)}, agents)
+    robots = {
+        "p": straight((-2, -1, 1), (-1, -1, 1), (0, -1, 1), (1, -1, 1), (2, -1, 1), visits={1: "a", 3: "b"}),
+        "q": straight((-2, 1, 1), (-1, 1, 1), (0, 1, 1), (1, 1, 1), (2, 1, 1), visits={1: "c", 3: "d"}),
+    }
+    waits = (Precedence(first=("p", 0), then=("q", 0)), Precedence(first=("q", 1), then=("p", 1)))
+    plan = Plan(mission=mission, robots=robots, precedences=waits)
+    team = refine(plan)
+    certificate = verify.judge(plan, team, largest=False)
+    assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
+    times = np.linspace(0, max(flight.duration for flight in team.values()), 6000)
+    inside = {
+        (name, region): times[mission.regions[region].level(team[name].evaluate(times)[:, :3]) <= 1]
+        for name, region in (("p", "a"), ("q", "c"), ("q", "d"), ("p", "b"))
+    }
+    assert inside["p", "a"].max() < inside["q", "c"].min()
+    assert inside["q", "d"].max() < inside["p", "b"].min()
+    circle = (*waits, Precedence(first=("p", 1), then=("q", 0)))
+    with pytest.raises(Infeasible):
+        refine(Plan(mission=mission, robots=robots, precedences=circle))
+
+
 def test_witnesses_tighten_what_was_refused() -> None:
     plan = sequence_plan()
     base = refine(plan)["quad0"]
