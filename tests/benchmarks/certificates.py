@@ -20,7 +20,9 @@ if __name__ == "__main__":
 
 from tests.flights import firefighting, quantised, small_mission, wandering
 from tests.second_reading import compare
+from verify.balls import dot
 from verify.behaviour import judge_formula
+from verify.bounds import peaks
 from verify.certificate import judge
 from verify.claims import Evidence, limit_claims, rim_claims, separation_claims, workspace_claims
 from verify.continuity import jumps
@@ -28,6 +30,7 @@ from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import GRAVITY
 from verify.data.word import Word
+from verify.exact import nonnegative, polynomial
 from verify.labels import changes, levels, statuses
 from verify.passages import crossings
 from verify.paths import read_team
@@ -149,6 +152,29 @@ def scaling() -> None:
         print(f"  {count:5d} regions  labels {spent:8.1f} ms  {1e3 * spent / count / 64:7.1f} us a region and piece")
 
 
+def one_claim() -> None:
+    """Print what one polynomial claim, |v|^2 at most a limit (degree 12), costs a piece, by three ways of proving it."""
+    rng = np.random.default_rng(0)
+    print("\none claim, |v|^2 <= limit^2 for all t (degree 12), us a piece:")
+    for pieces in (5, 100):
+        trajectory = _gentle(wandering(rng, pieces=pieces))
+        paths = read_team(_started(small_mission(regions=""), trajectory), {"r0": trajectory})
+        velocity = paths.derivative(1)[:, :3]
+        owner, limit = paths.piece_owner, np.array([25.0])
+        bound = least(lambda v=velocity, o=owner, c=limit: peaks(dot(v, v), o, 1, slack=1e-3 * c, critical=c), 15)
+        squares = []
+        for piece in range(pieces):
+            parts = [polynomial(trajectory.coefficients[piece, axis]).derivative() for axis in range(3)]
+            squares.append(25 - (parts[0] * parts[0] + parts[1] * parts[1] + parts[2] * parts[2]))
+        ends = [Fraction(float(t)) for t in trajectory.durations]
+        exactly = least(lambda s=squares, e=ends: [nonnegative(p, Fraction(0), h) for p, h in zip(s, e, strict=True)], 5)
+        roots = least(lambda s=squares: [p.complex_roots() for p in s], 5)
+        row = "   ".join(
+            f"{name} {1e3 * t / pieces:.0f}" for name, t in (("balls", bound), ("exact", exactly), ("Arb's roots", roots))
+        )
+        print(f"  {pieces:5d} pieces   {row}")
+
+
 def random_flights(count: int) -> None:
     """Hold the judge against Arb's roots, a dense sampler and the formula on the sampled word; print what it could not tell."""
     rng = np.random.default_rng(0)
@@ -209,4 +235,5 @@ if __name__ == "__main__":
     wanted = parser.parse_args()
     firefighting_times()
     scaling()
+    one_claim()
     random_flights(wanted.flights)
