@@ -62,7 +62,7 @@ def sample_reference(team: Mapping[str, Trajectory], control_step: float, subste
     duration = max(trajectory.duration for trajectory in team.values())
     if duration > MAX_DURATION:
         raise BadInput(f"the flight lasts {duration:.0f} s; at most {MAX_DURATION:.0f} s are simulated.")
-    ticks = int(np.ceil(round(duration / control_step, 9)))
+    ticks = int(np.ceil(round(duration / control_step, 3)))  # float32 durations end a microsecond late
     times = np.arange(ticks + 1, dtype=np.float64) * control_step
     flat = np.stack(
         [np.stack([path.evaluate(times, order).T for order in range(5)]) for path in team.values()], axis=-1

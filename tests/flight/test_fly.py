@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -10,9 +12,10 @@ from flight.control import CONTROL_STEP
 from flight.reference import sample_reference
 from flight.sensing import MotionCapture
 from flight.simulate import SUBSTEPS, Setup, steps
+from tests.flight.flights import Instant, StandIn, mission, rest_to_rest, stand_in
 from tests.flight.flights import flight as made_flight
-from tests.flight.flights import mission, rest_to_rest, stand_in
-from verify.data import BadInput, NotCertified, load_vehicle
+from verify.data import BadInput, NotCertified, Plan, RobotPlan, Trajectory, Visit, Waypoint, Word, load_vehicle
+from verify.data.mission_file import parse_mission
 
 
 @pytest.fixture(scope="module")
@@ -94,3 +97,52 @@ def test_a_vehicle_without_an_airframe_flies_on_an_estimate_and_the_log_says_so(
     log = flight.fly(plan.model_copy(update={"mission": mission().model_copy(update={"vehicle": vehicle})}), team)
     assert any("homemade" in note for note in log.notes)
     assert log.worst_error() < 0.03
+
+
+def test_a_lasso_is_flown_for_its_laps_with_its_actions_in_each():
+    """A robot that goes round between two regions for ever, filling its tank in each lap; two laps are flown."""
+    text = """
+format: 1
+name: patrol
+spec: {formula: G F left & G F tank, trace: infinite, repeat: 2}
+regions:
+  left: {center: [0.0, 0.8, 1.0], radii: [0.2, 0.2, 0.2]}
+  tank: {center: [0.8, -0.4, 0.9], radii: [0.2, 0.2, 0.2]}
+robot:
+  initial: empty
+  states: {empty: [], full: [carrying]}
+  actions: [{from: empty, to: full, at: tank}, {from: full, to: empty, at: left}]
+agents: {quad0: {start: [1.2, 0.9, 0.8]}}
+vehicle: crazyflie-2.1
+workspace: {min: [-1.6, -1.3, 0.2], max: [1.6, 1.3, 1.8]}
+"""
+    made = parse_mission(text)
+    start, left, tank = made.agents["quad0"].start, made.regions["left"].center, made.regions["tank"].center
+    line = rest_to_rest([start, left, tank, left], [1.6, 1.6, 1.6])
+    path = Trajectory(line.durations, line.coefficients, cycle=1)
+    fill, drop = made.robot.actions
+    plan = Plan(
+        mission=made,
+        robots={
+            "quad0": RobotPlan(
+                word=Word.of([[]], [["tank"], ["left"]]),
+                visits=(Visit(region="left"), Visit(region="tank", actions=(fill,)), Visit(region="left", actions=(drop,))),
+                waypoints=(Waypoint(position=start, role="start"),),
+                times=(0.0,),
+                cycle_visit=1,
+                cycle_waypoint=0,
+            )
+        },
+    )
+    instants = (Instant("quad0", 1, Fraction(16, 5), "empty", "full"), Instant("quad0", 2, Fraction(47, 10), "full", "empty"))
+    cert = StandIn(made, {"quad0": path.digest()}, actions=instants, duration=4.8)
+    log = flight.fly(plan, {"quad0": path}, cert, model="paper")
+    assert log.times[-1] == pytest.approx(8.0)
+    carrying = np.array(["carrying" in row[0] for row in log.letters])
+    expected = ((log.times >= 3.2) & (log.times < 4.7)) | ((log.times >= 6.4) & (log.times < 7.9))
+    assert np.mean(carrying != expected) < 0.005
+    assert log.satisfied is None
+    assert log.tube == "inside"
+    assert any("still open" in sentence for sentence in log.verdicts)
+    assert flight.compare(log, cert, {"quad0": path}).covered
+    assert flight.campaign(plan, {"quad0": path}, cert, runs=2, model="paper").share_satisfied.value == 1.0
