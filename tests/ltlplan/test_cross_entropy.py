@@ -7,6 +7,7 @@ from ltlplan.cost import CostError, WeightedCost, plan_cost
 from ltlplan.cross_entropy import Options, Search, improve, minimise, options_of
 from ltlplan.hoops import route, route_sequence
 from ltlplan.missions import load_mission
+from ltlplan.path_result import flown_pieces
 from ltlplan.path_search import path_problem
 from ltlplan.splines import nominal_trajectory
 from tests.courses import courses
@@ -269,3 +270,24 @@ def test_the_word_of_a_plan_is_not_touched():
     mission = load_mission("hoops-published")
     plan = route_sequence(mission)
     assert plan.word == Word.of([[], ["hoop1"], []], [["hoop2"], []])
+
+
+def test_optimised_laps_fit_the_vehicles_memory():
+    mission = load_mission("hoops-ltl")
+    nominal = route(mission, "quad0", [Visit(region=n) for n in ("hoop0", "hoop2", "hoop1")], 0)
+    found = improve(
+        mission, "quad0", nominal, rng=np.random.default_rng(0), options=Options(samples=100, rounds=20), cost=EFFORT
+    )
+    assert found.cost < found.nominal
+    assert flown_pieces(mission, found.plan) <= 30
+    cycle = found.plan.cycle_waypoint
+    assert flown_pieces(mission, found.plan) == cycle + 2 * (len(found.plan.waypoints) - 1 - cycle)
+
+
+def test_a_word_too_long_for_the_search_keeps_its_nominal_path():
+    mission, _ = courses(seed=4, count=1, hoops=4, passages=4)[0]
+    longer = mission.model_copy(update={"sequence": " ".join([str(mission.sequence)] * 8)})
+    nominal = route_sequence(longer)
+    found = improve(longer, "quad0", nominal, rng=np.random.default_rng(0), options=Options(samples=40, rounds=2))
+    assert found.cost <= found.nominal
+    assert [v.region for v in found.plan.visits] == [v.region for v in nominal.visits]
