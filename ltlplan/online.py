@@ -44,8 +44,8 @@ Floats = NDArray[np.float64]
 PERIOD = 0.02
 """s between two steps: 50 Hz, as in the paper's experiment."""
 
-SEARCH_STEPS = 40
-"""Steps that robots hover after tasks were shared, while their paths improve most: 0.8 s."""
+SEARCH_STEPS = 50
+"""Steps that robots hover after tasks were shared, while their paths improve most: 1 s."""
 
 SWITCH_STEPS = 25
 """Steps between two looks at the switch condition."""
@@ -179,10 +179,11 @@ class OnlineTeam:
         switched = self._switch(now)
         going = self._permitted(now)
         searching = self._searching()
+        paths = min(MOST_PATHS, PATHS // max(len(searching), 1))
         for name, pilot in self.pilots.items():
             if self.holding is None and name in searching:
                 others = self._standing_still(name)
-                pilot.search(now, self.rng, others, self.mission.separation + CLEARANCE)
+                pilot.search(now, self.rng, paths, others, self.mission.separation + CLEARANCE)
             pilot.clock = pilot.clock.after(PERIOD, going[name]) if not pilot.arrived else pilot.clock
         self._give_up_if_stuck(now)
         self.steps += 1
@@ -510,6 +511,9 @@ MAX_ATTEMPTS = 20
 
 SEARCHES = 4
 """Robots whose paths are sampled in one step; more take turns, so that a step's time stays bounded."""
+
+PATHS, MOST_PATHS = 72, 64
+"""Paths that are sampled in one step, for all robots together and for one robot at most."""
 
 WIDTH = 8
 """Walks side by side when sharing by straight lines; they cost next to nothing."""

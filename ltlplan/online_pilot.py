@@ -38,9 +38,6 @@ MOST_REGIONS = 12
 SPREAD = 0.06
 """m; first standard deviation of a point."""
 
-PATHS = 24
-"""Paths that are sampled a step and robot; the paper samples one. They cost little more, because they are sampled together."""
-
 BETTER = 0.01
 """Share by which a path must be cheaper than the one that is flown, before the course changes."""
 
@@ -207,12 +204,13 @@ class Pilot:
         step = self.sampling.instants[1] - self.sampling.instants[0]
         return self.table[np.clip(np.rint(times / step).astype(np.int64), 0, len(self.table) - 1)]
 
-    def search(self, now: float, rng: Generator, obstacles: Floats, separation: float) -> None:
+    def search(self, now: float, rng: Generator, paths: int, obstacles: Floats, separation: float) -> None:
         """Sample paths for what is left of the course, learn from them, and glide to a cheaper one.
 
         Args:
             now: Flight time, s.
             rng: Source of the samples.
+            paths: How many are sampled; the paper samples one. More cost little, because they are sampled together.
             obstacles: Robots that stand still, m. Shape (n, 3).
             separation: m to keep from them.
         """
@@ -222,22 +220,22 @@ class Pilot:
             self._search_anew(rng)
             if self.state is None:
                 return
-        drawn = online.ask_all(self.state, rng, PATHS)
+        drawn = online.ask_all(self.state, rng, paths)
         # the last two candidates are the row's mean and what is flown now
-        trial = np.repeat(self.base[None], PATHS + 2, axis=0)
-        trial[:PATHS, self.free] += np.einsum("ij,bjk->bik", self.smooth, drawn)
-        trial[PATHS, self.free] += self.smooth @ self.state.mean[0]
-        trial[PATHS + 1] = self.course.new
-        paths = self.sampling.paths(trial)
-        costs = self.cost(paths)
-        valid = self.problem.keeps.keeps(paths.axes(0))
+        trial = np.repeat(self.base[None], paths + 2, axis=0)
+        trial[:paths, self.free] += np.einsum("ij,bjk->bik", self.smooth, drawn)
+        trial[paths, self.free] += self.smooth @ self.state.mean[0]
+        trial[paths + 1] = self.course.new
+        flown = self.sampling.paths(trial)
+        costs = self.cost(flown)
+        valid = self.problem.keeps.keeps(flown.axes(0))
         if len(obstacles):
-            near = self._too_near(paths.axes(0), obstacles, separation)
+            near = self._too_near(flown.axes(0), obstacles, separation)
             costs = np.where(near, np.inf, costs)
         told = valid & np.isfinite(costs)
-        self.state = online.tell_all(self.state, drawn, costs[:PATHS], told[:PATHS], settings=self.settings)
-        best = int(np.argmin(np.where(told[: PATHS + 1], costs[: PATHS + 1], np.inf)))
-        if told[best] and costs[best] < min(self.better_cost, float(costs[PATHS + 1])):
+        self.state = online.tell_all(self.state, drawn, costs[:paths], told[:paths], settings=self.settings)
+        best = int(np.argmin(np.where(told[: paths + 1], costs[: paths + 1], np.inf)))
+        if told[best] and costs[best] < min(self.better_cost, float(costs[paths + 1])):
             self.better, self.better_cost = trial[best], float(costs[best])
         if self.better is None or self.course.gliding(now):
             return
@@ -247,7 +245,7 @@ class Pilot:
             self.better, self.better_cost = None, math.inf
             self._look()
             return
-        if self.better_cost < float(costs[PATHS + 1]) * (1 - BETTER):
+        if self.better_cost < float(costs[paths + 1]) * (1 - BETTER):
             halfway = self.sampling.paths((self.better + self.course.new) / 2)
             if self.problem.keeps.keeps(halfway.axes(0))[0]:  # it stands for the glide
                 self.course = self.course.moved(self.better, now)
