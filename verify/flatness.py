@@ -54,7 +54,9 @@ def yaw_rate_peaks(paths: TeamPaths, force: Balls, jerk: Balls, limit: float) ->
         return _thirds(frame.rate_z.magnitude())
 
     critical = np.full(count, limit)
-    return search(state, enclose, paths.piece_owner, count, slack=_YAW_SLACK * critical, critical=critical, depth=_DEPTH, stride=_STRIDE)
+    return search(
+        state, enclose, paths.piece_owner, count, slack=_YAW_SLACK * critical, critical=critical, depth=_DEPTH, stride=_STRIDE
+    )
 
 
 def rotor_peaks(paths: TeamPaths, force: Balls, jerk: Balls, snap: Balls, limits: tuple[float, float]) -> tuple[Peaks, Peaks]:
