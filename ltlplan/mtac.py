@@ -34,7 +34,6 @@ from ltlplan.cross_entropy import Search, improve, minimise, options_of
 from ltlplan.hoops import route
 from ltlplan.path_result import candidate_plans
 from ltlplan.path_search import path_problem
-from ltlplan.splines import Spline
 from ltlplan.team_walk import Options, Walker
 from verify.data import BadInput, Infeasible, Letter, Mission, Plan, RobotPlan, Word
 from verify.data.mission import Point
@@ -212,8 +211,8 @@ def improved(mission: Mission, robot: str, nominal: RobotPlan, draws: Callable[[
     found = improve(mission, robot, calm, rng=draws(), options=options_of(mission))
     if calm is nominal or found.cost < found.nominal:
         return Share(found.plan, found.history)
-    points = np.array([w.position for w in calm.waypoints])
-    judged = candidate_plans(mission, calm, Spline(calm.times), points, found.nominal, slack=0.0)
+    problem = path_problem(mission, calm, function)
+    judged = candidate_plans(mission, calm, problem, problem.nominal, found.nominal)
     if judged:
         best = min(judged, key=lambda plan: plan_cost(plan, function))
         return Share(best.model_copy(update={"cost": plan_cost(best, function)}), found.history)
