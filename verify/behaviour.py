@@ -28,7 +28,6 @@ from verify.timeline import Relations, Timeline
 from verify.transitions import judge_transitions
 from verify.vacuity import implications
 from verify.verdict import TEAM, Verdict
-from verify.verdict import Reading as TeamLetter
 from verify.waits import mending_waits
 
 __all__ = ["judge_formula", "judge_transitions"]
@@ -64,6 +63,13 @@ def judge_formula(
     """
     if not timelines:
         raise BadInput("There are no timelines to judge: a team has at least one robot.")
+    asked = mission.spec.trace == "infinite"
+    if any((timeline.cycle is not None) != asked for timeline in timelines.values()):
+        raise BadInput(
+            f"The mission's trace is {mission.spec.trace}, so its flights must {'' if asked else 'not '}have a cycle."
+        )
+    if asked and len(timelines) != 1:
+        raise BadInput("An infinite trace belongs to one robot; a team needs a finite trace.")
     if clock_error < 0:
         raise BadInput(f"clock_error must not be negative, not {float(clock_error):g} s.")
     formula = mission.formula
@@ -108,12 +114,15 @@ class _Judge:
             if self._holds_loosely(cut, part) or self._broken(cut, part) is None:
                 return Verdict("holds", "")
             robots = [from_timeline(timeline, self.relations) for timeline in self.timelines.values()]
-            broken = self._broken(robots, part)
+            followed = _without_equals(robots)
+            broken = self._broken(followed, part)
         except OutOfBudget as error:
             return Verdict("undecided", f"`{show(to_formula(part))}` could not be decided: {error}.")
         if broken is None:
             return Verdict("holds", "")
-        return self._run_failure(robots[0], broken) if isinstance(broken, BrokenRun) else self._failure(robots, broken.looks)
+        if isinstance(broken, BrokenRun):
+            return self._run_failure(robots[0], broken)
+        return self._failure(followed, _all_read(robots, followed, broken.looks))
 
     def _holds_loosely(self, robots: list[RobotBehaviour], part: Normal) -> bool:
         """Try to prove a conjunct from none, one or two robots, the others' letters coming at any time."""
@@ -130,8 +139,6 @@ class _Judge:
     def _broken(self, robots: list[RobotBehaviour], part: Normal) -> Broken | BrokenRun | None:
         if not any(robot.laps for robot in robots):
             return holds_for_all(self._graph(robots), part, self.budget)
-        if len(robots) != 1:
-            raise BadInput("An infinite trace belongs to one robot; a team needs a finite trace.")
         return find_broken_run(robots[0], part, self.budget)
 
     def _graph(self, robots: Sequence[RobotBehaviour]) -> OwnGraph | JointGraph:
@@ -156,28 +163,25 @@ class _Judge:
             times=tuple((float(low), float(high)) for low, high in spans),
         )
 
-    def _failure(self, robots: Sequence[RobotBehaviour], looks: Sequence[Look]) -> Verdict:
-        word = Word(tuple(look.letter for look in looks))
-        spans = [_span(robots, look) for look in looks]
-        names = [TEAM if look.robot is None else robots[look.robot].robot for look in looks]
+    def _failure(self, robots: Sequence[RobotBehaviour], read: Sequence[tuple[str, Look]]) -> Verdict:
+        word = Word(tuple(look.letter for _, look in read))
+        spans = [_span(robots, look) for _, look in read]
 
         def where(position: int) -> str:
-            who = "the team" if looks[position].robot is None else names[position]
-            return f"{who}'s {show_letter(looks[position].letter)} ({_when(spans[position])})"
+            name, look = read[position]
+            return f"{'the team' if name == TEAM else name}'s {show_letter(look.letter)} ({_when(spans[position])})"
 
         reason = self._explain(word, where)
         at = reason.position
-        readings: tuple[TeamLetter, ...] = tuple(zip(names, word.prefix, strict=True))
+        several = len(self.timelines) > 1
         return Verdict(
             "fails",
             reason.sentence,
-            readings,
+            tuple((name, look.letter) for name, look in read),
             None if at is None else float(spans[at][0]),
-            robot=None if at is None or looks[at].robot is None else names[at],
+            robot=None if at is None or read[at][0] == TEAM else read[at][0],
             times=tuple((float(low), float(high)) for low, high in spans),
-            order=mending_waits(self.mission.formula, self.mission.spec.team, self.timelines)
-            if len(self.timelines) > 1
-            else (),
+            order=mending_waits(self.mission.formula, self.mission.spec.team, self.timelines) if several else (),
         )
 
     def _explain(self, word: Word, where: Where) -> Reason:
@@ -224,6 +228,23 @@ def _without_equals(robots: list[RobotBehaviour]) -> list[RobotBehaviour]:
             seen.add(robot.letters[0])
         kept.append(robot)
     return kept
+
+
+def _all_read(
+    robots: Sequence[RobotBehaviour], followed: Sequence[RobotBehaviour], looks: Sequence[Look]
+) -> list[tuple[str, Look]]:
+    """Name who is read; those of which one stood for all are read right after it."""
+    read: list[tuple[str, Look]] = []
+    waiting = [robot for robot in robots if robot.constant and robot not in followed]
+    for look in looks:
+        if look.robot is None:
+            read.append((TEAM, look))
+            continue
+        read.append((followed[look.robot].robot, look))
+        if followed[look.robot].constant:
+            read += [(robot.robot, look) for robot in waiting if robot.letters[0] == look.letter]
+            waiting = [robot for robot in waiting if robot.letters[0] != look.letter]
+    return read
 
 
 def _span(robots: Sequence[RobotBehaviour], look: Look) -> tuple[Fraction, Fraction]:

@@ -10,6 +10,7 @@ move forward, so the latest of the starts is an instant that never goes back.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -98,7 +99,6 @@ class OwnGraph:
         robots: The robots.
         timed: Whether the spans bind; otherwise only each robot's own order does.
         clock_error: How far each robot's clock may be off, in s.
-        each_node: Whether every node is a letter of its own (words), or equal letters in a row are one (timelines).
         permitted: If given, states (tuples of nodes) for which it is false are left out: waits between robots.
     """
 
@@ -108,22 +108,20 @@ class OwnGraph:
         *,
         timed: bool,
         clock_error: Fraction = Fraction(0),
-        each_node: bool = False,
         permitted: Callable[[tuple[int, ...]], bool] | None = None,
     ) -> None:
         self.robots = tuple(robots)
         self.clock = _Clock(self.robots, timed=timed, clock_error=clock_error)
-        self.each_node = each_node
         self.permitted = permitted
         self.all_read = (1 << len(self.robots)) - 1
 
     def signature(self) -> Hashable:
         """Return all that the team words depend on; None where something else limits them."""
-        return None if self.permitted is not None else (self.each_node, self.clock.signature(self.robots))
+        return None if self.permitted is not None else ("own", self.clock.signature(self.robots))
 
     def initial(self) -> Iterator[Step]:
         """Yield every way to begin."""
-        for nodes in _product([robot.initial for robot in self.robots]):
+        for nodes in itertools.product(*(robot.initial for robot in self.robots)):
             if self.clock.allows_all(nodes):
                 yield None, (nodes, 0)
 
@@ -135,7 +133,7 @@ class OwnGraph:
             letter = robot.letters[node]
             yield Look(r, letter, nodes), (nodes, bits | bit)
             for target in robot.following[node]:
-                changed = self.each_node or robot.letters[target] != letter
+                changed = robot.letters[target] != letter
                 if changed and not bits & bit:
                     continue
                 if self.clock.allows(nodes, r, target):
@@ -178,7 +176,7 @@ class JointGraph:
 
     def initial(self) -> Iterator[Step]:
         """Yield every way to begin."""
-        for nodes in _product([robot.initial for robot in self.robots]):
+        for nodes in itertools.product(*(robot.initial for robot in self.robots)):
             if self.clock.allows_all(nodes):
                 yield self._look(nodes), nodes
 
@@ -199,7 +197,7 @@ class JointGraph:
             options.append((state[r], *changing))
         if sum(len(choices) > 1 for choices in options) > MAX_TOGETHER:
             raise OutOfBudget(f"more than {MAX_TOGETHER} robots can change their letters at one instant")
-        for nodes in _product(options):
+        for nodes in itertools.product(*options):
             if nodes != state and self.clock.allows_all(nodes) and (self.permitted is None or self.permitted(nodes)):
                 yield self._look(nodes), nodes
 
@@ -241,13 +239,3 @@ class WithOthers:
     def stronger(self, state: Any) -> tuple[Hashable, int]:
         """Compare as the robots that are followed do."""
         return (state, 0) if self.graph is None else self.graph.stronger(state)
-
-
-def _product(choices: Sequence[Sequence[int]]) -> Iterator[tuple[int, ...]]:
-    """Yield every combination, first choices first, one at a time."""
-    if not choices:
-        yield ()
-        return
-    for rest in _product(choices[:-1]):
-        for last in choices[-1]:
-            yield (*rest, last)

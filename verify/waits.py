@@ -48,7 +48,7 @@ class _Robot:
 
 def mending_waits(formula: Formula, reading: Reading, timelines: Mapping[str, Timeline], budget: int = BUDGET) -> Order:
     """Return waits under which every team word of the nominal words satisfies the formula; empty where none are found."""
-    robots = [_nominal(timeline) for timeline in timelines.values()]
+    robots = _busy([_nominal(timeline) for timeline in timelines.values()])
     parts = conjuncts(normal_form(formula))
     try:
         found = _from_counterexamples(robots, reading, parts, budget)
@@ -62,6 +62,14 @@ def mending_waits(formula: Formula, reading: Reading, timelines: Mapping[str, Ti
         ((robots[a].name, robots[a].visits[i].number), (robots[b].name, robots[b].visits[j].number))
         for (a, i), (b, j) in _needed(found)
     )
+
+
+def _busy(robots: list[_Robot]) -> list[_Robot]:
+    """Keep one of the robots that hold one and the same letter all the time."""
+    kept: dict[object, _Robot] = {}
+    for robot in robots:
+        kept.setdefault(robot.letters if len(robot.letters) == 1 else robot.name, robot)
+    return list(kept.values())
 
 
 def _from_counterexamples(

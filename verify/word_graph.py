@@ -6,6 +6,7 @@ graphs are of the form that `inclusion` searches; a `Look` names a kind, and `no
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Hashable, Iterator, Sequence
 
 from verify.data.mission import Reading
@@ -138,8 +139,8 @@ class JointShuffle:
 
     def steps(self, state: tuple[tuple[int, ...], ...]) -> Iterator[Step]:
         """Read again, or let any robots go on together, each by one letter."""
-        for following in _advances(state):
-            yield self._look(following), following
+        for moved in itertools.product(*(list(_advances(places)) for places in state)):
+            yield self._look(moved), moved
 
     def is_final(self, state: tuple[tuple[int, ...], ...]) -> bool:
         """Tell whether all hold their last letters."""
@@ -150,20 +151,8 @@ class JointShuffle:
         return state, 0
 
 
-def _advances(state: tuple[tuple[int, ...], ...]) -> Iterator[tuple[tuple[int, ...], ...]]:
-    """Yield every state after some robots (perhaps none) have gone on by one letter."""
-    if not state:
-        yield ()
-        return
-    for rest in _advances(state[:-1]):
-        for last in _kind_advances(state[-1]):
-            yield (*rest, last)
-
-
-def _kind_advances(places: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
-    if len(places) == 1:
-        yield places
-        return
-    for moving in range(places[0] + 1):
-        for rest in _kind_advances(places[1:]):
-            yield (places[0] - moving, rest[0] + moving, *rest[1:])
+def _advances(places: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
+    """Yield how many robots of one kind hold each letter after some of them (perhaps none) have gone on by one."""
+    for moving in itertools.product(*(range(count + 1) for count in places[:-1])):
+        leaving, arriving = (*moving, 0), (0, *moving)
+        yield tuple(n - out + came for n, out, came in zip(places, leaving, arriving, strict=True))

@@ -241,8 +241,14 @@ def test_bad_calls():
         judge_formula(mission("F a"), {}, APART)
     with pytest.raises(BadInput, match="negative"):
         judged("F a", timeline("q0"), clock_error=Fraction(-1))
+    with pytest.raises(BadInput, match="must not have a cycle"):
+        judge_formula(mission("F a"), {"q0": timeline("q0", cycle=1)}, APART)
+    with pytest.raises(BadInput, match="must have a cycle"):
+        judge_formula(mission("F a", trace="infinite"), {"q0": timeline("q0")}, APART)
     with pytest.raises(BadInput, match="one robot"):
-        judge_formula(mission("F a", robots=2), {f"q{i}": timeline(f"q{i}", cycle=1) for i in range(2)}, APART)
+        judge_formula(
+            mission("F a", robots=2, trace="infinite"), {f"q{i}": timeline(f"q{i}", cycle=1) for i in range(2)}, APART
+        )
 
 
 def test_an_unknown_instant_of_an_action_is_any_within_its_window():
@@ -259,3 +265,12 @@ def test_the_answer_is_kept_for_flights_with_the_same_orders_of_events():
     answers = [holds_for_all(OwnGraph([robot], timed=True), part) for robot in robots]
     assert isinstance(answers[0], Broken)
     assert answers[0] is answers[1]
+
+
+def test_a_hundred_robots_of_which_two_matter():
+    lines = [timeline("q0", ("a", 2, 8)), timeline("q1", ("b", 4, 6)), *(timeline(f"q{i}") for i in range(2, 100))]
+    assert judged("F a & F b & G !c", *lines)
+    verdict = judged("!F(a & F(b & F a))", *lines)
+    assert verdict.outcome == "fails"
+    assert {robot for robot, _ in verdict.readings()} == {line.robot for line in lines}
+    assert verdict.order == ((("q0", 0), ("q1", 0)),)
