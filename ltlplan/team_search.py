@@ -258,7 +258,7 @@ def _by_kinds(team: Team, task: Task, apart: Sequence[int], budget: Budget) -> t
             if robot[node] < last:
                 following = team.start[robot[node] + 1]
                 after = row[label[following]]
-                finished = tuple(sorted((*done, kind)))
+                finished = done if kind == kinds.identity else tuple(sorted((*done, kind)))
                 if after != DEAD and guide(after) < LOST and check.failing_order(finished, finished=False) is None:
                     target = (after, following, kinds.read(kinds.identity, label[following]), finished)
                     if cost + ending < best.get(target, float("inf")):
