@@ -12,7 +12,7 @@ from refine.retiming import retime
 from refine.spline import Spline
 from refine.team import refine
 from refine.timing import stretch_to_limits
-from refine.turning import least_spin
+from refine.turning import least_spin, with_least_spin
 from refine.yaw import heading_spline
 
 __all__ = [
@@ -29,4 +29,5 @@ __all__ = [
     "retime",
     "stretch_to_limits",
     "time_optimal",
+    "with_least_spin",
 ]

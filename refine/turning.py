@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from refine.basis import ORDER
 from refine.fitting import bases, fitted
 from refine.flatness import flat_state
+from refine.limits import Limits
 from refine.spline import Spline
+from refine.timing import stretch_to_limits
 from verify.data import GRAVITY
 
 Floats = NDArray[np.float64]
@@ -23,6 +25,7 @@ _GRID = 96
 _MOVES = 10
 _ROUNDS = 40
 _STEP = 1e-6
+_PACES = (1.0, 1.1, 1.25, 1.5, 1.75, 2.0, 2.5)
 
 
 def least_spin(path: Spline, *, rest_at_start: bool = True) -> Spline:
@@ -68,6 +71,29 @@ def least_spin(path: Spline, *, rest_at_start: bool = True) -> Spline:
         if np.abs(spin).max() < np.abs(_spin(motion, values @ best, rates @ best)).max():
             best = states
     return Spline(path.durations, best.reshape(-1, ORDER, 1))
+
+
+def with_least_spin(path: Spline, limits: Limits, *, safety: float = 2e-4) -> tuple[Spline, Spline]:
+    """Return path and yaw, slowed as little as we can so that all limits hold.
+
+    Slowing a finished heading lets its spin fall only with the pace, while a vehicle that flies more slowly leans less and
+    needs another heading, so a few paces are tried, each with a heading of its own and with a constant one.
+
+    Raises:
+        Infeasible: No pace helps; says which limit is in the way.
+    """
+    best: tuple[Spline, Spline] | None = None
+    for pace in _PACES:
+        if best is not None and pace * path.duration >= best[0].duration:
+            break
+        slower = path.stretched(pace)
+        constant = Spline(slower.durations, np.zeros((len(slower) + 1, ORDER, 1)))
+        for yaw in (least_spin(slower), constant):
+            factor = stretch_to_limits(slower, yaw, limits, safety=safety)
+            if best is None or slower.duration * factor < best[0].duration:
+                best = slower.stretched(factor), yaw.stretched(factor)
+    assert best is not None
+    return best
 
 
 def _spin(motion: tuple[Floats, ...], yaw: Floats, rate: Floats) -> Floats:

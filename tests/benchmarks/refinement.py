@@ -25,8 +25,7 @@ from refine.limits import rotors_of
 from refine.minimum_snap import banded_problem
 from refine.nlp import forget
 from refine.obstacles import Plane
-from refine.timing import stretch_to_limits
-from refine.turning import least_spin
+from refine.turning import with_least_spin
 from tests.benchmarks.refinement_courses import (
     HOOP6,
     HOOP6_BLEND,
@@ -188,10 +187,8 @@ def split_s(yaw_rate: float) -> dict[str, Any]:
     floor = Plane(np.array([0.0, 0.0, 1.0]), SPLIT_S_FLOOR)
     forget()
     begin = time.process_time()
-    path = time_optimal(SPLIT_S, limits, tolerance=SPLIT_S_TOLERANCE - 1e-5, end="free", walls=[floor], instants=12)
-    yaw = least_spin(path)
-    factor = stretch_to_limits(path, yaw, limits, safety=2e-4)
-    path, yaw = path.stretched(factor), yaw.stretched(factor)
+    path = time_optimal(SPLIT_S, limits, tolerance=SPLIT_S_TOLERANCE - 1e-4, end="free", walls=[floor], instants=12)
+    path, yaw = with_least_spin(path, limits)
     seconds = time.process_time() - begin
     flight = flown(path, yaw)
     vehicle = vehicle.model_copy(update={"yaw_rate_deg": float(np.degrees(yaw_rate))})

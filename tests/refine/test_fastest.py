@@ -13,8 +13,7 @@ from refine.limits import rotors_of
 from refine.obstacles import Plane
 from refine.peaks import peaks
 from refine.retiming import pace, retime
-from refine.timing import stretch_to_limits
-from refine.turning import least_spin
+from refine.turning import with_least_spin
 from tests.benchmarks.refinement_courses import (
     HOOP6,
     HOOP6_BLEND,
@@ -92,9 +91,7 @@ def test_a_race_with_rotor_limits_and_little_spin() -> None:
     )
     floor = Plane(np.array([0.0, 0.0, 1.0]), 0.3)
     path = time_optimal(points, limits, tolerance=0.29, end="free", walls=[floor], instants=12)
-    yaw = least_spin(path)
-    factor = stretch_to_limits(path, yaw, limits, safety=2e-4)
-    path, yaw = path.stretched(factor), yaw.stretched(factor)
+    path, yaw = with_least_spin(path, limits)
     assert path.duration < 6.0
     assert certified(
         path, yaw, vehicle, ("thrust_max", "thrust_min", "rotor_thrust_max", "rotor_thrust_min", "body_rate", "yaw_rate")
