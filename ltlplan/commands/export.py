@@ -9,6 +9,8 @@ import typer
 
 from ltlplan.commands.options import FolderArgument, JsonOption
 
+COMPRESSED = "crazyflie-compressed"
+
 
 def command(
     folder: FolderArgument,
@@ -22,29 +24,62 @@ def command(
         str | None, typer.Option("--vehicle", help="Airframe that will fly, to be held against the certificate's.")
     ] = None,
     rate: Annotated[float | None, typer.Option("--rate", min=1.0, help="px4, ros2: setpoints a second.")] = None,
+    upload: Annotated[
+        list[str] | None, typer.Option("--upload", help="crazyflie formats: ROBOT=URI, once a robot; send after writing.")
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="With --upload: write the exact bytes, send nothing.")] = False,
     json: JsonOption = False,
 ) -> None:
-    """Write the certified flight in a folder for a real vehicle, after proving its certificate again."""
+    """Write the certified flight in a folder for a real vehicle, after proving its certificate again.
+
+    The compressed format rounds to whole millimetres: its path is fitted to that grid, certified as it is then, and
+    written with a certificate of its own.
+    """
     import flight
     from ltlplan.commands.terminal import print_json
-    from verify import recheck
+    from ltlplan.output import replace_file, write_plan_files, write_trajectories
+    from verify import certify, recheck
+    from verify.data import BadInput
     from verify.recheck import read_folder
 
+    if dry_run and not upload:
+        raise BadInput("--dry-run goes with --upload ROBOT=URI.")
+    addresses = _addresses(upload or [])
+    if addresses and format not in ("crazyflie", COMPRESSED):
+        raise BadInput(f"--upload sends to Crazyflies; take --format crazyflie or {COMPRESSED}, not {format}.")
     certificate = recheck(folder)
-    _plan, team = read_folder(folder)
+    plan, team = read_folder(folder)
+    target = out or folder / format
+    if format == COMPRESSED:
+        team = flight.quantised(team)
+        certificate = certify(plan, team, margin=certificate.margin)
     options = {} if rate is None else {"rate": rate}
-    done = flight.export(team, certificate, out or folder / format, format=format, vehicle=vehicle, **options)
+    done = flight.export(team, certificate, target, format=format, vehicle=vehicle, **options)
+    if format == COMPRESSED:
+        write_plan_files(plan, target)
+        write_trajectories(plan, team, target)
+        replace_file(target / "certificate.json", certificate.to_json())
+    sent = flight.upload(target, addresses, dry_run=dry_run) if addresses else ()
+    words = [f"{'would send' if dry_run else 'sent'} {len(item.entry.data)} bytes to {item.robot} at {item.uri}" for item in sent]
     if json:
+        files = [str(path) for path in done.files]
         print_json(
-            {
-                "format": done.format,
-                "certificate": done.digest,
-                "files": [str(p) for p in done.files],
-                "notes": list(done.notes),
-            }
+            {"format": done.format, "certificate": done.digest, "files": files, "notes": list(done.notes), "sent": words}
         )
         return
     for path in done.files:
         typer.echo(f"wrote {path}")
-    for note in done.notes:
-        typer.echo(f"note: {note}")
+    for line in (*(f"note: {note}" for note in done.notes), *words):
+        typer.echo(line)
+
+
+def _addresses(texts: list[str]) -> dict[str, str]:
+    from verify.data import BadInput
+
+    addresses: dict[str, str] = {}
+    for text in texts:
+        robot, separator, uri = text.partition("=")
+        if not separator or not robot or not uri:
+            raise BadInput(f"'{text}' is no address: write ROBOT=URI, such as quad0=radio://0/80/2M/E7E7E7E701.")
+        addresses[robot] = uri
+    return addresses

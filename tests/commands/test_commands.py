@@ -101,3 +101,16 @@ def test_an_online_flight_says_what_it_is() -> None:
 def test_events_that_cannot_be_read(event: str) -> None:
     with pytest.raises(BadInput, match="no event"):
         ok("fly", "firefighting", "--online", "--event", event)
+
+
+def test_compressed_exports_have_a_certificate_of_their_own(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "compressed"
+    arguments = ["--upload", "quad0=radio://0/80/2M/E7E7E7E701", "--upload", "quad1=radio://0/80/2M/E7E7E7E702"]
+    arguments += ["--upload", "quad2=radio://0/80/2M/E7E7E7E703", "--dry-run"]
+    text = ok("export", str(folder), "--format", "crazyflie-compressed", "--out", str(out), *arguments)
+    assert f"would send {(out / 'quad0.bin').stat().st_size} bytes to quad0" in text
+    assert "every claim is proved again" in ok("recheck", str(out))
+    own = json.loads((out / "certificate.json").read_text())
+    assert own["trajectories"] != json.loads((folder / "certificate.json").read_text())["trajectories"]
+    with pytest.raises(BadInput, match="ROBOT=URI"):
+        ok("export", str(folder), "--format", "crazyflie", "--out", str(out), "--upload", "quad0")
