@@ -256,7 +256,8 @@ def small_automaton(formula: Formula, trace: Trace, *, budget: Budget = DEFAULT_
         hoa = spot_engine.translate(text, trace)
     else:
         hoa = _translate_elsewhere(text, trace, budget)
-    return read_hoa(hoa, trace=trace)
+    plain = spot_engine.read_hoa(hoa, "infinite")
+    return _ending(plain) if trace == "finite" else _automaton(plain, "infinite")
 
 
 def _weight(formula: Formula) -> int:
@@ -291,7 +292,31 @@ def read_hoa(text: str, *, trace: Trace) -> Automaton:
     Raises:
         BadInput: It is not in that format; for finite words: acceptance is not on states.
     """
-    plain = spot_engine.read_hoa(text, trace)
+    return _automaton(spot_engine.read_hoa(text, trace), trace)
+
+
+def _automaton(plain: spot_engine.PlainAutomaton, trace: Trace) -> Automaton:
+    guards, edges = _copied(plain)
+    return trimmed(trace, guards, edges, plain.initial, plain.accepting)
+
+
+def _ending(plain: spot_engine.PlainAutomaton) -> Automaton:
+    """Return the automaton on finite words: final where the rest, with no letter alive, is accepted."""
+    table, edges = _copied(plain)
+    guards = Guards([name for name in plain.names if name != spot_engine.ALIVE])
+    memo: dict[int, int] = {}
+    alive: list[list[tuple[int, int]]] = []
+    ended: list[list[tuple[int, int]]] = []
+    for outgoing in edges:
+        before = [(table.given(guard, spot_engine.ALIVE, holds=True), target) for guard, target in outgoing]
+        alive.append([(guards.copy_from(table, guard, memo), target) for guard, target in before])
+        ended.append([(table.given(guard, spot_engine.ALIVE, holds=False), target) for guard, target in outgoing])
+    final = _live("infinite", ended, set(plain.accepting))
+    return trimmed("finite", guards, alive, plain.initial, final)
+
+
+def _copied(plain: spot_engine.PlainAutomaton) -> tuple[Guards, list[list[tuple[int, int]]]]:
+    """Return the conditions and edges of an automaton from Spot as our own."""
     guards = Guards(plain.names)
     conditions = [FALSE, TRUE]
     for name, low, high in plain.conditions:
@@ -299,7 +324,7 @@ def read_hoa(text: str, *, trace: Trace) -> Automaton:
     edges: list[list[tuple[int, int]]] = [[] for _ in range(plain.size)]
     for source, target, condition in plain.edges:
         edges[source].append((conditions[condition], target))
-    return trimmed(trace, guards, edges, plain.initial, plain.accepting)
+    return guards, edges
 
 
 def trimmed(

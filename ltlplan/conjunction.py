@@ -31,6 +31,13 @@ def conjuncts(formula: Formula) -> tuple[Formula, ...]:
     if formula.operator in ("G", "X"):
         inner = conjuncts(formula.arguments[0])
         return tuple(Formula(formula.operator, (part,)) for part in inner) if len(inner) > 1 else (formula,)
+    if formula.operator == "!" and formula.arguments[0].operator in ("|", "->", "!"):
+        inner = formula.arguments[0]
+        if inner.operator == "!":
+            return conjuncts(inner.arguments[0])
+        left, right = inner.arguments
+        first = left if inner.operator == "->" else Formula("!", (left,))
+        return (*conjuncts(first), *conjuncts(Formula("!", (right,))))
     if formula.operator == "->":
         left, right = formula.arguments
         inner = conjuncts(right)

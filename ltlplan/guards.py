@@ -130,6 +130,22 @@ class Guards:
         positive = self.node(variable, FALSE, TRUE)
         return self.disjunction(self.conjunction(positive, high), self.conjunction(self.negation(positive), low))
 
+    def given(self, guard: int, name: str, *, holds: bool) -> int:
+        """Return what a condition comes to where a proposition is known; the result no longer asks for it."""
+        variable = self._index.get(name)
+        if variable is None:
+            return guard
+        known = self.node(variable, FALSE, TRUE) if holds else self.node(variable, TRUE, FALSE)
+        memo: dict[int, int] = {}
+
+        def without(at: int) -> int:
+            if at > TRUE and at not in memo:
+                top, low, high = self._nodes[at]
+                memo[at] = self.disjunction(low, high) if top == variable else self.node(top, without(low), without(high))
+            return memo.get(at, at)
+
+        return without(self.conjunction(guard, known))
+
     def copy_from(self, other: Guards, guard: int, memo: dict[int, int]) -> int:
         """Return another table's condition in this one; `memo` may be kept for further conditions of that table."""
         if guard <= TRUE:

@@ -8,9 +8,12 @@ timed claim may still add waits.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from decimal import Decimal
 
+from ltlplan.automata import Automaton
 from ltlplan.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.conjunction import Task, conjunct_automata
 from ltlplan.joint import joint_possible, plan_joint
@@ -93,7 +96,16 @@ def assign(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAU
             found = plan_team(team, task, budget)
     if found.run is None:
         raise _no_plan(mission, systems, each, found, joint=joint)
-    return _assignment(mission, each, found, bound, complete)
+    plan = _assignment(mission, each, found, bound, complete)
+    return replace(plan, notes=(*plan.notes, *_sizes(each, automata, found), *systems.unclear()))
+
+
+def _sizes(systems: list[TransitionSystem], automata: Sequence[Automaton], found: Checked) -> Iterator[str]:
+    """Say, for a team, how many states were reached beside how many the product of all robots has."""
+    if len(systems) > 1 and found.run is not None:
+        size = math.prod(len(a.edges) for a in automata) * math.prod(len(system.labels) for system in systems)
+        many = f"{size:,}" if size < 1_000_000 else f"{Decimal(size):.1e}"
+        yield f"The search reached {found.run.reached:,} states of the team automaton; the product of all robots has {many}."
 
 
 def _assignment(

@@ -12,6 +12,9 @@ import warnings
 from dataclasses import dataclass
 from typing import Any, Literal
 
+ALIVE = " alive "
+"""Proposition for "the word has not ended yet"; no name of a mission has spaces in it."""
+
 
 @dataclass(frozen=True)
 class PlainAutomaton:
@@ -54,13 +57,16 @@ def engine() -> Any:  # Spot has no types
 
 
 def translate(text: str, trace: Literal["finite", "infinite"]) -> str:
-    """Translate a fully quoted formula; return HOA with state-based Büchi acceptance (final states for finite words)."""
+    """Translate a fully quoted formula; return HOA with state-based Büchi acceptance.
+
+    For finite words it reads infinite ones in which the proposition `ALIVE` holds until the word ends, and then never again.
+    """
     spot = engine()
     formula = spot.formula(text)
     private = spot.make_bdd_dict()  # so that the order of propositions does not depend on what was translated before
     if trace == "finite":
-        found = spot.translate(spot.from_ltlf(formula), "small", "buchi", "sbacc", "low", dict=private)
-        return str(spot.to_finite(found).to_str("hoa"))
+        # Spot's own `to_finite` overlooks final states of automata that were simplified no further than "low"
+        return str(spot.translate(spot.from_ltlf(formula, ALIVE), "small", "buchi", "sbacc", "low", dict=private).to_str("hoa"))
     return str(spot.translate(formula, "deterministic", "buchi", "sbacc", dict=private).to_str("hoa"))
 
 

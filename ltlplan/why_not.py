@@ -98,7 +98,7 @@ class _Inquiry:
     def answer(self) -> NoPlan:
         core = self._core(list(dict.fromkeys(conjuncts(self.mission.formula))))
         edges = self._missing_edges(core)
-        reasons = list(dict.fromkeys([*self._reasons(core), *self._edge_sentence(edges)]))
+        reasons = list(dict.fromkeys([*self._reasons(core), *self._edge_sentence(edges), *self.systems.unclear()]))
         return NoPlan([self._shown(part) for part in core], reasons, edges)
 
     def _core(self, parts: list[Formula]) -> list[Formula]:

@@ -127,6 +127,17 @@ def test_strong_and_weak_next_at_the_end_of_a_word() -> None:
     assert not translate("X[!] a").accepts(Word.of([[]]))
 
 
+def test_a_word_may_end_where_a_weak_next_has_no_next() -> None:
+    for text in ("G X X[!] a", "X G X[!] a", "a & G X X[!] a"):
+        assert translate(text).accepts(Word.of([["a"]]))
+        assert not translate(text).accepts(Word.of([["a"], ["a"]]))
+
+
+def test_a_proposition_may_be_called_alive() -> None:
+    assert translate("F !alive").accepts(Word.of([["alive"], []]))
+    assert not translate("G alive").accepts(Word.of([["alive"], []]))
+
+
 def test_the_empty_language_has_no_accepting_state() -> None:
     assert not translate("F a & G !a").accepting
     assert not translate("F a & G !a", "infinite").accepting
