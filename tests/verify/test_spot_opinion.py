@@ -1,0 +1,53 @@
+import importlib
+
+import pytest
+
+from tests.timelines import APART, timeline
+from verify import check_team, check_word, spot_opinion
+from verify.data import MissingEngine, parse_formula
+from verify.inclusion import letter_graph
+from verify.progression import OutOfBudget, normal_form
+from verify.robot_behaviour import from_timeline
+from verify.spot_opinion import some_word_breaks
+from verify.team_graph import OwnGraph
+
+
+def graph_of(names: set[str]):
+    return letter_graph(OwnGraph([from_timeline(timeline("q0", ("a", 1, 2), ("b", 3, 4)), APART)], timed=False), names)
+
+
+def test_the_process_of_its_own_says_the_same(monkeypatch):
+    for text, breaks in (("F(a & F b)", False), ("F(b & F a)", True), ("G(a -> F c)", True)):
+        part = normal_form(parse_formula(text))
+        monkeypatch.setattr(spot_opinion, "EASY", 8)
+        here = some_word_breaks(graph_of(set("abc")), part)
+        monkeypatch.setattr(spot_opinion, "EASY", 0)
+        assert some_word_breaks(graph_of(set("abc")), part) == here == breaks
+
+
+def test_a_process_that_outgrows_its_limits_is_out_of_budget(monkeypatch):
+    monkeypatch.setattr(spot_opinion, "EASY", 0)
+    monkeypatch.setattr(spot_opinion.sys, "executable", "/bin/false")
+    with pytest.raises(OutOfBudget, match="second opinion"):
+        some_word_breaks(graph_of({"a"}), normal_form(parse_formula("F a")))
+
+
+def test_without_spot_words_are_judged_and_teams_say_what_is_missing(monkeypatch):
+    real = importlib.import_module
+
+    def absent(name: str, *rest: str):
+        if name in ("spot", "buddy"):
+            raise ImportError(name)
+        return real(name, *rest)
+
+    monkeypatch.setattr(spot_opinion.importlib, "import_module", absent)
+    spot_opinion._negation.cache_clear()
+    assert check_word("F a", [["a"]])
+    with pytest.raises(MissingEngine, match="pip install spottl"):
+        check_team("F a & F spotless", {"q0": [["a"]]})
+
+
+def test_names_that_spot_would_misread():
+    team = {"q0": [["FIRE"], ["Gate1"]]}
+    assert check_team("F FIRE & F Gate1", team)
+    assert check_team("F alive & F p0", {"q0": [["alive", "p0"]]})
