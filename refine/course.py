@@ -140,13 +140,22 @@ def course_of(mission: Mission, name: str, robot: RobotPlan, *, pad: float = PAD
     return _without_crowding(course)
 
 
-def thinned(course: Course, pieces: int) -> Course:
-    """Return the course with points left out, where straight legs allow it, until it has at most so many legs.
+def thinned(course: Course, pieces: int, laps: int = 1) -> Course:
+    """Return the course with points left out, where straight legs allow it, until at most so many legs are flown.
 
-    The points of the legs that lose least length go first. What cannot be left out stays, so the result may be longer.
+    A leg of the cycle is flown `laps` times and counts as many. The points that lose least length for each leg saved go
+    first. What cannot be left out stays, so the result may be longer.
     """
-    while len(course) > pieces:
-        options = [(_detour_length(course, node), node) for node in range(1, len(course)) if not course.needed[node]]
+
+    def repeats(node: int) -> int:
+        return laps if course.cycle is not None and node > course.cycle else 1
+
+    while sum(repeats(node) for node in range(1, len(course) + 1)) > pieces:
+        options = [
+            (_detour_length(course, node) / repeats(node), node)
+            for node in range(1, len(course))
+            if not course.needed[node] and node != course.cycle
+        ]
         shorter = next((merged for _, node in sorted(options) if (merged := _without(course, node)) is not None), None)
         if shorter is None:
             return course

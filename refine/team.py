@@ -114,11 +114,12 @@ def refine(
     robots, starts = _kept_apart(plan, robots, wishes, ask)
     tell("rounding to the vehicle's numbers", 0.95)
     flights = {name: _assemble(robot, plan.mission.agents[name].yaw, starts[name]) for name, robot in robots.items()}
+    laps = plan.mission.spec.repeat
     for name, flight in flights.items():
-        if len(flight) > max_pieces:
-            raise DoesNotFit(
-                f"{name} needs {len(flight)} pieces; the target holds {max_pieces}. Split the flight or stream it."
-            )
+        flown = len(flight.flattened(laps))
+        if flown > max_pieces:
+            of = f" for {laps} laps" if flight.cycle is not None and laps > 1 else ""
+            raise DoesNotFit(f"{name} needs {flown} pieces{of}; the target holds {max_pieces}. Split the flight or stream it.")
     tell("refined", 1.0)
     return flights
 
@@ -167,7 +168,8 @@ def _single(plan: Plan, name: str, wishes: Wishes, extra: tuple[Ball, ...], ask:
             {},
         )
     more = wishes.pad.get(name, 0.0)
-    course = thinned(course_of(mission, name, robot, pad=PAD + more, extra=extra), ask.max_pieces - 1)
+    course = course_of(mission, name, robot, pad=PAD + more, extra=extra)
+    course = thinned(course, ask.max_pieces - 1, mission.spec.repeat)
     hovering = course.cycle is not None and course.cycle == len(course)
     if hovering:
         course = replace(course, cycle=None)
