@@ -80,7 +80,9 @@ def nominal_paths(mission: Mission, *, progress: Progress | None = None) -> Nomi
     robots: dict[str, RobotPlan] = {}
     for name, itinerary in found.robots.items():
         say(f"laying the path of {name}", 0.2)
-        robots[name] = route(mission, name, itinerary.visits, itinerary.cycle_visit, directions=mission.planner.directions)
+        robots[name] = route(
+            mission, name, itinerary.visits, itinerary.cycle_visit, directions=mission.planner.directions, word=itinerary.word
+        )
     return Nominal(robots, "exact", found.complete, found.lower_bound, found.notes)
 
 
