@@ -133,7 +133,7 @@ def test_twelve_goals() -> None:
 
 def test_growing_teams() -> None:
     print("\nFire-fighting, N robots: search, states of the team automaton and of the full product")
-    sizes, times = (1, 2, 3, 5, 10, 20, 50, 100), []
+    sizes, times = (1, 2, 3, 4, 5, 10, 20, 50, 100), []
     automaton = translate(load_mission("firefighting").formula)
     for robots in sizes:
         mission = team_of(robots)
@@ -143,7 +143,7 @@ def test_growing_teams() -> None:
         each = [systems.of(name) for name in mission.agents]
         product = f"{float(full_product_size(each, automaton)):.3g}"
         built = ""
-        if robots <= 3:
+        if robots <= 5:
             start = time.process_time()
             try:
                 built = f"walked: {full_product(each, automaton, limit=3_000_000):,} in {time.process_time() - start:.2f} s"
@@ -152,8 +152,8 @@ def test_growing_teams() -> None:
         print(
             f"  {robots:4} {seconds * 1000:8.2f} ms  {TeamAutomaton(each, automaton).size():6} states  {product:>10}  {built}"
         )
-    slope = np.polyfit(np.log(sizes[3:]), np.log(times[3:]), 1)[0]
-    print(f"  fitted exponent from 5 to 100 robots: {slope:.2f}")
+    slope = np.polyfit(np.log(sizes), np.log(times), 1)[0]
+    print(f"  fitted exponent: {slope:.2f}")
     assert slope <= 1.1
     assert times[-1] <= 0.060
 
