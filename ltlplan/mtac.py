@@ -28,12 +28,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from ltlplan.allocation import Itinerary, Reader, World
+from ltlplan.allocation import Itinerary, World
 from ltlplan.cost import WeightedCost, cost_of, plan_cost
 from ltlplan.cross_entropy import Search, improve, minimise, options_of
 from ltlplan.hoops import route
 from ltlplan.path_result import candidate_plans
 from ltlplan.path_search import path_problem
+from ltlplan.team_reader import Reader
 from ltlplan.team_walk import Options, Walker
 from verify.data import BadInput, Infeasible, Letter, Mission, Plan, RobotPlan, Word
 from verify.data.mission import Point

@@ -28,13 +28,14 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.allocation import Itinerary, Metric, Move, Reader, Whereabouts, World
+from ltlplan.allocation import Itinerary, Metric, Move, Whereabouts, World
 from ltlplan.hoops import route
 from ltlplan.mtac import metric
 from ltlplan.online_cross_entropy import OnlineSettings
 from ltlplan.online_events import HoopMoves, RobotJoins, RobotLeaves, WorldEvent
 from ltlplan.online_pilot import Pilot
 from ltlplan.online_progress import MAX_TOGETHER, Standing, State, admits, at_start, can_finish
+from ltlplan.team_reader import Reader
 from ltlplan.team_walk import Options, Walker
 from verify.data import BadInput, Infeasible, Letter, LtlplanError, Mission, RobotPlan, Unsatisfiable, Word
 from verify.data.mission import Point
@@ -281,7 +282,7 @@ class OnlineTeam:
         """Return the letters that have changed, and the region that each robot is in; planned actions happen here."""
         events: dict[str, Letter] = {}
         inside: dict[str, str | None] = {}
-        where = self.world.regions_at(np.array([positions[name] for name in self.pilots]))
+        where = self.world.regions_at(np.array([positions[name] for name in self.pilots], dtype=np.float64).reshape(-1, 3))
         for (name, pilot), here in zip(self.pilots.items(), where, strict=True):
             x, y, z = (float(v) for v in positions[name])
             inside[name] = here

@@ -287,7 +287,7 @@ class Pilot:
         mean, spread = np.zeros((len(self.free), 3)), 1.0
         if known is not None:
             mean, spread = np.linalg.solve(self.smooth, known[0][self.free] - self.base[self.free]), known[1]
-        self.state = online.start(mean[None], spread**2, rng, settings=self.settings)
+        self.state = online.start(np.asarray(mean[None], dtype=np.float64), spread**2, rng, settings=self.settings)
 
     def _too_near(self, positions: Floats, obstacles: Floats, separation: float) -> NDArray[np.bool_]:
         """Tell for each path whether what is ahead of the robot comes too near to robots that stand still."""

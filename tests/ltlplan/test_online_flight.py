@@ -81,7 +81,9 @@ def test_bad_input_is_refused_before_take_off(one):
 
 
 @pytest.mark.parametrize("letters", [[], [{"a"}], [set(), {"b"}], [{"a"}, {"c"}, set()]])
-@pytest.mark.parametrize("text", ["F a & F b", "G(a -> F c)", "!b U a", "(a | b) W c", "a R (b | !c)", "F(a & F b) xor G !c", "b M !a"])
+@pytest.mark.parametrize(
+    "text", ["F a & F b", "G(a -> F c)", "!b U a", "(a | b) W c", "a R (b | !c)", "F(a & F b) xor G !c", "b M !a"]
+)
 def test_progression_asks_of_the_rest_what_the_formula_asks_of_the_whole(text, letters):
     formula = parse_formula(text)
     read = [frozenset(letter) for letter in letters]

@@ -165,7 +165,10 @@ def test_events_of_one_instant_count_in_every_order():
     assert not standing.after("x", a).after("y", b).accepts()
     assert not standing.after_all({"x": a, "y": b}).accepts()
     left = standing.after("x", a)
-    assert left.after_all({"x": EMPTY, "y": b}).pairs == left.after("x", EMPTY).after("y", b).pairs | left.after("y", b).after("x", EMPTY).pairs
+    assert (
+        left.after_all({"x": EMPTY, "y": b}).pairs
+        == left.after("x", EMPTY).after("y", b).pairs | left.after("y", b).after("x", EMPTY).pairs
+    )
 
 
 def test_a_robot_that_joins_reads_its_letter_too():
