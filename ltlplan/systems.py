@@ -386,7 +386,7 @@ def word_of(
             For a lasso: whether a hover is in that region.
 
     Raises:
-        BadInput: An unknown region, an action that its region or the internal state does not permit, a robot that starts
+        BadInput: An unknown region, one whose middle lies in another, an action that its region or the internal state does not permit, a robot that starts
             inside a region without visiting it.
     """
     regions = mission.all_regions
@@ -398,6 +398,14 @@ def word_of(
     for index, visit in enumerate(visits):
         if visit.region not in regions:
             raise BadInput(f"{agent}, visit {index}: '{visit.region}' is not a region of the mission.")
+        shared = sorted(
+            n for n, r in regions.items() if n != visit.region and float(r.level(np.array(regions[visit.region].center))) <= 1
+        )
+        if shared:
+            raise BadInput(
+                f"{agent}, visit {index}: the middle of '{visit.region}' also lies in {', '.join(shared)}, so the visits alone do "
+                "not give the word; use the word of the planner's itinerary."
+            )
         if index or not inside:
             letters.append(frozenset(mission.robot.states[state]))
         elif visit.region not in inside:

@@ -136,3 +136,9 @@ def test_a_system_needs_edges_for_its_labels() -> None:
         TransitionSystem((frozenset(),), ())
     with pytest.raises(BadInput, match="starts at 3"):
         TransitionSystem((frozenset(),), ((),), 3)
+
+
+def test_visits_of_nested_regions_do_not_give_a_word() -> None:
+    mission = world("true", regions={"room": (0.0, 0.0), "desk": (0.8, 0.0)}, radii={"room": 2.0}, starts=((-4.0, 0.0),))
+    with pytest.raises(BadInput, match="'desk' also lies in room"):
+        word_of(mission, "quad0", visits("room", "desk"))
