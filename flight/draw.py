@@ -57,6 +57,7 @@ def scene(
     *,
     flown: Mapping[str, Floats] | None = None,
     waypoints: Mapping[str, Sequence[Sequence[float]]] | None = None,
+    tube: float | None = None,
 ) -> go.Figure:
     """Draw hoops, regions, starts, planned and flown paths.
 
@@ -65,6 +66,7 @@ def scene(
         paths: For each robot, positions in m. Shape (points, 3 or more); further columns are not drawn.
         flown: Likewise, for what was flown, drawn dotted.
         waypoints: For each robot, points in m to mark.
+        tube: Radius in m of a translucent tube around each path: the certificate's margin.
 
     Returns:
         A figure whose last traces, one a robot in the mission's order, are markers that a player may move.
@@ -81,6 +83,8 @@ def scene(
         if name in paths:
             path = paths[name]
             figure.add_trace(_line(path, name, colour, dash="solid", legend=f"{name}: certified path"))
+            if tube:
+                figure.add_trace(_tube(path[:, :3], tube, name, colour))
         if flown and name in flown:
             figure.add_trace(_line(flown[name], name, colour, dash="dot", legend=f"{name}: flown in simulation"))
         if waypoints and name in waypoints:
@@ -243,6 +247,30 @@ def _line(path: Floats, group: str, colour: str, *, dash: str, legend: str) -> g
     return go.Scatter3d(
         x=x, y=y, z=z, mode="lines", line={"color": colour, "width": 4 if dash == "solid" else 3, "dash": dash},
         name=legend, hoverinfo="name", legendgroup=group,
+    )  # fmt: skip
+
+
+def _tube(path: Floats, radius: float, group: str, colour: str) -> go.Mesh3d:
+    """A translucent tube around a path; where the path rests it is a ball's outline at most."""
+    kept = [0]
+    for index in range(1, len(path)):  # rings a tube's radius apart, so that slow parts cost nothing
+        if np.linalg.norm(path[index] - path[kept[-1]]) >= radius / 2:
+            kept.append(index)
+    points = path[kept] if len(kept) > 1 else np.stack([path[0] - [0, 0, radius / 2], path[0] + [0, 0, radius / 2]])
+    ahead = np.gradient(points, axis=0)
+    ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-12)
+    helper = np.where(np.abs(ahead[:, 2:3]) > 0.9, np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]]))
+    first = np.cross(ahead, helper)
+    first /= np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-12)
+    second = np.cross(ahead, first)
+    around = np.linspace(0, 2 * np.pi, 11)[:-1]
+    ring = np.cos(around)[None, :, None] * first[:, None] + np.sin(around)[None, :, None] * second[:, None]
+    corners = (points[:, None] + radius * ring).reshape(-1, 3)
+    i, j, k = _grid_faces(len(points), len(around))
+    x, y, z = _columns(corners)
+    return go.Mesh3d(
+        x=x, y=y, z=z, i=i, j=j, k=k, color=colour, opacity=0.12, name=f"{group}: tube", hoverinfo="skip", legendgroup=group,
+        showlegend=True, visible=True,
     )  # fmt: skip
 
 

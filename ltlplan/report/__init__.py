@@ -40,7 +40,7 @@ def report_html(result: Result) -> str:
     flown = {name: result.log.position[:, i] for i, name in enumerate(result.log.robots)}
     waypoints = {name: [w.position for w in robot.waypoints] for name, robot in result.plan.robots.items()}
     figures: dict[str, go.Figure] = {
-        "scene": scene(mission, paths, flown=flown, waypoints=waypoints),
+        "scene": scene(mission, paths, flown=flown, waypoints=waypoints, tube=certificate.margin),
         "labels": _label_chart(certificate, letters, end),
         "errors": _error_chart(result),
     }
