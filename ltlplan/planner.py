@@ -10,10 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from verify.data import Infeasible, Mission, Plan, RobotPlan
+
+if TYPE_CHECKING:
+    from ltlplan.search import Itinerary
 
 Progress = Callable[[str, float], None]
 
@@ -68,7 +72,7 @@ def nominal_paths(mission: Mission, *, progress: Progress | None = None) -> Nomi
         Unsatisfiable: No word that these robots can fly satisfies the formula.
         Infeasible: A word exists, but no way between the hoops was found.
     """
-    from ltlplan.hoops import route, route_sequence
+    from ltlplan.hoops import route_sequence
     from ltlplan.search import assign
 
     say = progress or (lambda _sentence, _share: None)
@@ -78,12 +82,33 @@ def nominal_paths(mission: Mission, *, progress: Progress | None = None) -> Nomi
     say("searching words and robots", 0.05)
     found = assign(mission)
     robots: dict[str, RobotPlan] = {}
+    notes = list(found.notes)
     for name, itinerary in found.robots.items():
         say(f"laying the path of {name}", 0.2)
-        robots[name] = route(
-            mission, name, itinerary.visits, itinerary.cycle_visit, directions=mission.planner.directions, word=itinerary.word
-        )
-    return Nominal(robots, "exact", found.complete, found.lower_bound, found.notes)
+        robots[name], note = _laid(mission, name, itinerary)
+        notes += note
+    return Nominal(robots, "exact", found.complete, found.lower_bound, tuple(notes))
+
+
+def _laid(mission: Mission, name: str, itinerary: Itinerary) -> tuple[RobotPlan, list[str]]:
+    """Lay one robot's path; where the nearest sides of its hoops are blocked, by the cheapest sides, with a note."""
+    from ltlplan.hoops import route
+
+    def by(directions: Literal["nearest", "cheapest"]) -> RobotPlan:
+        return route(mission, name, itinerary.visits, itinerary.cycle_visit, directions=directions, word=itinerary.word)
+
+    try:
+        return by(mission.planner.directions), []
+    except Infeasible:
+        if mission.planner.directions == "cheapest" or not any(visit.region in mission.hoops for visit in itinerary.visits):
+            raise
+        try:
+            return by("cheapest"), [
+                f"{name}: the nearest sides of its hoops are blocked; the cheapest sides that are not were taken."
+            ]
+        except Infeasible:
+            pass
+        raise
 
 
 def generators(mission: Mission, rng: np.random.Generator) -> dict[str, np.random.Generator]:
