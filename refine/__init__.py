@@ -4,6 +4,7 @@
 (points and limits) or `retime` (a path and limits), a heading from `heading_spline` or `least_spin`, and `quantise`.
 """
 
+from refine.clock import ClockRanOut
 from refine.fastest import time_optimal
 from refine.limits import Limits, Rotors
 from refine.minimum_snap import minimum_snap
@@ -16,6 +17,7 @@ from refine.turning import least_spin, with_least_spin
 from refine.yaw import heading_spline
 
 __all__ = [
+    "ClockRanOut",
     "Limits",
     "Rotors",
     "Spline",

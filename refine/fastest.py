@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from refine.clock import ClockRanOut
 from refine.limits import Limits
 from refine.minimum_snap import minimum_snap
 from refine.nlp import INSTANTS, Objective, Timing, optimise
@@ -74,6 +75,7 @@ def time_optimal(
     Raises:
         BadInput: Shapes or numbers are wrong, or neighbours coincide.
         Infeasible: The limits cannot be kept at any speed.
+        ClockRanOut: An engine's seconds ran out before its iterations.
     """
     points = _points(waypoints)
     if objective == "time" and not (
@@ -103,8 +105,9 @@ def time_optimal(
     if answer is None and objective == "time":
         answer = _attempt(Timing(guess, fixed, still, "blend", ease, within, corridors, instants=instants))
     if answer is None and find_spec("cvxpy") and not walls:  # a better first guess, at the price of one more solve
-        first = retime(guess, still)
-        answer = _attempt(Timing(first, fixed, still, "blend", weight or ease, within, corridors, instants=instants))
+        answer = _attempt(
+            Timing(_retimed(guess, still), fixed, still, "blend", weight or ease, within, corridors, instants=instants)
+        )
     if answer is not None and limits.rotors is not None:
         shift = weight if objective == "blend" else ease
         answer = _attempt(Timing(answer.stretched(1.03), fixed, limits, "blend", shift, within, corridors, instants=instants))
@@ -172,11 +175,23 @@ def _ease(guess: Spline) -> float:
 
 
 def _attempt(problem: Timing) -> Spline | None:
-    """Return an answer, or None where the programme did not converge: the rung below stands then."""
+    """Return an answer, or None where the iterations ran out: the rung below stands then."""
     try:
         return optimise(problem)
+    except ClockRanOut:
+        raise
     except Infeasible:
         return None
+
+
+def _retimed(guess: Spline, limits: Limits) -> Spline:
+    """Return the first guess, flown faster where that programme can be solved."""
+    try:
+        return retime(guess, limits)
+    except ClockRanOut:
+        raise
+    except Infeasible:
+        return guess
 
 
 def _closed(path: Spline, limits: Limits) -> Spline:

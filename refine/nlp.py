@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.basis import HERMITE, ORDER, SIZE, SNAP, bernstein_matrix, derivative_weights
+from refine.clock import ClockRanOut
 from refine.limits import Limits
 from refine.obstacles import Ball, Plane
 from refine.spline import Spline
@@ -33,6 +34,7 @@ INSTANTS = 16
 ITERATIONS = 200
 SECONDS = 120.0
 """The clock only ends a solve with an error."""
+_OUT_OF_TIME = ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded")
 SHORTEST = 5e-2
 """Least duration of a piece, s: shorter ones lose their precision in float32."""
 TOLERANCE = 1e-5
@@ -86,15 +88,18 @@ def optimise(problem: Timing) -> Spline:
 
     Raises:
         BadInput: Numbers are not finite or shapes do not fit.
-        Infeasible: IPOPT did not converge within its budget, or its answer breaks what was asked; says by how much.
+        Infeasible: IPOPT did not converge within its iterations, or its answer breaks what was asked; says by how much.
+        ClockRanOut: Its seconds ran out before its iterations.
     """
     shape = _shape(problem)
-    solver = _solver(shape)
+    solver = _solver(shape, SECONDS)
     lower, upper = _bounds(problem)
     guess = np.clip(_pack(problem.start), lower, upper)
     low, high = _constraint_bounds(shape)
     answer = solver(x0=guess, lbx=lower, ubx=upper, lbg=low, ubg=high, p=_parameters(problem, shape))
     status = solver.stats()
+    if status["return_status"] in _OUT_OF_TIME:
+        raise ClockRanOut("IPOPT", SECONDS)
     x, g = np.asarray(answer["x"]).ravel(), np.asarray(answer["g"]).ravel()
     broken = float(np.max(np.maximum(low - g, g - high), initial=0.0))
     if not np.all(np.isfinite(x)) or broken > TOLERANCE or not status["success"]:
@@ -200,7 +205,7 @@ def _count(shape: _Shape) -> int:
 
 
 @lru_cache(maxsize=32)
-def _solver(shape: _Shape) -> Any:
+def _solver(shape: _Shape, seconds: float) -> Any:
     """Return the compiled programme of a shape."""
     nodes = shape.pieces + 1
     states = ca.MX.sym("states", _NODE, nodes)
@@ -233,7 +238,7 @@ def _solver(shape: _Shape) -> Any:
         "ipopt.print_level": 0,
         "ipopt.sb": "yes",
         "ipopt.max_iter": ITERATIONS,
-        "ipopt.max_wall_time": SECONDS,
+        "ipopt.max_wall_time": seconds,
         "ipopt.tol": 1e-6,
         "ipopt.constr_viol_tol": 1e-7,
         "ipopt.mu_strategy": "monotone" if shape.objective == "time" else "adaptive",

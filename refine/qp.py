@@ -16,12 +16,15 @@ from scipy import sparse
 from scipy.linalg import cholesky, solve_triangular
 
 from refine.basis import HERMITE, ORDER, SNAP
+from refine.clock import ClockRanOut
 from refine.spline import Spline
 from verify.data import Infeasible, InternalError
 
 Floats = NDArray[np.float64]
 
 ITERATIONS = 20_000
+SECONDS = 120.0
+"""The clock only ends a solve with an error."""
 TOLERANCE = 1e-4
 """m by which a recomputed row may be off; far below the clearance that rows are given on top of the margin."""
 
@@ -78,6 +81,7 @@ def solve(programme: Programme) -> Spline:
     Raises:
         Infeasible: The rows contradict each other or the engine's budget of iterations ran out; says by how much the
             worst row is off.
+        ClockRanOut: The engine's seconds ran out before its iterations.
         InternalError: The snap form is not positive definite.
     """
     form, basis, offset = _reduced(programme)
@@ -190,8 +194,11 @@ def _project(matrix: Floats, low: Floats, high: Floats) -> Floats:
         polishing=True,
         adaptive_rho_interval=50,  # fixed, so that the clock does not shape the answer
         check_termination=25,
+        time_limit=SECONDS,
     )
     answer = solver.solve(raise_error=False)
+    if answer.info.status_val == osqp.SolverStatus.OSQP_TIME_LIMIT_REACHED:
+        raise ClockRanOut("OSQP", SECONDS)
     if answer.x is None or not np.all(np.isfinite(answer.x)):
         raise Infeasible(f"The corridors contradict each other ({len(low)} rows).")
     return answer.x

@@ -9,12 +9,14 @@ whatever its pace, so b needs no zero.
 
 from __future__ import annotations
 
+import warnings
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from refine.clock import ClockRanOut
 from refine.limits import Limits
 from refine.minimum_snap import minimum_snap
 from refine.spline import Spline
@@ -25,6 +27,9 @@ Floats = NDArray[np.float64]
 
 GRID = 120
 """Intervals of the path in the programme."""
+ITERATIONS = 200
+SECONDS = 120.0
+"""The clock only ends a solve with an error."""
 _PIECES = (1, 2, 4, 8)
 _SMOOTH = 2e-3
 _SAFETY = 1e-3
@@ -40,7 +45,8 @@ def retime(path: Spline, limits: Limits, *, within: float = 0.02) -> Spline:
 
     Raises:
         BadInput: `within` is no length.
-        Infeasible: The limits cannot be kept at any speed.
+        Infeasible: The limits cannot be kept at any speed, or the engine did not solve the programme.
+        ClockRanOut: The engine's seconds ran out before its iterations.
         MissingEngine: cvxpy is not installed.
     """
     if not 0.0 < within < np.inf:
@@ -61,7 +67,8 @@ def pace(path: Spline, limits: Limits) -> Floats:
     """Return the time at which each of GRID + 1 even instants of a path's own time is passed, s. Shape (GRID + 1,).
 
     Raises:
-        Infeasible: The engine did not solve the programme; its answer is checked again here.
+        Infeasible: The engine did not solve the programme; "almost solved" is not solved.
+        ClockRanOut: Its seconds ran out before its iterations.
         MissingEngine: cvxpy is not installed.
     """
     at = np.linspace(0.0, path.duration, GRID + 1)
@@ -83,11 +90,27 @@ def pace(path: Spline, limits: Limits) -> Floats:
     }
     for name, parameter in parameters.items():
         parameter.value = values[name]
-    programme.solve(solver="CLARABEL")
+    _solve(programme)
     if squared.value is None or not np.all(np.isfinite(squared.value)):
-        raise Infeasible(f"The pace along the path was not found: {programme.status}.")
+        raise Infeasible("The pace along the path was not found: the answer is not finite.")
     root = np.sqrt(np.clip(squared.value, 1e-9, cap))
     return np.concatenate([[0.0], np.cumsum(2.0 * step / (root[1:] + root[:-1]))])
+
+
+def _solve(programme: Any) -> None:
+    """Solve, by the same steps on every machine."""
+    import cvxpy as cp
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # "may be inaccurate": refused below
+            programme.solve(solver=cp.CLARABEL, max_iter=ITERATIONS, time_limit=SECONDS, max_threads=1)
+    except cp.SolverError as error:
+        raise Infeasible(f"The pace along the path was not found: {error}") from None
+    if programme.status == cp.USER_LIMIT and (programme.solver_stats.num_iters or 0) < ITERATIONS:
+        raise ClockRanOut("Clarabel", SECONDS)
+    if programme.status != cp.OPTIMAL:
+        raise Infeasible(f"The pace along the path was not found: {programme.status} after at most {ITERATIONS} iterations.")
 
 
 @lru_cache(maxsize=8)

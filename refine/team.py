@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from refine.clock import ClockRanOut
 from refine.corridor import BUFFER, fit, fixed_states, onward_rules, until_kept
 from refine.course import PAD, Course, course_of, thinned
 from refine.labels import stays, troubles
@@ -101,6 +102,7 @@ def refine(
     Raises:
         BadInput: The plan's numbers do not fit each other.
         Infeasible: A limit or a label cannot be kept; carries a witness.
+        ClockRanOut: An engine's seconds ran out before its iterations.
         DoesNotFit: A flight needs more than `max_pieces` pieces.
     """
     del previous
@@ -209,6 +211,8 @@ def _labelled(plan: Plan, name: str, course: Course, limits: Limits, buffer: flo
         straight, straight_yaw = _timed(plan, name, course, limits, buffer, halts, onward)
         if not troubles(straight, mission, name, robot):
             return _Fitted(straight, straight_yaw, halts, onward)
+    except ClockRanOut:
+        raise
     except Infeasible:
         pass  # legs that turn sharply cannot both go onward without a rest
     rest = halts
@@ -274,6 +278,8 @@ def _raced(
 
     try:
         path = until_kept(course, rules, attempt, buffer=buffer)
+    except ClockRanOut:
+        raise
     except Infeasible:
         path = start
     return _slowed(plan, name, course, limits, path, fitted.rest)
@@ -360,6 +366,8 @@ def _kept_apart(plan: Plan, robots: dict[str, _Robot], wishes: Wishes, ask: _Ask
             try:
                 robots = {**robots, name: _single(plan, name, wishes, (*_idle_others(plan, name, wishes), *places), ask)}
                 changed, waiting = True, False
+            except ClockRanOut:
+                raise
             except Infeasible:
                 continue  # its own path stays; the other robot's may still move
         if not changed:
