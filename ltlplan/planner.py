@@ -117,12 +117,12 @@ def generators(mission: Mission, rng: np.random.Generator) -> dict[str, np.rando
 
 
 def _improved(mission: Mission, robots: dict[str, RobotPlan], rng: np.random.Generator, say: Progress) -> dict[str, RobotPlan]:
-    from ltlplan.cross_entropy import improve
+    from ltlplan.mtac import improved
 
     better: dict[str, RobotPlan] = {}
     for index, (name, own) in enumerate(generators(mission, rng).items()):
         say(f"optimising the path of {name} by cross-entropy", 0.3 + 0.7 * index / len(robots))
-        better[name] = improve(mission, name, robots[name], rng=own).plan
+        better[name] = improved(mission, name, robots[name], lambda own=own: own).plan
     return better
 
 
