@@ -21,20 +21,21 @@ is the checker's, afterwards.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.allocation import Itinerary, Metric, Move, Whereabouts, World
+from ltlplan.allocation import Itinerary, Whereabouts, World
 from ltlplan.hoops import route
 from ltlplan.mtac import metric
 from ltlplan.online_cross_entropy import OnlineSettings
 from ltlplan.online_events import HoopMoves, RobotJoins, RobotLeaves, WorldEvent
 from ltlplan.online_pilot import Pilot
-from ltlplan.online_progress import MAX_TOGETHER, Standing, State, admits, at_start, can_finish
+from ltlplan.online_progress import MAX_TOGETHER, Standing, admits, at_start, can_finish
+from ltlplan.online_switch import Handover, better_hands
 from ltlplan.team_reader import Reader
 from ltlplan.team_walk import Options, Walker
 from verify.data import BadInput, Infeasible, Letter, LtlplanError, Mission, RobotPlan, Unsatisfiable, Word
@@ -50,9 +51,6 @@ SEARCH_STEPS = 50
 
 SWITCH_STEPS = 25
 """Steps between two looks at the switch condition."""
-
-SWITCH_GAIN = 0.1
-"""A part changes hands when that is cheaper by this share of its cost."""
 
 LOOK_AHEAD = 1.6
 """s over which robots keep out of each other's way."""
@@ -120,7 +118,7 @@ class OnlineTeam:
         self.holding: str | None = None
         self.steps = 0
         self._replan = False
-        self._handover: tuple[str, str, int] | None = None
+        self._handover: Handover | None = None
         self._stuck: dict[str, float] = {}
         self._first: list[str] = list(self.pilots)
         self._moved_at = 0.0
@@ -309,7 +307,7 @@ class OnlineTeam:
         if self.steps < self._begin:
             return dict.fromkeys(going, False)
         if self._handover is not None:
-            going[self._handover[0]] = False
+            going[self._handover.giver] = False
         for name, pilot in self.pilots.items():
             if going[name] and pilot.comes_to_region(PERIOD):
                 pilot.entered = self._admitted(name)
@@ -430,75 +428,25 @@ class OnlineTeam:
         if self.holding is not None:
             return ()
         if self._handover is None and self.steps % SWITCH_STEPS == 0:
-            self._handover = self._better_hands()
+            self._handover = better_hands(self.mission, self.world, self.reader, self.standing, self.pilots)
         if self._handover is None:
             return ()
-        giver, taker, kept = self._handover
+        giver, taker = self._handover.giver, self._handover.taker
         one, other = self.pilots[giver], self.pilots[taker]
-        if one.entered or len(one.moves) <= kept:
+        if one.entered or len(one.moves) <= self._handover.kept:
             self._handover = None  # it went on before it could stop
             return ()
         if not self._rests(one, now):
             return ()
-        self._handover = None
         self._root(one, now)
         self._root(other, now)
-        parts = {
-            giver: Itinerary(one.where, one.moves[:kept], True),
-            taker: Itinerary(other.where, one.moves[kept:], one.leaves),
-        }
+        parts = self._handover.parts(self.pilots)
+        self._handover = None
         if self._laid(parts) is not None:
             self.hold(f"at {now:.2f} s a part could not change hands from {giver} to {taker}")
             return ()
         regions = ", ".join(move.visit.region for move in parts[taker].moves)
         return (f"At {now:.2f} s {taker} takes {regions} over from {giver}.",)
-
-    def _better_hands(self) -> tuple[str, str, int] | None:
-        """Return (giver, taker, visits that the giver keeps) for the best switch that the decomposition set allows."""
-        leg = metric(self.mission)
-        best: tuple[float, str, str, int] | None = None
-        idle = [name for name, pilot in self.pilots.items() if pilot.done and pilot.arrived]
-        for giver, pilot in self.pilots.items():
-            if pilot.entered or pilot.detour or not idle:
-                continue
-            position, letters = pilot.where.position, []
-            for kept in range(len(pilot.moves)):
-                rest = pilot.moves[kept:]
-                own = self._length(leg, giver, position, rest)
-                divided = kept >= (1 if pilot.shown else 0) and self.reader.divides(
-                    frozenset(_read(self.reader, self.standing.settled, letters))
-                )
-                for taker in idle if divided else ():
-                    if self.pilots[taker].where.internal != self._internal_at(pilot, kept):
-                        continue  # it does not carry what the part needs
-                    theirs = self._length(leg, taker, self.pilots[taker].where.position, rest)
-                    gain = own - theirs
-                    if gain > SWITCH_GAIN * own and (best is None or gain > best[0]) and self._may_switch(giver, taker, kept):
-                        best = (gain, giver, taker, kept)
-                position = self.world.after(pilot.moves[kept]).position
-                letters += [*pilot.moves[kept].letters, self.world.free_letter(pilot.moves[kept].internal)]
-        return None if best is None else best[1:]
-
-    def _internal_at(self, pilot: Pilot, kept: int) -> str:
-        return pilot.moves[kept - 1].internal if kept else pilot.where.internal
-
-    def _length(self, leg: Metric, robot: str, position: Point, moves: tuple[Move, ...]) -> float:
-        total = 0.0
-        for move in moves:
-            total += leg(robot, position, move.visit.region)
-            position = self.world.after(move).position
-        return total
-
-    def _may_switch(self, giver: str, taker: str, kept: int) -> bool:
-        """Tell whether the environment lets the taker go there, and whether the team can finish after the switch."""
-        one, other = self.pilots[giver], self.pilots[taker]
-        first = one.moves[kept].visit.region
-        if first not in self.world.neighbours.get(other.where.vertex, ()):
-            return False
-        ahead = {name: pilot.ahead for name, pilot in self.pilots.items()}
-        ahead[giver] = Itinerary(one.where, one.moves[:kept], True).ahead(self.world)
-        ahead[taker] = Itinerary(other.where, one.moves[kept:], one.leaves).ahead(self.world)
-        return can_finish(self.standing, ahead)
 
 
 WINDOW, FLOOR = 12, 0.2
@@ -526,13 +474,6 @@ def _after(standing: Standing, events: Mapping[str, Letter]) -> Standing:
     for first in range(0, len(names), MAX_TOGETHER):
         standing = standing.after_all({name: events[name] for name in names[first : first + MAX_TOGETHER]})
     return standing
-
-
-def _read(reader: Reader, states: Iterable[State], letters: Iterable[Letter]) -> set[State]:
-    found = set(states)
-    for letter in letters:
-        found = {reader.successor(state, letter) for state in found}
-    return found
 
 
 def _distance(path: Floats, others: Floats) -> Floats:
