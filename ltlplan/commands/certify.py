@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from ltlplan.commands.options import FolderArgument, JsonOption, MarginOption
-
-if TYPE_CHECKING:
-    from verify.data import Mission
 
 
 def command(
@@ -51,13 +48,17 @@ def command(
 
 def _judge_recording(folder: Path, recording: Path, max_speed: float | None, error: float, *, as_json: bool) -> None:
     """Judge a recorded flight of the folder's mission, for all times between its samples too."""
+    from flight import read_recording
     from ltlplan.commands.terminal import print_json
+    from verify import check_recording, check_samples
     from verify.data import NotCertified, load_mission_file
-    from verify.samples import check_samples
 
     mission = load_mission_file(folder / "mission.yaml" if folder.is_dir() else folder)
-    times, positions, internal = _read(recording, mission)
-    verdict = check_samples(times, positions, mission, max_speed=max_speed, error=error, internal=internal)
+    if _is_our_log(recording):
+        verdict = check_recording(recording, mission, max_speed=max_speed, error=error)
+    else:
+        table = read_recording(recording, tuple(mission.agents))
+        verdict = check_samples(table.times, table.position, mission, max_speed=max_speed, error=error)
     if as_json:
         print_json({"mission": mission.name, "flight": str(recording), **verdict.to_dict()})
     else:
@@ -67,23 +68,12 @@ def _judge_recording(folder: Path, recording: Path, max_speed: float | None, err
         raise typer.Exit(NotCertified.exit_code)
 
 
-def _read(path: Path, mission: Mission) -> tuple[Any, dict[str, Any], dict[str, list[frozenset[str]]] | None]:
-    """Return times in s, positions in m by robot, and internal propositions where the file is a log of ours."""
+def _is_our_log(path: Path) -> bool:
+    """Tell a log of ours, which holds internal propositions, from a table of motion capture."""
     from flight.log import COLUMNS
-    from flight.recording import read_recording
-    from flight.tables import read_log
 
-    names = tuple(mission.agents)
     try:
         with path.open(encoding="utf-8") as file:
-            header = file.readline()
+            return file.readline(1000).startswith(",".join(COLUMNS))
     except (OSError, UnicodeDecodeError):
-        header = ""  # read_recording says what is wrong
-    if header.startswith(",".join(COLUMNS)):
-        log = read_log(path)
-        regions = frozenset(mission.all_regions)
-        order = {name: log.robots.index(name) for name in names if name in log.robots}
-        internal = {name: [row[i] - regions for row in log.letters] for name, i in order.items()}
-        return log.times, {name: log.position[:, i] for name, i in order.items()}, internal
-    recording = read_recording(path, names)
-    return recording.times, {name: recording.position[:, i] for i, name in enumerate(names)}, None
+        return False  # the reader of recordings says what is wrong

@@ -60,7 +60,9 @@ def command(
         write_trajectories(plan, team, target)
         replace_file(target / "certificate.json", certificate.to_json())
     sent = flight.upload(target, addresses, dry_run=dry_run) if addresses else ()
-    words = [f"{'would send' if dry_run else 'sent'} {len(item.entry.data)} bytes to {item.robot} at {item.uri}" for item in sent]
+    words = [
+        f"{'would send' if dry_run else 'sent'} {len(item.entry.data)} bytes to {item.robot} at {item.uri}" for item in sent
+    ]
     if json:
         files = [str(path) for path in done.files]
         print_json(
