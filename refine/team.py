@@ -121,7 +121,9 @@ def refine(
         flown = len(flight.flattened(laps))
         if flown > max_pieces:
             of = f" for {laps} laps" if flight.cycle is not None and laps > 1 else ""
-            raise DoesNotFit(f"{name} needs {flown} pieces{of}; the target holds {max_pieces}. Split the flight or stream it.")
+            raise DoesNotFit(
+                f"{name} needs {flown} pieces{of}; the target holds {max_pieces}. Split the flight (`refine.split`) or stream it."
+            )
     tell("refined", 1.0)
     return flights
 
@@ -449,7 +451,11 @@ def _too_near(conflict: Conflict, distance: float) -> Infeasible:
 
 
 def _assemble(robot: _Robot, start_yaw: float, departure: float) -> Trajectory:
-    """Join hold, path and yaw, and round."""
+    """Join hold, path and yaw, and round.
+
+    Never fewer than two pieces, because crazyswarm2's loader fails on files with one: a hover is flown in two halves, any
+    other single piece is followed by a hover.
+    """
     path = robot.path
     yaw = np.zeros((len(path) + 1, 4, 1)) if robot.yaw is None else robot.yaw.states
     if robot.yaw is None:
@@ -459,4 +465,10 @@ def _assemble(robot: _Robot, start_yaw: float, departure: float) -> Trajectory:
         states = np.concatenate([states[:1], states])
         durations = np.concatenate([[departure], durations])
         cycle = None if cycle is None else cycle + 1
+    if len(durations) == 1:
+        if cycle is not None or np.array_equal(states[0], states[1]):
+            halves = Spline(durations, states).split(2)
+            durations, states = halves.durations, halves.states
+        else:
+            durations, states = np.append(durations, HOVER), np.concatenate([states, states[-1:]])
     return quantise(Spline(durations, states), cycle=cycle)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import flight
 import verify
 from ltlplan.missions import load_mission
 from refine import refine
@@ -168,6 +170,31 @@ def test_legs_keep_limits_of_their_own() -> None:
     assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
     speed = np.linalg.norm(flight.evaluate(np.linspace(0, flight.duration, 3000), 1)[:, :3], axis=1)
     assert speed.max() > 0.3  # the other leg is not held back to 0.25
+
+
+def test_every_flight_has_two_pieces_at_least(tmp_path: Path) -> None:
+    """Crazyswarm2's loader fails on files with one piece; its export then has nothing to add."""
+    agents = {"still": Agent(start=(1.5, 1.5, 1.03)), "hop": Agent(start=(-1.5, 0.1, 1.0), heading=(0.0, 0.0, 1.0))}
+    mission = room({"far": ball(2.5, -2.5)}, agents)
+    plan = Plan(mission=mission, robots={"still": straight((1.5, 1.5, 1.03)), "hop": straight((-1.5, 0.1, 1), (0.7, 0.3, 1.2))})
+    team = refine(plan)
+    assert [len(path) for path in team.values()] == [2, 2]
+    assert team["still"].duration == 1.0
+    assert all(path.is_float32 for path in team.values())
+    np.testing.assert_array_equal(team["hop"].coefficients[1, :, 1:], 0.0)
+    certificate = verify.judge(plan, team, largest=False)
+    assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
+    folder = flight.export(team, certificate, tmp_path / "out").folder
+    assert all(len((folder / f"{name}.csv").read_text().splitlines()) == 3 for name in team)
+    assert not any("second piece" in file.read_text() for file in folder.iterdir())
+
+
+def test_a_patrol_that_only_hovers_has_two_pieces() -> None:
+    mission = room({"far": ball(2.5, -2.5)}, {"still": Agent(start=(1.5, 1.5, 1.0))})
+    point = Waypoint(position=(1.5, 1.5, 1.0), role="start")
+    hovering = RobotPlan(word=Word.of([[]]), waypoints=(point, point), times=(0.0, 1.0), cycle_visit=0, cycle_waypoint=0)
+    flight = refine(Plan(mission=mission, robots={"still": hovering}))["still"]
+    assert (len(flight), flight.cycle, flight.duration) == (2, 0, 1.0)
 
 
 def test_robots_wait_for_each_other() -> None:
