@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ltlplan.commands.options import FolderArgument, JsonOption, MarginOption
+
+if TYPE_CHECKING:
+    from verify.data import Mission
 
 
 def command(
@@ -58,7 +61,8 @@ def _judge_recording(folder: Path, recording: Path, max_speed: float | None, err
         verdict = check_recording(recording, mission, max_speed=max_speed, error=error)
     else:
         table = read_recording(recording, tuple(mission.agents))
-        verdict = check_samples(table.times, table.position, mission, max_speed=max_speed, error=error)
+        internal = _planned_states(folder, mission, table.times.tolist())
+        verdict = check_samples(table.times, table.position, mission, max_speed=max_speed, error=error, internal=internal)
     if as_json:
         print_json({"mission": mission.name, "flight": str(recording), **verdict.to_dict()})
     else:
@@ -77,3 +81,22 @@ def _is_our_log(path: Path) -> bool:
             return file.readline(1000).startswith(",".join(COLUMNS))
     except (OSError, UnicodeDecodeError):
         return False  # the reader of recordings says what is wrong
+
+
+def _planned_states(folder: Path, mission: Mission, times: list[float]) -> dict[str, list[frozenset[str]]] | None:
+    """Return each robot's internal propositions at each time, by the certificate's instants of its actions.
+
+    A table of positions does not show internal states; the folder's certificate says when they were to change.
+    """
+    from verify.recheck import certificate_from_json
+
+    path = folder / "certificate.json"
+    if not folder.is_dir() or not path.exists():
+        return None
+    actions = certificate_from_json(path.read_bytes(), str(path))["actions"]
+    states: dict[str, list[frozenset[str]]] = {}
+    for name in mission.agents:
+        mine = sorted((action["time"], action["target"]) for action in actions if action["robot"] == name)
+        reached = [[mission.robot.initial, *(state for instant, state in mine if instant <= time)][-1] for time in times]
+        states[name] = [frozenset(mission.robot.states[state]) for state in reached]
+    return states

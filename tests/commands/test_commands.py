@@ -51,6 +51,13 @@ def test_a_recorded_flight_is_judged(folder: Path) -> None:
         ok("certify", str(folder), "--flight", flight)
 
 
+def test_a_table_of_motion_capture_is_judged(folder: Path, tmp_path: Path) -> None:
+    rows = (folder / "flight.csv").read_text().splitlines()
+    table = tmp_path / "capture.csv"
+    table.write_text("time,body,x,y,z\n" + "\n".join(",".join(row.split(",")[:5]) for row in rows[1:]) + "\n")
+    assert "satisfied" in ok("certify", str(folder), "--flight", str(table), "--max-speed", "1.2")
+
+
 def test_fly_once_and_many_times(folder: Path, tmp_path: Path) -> None:
     assert "worst tracking error" in ok("fly", str(folder), "--wind", "0.3", "--out", str(tmp_path / "once"))
     assert (tmp_path / "once" / "flight.csv").exists()
