@@ -197,7 +197,7 @@ def _project(matrix: Floats, low: Floats, high: Floats) -> Floats:
         time_limit=SECONDS,
     )
     answer = solver.solve(raise_error=False)
-    if answer.info.status_val == osqp.SolverStatus.OSQP_TIME_LIMIT_REACHED:
+    if answer.info.status == "run time limit reached":
         raise ClockRanOut("OSQP", SECONDS)
     if answer.x is None or not np.all(np.isfinite(answer.x)):
         raise Infeasible(f"The corridors contradict each other ({len(low)} rows).")

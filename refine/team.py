@@ -42,6 +42,12 @@ _NONE: frozenset[int] = frozenset()
 _EASE = 3e4
 """Weight of time over snap for `pace="time"`, in units of the uniformly stretched path's snap over its duration."""
 
+_SHIFTS = (0.1, 10.0, 0.01)
+"""Weights of time, in units of the one that is asked for, whose answers are other starts of a programme that did not
+converge from the nominal path."""
+_ROOM = 1.03
+"""Stretch of such an answer, so that the programme starts away from its limits."""
+
 
 @dataclass(frozen=True)
 class _Ask:
@@ -92,7 +98,8 @@ def refine(
         previous: The flights that were refused; only for callers that want to say so, the repair starts from the plan.
         progress: Told a sentence and a share of the work.
         pace: "nominal": the plan's times, longer where limits ask for it; "time": as fast as limits and labels allow;
-            "blend": least of the integral of |snap|^2 plus `weight` times the duration.
+            "blend": least of the integral of |snap|^2 plus `weight` times the duration. Where the latter two are not found,
+            that is an error: no other pace is taken in their place.
         weight: For "blend", m^2/s^8.
         max_pieces: Pieces that the target holds for one robot.
 
@@ -181,9 +188,7 @@ def _single(plan: Plan, name: str, wishes: Wishes, extra: tuple[Ball, ...], ask:
     fitted = _labelled(plan, name, course, limits, BUFFER + more, frozenset(halts.values()))
     path, yaw = fitted.path, fitted.yaw
     if ask.pace != "nominal":
-        raced = _raced(plan, name, course, limits, fitted, ask, BUFFER + more)
-        if not troubles(raced[0], mission, name, robot):
-            path, yaw = raced
+        path, yaw = _raced(plan, name, course, limits, fitted, ask, BUFFER + more)
     cycle = course.cycle
     if hovering:
         cycle = len(path)
@@ -266,25 +271,57 @@ def _slowed(
 def _raced(
     plan: Plan, name: str, course: Course, limits: Limits, fitted: _Fitted, ask: _Ask, buffer: float
 ) -> tuple[Spline, Spline | None]:
-    """Return a faster path and its yaw: free times on the same course; the same path where that does not converge."""
+    """Return a faster path and its yaw: free times on the same course.
+
+    Where the programme does not converge from the nominal path, it starts from an answer for another weight of time; where
+    its path cuts back into a region that it has just left, the legs concerned never go back.
+
+    Raises:
+        Infeasible: No start led to a path that keeps the course and its labels.
+    """
+    mission, robot = plan.mission, plan.robots[name]
     still = replace(limits, rotors=None, yaw_rate=np.inf)
     start = fitted.path.stretched(stretch_to_limits(fitted.path, None, still, faster=True))
     ease = ask.weight if ask.pace == "blend" else _EASE * start.snap_cost() / start.duration
-    speeds = _leg_speeds(plan.mission, plan.robots[name], course)
+    speeds = _leg_speeds(mission, robot, course)
     fixed, rules = fixed_states(course, fitted.rest), onward_rules(course, fitted.onward)
 
-    def attempt() -> Spline:
+    def solved(first: Spline, shift: float) -> Spline:
         corridors = [(leg, plane) for (_, leg, _), planes in rules.items() for plane in planes]
-        problem = Timing(start, fixed, still, "blend", ease, corridors=corridors, speeds=speeds, cycle=course.cycle)
-        return optimise(problem)
+        return optimise(Timing(first, fixed, still, "blend", shift, corridors=corridors, speeds=speeds, cycle=course.cycle))
 
+    def attempt() -> Spline:
+        failure: Infeasible | None = None
+        for shift in (None, *_SHIFTS):
+            try:
+                first = start if shift is None else solved(start, shift * ease).stretched(_ROOM)
+                return solved(first, ease)
+            except ClockRanOut:
+                raise
+            except Infeasible as error:
+                failure = error
+        assert failure is not None
+        raise failure
+
+    onward = fitted.onward
     try:
-        path = until_kept(course, rules, attempt, buffer=buffer)
+        while True:
+            path, yaw = _slowed(plan, name, course, limits, until_kept(course, rules, attempt, buffer=buffer), fitted.rest)
+            found = troubles(path, mission, name, robot)
+            if not found:
+                return path, yaw
+            more = onward | _legs_about(path, found[0].time)
+            if more == onward:
+                raise Infeasible(found[0].sentence, found[0])
+            rules.update(onward_rules(course, more - onward))
+            onward = more
     except ClockRanOut:
         raise
-    except Infeasible:
-        path = start
-    return _slowed(plan, name, course, limits, path, fitted.rest)
+    except Infeasible as error:
+        raise Infeasible(
+            f"{name}: no flight of pace '{ask.pace}' was found ({error}) The plan's own times can be kept: ask for pace 'nominal'.",
+            error.witness,
+        ) from error
 
 
 def _leg_speeds(mission: Mission, robot: RobotPlan, course: Course) -> Floats | None:

@@ -12,10 +12,13 @@ import flight
 import verify
 from ltlplan.missions import load_mission
 from refine import refine
+from refine import team as team_module
 from refine.course import course_of, thinned
 from refine.labels import troubles
 from refine.minimum_snap import minimum_snap
+from refine.nlp import Timing, optimise
 from refine.schedule import Conflict, Flight, departures
+from refine.spline import Spline
 from tests.random_missions import random_mission
 from verify.data import DoesNotFit, Infeasible, Mission, Plan, RobotPlan, Visit, Waypoint, Witness, Word
 from verify.data.mission import Agent, Box, Hoop, LegLimits, Limits, Region, Spec
@@ -170,6 +173,34 @@ def test_legs_keep_limits_of_their_own() -> None:
     assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
     speed = np.linalg.norm(flight.evaluate(np.linspace(0, flight.duration, 3000), 1)[:, :3], axis=1)
     assert speed.max() > 0.3  # the other leg is not held back to 0.25
+
+
+def test_a_hurried_flight_is_found_from_another_start_or_refused_aloud(monkeypatch: pytest.MonkeyPatch) -> None:
+    mission = room({"a": ball(0, 0)}, {"q": Agent(start=(-1.5, 0.0, 1.0))})
+    plan = Plan(mission=mission, robots={"q": straight((-1.5, 0, 1), (0, 0, 1), (1.0, 1.0, 1), visits={1: "a"})})
+    nominal, asked = refine(plan)["q"], []
+
+    def stubborn(problem: Timing) -> Spline:
+        asked.append(problem.weight)
+        if len(asked) == 1:
+            raise Infeasible("maximum iterations exceeded")
+        return optimise(problem)
+
+    monkeypatch.setattr(team_module, "optimise", stubborn)
+    fast = refine(plan, pace="time")["q"]
+    assert asked[0] == asked[2] != asked[1]
+    assert fast.duration < 0.8 * nominal.duration
+    assert verify.judge(plan, {"q": fast}, largest=False).holds
+
+    def hopeless(_problem: Timing) -> Spline:
+        raise Infeasible("maximum iterations exceeded")
+
+    monkeypatch.setattr(team_module, "optimise", hopeless)
+    for pace in ("time", "blend"):
+        with pytest.raises(
+            Infeasible, match=f"no flight of pace '{pace}' was found .maximum iterations.*ask for pace 'nominal'"
+        ):
+            refine(plan, pace=pace)
 
 
 def test_every_flight_has_two_pieces_at_least(tmp_path: Path) -> None:
