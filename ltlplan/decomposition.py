@@ -46,10 +46,59 @@ def decomposes(automaton: Automaton | Conjunction, state: Any, alphabet: Iterabl
     return _Reach(automaton, alphabet).decomposes(state)
 
 
+def decomposes_from(
+    automaton: Automaton | Conjunction,
+    begun: frozenset[Any],
+    states: frozenset[Any],
+    alphabet: Iterable[Iterable[str]] | None = None,
+) -> bool:
+    """Tell whether what is left of a mission decomposes, for a team that has come some way already.
+
+    That is Def. 4.5 with the present in the place of the start: every word that leads on from `states` to acceptance,
+    followed by one that leads from `begun` to `states`, is accepted from `begun`. Where several states may have been
+    reached, words are accepted from all of them.
+
+    Args:
+        automaton: Deterministic, on finite words.
+        begun: The states that the team may be in now.
+        states: Those in which the rest would be handed over.
+        alphabet: The letters that robots can really show; None for all.
+    """
+    letters = automaton.letters if alphabet is None else tuple(dict.fromkeys(frozenset(letter) for letter in alphabet))
+    if isinstance(automaton, Conjunction) and len(begun) == len(states) == 1:
+        (first,), (state,) = begun, states
+        if DEAD not in (first, state) and all(isinstance(at, int) for at in (*first, *state)):
+            by_part = zip(automaton.parts, first, state, strict=True)
+            # each conjunct by itself suffices, and is much cheaper
+            if all(decomposes_from(part, frozenset({a}), frozenset({b}), letters) for part, a, b in by_part):
+                return True
+    return _Reach(_Together(automaton, begun), letters).decomposes(DEAD if DEAD in states else states)
+
+
+class _Together:
+    """An automaton begun in several states at once; it accepts what is accepted from all of them."""
+
+    trace, deterministic = "finite", True
+
+    def __init__(self, automaton: Automaton | Conjunction, begun: frozenset[Any]) -> None:
+        if automaton.trace != "finite" or not automaton.deterministic:
+            raise BadInput("The decomposition set is that of a deterministic automaton on finite words.")
+        self._automaton, self.letters, self.initial = automaton, automaton.letters, begun
+
+    def successor(self, states: frozenset[Any], letter: Letter) -> Any:
+        """Return the states after a letter; dead as soon as one is."""
+        after = frozenset(self._automaton.successor(state, letter) for state in states)
+        return DEAD if DEAD in after else after
+
+    def is_accepting(self, states: Any) -> bool:
+        """Tell whether every state accepts."""
+        return states != DEAD and all(self._automaton.is_accepting(state) for state in states)
+
+
 class _Reach:
     """Reachability in pairs of states of one automaton over one alphabet."""
 
-    def __init__(self, automaton: Automaton | Conjunction, alphabet: Iterable[Iterable[str]] | None) -> None:
+    def __init__(self, automaton: Automaton | Conjunction | _Together, alphabet: Iterable[Iterable[str]] | None) -> None:
         if automaton.trace != "finite" or not automaton.deterministic:
             raise BadInput("The decomposition set is that of a deterministic automaton on finite words.")
         self.automaton = automaton

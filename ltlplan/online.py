@@ -6,7 +6,7 @@ online cross-entropy; the flag says when the formula is satisfied. What the prin
 
 * The run is made by the walk of `team_walk` with straight lines for costs, so that robots can go within a second. The switch
   condition is asked again several times a second: a part that nobody has begun, and whose beginning is in the decomposition
-  set of the states that the automaton may be in now, goes to another robot where that is clearly cheaper.
+  set of the states that the automaton may be in now (what is done is done), goes to another robot where that is clearly cheaper.
 * A robot that has begun a part outside the decomposition set keeps it to its end, as the paper says.
 * The states are a set, because robots fly at the same time (`online_progress`); a robot that comes to a region enters
   it only if the team can still finish afterwards, whatever the order of the events; otherwise it waits on its path.
@@ -23,6 +23,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.random import Generator
@@ -35,7 +36,7 @@ from ltlplan.online_cross_entropy import OnlineSettings
 from ltlplan.online_events import HoopMoves, RobotJoins, RobotLeaves, WorldEvent
 from ltlplan.online_pilot import Pilot
 from ltlplan.online_progress import MAX_TOGETHER, Standing, admits, at_start, can_finish
-from ltlplan.online_switch import Handover, better_hands
+from ltlplan.online_switch import Handover, better_hands, may_change
 from ltlplan.team_reader import Reader
 from ltlplan.team_walk import Options, Walker
 from verify.data import BadInput, Infeasible, Letter, LtlplanError, Mission, RobotPlan, Unsatisfiable, Word
@@ -392,7 +393,7 @@ class OnlineTeam:
 
         walker = Walker(
             self.mission, self.world, self.reader, starts, begun=self.standing.settled, takes_off=False,
-            divides=self.reader.divides, metric=leg, price=price, holds=holds, options=Options(width=WIDTH),
+            divides=partial(self.reader.divides, begun=self.standing.settled), metric=leg, price=price, holds=holds, options=Options(width=WIDTH),
         )  # fmt: skip
         best = walker.search(lambda _sentence, _share: None)
         if best is None:
@@ -433,14 +434,14 @@ class OnlineTeam:
             return ()
         giver, taker = self._handover.giver, self._handover.taker
         one, other = self.pilots[giver], self.pilots[taker]
-        if one.entered or len(one.moves) <= self._handover.kept:
-            self._handover = None  # it went on before it could stop
+        if not may_change(self.world, self.reader, self.standing, self.pilots, self._handover):
+            self._handover = None  # it went on before it could stop, or another robot has changed what may be divided
             return ()
-        if not self._rests(one, now):
+        if not (self._rests(one, now) and self._rests(other, now)):
             return ()
         self._root(one, now)
         self._root(other, now)
-        parts = self._handover.parts(self.pilots)
+        parts = self._handover.parts(self.world, self.pilots)
         self._handover = None
         if self._laid(parts) is not None:
             self.hold(f"at {now:.2f} s a part could not change hands from {giver} to {taker}")

@@ -7,15 +7,17 @@ This only tells; `online.OnlineTeam` lets the giver stop and gives both robots t
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+import numpy as np
 
 from ltlplan.allocation import Itinerary, Metric, Move, World
 from ltlplan.mtac import metric
 from ltlplan.online_pilot import Pilot
-from ltlplan.online_progress import Standing, State, can_finish
+from ltlplan.online_progress import Standing, can_finish
 from ltlplan.team_reader import Reader
-from verify.data import Letter, Mission
+from verify.data import Mission
 from verify.data.mission import Point
 
 SWITCH_GAIN = 0.1
@@ -36,45 +38,71 @@ class Handover:
     taker: str
     kept: int
 
-    def parts(self, pilots: Mapping[str, Pilot]) -> dict[str, Itinerary]:
+    def parts(self, world: World, pilots: Mapping[str, Pilot]) -> dict[str, Itinerary]:
         """Return what both have to do afterwards, from where they are."""
-        one, other = pilots[self.giver], pilots[self.taker]
+        moves = pilots[self.giver].moves
         return {
-            self.giver: Itinerary(one.where, one.moves[: self.kept], True),
-            self.taker: Itinerary(other.where, one.moves[self.kept :], one.leaves),
+            self.giver: _part(world, self.giver, pilots[self.giver], moves[: self.kept]),
+            self.taker: _part(world, self.taker, pilots[self.taker], moves[self.kept :]),
         }
+
+
+def _part(world: World, robot: str, pilot: Pilot, moves: tuple[Move, ...]) -> Itinerary:
+    """Return an itinerary that ends where courses end: past a hoop, at the robot's end point, or else inside the last region."""
+    mission = world.mission
+    leaves = True
+    if moves and moves[-1].visit.region not in mission.hoops:
+        end = mission.agents[robot].end
+        leaves = end is not None and world.regions_at(np.array([end], dtype=np.float64)) != [moves[-1].visit.region]
+    return Itinerary(pilot.where, moves, leaves)
 
 
 def better_hands(
     mission: Mission, world: World, reader: Reader, standing: Standing, pilots: Mapping[str, Pilot]
 ) -> Handover | None:
     """Return the hand-over that the decomposition set allows and that saves most, or None."""
+    idle = [name for name, pilot in pilots.items() if pilot.done and pilot.arrived]
+    if not idle:
+        return None
     leg = metric(mission)
     best: tuple[float, Handover] | None = None
-    idle = [name for name, pilot in pilots.items() if pilot.done and pilot.arrived]
     for giver, pilot in pilots.items():
-        if pilot.entered or pilot.detour or not idle:
-            continue
-        position, letters = pilot.where.position, []
+        position = pilot.where.position
         for kept in range(len(pilot.moves)):
             rest = pilot.moves[kept:]
             own = _length(world, leg, giver, position, rest)
-            divided = kept >= (1 if pilot.shown else 0) and reader.divides(frozenset(_read(reader, standing.settled, letters)))
-            for taker in idle if divided else ():
-                if pilots[taker].where.internal != _internal_at(pilot, kept):
-                    continue  # it does not carry what the part needs
+            for taker in idle:
                 gain = own - _length(world, leg, taker, pilots[taker].where.position, rest)
-                if gain > SWITCH_GAIN * own and (best is None or gain > best[0]):
-                    handover = Handover(giver, taker, kept)
-                    if _may_switch(world, standing, pilots, handover):
-                        best = (gain, handover)
+                handover = Handover(giver, taker, kept)
+                if gain > SWITCH_GAIN * own and (best is None or gain > best[0]) and may_change(
+                    world, reader, standing, pilots, handover
+                ):  # fmt: skip
+                    best = (gain, handover)
             position = world.after(pilot.moves[kept]).position
-            letters += [*pilot.moves[kept].letters, world.free_letter(pilot.moves[kept].internal)]
     return None if best is None else best[1]
 
 
-def _internal_at(pilot: Pilot, kept: int) -> str:
-    return pilot.moves[kept - 1].internal if kept else pilot.where.internal
+def may_change(world: World, reader: Reader, standing: Standing, pilots: Mapping[str, Pilot], handover: Handover) -> bool:
+    """Tell whether a part may change hands as things are now, whatever that would cost.
+
+    Nobody has begun it; its beginning is in the decomposition set of the automaton's present states; the taker carries what
+    it needs and can go there; and the team can finish afterwards.
+    """
+    giver, taker, kept = pilots[handover.giver], pilots[handover.taker], handover.kept
+    if giver.entered or giver.detour or (giver.shown and not kept) or kept >= len(giver.moves):
+        return False
+    if taker.where.internal != (giver.moves[kept - 1].internal if kept else giver.where.internal):
+        return False
+    if giver.moves[kept].visit.region not in world.neighbours.get(taker.where.vertex, ()):
+        return False
+    states = standing.settled
+    for letter in Itinerary(giver.where, giver.moves[:kept]).ahead(world):
+        states = frozenset(reader.successor(state, letter) for state in states)
+    if not reader.divides(states, begun=standing.settled):
+        return False
+    ahead = {name: pilot.ahead for name, pilot in pilots.items()}
+    ahead.update((name, part.ahead(world)) for name, part in handover.parts(world, pilots).items())
+    return can_finish(standing, ahead)
 
 
 def _length(world: World, leg: Metric, robot: str, position: Point, moves: tuple[Move, ...]) -> float:
@@ -83,20 +111,3 @@ def _length(world: World, leg: Metric, robot: str, position: Point, moves: tuple
         total += leg(robot, position, move.visit.region)
         position = world.after(move).position
     return total
-
-
-def _may_switch(world: World, standing: Standing, pilots: Mapping[str, Pilot], handover: Handover) -> bool:
-    """Tell whether the environment lets the taker go there, and whether the team can finish after the switch."""
-    first = pilots[handover.giver].moves[handover.kept].visit.region
-    if first not in world.neighbours.get(pilots[handover.taker].where.vertex, ()):
-        return False
-    ahead = {name: pilot.ahead for name, pilot in pilots.items()}
-    ahead.update((name, part.ahead(world)) for name, part in handover.parts(pilots).items())
-    return can_finish(standing, ahead)
-
-
-def _read(reader: Reader, states: Iterable[State], letters: Iterable[Letter]) -> set[State]:
-    found = set(states)
-    for letter in letters:
-        found = {reader.successor(state, letter) for state in found}
-    return found

@@ -13,7 +13,7 @@ from typing import Any
 from ltlplan.allocation import States, World
 from ltlplan.automata import DEAD, translate
 from ltlplan.conjunction import Kinds, OrderCheck, Task, conjunct_automata
-from ltlplan.decomposition import decomposes
+from ltlplan.decomposition import decomposes_from
 from ltlplan.online_progress import Accepting, State
 from verify.data import BadInput, Letter
 
@@ -34,7 +34,7 @@ class Reader:
         self._formula, self._joint = mission.formula, mission.spec.team == "joint"
         self._automaton = translate(mission.formula, trace="finite")
         self._known: dict[tuple[State, Letter], State] = {}
-        self._divides: dict[State, bool] = {}
+        self._divides: dict[tuple[States, States], bool] = {}
         self._commutes: dict[Letter, bool] = {}
         self.initial: State = self._automaton.initial
         free = {world.free_letter(state) for state in mission.robot.states}
@@ -57,18 +57,23 @@ class Reader:
             self._known[key] = self._automaton.successor(state, letter)
         return self._known[key]
 
-    def divides(self, states: States) -> bool:
-        """Tell whether the rest may be handed to another robot: whether all states are in the decomposition set.
+    def divides(self, states: States, *, begun: States | None = None) -> bool:
+        """Tell whether the rest may be handed to another robot: whether the states are in the decomposition set.
 
-        The set is that of the letters that these robots can show. Under `team: joint` a robot's word alone says nothing, and
+        The set is that of the letters that these robots can show, and of the state that the team is in now: in flight, what is
+        done is done, and only the order of what is left counts. Under `team: joint` a robot's word alone says nothing, and
         the finished plan is the only test.
+
+        Args:
+            states: Where the rest would be handed over.
+            begun: Where the team is now; None before take-off.
         """
         if self._joint:
             return DEAD not in states
-        for state in states:
-            if state not in self._divides:
-                self._divides[state] = state != DEAD and decomposes(self._automaton, state, self.shown)
-        return all(self._divides[state] for state in states)
+        key = (frozenset({self.initial}) if begun is None else begun, states)
+        if key not in self._divides:
+            self._divides[key] = DEAD not in states and decomposes_from(self._automaton, *key, self.shown)
+        return self._divides[key]
 
     def commutes(self, letter: Letter) -> bool:
         """Tell whether it does not matter when a letter is read among others: always the same state, and once is enough.
