@@ -59,6 +59,7 @@ def cma(problem: PathProblem, seconds: float, population: int, seed: int) -> tup
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--courses", type=int, default=30)
+    parser.add_argument("--first", type=int, default=0, help="course to begin with, to share the work among processes")
     parser.add_argument("--rounds", type=int, default=200)
     parser.add_argument("--samples", type=int, default=1000)
     parser.add_argument("--population", type=int, default=100, help="of CMA-ES")
@@ -69,6 +70,8 @@ def main() -> None:
     )
     ratios = []
     for index, (mission, plan) in enumerate(courses(seed=2019, count=arguments.courses)):
+        if index < arguments.first:
+            continue
         problem = path_problem(mission, plan, COST)
         nominal = float(problem.costs(problem.mean[None])[0])
         best, seconds = ours(problem, arguments.rounds, arguments.samples, seed=0)
