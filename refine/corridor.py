@@ -55,7 +55,7 @@ def fit(
     fixed, rules = fixed_states(course, rest), onward_rules(course, onward)
 
     def attempt() -> Spline:
-        rows = tuple(row for (_, leg, _), planes in rules.items() for plane in planes for row in _rows(leg, plane))
+        rows = tuple(row for (_, leg, _), planes in rules.items() for plane in planes for row in rows_of(leg, plane))
         return solve(Programme(times, fixed, rows, course.cycle))
 
     return until_kept(course, rules, attempt, buffer=buffer)
@@ -122,7 +122,8 @@ def _broken(course: Course, path: Spline, known: Rules, buffer: float) -> Rules:
     return fresh
 
 
-def _rows(piece: int, plane: Plane) -> list[Row]:
+def rows_of(piece: int, plane: Plane) -> list[Row]:
+    """Return the inequalities by which a whole piece keeps a plane."""
     points = np.diff(_WHOLE, axis=0) if plane.onward else _WHOLE
     return [Row(piece, weights, plane.normal, plane.offset) for weights in points]
 

@@ -140,6 +140,19 @@ def course_of(mission: Mission, name: str, robot: RobotPlan, *, pad: float = PAD
     return _without_crowding(course)
 
 
+def standing_course(mission: Mission, name: str, point: Floats, pieces: int, *, pad: float = PAD) -> Course:
+    """Return the course of a robot that hovers and may be asked to step aside and come back, keeping out of all regions."""
+    bodies = _bodies(mission, pad)
+    outside = [body for body in (*bodies.regions.values(), *bodies.rings.values()) if body.clearance(point) > 0.0]
+    low, high = (np.array(corner) for corner in (mission.workspace.min, mission.workspace.max))
+    shrink = mission.margin + min(pad, 1e-4)
+    needed = (True, *(False for _ in range(pieces - 1)), True)
+    legs = (Leg(tuple(outside), None, None),) * pieces
+    return Course(
+        name, np.repeat(point[None], pieces + 1, axis=0), np.ones(pieces), legs, low + shrink, high - shrink, None, needed
+    )
+
+
 def thinned(course: Course, pieces: int, laps: int = 1) -> Course:
     """Return the course with points left out, where straight legs allow it, until at most so many legs are flown.
 

@@ -7,7 +7,7 @@ what may happen between two samples added on top (speed times half a step), so t
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,7 +60,12 @@ class _Track:
 
 
 def departures(
-    flights: Sequence[Flight], *, distance: float, z_scale: float, precedences: Sequence[Precedence] = ()
+    flights: Sequence[Flight],
+    *,
+    distance: float,
+    z_scale: float,
+    precedences: Sequence[Precedence] = (),
+    given: Mapping[str, float] | None = None,
 ) -> dict[str, float] | Conflict:
     """Return departure times in s by robot, the shortest team time among the orders that were tried.
 
@@ -69,12 +74,15 @@ def departures(
         distance: m to keep between centres.
         z_scale: Distances in z count this many times.
         precedences: Visits that must be over before others begin.
+        given: Departures that are settled; they are checked too.
     """
     tracks = {flight.name: _track(flight, z_scale) for flight in flights}
     best: tuple[float, float, dict[str, float]] | None = None
     conflict: Conflict | None = None
-    for order in itertools.islice(itertools.permutations(flights), _ORDERS):
-        found = _in_order(order, tracks, distance, precedences)
+    settled = [flight for flight in flights if given is not None and flight.name in given]
+    others = [flight for flight in flights if flight not in settled]
+    for order in itertools.islice(itertools.permutations(others), _ORDERS):
+        found = _in_order((*settled, *order), tracks, distance, precedences, given or {})
         if isinstance(found, Conflict):
             conflict = conflict or found
             continue
@@ -102,20 +110,32 @@ def _track(flight: Flight, z_scale: float) -> _Track:
 
 
 def _in_order(
-    order: Sequence[Flight], tracks: dict[str, _Track], distance: float, precedences: Sequence[Precedence]
+    order: Sequence[Flight],
+    tracks: dict[str, _Track],
+    distance: float,
+    precedences: Sequence[Precedence],
+    given: Mapping[str, float],
 ) -> dict[str, float] | Conflict:
     """Give each robot the earliest departure that those before it in the order allow."""
     chosen: dict[str, float] = {}
     by_name = {flight.name: flight for flight in order}
     for flight in order:
-        earliest, latest = np.ceil(flight.earliest / GRID) * GRID, _LATEST
+        least, latest = flight.earliest, _LATEST
         for precedence in precedences:
             (first, left), (then, right) = precedence.first, precedence.then
             if then == flight.name and first in chosen:
                 wait = chosen[first] + by_name[first].visits[left][1] - flight.visits[right][0] + GRID / 2
-                earliest = max(earliest, np.ceil(wait / GRID) * GRID)
+                least = max(least, wait)
             if first == flight.name and then in chosen:
                 latest = min(latest, chosen[then] + by_name[then].visits[right][0] - flight.visits[left][1] - GRID / 2)
+        if flight.name in given:
+            departure = given[flight.name]
+            worst = _conflict(flight.name, departure, chosen, tracks, distance)
+            if worst is not None or not least - GRID / 2 <= departure <= latest + GRID / 2:
+                return worst or Conflict((flight.name, flight.name), 0.0, 0.0)
+            chosen[flight.name] = departure
+            continue
+        earliest = np.ceil(least / GRID) * GRID
         busy = max((chosen[other] + by_name[other].path.duration for other in chosen), default=0.0)
         last = min(latest, max(earliest, busy) + 2 * GRID)
         found: float | None = None

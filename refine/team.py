@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from refine.clock import ClockRanOut
 from refine.corridor import BUFFER, fit, fixed_states, onward_rules, until_kept
-from refine.course import PAD, Course, course_of, thinned
+from refine.course import PAD, Course, course_of, standing_course, thinned
+from refine.giving_way import Mover, Way, mover, passing
 from refine.labels import stays, troubles
 from refine.limits import Limits
 from refine.nlp import Timing, optimise
@@ -28,6 +29,7 @@ from refine.timing import SAFETY, stretch_to_limits
 from refine.wishes import Wishes, wishes_of
 from refine.yaw import heading_spline
 from verify.data import DoesNotFit, Infeasible, Mission, Plan, RobotPlan, Trajectory, Witness
+from verify.data.plan import Precedence
 
 Floats = NDArray[np.float64]
 Progress = Callable[[str, float], None]
@@ -45,6 +47,10 @@ _EASE = 3e4
 _SHIFTS = (0.1, 10.0, 0.01)
 """Weights of time, in units of the one that is asked for, whose answers are other starts of a programme that did not
 converge from the nominal path."""
+_BERTH = 0.04
+"""m on top of the distance in an encounter: what sampling it in the schedule cannot see."""
+_STEPS = 8
+"""Pieces of a robot that steps aside for another one."""
 _ROOM = 1.03
 """Stretch of such an answer, so that the programme starts away from its limits."""
 
@@ -118,7 +124,14 @@ def refine(
     robots: dict[str, _Robot] = {}
     for index, name in enumerate(plan.robots):
         tell(f"smoothing the path of {name}", 0.7 * index / len(plan.robots))
-        robots[name] = _single(plan, name, wishes, _idle_others(plan, name, wishes), ask)
+        try:
+            robots[name] = _single(plan, name, wishes, _idle_others(plan, name, wishes), ask)
+        except ClockRanOut:
+            raise
+        except Infeasible:
+            if not _idle_others(plan, name, wishes):
+                raise
+            robots[name] = _single(plan, name, wishes, (), ask)  # whoever hovers in the way may have to step aside
     tell("choosing departures", 0.7)
     robots, starts = _kept_apart(plan, robots, wishes, ask)
     tell("rounding to the vehicle's numbers", 0.95)
@@ -410,7 +423,69 @@ def _kept_apart(plan: Plan, robots: dict[str, _Robot], wishes: Wishes, ask: _Ask
             except Infeasible:
                 continue  # its own path stays; the other robot's may still move
         if not changed:
-            raise _too_near(found, distance)
+            given_way = _given_way(plan, robots, wishes, found.pair, distance, z_scale)
+            if given_way is None:
+                raise _too_near(found, distance)
+            return given_way
+
+
+def _given_way(
+    plan: Plan, robots: dict[str, _Robot], wishes: Wishes, pair: tuple[str, str], distance: float, z_scale: float
+) -> tuple[dict[str, _Robot], dict[str, float]] | None:
+    """Return the team with the paths of two robots fitted again, each on its side of the other; None where none were found.
+
+    The pair's encounter is slowed as a whole until both keep their limits; all others depart as it allows.
+    """
+    one, other = (robots[name] for name in pair)
+    if one.name == other.name or one.cycle is not None or other.cycle is not None or one.course is other.course is None:
+        return None
+    starts = departures(
+        [_flight(plan, one), _flight(plan, other)], distance=-np.inf, z_scale=z_scale, precedences=_among(wishes, pair)
+    )
+    if isinstance(starts, Conflict):
+        return None
+    ways: tuple[Way, ...] = ("both", "first", "second")
+    if one.course is None or other.course is None:
+        ways = ("second", "both", "first") if one.course is None else ("first", "both", "second")
+    until = max(starts[robot.name] + robot.path.duration for robot in (one, other))
+    movers = (_mover(plan, one, starts, until), _mover(plan, other, starts, until))
+    for paths in passing(movers, distance + _BERTH, z_scale, ways):
+        fitted = tuple(_along(plan, robot, path) for robot, path in zip((one, other), paths, strict=True))
+        factor = max(by for _, by in fitted)
+        trial = {**robots, **{robot.name: _paced(robot, factor) for robot, _ in fitted}}
+        given = {name: factor * starts[name] for name in pair}
+        if any(troubles(trial[name].path, plan.mission, name, plan.robots[name]) for name in pair):
+            continue
+        flights = [_flight(plan, robot) for robot in trial.values()]
+        found = departures(flights, distance=distance, z_scale=z_scale, precedences=wishes.precedences, given=given)
+        if not isinstance(found, Conflict):
+            return trial, found
+    return None
+
+
+def _among(wishes: Wishes, pair: tuple[str, str]) -> tuple[Precedence, ...]:
+    return tuple(p for p in wishes.precedences if p.first[0] in pair and p.then[0] in pair)
+
+
+def _mover(plan: Plan, robot: _Robot, starts: dict[str, float], until: float) -> Mover:
+    """Return a robot as the encounter sees it; one that hovers is free to step aside and come back."""
+    if robot.course is not None:
+        return mover(robot.course, robot.path, starts[robot.name], frozenset(robot.halts.values()))
+    place = robot.path.nodes[0]
+    course = standing_course(plan.mission, robot.name, place, _STEPS)
+    path = Spline(np.full(_STEPS, until / _STEPS), np.repeat(robot.path.states[:1], _STEPS + 1, axis=0))
+    return mover(course, path, 0.0, _NONE)
+
+
+def _along(plan: Plan, robot: _Robot, path: Spline) -> tuple[_Robot, float]:
+    """Return a robot on a path, not slowed yet, and by how much it must be."""
+    agent = plan.mission.agents[robot.name]
+    yaw = heading_spline(path, agent.heading, agent.yaw)
+    return replace(robot, path=path, yaw=yaw, halts={}), stretch_to_limits(path, yaw, robot.limits)
+
+
+def _paced(robot: _Robot, factor: float) -> _Robot:
+    return replace(robot, path=robot.path.stretched(factor), yaw=None if robot.yaw is None else robot.yaw.stretched(factor))
 
 
 def _with_waits(plan: Plan, robots: dict[str, _Robot], wishes: Wishes, ask: _Ask) -> dict[str, _Robot]:
