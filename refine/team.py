@@ -7,82 +7,36 @@ heading; then the team's departures are chosen so that robots keep their distanc
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refine.clock import ClockRanOut
-from refine.corridor import BUFFER, fit, fixed_states, onward_rules, until_kept
-from refine.course import PAD, Course, course_of, standing_course, thinned
+from refine.course import standing_course
 from refine.giving_way import Mover, Way, mover, passing
 from refine.labels import stays, troubles
-from refine.limits import Limits
-from refine.nlp import Timing, optimise
 from refine.obstacles import Ball, keep_out
-from refine.peaks import shares_used
 from refine.quantise import quantise
 from refine.schedule import GRID, Conflict, Flight, departures
+from refine.single import HOVER, NONE, Ask, Pace, Robot, single, still
 from refine.spline import Spline
-from refine.timing import SAFETY, stretch_to_limits
+from refine.timing import stretch_to_limits
 from refine.wishes import Wishes, wishes_of
 from refine.yaw import heading_spline
-from verify.data import DoesNotFit, Infeasible, Mission, Plan, RobotPlan, Trajectory, Witness
+from verify.data import DoesNotFit, Infeasible, Mission, Plan, Trajectory, Witness
 from verify.data.plan import Precedence
 
 Floats = NDArray[np.float64]
 Progress = Callable[[str, float], None]
-Pace = Literal["nominal", "time", "blend"]
 
 PIECES = 31
 """Pieces that a Crazyflie's trajectory memory holds."""
-HOVER = 1.0
-"""s of the hover piece of a robot that goes nowhere, or of a cycle that is a hover."""
-_LEG_ROUNDS = 8
-_NONE: frozenset[int] = frozenset()
-_EASE = 3e4
-"""Weight of time over snap for `pace="time"`, in units of the uniformly stretched path's snap over its duration."""
 
-_SHIFTS = (0.1, 10.0, 0.01)
-"""Weights of time, in units of the one that is asked for, whose answers are other starts of a programme that did not
-converge from the nominal path."""
 _BERTH = 0.04
 """m on top of the distance in an encounter: what sampling it in the schedule cannot see."""
 _STEPS = 8
 """Pieces of a robot that steps aside for another one."""
-_ROOM = 1.03
-"""Stretch of such an answer, so that the programme starts away from its limits."""
-
-
-@dataclass(frozen=True)
-class _Ask:
-    """How the caller wants it."""
-
-    pace: Pace
-    weight: float
-    max_pieces: int
-
-
-@dataclass(frozen=True, eq=False)
-class _Fitted:
-    path: Spline
-    yaw: Spline | None
-    rest: frozenset[int]
-    onward: frozenset[int]
-
-
-@dataclass(frozen=True, eq=False)
-class _Robot:
-    name: str
-    plan: RobotPlan
-    limits: Limits
-    course: Course | None
-    path: Spline
-    yaw: Spline | None
-    cycle: int | None
-    halts: dict[int, int]
-    """Visit: the node at which the robot rests when it sets out for it."""
 
 
 def refine(
@@ -120,18 +74,18 @@ def refine(
     """
     del previous
     wishes = wishes_of(plan, tuple(witnesses))
-    tell, ask = progress or _quiet, _Ask(pace, weight, max_pieces)
-    robots: dict[str, _Robot] = {}
+    tell, ask = progress or _quiet, Ask(pace, weight, max_pieces)
+    robots: dict[str, Robot] = {}
     for index, name in enumerate(plan.robots):
         tell(f"smoothing the path of {name}", 0.7 * index / len(plan.robots))
         try:
-            robots[name] = _single(plan, name, wishes, _idle_others(plan, name, wishes), ask)
+            robots[name] = single(plan, name, wishes, _idle_others(plan, name, wishes), ask)
         except ClockRanOut:
             raise
         except Infeasible:
             if not _idle_others(plan, name, wishes):
                 raise
-            robots[name] = _single(plan, name, wishes, (), ask)  # whoever hovers in the way may have to step aside
+            robots[name] = single(plan, name, wishes, (), ask)  # whoever hovers in the way may have to step aside
     tell("choosing departures", 0.7)
     robots, starts = _kept_apart(plan, robots, wishes, ask)
     tell("rounding to the vehicle's numbers", 0.95)
@@ -155,16 +109,11 @@ def _quiet(_sentence: str, _share: float) -> None:
 def _idle_others(plan: Plan, name: str, wishes: Wishes) -> tuple[Ball, ...]:
     """Return the places of robots that never move, to be kept clear of."""
     distance, z_scale = _distance(plan.mission, wishes)
-    idle = [other for other, robot in plan.robots.items() if other != name and _still(robot)]
+    idle = [other for other, robot in plan.robots.items() if other != name and still(robot)]
     return tuple(
         keep_out(f"{other}, which hovers there", np.array(plan.robots[other].waypoints[0].position), distance + 0.02, z_scale)
         for other in idle
     )
-
-
-def _still(robot: RobotPlan) -> bool:
-    """Tell whether a robot never leaves its start."""
-    return len({waypoint.position for waypoint in robot.waypoints}) == 1
 
 
 def _distance(mission: Mission, wishes: Wishes) -> tuple[float, float]:
@@ -173,224 +122,7 @@ def _distance(mission: Mission, wishes: Wishes) -> tuple[float, float]:
     return mission.separation + 2 * mission.margin * max(1.0, z_scale) + 1e-3 + wishes.distance, z_scale
 
 
-def _single(plan: Plan, name: str, wishes: Wishes, extra: tuple[Ball, ...], ask: _Ask, stops: frozenset[int] = _NONE) -> _Robot:
-    """Return one robot's flight without waits, at rest where it sets out for each visit of `stops`."""
-    mission, robot = plan.mission, plan.robots[name]
-    limits = Limits.of_mission(mission)
-    for (who, limit), factor in wishes.limits.items():
-        if who == name:
-            limits = limits.tightened(limit, factor)
-    if _still(robot):
-        return _Robot(
-            name,
-            robot,
-            limits,
-            None,
-            _hover(np.array(robot.waypoints[0].position), HOVER),
-            None,
-            None if robot.cycle_waypoint is None else 0,
-            {},
-        )
-    more = wishes.pad.get(name, 0.0)
-    course = course_of(mission, name, robot, pad=PAD + more, extra=extra)
-    course = thinned(course, ask.max_pieces - 1, mission.spec.repeat)
-    hovering = course.cycle is not None and course.cycle == len(course)
-    if hovering:
-        course = replace(course, cycle=None)
-    halts = {visit: _setting_out(course, visit) for visit in sorted(stops)}
-    fitted = _labelled(plan, name, course, limits, BUFFER + more, frozenset(halts.values()))
-    path, yaw = fitted.path, fitted.yaw
-    if ask.pace != "nominal":
-        path, yaw = _raced(plan, name, course, limits, fitted, ask, BUFFER + more)
-    cycle = course.cycle
-    if hovering:
-        cycle = len(path)
-        path = Spline(np.append(path.durations, HOVER), np.concatenate([path.states, path.states[-1:]]))
-        yaw = None if yaw is None else Spline(path.durations, np.concatenate([yaw.states, yaw.states[-1:]]))
-    return _Robot(name, robot, limits, course, path, yaw, cycle, halts)
-
-
-def _setting_out(course: Course, visit: int) -> int:
-    """Return the node from which the first leg towards a visit starts."""
-    return next((index for index, leg in enumerate(course.legs) if leg.visit == visit), 0)
-
-
-def _labelled(plan: Plan, name: str, course: Course, limits: Limits, buffer: float, halts: frozenset[int]) -> _Fitted:
-    """Return a path whose stays are the plan's visits, and its yaw.
-
-    A path may cut back into a region that it has just left. Then the legs concerned never go back, and if that is not
-    enough, the flight rests at their ends and is straight between: at worst it is the planner's own polyline.
-    """
-    mission, robot = plan.mission, plan.robots[name]
-    path, yaw = _timed(plan, name, course, limits, buffer, halts, _NONE)
-    found = troubles(path, mission, name, robot)
-    if not found:
-        return _Fitted(path, yaw, halts, _NONE)
-    onward = _legs_about(path, found[0].time)
-    try:
-        straight, straight_yaw = _timed(plan, name, course, limits, buffer, halts, onward)
-        if not troubles(straight, mission, name, robot):
-            return _Fitted(straight, straight_yaw, halts, onward)
-    except ClockRanOut:
-        raise
-    except Infeasible:
-        pass  # legs that turn sharply cannot both go onward without a rest
-    rest = halts
-    while found:
-        legs = _legs_about(path, found[0].time)
-        more = rest | legs | {leg + 1 for leg in legs}
-        if more == rest:
-            raise Infeasible(found[0].sentence, found[0])
-        rest = more
-        path, yaw = _timed(plan, name, course, limits, buffer, rest, _NONE)
-        found = troubles(path, mission, name, robot)
-    return _Fitted(path, yaw, rest, _NONE)
-
-
-def _legs_about(path: Spline, time: float | None) -> frozenset[int]:
-    """Return the leg flown at a time and the one before it; all legs where there is no time."""
-    if time is None:
-        return frozenset(range(len(path)))
-    leg = int(np.clip(np.searchsorted(path.knots, time, side="right") - 1, 0, len(path) - 1))
-    return frozenset({max(leg - 1, 0), leg})
-
-
-def _timed(
-    plan: Plan, name: str, course: Course, limits: Limits, buffer: float, rest: frozenset[int], onward: frozenset[int]
-) -> tuple[Spline, Spline | None]:
-    """Return path and yaw with durations long enough for the limits, the legs' own ones first."""
-    durations = course.durations
-    path = fit(course, durations, buffer=buffer, rest=rest, onward=onward)
-    for _ in range(_LEG_ROUNDS):
-        slow = _slow_legs(plan.mission, plan.robots[name], course, path)
-        if np.all(slow <= 1.0):
-            break
-        durations = durations * slow
-        path = fit(course, durations, buffer=buffer, rest=rest, onward=onward)
-    return _slowed(plan, name, course, limits, path, rest)
-
-
-def _slowed(
-    plan: Plan, name: str, course: Course, limits: Limits, path: Spline, rest: frozenset[int]
-) -> tuple[Spline, Spline | None]:
-    """Return the path with its yaw, both slowed until all limits hold."""
-    agent = plan.mission.agents[name]
-    yaw = heading_spline(path, agent.heading, agent.yaw, cycle=course.cycle, rest=rest)
-    factor = stretch_to_limits(path, yaw, limits)
-    factor *= float(np.max(_slow_legs(plan.mission, plan.robots[name], course, path.stretched(factor)), initial=1.0))
-    return path.stretched(factor), None if yaw is None else yaw.stretched(factor)
-
-
-def _raced(
-    plan: Plan, name: str, course: Course, limits: Limits, fitted: _Fitted, ask: _Ask, buffer: float
-) -> tuple[Spline, Spline | None]:
-    """Return a faster path and its yaw: free times on the same course.
-
-    Where the programme does not converge from the nominal path, it starts from an answer for another weight of time; where
-    its path cuts back into a region that it has just left, the legs concerned never go back.
-
-    Raises:
-        Infeasible: No start led to a path that keeps the course and its labels.
-    """
-    mission, robot = plan.mission, plan.robots[name]
-    still = replace(limits, rotors=None, yaw_rate=np.inf)
-    start = fitted.path.stretched(stretch_to_limits(fitted.path, None, still, faster=True))
-    ease = ask.weight if ask.pace == "blend" else _EASE * start.snap_cost() / start.duration
-    speeds = _leg_speeds(mission, robot, course)
-    fixed, rules = fixed_states(course, fitted.rest), onward_rules(course, fitted.onward)
-
-    def solved(first: Spline, shift: float) -> Spline:
-        corridors = [(leg, plane) for (_, leg, _), planes in rules.items() for plane in planes]
-        return optimise(Timing(first, fixed, still, "blend", shift, corridors=corridors, speeds=speeds, cycle=course.cycle))
-
-    def attempt() -> Spline:
-        failure: Infeasible | None = None
-        for shift in (None, *_SHIFTS):
-            try:
-                first = start if shift is None else solved(start, shift * ease).stretched(_ROOM)
-                return solved(first, ease)
-            except ClockRanOut:
-                raise
-            except Infeasible as error:
-                failure = error
-        assert failure is not None
-        raise failure
-
-    onward = fitted.onward
-    try:
-        while True:
-            path, yaw = _slowed(plan, name, course, limits, until_kept(course, rules, attempt, buffer=buffer), fitted.rest)
-            found = troubles(path, mission, name, robot)
-            if not found:
-                return path, yaw
-            more = onward | _legs_about(path, found[0].time)
-            if more == onward:
-                raise Infeasible(found[0].sentence, found[0])
-            rules.update(onward_rules(course, more - onward))
-            onward = more
-    except ClockRanOut:
-        raise
-    except Infeasible as error:
-        raise Infeasible(
-            f"{name}: no flight of pace '{ask.pace}' was found ({error}) The plan's own times can be kept: ask for pace 'nominal'.",
-            error.witness,
-        ) from error
-
-
-def _leg_speeds(mission: Mission, robot: RobotPlan, course: Course) -> Floats | None:
-    """Return the limit on speed of each leg; None where there is none of its own."""
-    if not mission.limits.legs:
-        return None
-    speeds = np.full(len(course), np.inf)
-    for visit in range(len(robot.visits)):
-        own = mission.limits.legs.get(robot.visits[visit].region)
-        if own is not None and own.speed is not None:
-            legs = _on_the_way(robot, course, visit)
-            speeds[legs] = np.minimum(speeds[legs], own.speed)
-    return speeds
-
-
-def _on_the_way(robot: RobotPlan, course: Course, visit: int) -> NDArray[np.bool_]:
-    """Tell which legs lead from the previous visit to this one, the one that leaves the previous hoop included."""
-    serves = np.array([-1 if leg.visit is None else leg.visit for leg in course.legs])
-    legs = serves == visit
-    before = [visit - 1] + ([len(robot.visits) - 1] if visit == robot.cycle_visit else [])
-    for earlier in before:
-        passages = [index for index, leg in enumerate(course.legs) if leg.visit == earlier and leg.tube is not None]
-        if passages:
-            legs[passages[-1]] = True
-    return legs
-
-
-def _slow_legs(mission: Mission, robot: RobotPlan, course: Course, path: Spline) -> Floats:
-    """Return how much longer each leg must last for the limits of its own. Shape (legs,)."""
-    factors = np.ones(len(course))
-    if not mission.limits.legs:
-        return factors
-    for visit in range(len(robot.visits)):
-        own = mission.limits.legs.get(robot.visits[visit].region)
-        legs = _on_the_way(robot, course, visit)
-        if own is None or not legs.any():
-            continue
-        limits = Limits(
-            speed=np.inf if own.speed is None else own.speed,
-            acceleration=np.inf if own.acceleration is None else own.acceleration,
-        )
-        used = shares_used(path, None, limits)
-        if "speed" in used:
-            factors[legs] = np.maximum(factors[legs], used["speed"][2][legs].max() * (1 + 2 * SAFETY))
-        if "acceleration" in used:
-            factors[legs] = np.maximum(factors[legs], np.sqrt(used["acceleration"][2][legs].max()) * (1 + 2 * SAFETY))
-    return np.where(factors > 1.0 + SAFETY, factors * 1.02, factors * (factors > 1.0) + 1.0 * (factors <= 1.0))
-
-
-def _hover(point: Floats, duration: float) -> Spline:
-    states = np.zeros((2, 4, 3))
-    states[:, 0] = point
-    return Spline(np.array([duration]), states)
-
-
-def _kept_apart(plan: Plan, robots: dict[str, _Robot], wishes: Wishes, ask: _Ask) -> tuple[dict[str, _Robot], dict[str, float]]:
+def _kept_apart(plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: Ask) -> tuple[dict[str, Robot], dict[str, float]]:
     """Return the team and departures at which robots keep their distance.
 
     Departures come first. Where none help, the two robots in conflict get paths that also keep clear of where the other
@@ -416,7 +148,7 @@ def _kept_apart(plan: Plan, robots: dict[str, _Robot], wishes: Wishes, ask: _Ask
             clear_of[name] = (*clear_of[name], other)
             places = [place for who in clear_of[name] for place in _hovers(robots[who], distance, z_scale)]
             try:
-                robots = {**robots, name: _single(plan, name, wishes, (*_idle_others(plan, name, wishes), *places), ask)}
+                robots = {**robots, name: single(plan, name, wishes, (*_idle_others(plan, name, wishes), *places), ask)}
                 changed, waiting = True, False
             except ClockRanOut:
                 raise
@@ -430,8 +162,8 @@ def _kept_apart(plan: Plan, robots: dict[str, _Robot], wishes: Wishes, ask: _Ask
 
 
 def _given_way(
-    plan: Plan, robots: dict[str, _Robot], wishes: Wishes, pair: tuple[str, str], distance: float, z_scale: float
-) -> tuple[dict[str, _Robot], dict[str, float]] | None:
+    plan: Plan, robots: dict[str, Robot], wishes: Wishes, pair: tuple[str, str], distance: float, z_scale: float
+) -> tuple[dict[str, Robot], dict[str, float]] | None:
     """Return the team with the paths of two robots fitted again, each on its side of the other; None where none were found.
 
     The pair's encounter is slowed as a whole until both keep their limits; all others depart as it allows.
@@ -467,39 +199,39 @@ def _among(wishes: Wishes, pair: tuple[str, str]) -> tuple[Precedence, ...]:
     return tuple(p for p in wishes.precedences if p.first[0] in pair and p.then[0] in pair)
 
 
-def _mover(plan: Plan, robot: _Robot, starts: dict[str, float], until: float) -> Mover:
+def _mover(plan: Plan, robot: Robot, starts: dict[str, float], until: float) -> Mover:
     """Return a robot as the encounter sees it; one that hovers is free to step aside and come back."""
     if robot.course is not None:
         return mover(robot.course, robot.path, starts[robot.name], frozenset(robot.halts.values()))
     place = robot.path.nodes[0]
     course = standing_course(plan.mission, robot.name, place, _STEPS)
     path = Spline(np.full(_STEPS, until / _STEPS), np.repeat(robot.path.states[:1], _STEPS + 1, axis=0))
-    return mover(course, path, 0.0, _NONE)
+    return mover(course, path, 0.0, NONE)
 
 
-def _along(plan: Plan, robot: _Robot, path: Spline) -> tuple[_Robot, float]:
+def _along(plan: Plan, robot: Robot, path: Spline) -> tuple[Robot, float]:
     """Return a robot on a path, not slowed yet, and by how much it must be."""
     agent = plan.mission.agents[robot.name]
     yaw = heading_spline(path, agent.heading, agent.yaw)
     return replace(robot, path=path, yaw=yaw, halts={}), stretch_to_limits(path, yaw, robot.limits)
 
 
-def _paced(robot: _Robot, factor: float) -> _Robot:
+def _paced(robot: Robot, factor: float) -> Robot:
     return replace(robot, path=robot.path.stretched(factor), yaw=None if robot.yaw is None else robot.yaw.stretched(factor))
 
 
-def _with_waits(plan: Plan, robots: dict[str, _Robot], wishes: Wishes, ask: _Ask) -> dict[str, _Robot]:
+def _with_waits(plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: Ask) -> dict[str, Robot]:
     """Return the team with hovers in the middle of flights, just long enough for the planned precedences.
 
     Each robot that must wait for another rests where it sets out for the visit concerned. Waits are made longer until all
     precedences hold with everyone departing at once; precedences that go round in a circle never settle.
     """
-    stops: dict[str, frozenset[int]] = dict.fromkeys(robots, _NONE)
+    stops: dict[str, frozenset[int]] = dict.fromkeys(robots, NONE)
     for precedence in wishes.precedences:
         name, visit = precedence.then
         stops[name] |= {visit}
     resting = {
-        name: robot if robot.course is None else _single(plan, name, wishes, _idle_others(plan, name, wishes), ask, stops[name])
+        name: robot if robot.course is None else single(plan, name, wishes, _idle_others(plan, name, wishes), ask, stops[name])
         for name, robot in robots.items()
     }
     waits: dict[tuple[str, int], float] = {}
@@ -519,7 +251,7 @@ def _with_waits(plan: Plan, robots: dict[str, _Robot], wishes: Wishes, ask: _Ask
     raise Infeasible(sentence, Witness(claim="formula", sentence=sentence))
 
 
-def _holding(robot: _Robot, waits: dict[tuple[str, int], float]) -> _Robot:
+def _holding(robot: Robot, waits: dict[tuple[str, int], float]) -> Robot:
     """Return a robot with hover pieces put in where it waits for a visit."""
     path, yaw, cycle = robot.path, robot.yaw, robot.cycle
     for visit, node in sorted(robot.halts.items(), key=lambda item: -item[1]):
@@ -534,12 +266,12 @@ def _hover_at(path: Spline, node: int, duration: float) -> Spline:
     return Spline(np.insert(path.durations, node, duration), np.insert(path.states, node, path.states[node], axis=0))
 
 
-def _flight(plan: Plan, robot: _Robot) -> Flight:
+def _flight(plan: Plan, robot: Robot) -> Flight:
     found = stays(robot.path, plan.mission.all_regions, plan.mission.margin)
     return Flight(robot.name, robot.path, tuple((stay.start, stay.end) for stay in found), robot.plan.hold)
 
 
-def _hovers(robot: _Robot, distance: float, z_scale: float) -> tuple[Ball, ...]:
+def _hovers(robot: Robot, distance: float, z_scale: float) -> tuple[Ball, ...]:
     """Return where a robot hovers before and after its flight, to be kept clear of."""
     ends = (("starts", robot.path.nodes[0]), ("ends", robot.path.nodes[-1]))
     return tuple(keep_out(f"{robot.name}, which {what} there", place, distance + 0.02, z_scale) for what, place in ends)
@@ -562,7 +294,7 @@ def _too_near(conflict: Conflict, distance: float) -> Infeasible:
     return Infeasible(sentence, witness)
 
 
-def _assemble(robot: _Robot, start_yaw: float, departure: float) -> Trajectory:
+def _assemble(robot: Robot, start_yaw: float, departure: float) -> Trajectory:
     """Join hold, path and yaw, and round.
 
     Never fewer than two pieces, because crazyswarm2's loader fails on files with one: a hover is flown in two halves, any

@@ -12,7 +12,7 @@ import flight
 import verify
 from ltlplan.missions import load_mission
 from refine import refine
-from refine import team as team_module
+from refine import single as single_module
 from refine.course import course_of, thinned
 from refine.labels import troubles
 from refine.minimum_snap import minimum_snap
@@ -186,7 +186,7 @@ def test_a_hurried_flight_is_found_from_another_start_or_refused_aloud(monkeypat
             raise Infeasible("maximum iterations exceeded")
         return optimise(problem)
 
-    monkeypatch.setattr(team_module, "optimise", stubborn)
+    monkeypatch.setattr(single_module, "optimise", stubborn)
     fast = refine(plan, pace="time")["q"]
     assert asked[0] == asked[2] != asked[1]
     assert fast.duration < 0.8 * nominal.duration
@@ -195,7 +195,7 @@ def test_a_hurried_flight_is_found_from_another_start_or_refused_aloud(monkeypat
     def hopeless(_problem: Timing) -> Spline:
         raise Infeasible("maximum iterations exceeded")
 
-    monkeypatch.setattr(team_module, "optimise", hopeless)
+    monkeypatch.setattr(single_module, "optimise", hopeless)
     for pace in ("time", "blend"):
         with pytest.raises(
             Infeasible, match=f"no flight of pace '{pace}' was found .maximum iterations.*ask for pace 'nominal'"

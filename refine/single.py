@@ -1,0 +1,295 @@
+"""One robot's flight, as if it were alone: a course, a smooth path that keeps it, slowed or hurried, and its heading.
+
+A path that does not show the plan's visits is bent less and less, until at worst it is the planner's own polyline.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refine.clock import ClockRanOut
+from refine.corridor import BUFFER, fit, fixed_states, onward_rules, until_kept
+from refine.course import PAD, Course, course_of, thinned
+from refine.labels import troubles
+from refine.limits import Limits
+from refine.nlp import Timing, optimise
+from refine.obstacles import Ball
+from refine.peaks import shares_used
+from refine.spline import Spline
+from refine.timing import SAFETY, stretch_to_limits
+from refine.wishes import Wishes
+from refine.yaw import heading_spline
+from verify.data import Infeasible, Mission, Plan, RobotPlan
+
+Floats = NDArray[np.float64]
+Pace = Literal["nominal", "time", "blend"]
+
+HOVER = 1.0
+"""s of the hover piece of a robot that goes nowhere, or of a cycle that is a hover."""
+NONE: frozenset[int] = frozenset()
+_LEG_ROUNDS = 8
+_EASE = 3e4
+"""Weight of time over snap for `pace="time"`, in units of the uniformly stretched path's snap over its duration."""
+_SHIFTS = (0.1, 10.0, 0.01)
+"""Weights of time, in units of the one that is asked for, whose answers are other starts of a programme that did not
+converge from the nominal path."""
+_ROOM = 1.03
+"""Stretch of such an answer, so that the programme starts away from its limits."""
+
+
+@dataclass(frozen=True)
+class Ask:
+    """How the caller wants it."""
+
+    pace: Pace
+    weight: float
+    max_pieces: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Fitted:
+    path: Spline
+    yaw: Spline | None
+    rest: frozenset[int]
+    onward: frozenset[int]
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """What one robot flies, without the wait before it departs; no course where it hovers."""
+
+    name: str
+    plan: RobotPlan
+    limits: Limits
+    course: Course | None
+    path: Spline
+    yaw: Spline | None
+    cycle: int | None
+    halts: dict[int, int]
+    """Visit: the node at which the robot rests when it sets out for it."""
+
+
+def still(robot: RobotPlan) -> bool:
+    """Tell whether a robot never leaves its start."""
+    return len({waypoint.position for waypoint in robot.waypoints}) == 1
+
+
+def single(plan: Plan, name: str, wishes: Wishes, extra: tuple[Ball, ...], ask: Ask, stops: frozenset[int] = NONE) -> Robot:
+    """Return one robot's flight without waits, at rest where it sets out for each visit of `stops`."""
+    mission, robot = plan.mission, plan.robots[name]
+    limits = Limits.of_mission(mission)
+    for (who, limit), factor in wishes.limits.items():
+        if who == name:
+            limits = limits.tightened(limit, factor)
+    if still(robot):
+        return Robot(
+            name,
+            robot,
+            limits,
+            None,
+            _hover(np.array(robot.waypoints[0].position), HOVER),
+            None,
+            None if robot.cycle_waypoint is None else 0,
+            {},
+        )
+    more = wishes.pad.get(name, 0.0)
+    course = course_of(mission, name, robot, pad=PAD + more, extra=extra)
+    course = thinned(course, ask.max_pieces - 1, mission.spec.repeat)
+    hovering = course.cycle is not None and course.cycle == len(course)
+    if hovering:
+        course = replace(course, cycle=None)
+    halts = {visit: _setting_out(course, visit) for visit in sorted(stops)}
+    fitted = _labelled(plan, name, course, limits, BUFFER + more, frozenset(halts.values()))
+    path, yaw = fitted.path, fitted.yaw
+    if ask.pace != "nominal":
+        path, yaw = _raced(plan, name, course, limits, fitted, ask, BUFFER + more)
+    cycle = course.cycle
+    if hovering:
+        cycle = len(path)
+        path = Spline(np.append(path.durations, HOVER), np.concatenate([path.states, path.states[-1:]]))
+        yaw = None if yaw is None else Spline(path.durations, np.concatenate([yaw.states, yaw.states[-1:]]))
+    return Robot(name, robot, limits, course, path, yaw, cycle, halts)
+
+
+def _setting_out(course: Course, visit: int) -> int:
+    """Return the node from which the first leg towards a visit starts."""
+    return next((index for index, leg in enumerate(course.legs) if leg.visit == visit), 0)
+
+
+def _labelled(plan: Plan, name: str, course: Course, limits: Limits, buffer: float, halts: frozenset[int]) -> _Fitted:
+    """Return a path whose stays are the plan's visits, and its yaw.
+
+    A path may cut back into a region that it has just left. Then the legs concerned never go back, and if that is not
+    enough, the flight rests at their ends and is straight between: at worst it is the planner's own polyline.
+    """
+    mission, robot = plan.mission, plan.robots[name]
+    path, yaw = _timed(plan, name, course, limits, buffer, halts, NONE)
+    found = troubles(path, mission, name, robot)
+    if not found:
+        return _Fitted(path, yaw, halts, NONE)
+    onward = _legs_about(path, found[0].time)
+    try:
+        straight, straight_yaw = _timed(plan, name, course, limits, buffer, halts, onward)
+        if not troubles(straight, mission, name, robot):
+            return _Fitted(straight, straight_yaw, halts, onward)
+    except ClockRanOut:
+        raise
+    except Infeasible:
+        pass  # legs that turn sharply cannot both go onward without a rest
+    rest = halts
+    while found:
+        legs = _legs_about(path, found[0].time)
+        more = rest | legs | {leg + 1 for leg in legs}
+        if more == rest:
+            raise Infeasible(found[0].sentence, found[0])
+        rest = more
+        path, yaw = _timed(plan, name, course, limits, buffer, rest, NONE)
+        found = troubles(path, mission, name, robot)
+    return _Fitted(path, yaw, rest, NONE)
+
+
+def _legs_about(path: Spline, time: float | None) -> frozenset[int]:
+    """Return the leg flown at a time and the one before it; all legs where there is no time."""
+    if time is None:
+        return frozenset(range(len(path)))
+    leg = int(np.clip(np.searchsorted(path.knots, time, side="right") - 1, 0, len(path) - 1))
+    return frozenset({max(leg - 1, 0), leg})
+
+
+def _timed(
+    plan: Plan, name: str, course: Course, limits: Limits, buffer: float, rest: frozenset[int], onward: frozenset[int]
+) -> tuple[Spline, Spline | None]:
+    """Return path and yaw with durations long enough for the limits, the legs' own ones first."""
+    durations = course.durations
+    path = fit(course, durations, buffer=buffer, rest=rest, onward=onward)
+    for _ in range(_LEG_ROUNDS):
+        slow = _slow_legs(plan.mission, plan.robots[name], course, path)
+        if np.all(slow <= 1.0):
+            break
+        durations = durations * slow
+        path = fit(course, durations, buffer=buffer, rest=rest, onward=onward)
+    return _slowed(plan, name, course, limits, path, rest)
+
+
+def _slowed(
+    plan: Plan, name: str, course: Course, limits: Limits, path: Spline, rest: frozenset[int]
+) -> tuple[Spline, Spline | None]:
+    """Return the path with its yaw, both slowed until all limits hold."""
+    agent = plan.mission.agents[name]
+    yaw = heading_spline(path, agent.heading, agent.yaw, cycle=course.cycle, rest=rest)
+    factor = stretch_to_limits(path, yaw, limits)
+    factor *= float(np.max(_slow_legs(plan.mission, plan.robots[name], course, path.stretched(factor)), initial=1.0))
+    return path.stretched(factor), None if yaw is None else yaw.stretched(factor)
+
+
+def _raced(
+    plan: Plan, name: str, course: Course, limits: Limits, fitted: _Fitted, ask: Ask, buffer: float
+) -> tuple[Spline, Spline | None]:
+    """Return a faster path and its yaw: free times on the same course.
+
+    Where the programme does not converge from the nominal path, it starts from an answer for another weight of time; where
+    its path cuts back into a region that it has just left, the legs concerned never go back.
+
+    Raises:
+        Infeasible: No start led to a path that keeps the course and its labels.
+    """
+    mission, robot = plan.mission, plan.robots[name]
+    still = replace(limits, rotors=None, yaw_rate=np.inf)
+    start = fitted.path.stretched(stretch_to_limits(fitted.path, None, still, faster=True))
+    ease = ask.weight if ask.pace == "blend" else _EASE * start.snap_cost() / start.duration
+    speeds = _leg_speeds(mission, robot, course)
+    fixed, rules = fixed_states(course, fitted.rest), onward_rules(course, fitted.onward)
+
+    def solved(first: Spline, shift: float) -> Spline:
+        corridors = [(leg, plane) for (_, leg, _), planes in rules.items() for plane in planes]
+        return optimise(Timing(first, fixed, still, "blend", shift, corridors=corridors, speeds=speeds, cycle=course.cycle))
+
+    def attempt() -> Spline:
+        failure: Infeasible | None = None
+        for shift in (None, *_SHIFTS):
+            try:
+                first = start if shift is None else solved(start, shift * ease).stretched(_ROOM)
+                return solved(first, ease)
+            except ClockRanOut:
+                raise
+            except Infeasible as error:
+                failure = error
+        assert failure is not None
+        raise failure
+
+    onward = fitted.onward
+    try:
+        while True:
+            path, yaw = _slowed(plan, name, course, limits, until_kept(course, rules, attempt, buffer=buffer), fitted.rest)
+            found = troubles(path, mission, name, robot)
+            if not found:
+                return path, yaw
+            more = onward | _legs_about(path, found[0].time)
+            if more == onward:
+                raise Infeasible(found[0].sentence, found[0])
+            rules.update(onward_rules(course, more - onward))
+            onward = more
+    except ClockRanOut:
+        raise
+    except Infeasible as error:
+        raise Infeasible(
+            f"{name}: no flight of pace '{ask.pace}' was found ({error}) The plan's own times can be kept: ask for pace 'nominal'.",
+            error.witness,
+        ) from error
+
+
+def _leg_speeds(mission: Mission, robot: RobotPlan, course: Course) -> Floats | None:
+    """Return the limit on speed of each leg; None where there is none of its own."""
+    if not mission.limits.legs:
+        return None
+    speeds = np.full(len(course), np.inf)
+    for visit in range(len(robot.visits)):
+        own = mission.limits.legs.get(robot.visits[visit].region)
+        if own is not None and own.speed is not None:
+            legs = _on_the_way(robot, course, visit)
+            speeds[legs] = np.minimum(speeds[legs], own.speed)
+    return speeds
+
+
+def _on_the_way(robot: RobotPlan, course: Course, visit: int) -> NDArray[np.bool_]:
+    """Tell which legs lead from the previous visit to this one, the one that leaves the previous hoop included."""
+    serves = np.array([-1 if leg.visit is None else leg.visit for leg in course.legs])
+    legs = serves == visit
+    before = [visit - 1] + ([len(robot.visits) - 1] if visit == robot.cycle_visit else [])
+    for earlier in before:
+        passages = [index for index, leg in enumerate(course.legs) if leg.visit == earlier and leg.tube is not None]
+        if passages:
+            legs[passages[-1]] = True
+    return legs
+
+
+def _slow_legs(mission: Mission, robot: RobotPlan, course: Course, path: Spline) -> Floats:
+    """Return how much longer each leg must last for the limits of its own. Shape (legs,)."""
+    factors = np.ones(len(course))
+    if not mission.limits.legs:
+        return factors
+    for visit in range(len(robot.visits)):
+        own = mission.limits.legs.get(robot.visits[visit].region)
+        legs = _on_the_way(robot, course, visit)
+        if own is None or not legs.any():
+            continue
+        limits = Limits(
+            speed=np.inf if own.speed is None else own.speed,
+            acceleration=np.inf if own.acceleration is None else own.acceleration,
+        )
+        used = shares_used(path, None, limits)
+        if "speed" in used:
+            factors[legs] = np.maximum(factors[legs], used["speed"][2][legs].max() * (1 + 2 * SAFETY))
+        if "acceleration" in used:
+            factors[legs] = np.maximum(factors[legs], np.sqrt(used["acceleration"][2][legs].max()) * (1 + 2 * SAFETY))
+    return np.where(factors > 1.0 + SAFETY, factors * 1.02, factors * (factors > 1.0) + 1.0 * (factors <= 1.0))
+
+
+def _hover(point: Floats, duration: float) -> Spline:
+    states = np.zeros((2, 4, 3))
+    states[:, 0] = point
+    return Spline(np.array([duration]), states)
