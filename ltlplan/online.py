@@ -391,9 +391,10 @@ class OnlineTeam:
         def holds(parts: Mapping[str, Itinerary]) -> bool:
             return can_finish(self.standing, {robot: part.ahead(self.world) for robot, part in parts.items()})
 
+        begun = self.standing.settled
         walker = Walker(
-            self.mission, self.world, self.reader, starts, begun=self.standing.settled, takes_off=False,
-            divides=partial(self.reader.divides, begun=self.standing.settled), metric=leg, price=price, holds=holds, options=Options(width=WIDTH),
+            self.mission, self.world, self.reader, starts, begun=begun, takes_off=False,
+            divides=partial(self.reader.divides, begun=begun), metric=leg, price=price, holds=holds, options=Options(width=WIDTH),
         )  # fmt: skip
         best = walker.search(lambda _sentence, _share: None)
         if best is None:

@@ -144,7 +144,7 @@ class Course:
             return result
         time = min(max(clock.time, 0.0), self.duration)
         ended = clock.time >= self.duration
-        piece = int(np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, len(self.times) - 2))
+        piece = min(max(int(np.searchsorted(self.times, time, side="right")) - 1, 0), len(self.times) - 2)
         table = _powers(time - self.times[piece])
         basis = table @ self.spline.coefficients[piece]  # (ORDERS, points): derivatives by nominal time
         if ended:
@@ -179,8 +179,7 @@ def course_of(plan: RobotPlan, spline: Spline | None = None, points: Floats | No
 def glide(elapsed: float) -> Floats:
     """Return the smooth step of degree 7 over GLIDE seconds, and its derivatives. Shape (ORDERS,)."""
     u = min(max(elapsed / GLIDE, 0.0), 1.0)
-    row = np.array([_falling(p, d) * u ** (p - d) if p >= d else 0.0 for d in range(ORDERS) for p in range(8)])
-    return row.reshape(ORDERS, 8) @ _STEP / GLIDE ** np.arange(ORDERS)
+    return _powers(u) @ _STEP / GLIDE ** np.arange(ORDERS)
 
 
 def through_clock(basis: Floats, clock: Clock) -> Floats:

@@ -202,7 +202,7 @@ class Pilot:
         # going: at full rate from now; waiting: it runs on a little and stops
         times = self.clock.time + (horizon if go else np.minimum(horizon, self.clock.run_on))
         step = self.sampling.instants[1] - self.sampling.instants[0]
-        return self.table[np.clip(np.rint(times / step).astype(np.int64), 0, len(self.table) - 1)]
+        return self.table[np.minimum(np.rint(times / step).astype(np.int64), len(self.table) - 1)]
 
     def search(self, now: float, rng: Generator, paths: int, obstacles: Floats, separation: float) -> None:
         """Sample paths for what is left of the course, learn from them, and glide to a cheaper one.

@@ -86,7 +86,8 @@ def square_root(covariance: Floats) -> Floats:
         BadInput: A matrix is not symmetric, not finite, or has a clearly negative eigenvalue.
     """
     matrix = np.asarray(covariance, dtype=np.float64)
-    if not np.all(np.isfinite(matrix)) or not np.allclose(matrix, np.swapaxes(matrix, -1, -2), rtol=1e-9, atol=1e-12):
+    turned = np.swapaxes(matrix, -1, -2)
+    if not np.all(np.isfinite(matrix)) or np.any(np.abs(matrix - turned) > 1e-12 + 1e-9 * np.abs(turned)):
         raise BadInput("a covariance must be finite and symmetric.")
     values, vectors = np.linalg.eigh(matrix)
     scale = np.maximum(np.max(np.abs(values), axis=-1, keepdims=True), 1e-300)
