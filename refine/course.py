@@ -27,6 +27,10 @@ SHORTEST = 0.1
 _CROWDED = 0.04
 """m from a neighbour at which a point that is not needed is left out."""
 _COINCIDENT = 1e-6
+_DEEP = 0.9
+"""Share of a region less the margin in which a visit's point lies, so that the visit takes some time."""
+_ACROSS = 0.03
+"""m by which a passage's point may move along the hoop's axis."""
 _PASSAGE: tuple[Role, ...] = ("rear", "centre", "front")  # along the normal
 
 
@@ -67,6 +71,8 @@ class Course:
         high: Upper corner.
         cycle: Index of the point at which the cycle begins; the last point repeats it. None for a finite flight.
         needed: Whether a point must be gone through; others only lead around something. Shape (points,).
+        rooms: Where a visit's point may lie instead, in flights that look for it: the visited region less the margin, or for
+            a passage a disc across the hoop's axis, within its opening less margin and radius. None for a fixed point.
     """
 
     robot: str
@@ -77,6 +83,7 @@ class Course:
     high: Floats
     cycle: int | None
     needed: tuple[bool, ...]
+    rooms: tuple[Ball | None, ...]
 
     def __len__(self) -> int:
         return len(self.legs)
@@ -119,6 +126,7 @@ def course_of(mission: Mission, name: str, robot: RobotPlan, *, pad: float = PAD
             )
     bodies = _bodies(mission, pad)
     points, durations, legs, needed = [stops[0].position], [], [], [True]
+    rooms: list[Ball | None] = [None]
     cycle_point = 0 if cycle == 0 else None
     for index, (here, there) in enumerate(itertools.pairwise(stops)):
         leg = _leg(mission, name, robot, bodies, here, there, extra, pad)
@@ -132,11 +140,12 @@ def course_of(mission: Mission, name: str, robot: RobotPlan, *, pad: float = PAD
         durations += list(nominal * lengths / max(straight, 1e-9) if inner else [nominal])
         points += chain[1:]
         needed += [False] * len(inner) + [_needed(mission, robot, there) or index == len(stops) - 2 or cycle == index + 1]
+        rooms += [None] * len(inner) + [_room(mission, robot, there, pad)]
         legs += [leg] * len(lengths)
         if cycle == index + 1:
             cycle_point = len(points) - 1
     times = np.maximum(np.array(durations), SHORTEST)
-    course = Course(name, np.array(points), times, tuple(legs), low, high, cycle_point, tuple(needed))
+    course = Course(name, np.array(points), times, tuple(legs), low, high, cycle_point, tuple(needed), tuple(rooms))
     return _without_crowding(course)
 
 
@@ -149,7 +158,15 @@ def standing_course(mission: Mission, name: str, point: Floats, pieces: int, *, 
     needed = (True, *(False for _ in range(pieces - 1)), True)
     legs = (Leg(tuple(outside), None, None),) * pieces
     return Course(
-        name, np.repeat(point[None], pieces + 1, axis=0), np.ones(pieces), legs, low + shrink, high - shrink, None, needed
+        name,
+        np.repeat(point[None], pieces + 1, axis=0),
+        np.ones(pieces),
+        legs,
+        low + shrink,
+        high - shrink,
+        None,
+        needed,
+        (None,) * (pieces + 1),
     )
 
 
@@ -210,6 +227,7 @@ def _without(course: Course, node: int) -> Course | None:
         legs=(*course.legs[: node - 1], leg, *course.legs[node + 1 :]),
         cycle=None if cycle is None else cycle - (cycle > node),
         needed=(*course.needed[:node], *course.needed[node + 1 :]),
+        rooms=(*course.rooms[:node], *course.rooms[node + 1 :]),
     )
 
 
@@ -263,6 +281,30 @@ def _leaving_out(
     return [stops[index] for index in kept], None if cycle is None else kept.index(cycle)
 
 
+def _room(mission: Mission, robot: RobotPlan, stop: _Stop, pad: float) -> Ball | None:
+    """Return where the point of a visit may lie instead; None where it must not move."""
+    if stop.visit is None or stop.visit >= len(robot.visits) or stop.region != robot.visits[stop.visit].region:
+        return None
+    region, through = mission.all_regions[stop.region], robot.visits[stop.visit].direction is not None
+    inner = _DEEP * (1.0 - (mission.margin + PAD) / min(region.radii))
+    hoop = mission.hoops.get(stop.region)
+    if hoop is None:
+        if stop.role not in ("centre", "via") or inner <= 0.0:
+            return None
+        return replace(grown_region(stop.region, region, 0.0), root=grown_region(stop.region, region, 0.0).root / inner)
+    if not through or stop.role not in _PASSAGE:
+        return None
+    radius = _DEEP * (hoop.opening - mission.margin - mission.vehicle.radius - pad)
+    if stop.role == "centre":
+        radius = min(radius, inner * min(region.radii))
+    if radius <= 0.0:
+        return None
+    normal, centre = np.array(hoop.normal), np.array(hoop.center)
+    along = np.outer(normal, normal)
+    foot = centre + along @ (stop.position - centre)
+    return Ball(stop.region, foot, (np.eye(3) - along) / radius + along / _ACROSS)
+
+
 def _deep_enough(mission: Mission, name: str, region_name: str, region: Region, position: Floats) -> Floats:
     """Return the point, moved towards the region's centre until the margin around it lies inside."""
     scale = 1.0 - (mission.margin + PAD) / min(region.radii)
@@ -273,7 +315,7 @@ def _deep_enough(mission: Mission, name: str, region_name: str, region: Region, 
             Witness(claim="visits", sentence="region smaller than the margin", robot=name, region=region_name),
         )
     level = float(np.sqrt(region.level(position)))
-    depth = 0.9 * scale
+    depth = _DEEP * scale
     if level <= depth:
         return position
     centre = np.array(region.center)

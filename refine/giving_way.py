@@ -269,6 +269,12 @@ def _finer(robot: Mover, begin: float, end: float, longest: float) -> Mover:
         np.concatenate([states[0][1], *(part[1:] for _, part in states[1:])]),
     )
     finer = replace(
-        course, points=np.array(points), durations=np.array(durations), legs=tuple(legs), needed=tuple(needed), cycle=None
+        course,
+        points=np.array(points),
+        durations=np.array(durations),
+        legs=tuple(legs),
+        needed=tuple(needed),
+        rooms=(None,) * len(points),
+        cycle=None,
     )
     return Mover(finer, path, robot.start, frozenset(rest), np.array(free))

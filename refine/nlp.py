@@ -32,7 +32,7 @@ Objective = Literal["time", "snap", "blend"]
 INSTANTS = 16
 """Instants a piece at which limits are kept."""
 ITERATIONS = 200
-SECONDS = 120.0
+SECONDS = 300.0
 """The clock only ends a solve with an error."""
 _OUT_OF_TIME = ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded")
 SHORTEST = 5e-2

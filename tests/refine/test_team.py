@@ -11,6 +11,7 @@ import pytest
 import flight
 import verify
 from ltlplan.missions import load_mission
+from refine import course as course_module
 from refine import refine
 from refine import single as single_module
 from refine.course import course_of, thinned
@@ -201,6 +202,32 @@ def test_a_hurried_flight_is_found_from_another_start_or_refused_aloud(monkeypat
             Infeasible, match=f"no flight of pace '{pace}' was found .maximum iterations.*ask for pace 'nominal'"
         ):
             refine(plan, pace=pace)
+
+
+def test_hurried_visits_may_be_anywhere_in_their_rooms(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A region's point moves within the region less the margin, a passage's across the hoop's axis."""
+    mission = room({"a": ball(0, 0.5, 0.4)}, {"q": Agent(start=(-1.5, 0.0, 1.0))})
+    hoop = Hoop(center=(1.2, 0.0, 1.0), radii=(0.3, 0.3, 0.3), opening=0.28, rim=0.02)
+    mission = mission.model_copy(update={"hoops": {"h": hoop}})
+    points = [(-1.5, 0, 1), (0, 0.5, 1), (0.75, 0, 1), (1.2, 0, 1), (1.65, 0, 1), (2.2, -0.8, 1)]
+    roles = ("start", "centre", "rear", "centre", "front", "via")
+    visits = (None, 0, 1, 1, 1, None)
+    waypoints = [
+        Waypoint(position=tuple(map(float, point)), role=role, visit=visit, region=None if visit is None else "ah"[visit])
+        for point, role, visit in zip(points, roles, visits, strict=True)
+    ]
+    plan = Plan(mission=mission, robots={"q": robot_plan(waypoints, (Visit(region="a"), Visit(region="h", direction="F")))})
+    rooms = course_of(mission, "q", plan.robots["q"]).rooms
+    assert [body is not None for body in rooms] == [False, True, True, True, True, False]
+    fast = refine(plan, pace="time")["q"]
+    certificate = verify.judge(plan, {"q": fast}, largest=False)
+    assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
+    assert np.linalg.norm(fast.coefficients[1, :3, 0] - [0, 0.5, 1]) > 0.1
+    for node, body in enumerate(rooms):
+        if body is not None:
+            assert np.linalg.norm(body.root @ (fast.coefficients[node, :3, 0] - body.centre)) <= 1 + 1e-4
+    monkeypatch.setattr(course_module, "_room", lambda *_: None)
+    assert fast.duration < 0.95 * refine(plan, pace="time")["q"].duration
 
 
 def test_every_flight_has_two_pieces_at_least(tmp_path: Path) -> None:
