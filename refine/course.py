@@ -283,7 +283,9 @@ def _leaving_out(
 
 def _room(mission: Mission, robot: RobotPlan, stop: _Stop, pad: float) -> Ball | None:
     """Return where the point of a visit may lie instead; None where it must not move."""
-    if stop.visit is None or stop.visit >= len(robot.visits) or stop.region != robot.visits[stop.visit].region:
+    if stop.visit is None or stop.visit >= len(robot.visits) or stop.region is None:
+        return None
+    if stop.region != robot.visits[stop.visit].region:
         return None
     region, through = mission.all_regions[stop.region], robot.visits[stop.visit].direction is not None
     inner = _DEEP * (1.0 - (mission.margin + PAD) / min(region.radii))
@@ -291,7 +293,8 @@ def _room(mission: Mission, robot: RobotPlan, stop: _Stop, pad: float) -> Ball |
     if hoop is None:
         if stop.role not in ("centre", "via") or inner <= 0.0:
             return None
-        return replace(grown_region(stop.region, region, 0.0), root=grown_region(stop.region, region, 0.0).root / inner)
+        whole = grown_region(stop.region, region, 0.0)
+        return replace(whole, root=whole.root / inner)
     if not through or stop.role not in _PASSAGE:
         return None
     radius = _DEEP * (hoop.opening - mission.margin - mission.vehicle.radius - pad)

@@ -58,8 +58,9 @@ def refine(
         previous: The flights that were refused; only for callers that want to say so, the repair starts from the plan.
         progress: Told a sentence and a share of the work.
         pace: "nominal": the plan's times, longer where limits ask for it; "time": as fast as limits and labels allow;
-            "blend": least of the integral of |snap|^2 plus `weight` times the duration. Where the latter two are not found,
-            that is an error: no other pace is taken in their place.
+            "blend": least of the integral of |snap|^2 plus `weight` times the duration. In the latter two the points of
+            visits may move within their regions and openings, less margin and radius; where no such flight is found, that
+            is an error: no other pace is taken in its place.
         weight: For "blend", m^2/s^8.
         max_pieces: Pieces that the target holds for one robot.
 
