@@ -41,7 +41,9 @@ def test_the_page_draws_without_a_complaint(page: Path, tmp_path: Path) -> None:
     done = chromium(page, tmp_path, "--dump-dom")
     assert done.returncode == 0, done.stderr
     assert 'data-ready="yes"' in done.stdout
-    complaints = [line for line in done.stderr.splitlines() if "CONSOLE" in line and re.search(r"error|refused|failed", line, re.I)]
+    complaints = [
+        line for line in done.stderr.splitlines() if "CONSOLE" in line and re.search(r"error|refused|failed", line, re.I)
+    ]
     assert complaints == []
     for robot in ("quad0", "quad1", "quad2"):
         assert f"</i>{robot}</dt>" in done.stdout

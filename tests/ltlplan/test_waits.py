@@ -31,5 +31,5 @@ def test_witnesses_without_order_change_nothing() -> None:
 
 def test_a_circle_of_waits_is_refused_by_name() -> None:
     first = with_waits(plan(), [refusal(("quad0", 1), ("quad1", 0))])
-    with pytest.raises(NotCertified, match="quad1's visit of smoke|quad0's visit of smoke"):
+    with pytest.raises(NotCertified, match=r"quad1's visit of smoke|quad0's visit of smoke"):
         with_waits(first, [refusal(("quad1", 1), ("quad0", 0))])
