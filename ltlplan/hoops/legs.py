@@ -79,6 +79,8 @@ class Legs:
             stops += self._back_to(last, sides[last], stops[cycle])
         elif self.end is not None and cycle_visit is None:
             stops += self._to_end(last, sides[last] if sides else None)
+        elif cycle_visit is None and sides and sides[last] is None and not self.inside_last:
+            stops.append(self._outside(self._exit(last, None)[0], self.visits[last].region, last))
         return stops, cycle
 
     def _exit(self, i: int, side: Side) -> tuple[Stop, Stop | None]:

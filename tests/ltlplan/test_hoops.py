@@ -13,8 +13,8 @@ from ltlplan.hoops.primitives import s_curve, s_curve_as_printed, straight, turn
 from ltlplan.missions import load_mission
 from ltlplan.splines import nominal_trajectory
 from tests.courses import courses
-from verify.data import BadInput, Infeasible, Mission, Visit, parse_mission
-from verify.data.mission import Hoop
+from verify.data import BadInput, Infeasible, Mission, Visit, Word, parse_mission
+from verify.data.mission import Hoop, Region
 
 SHIPPED = ("hoops-sequence", "hoops-published")
 
@@ -457,3 +457,13 @@ def test_an_end_inside_the_last_region_is_reached_and_elsewhere_refused():
     plan = route(outside, "quad0", [Visit(region="a")])
     assert plan.waypoints[-1].position == (-1.0, 1.0, 1.0)
     assert plan.word.letters[-1] == frozenset()
+
+
+def test_a_word_that_ends_in_free_flight_leads_out_of_a_plain_region() -> None:
+    mission = load_mission("firefighting")
+    site = Region(center=(-0.9, -0.8, 1.0), radii=(0.25, 0.25, 0.25))
+    mission = mission.model_copy(update={"regions": {"site": site}, "environment": None})
+    stays = route(mission, "quad0", (Visit(region="site"),))
+    leaves = route(mission, "quad0", (Visit(region="site"),), word=Word.of([[], ["site"], []]))
+    assert site.level(np.array(stays.waypoints[-1].position)) < 1.0
+    assert site.level(np.array(leaves.waypoints[-1].position)) > (1.0 + mission.margin / 0.25) ** 2
