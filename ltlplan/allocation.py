@@ -3,7 +3,7 @@
 The team automaton of the 2022 paper (Def. 4.6) is walked, never built: a state of it is a robot, the automaton's
 states so far, and the robot's `Whereabouts` in A = E x R. A robot's next step is a whole visit: it leaves where it is,
 enters a region, and may change its internal state there. Since the states are a set, the same walk serves before
-take-off (one state) and in flight (all states that the readings so far may have led to, see `online_progress`).
+take-off (one state) and in flight (all states that the readings so far may have led to, see `online.progress`).
 
 `Outlook` is the guide of that walk: for every state a lower bound on the metres that the team still has to fly, from one
 backward shortest-path search over a relaxation in which any robot that is free may be used again.
@@ -15,19 +15,34 @@ import heapq
 import itertools
 import math
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Container, Hashable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.automata import DEAD
-from ltlplan.online_progress import Accepting, State
 from verify.data import BadInput, Letter, Mission, Visit
 from verify.data.mission import Action, Point
 
+State = Hashable
+"""A state of the automaton, its dead state included."""
+
 States = frozenset[State]
+
+
+class Accepting(Protocol):
+    """What sharing needs of an automaton; `ltlplan.translate` returns one."""
+
+    @property
+    def initial(self) -> Hashable: ...  # noqa: D102
+
+    @property
+    def accepting(self) -> Container[Any]: ...  # noqa: D102
+
+    def successor(self, state: Any, letter: Letter, /) -> Hashable: ...  # noqa: D102
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,8 +205,8 @@ class World:
 
 
 @dataclass(frozen=True, slots=True)
-class Itinerary:
-    """What one robot does from where it is.
+class Part:
+    """A robot's share of the formula as visits, from where it is; MTAC-E walks and hands over parts.
 
     Attributes:
         where: Where it begins.
@@ -211,8 +226,8 @@ class Itinerary:
             return visits
         return (Visit(region=self.where.inside), *visits)
 
-    def then(self, move: Move, leaves: bool) -> Itinerary:
-        """Return the itinerary with one more visit."""
+    def then(self, move: Move, leaves: bool) -> Part:
+        """Return the part with one more visit."""
         return replace(self, moves=(*self.moves, move), leaves=leaves)
 
     def end(self, world: World) -> Whereabouts:

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from ltlplan.allocation import Itinerary, World
+from ltlplan.allocation import Part, World
 from ltlplan.cost import WeightedCost, cost_of, plan_cost
 from ltlplan.cross_entropy import Search, improve, minimise, options_of
 from ltlplan.hoops import route
@@ -119,9 +119,9 @@ def walk(mission: Mission, *, rng: Generator, progress: Progress | None = None, 
     reader = Reader(world)
     paths = _Paths(mission, world, int(rng.integers(2**63)))
 
-    def holds(parts: Mapping[str, Itinerary]) -> bool:
+    def holds(parts: Mapping[str, Part]) -> bool:
         return reader.holds_in_every_order(
-            {r: (world.letter(where), *parts.get(r, Itinerary(where)).ahead(world)) for r, where in starts.items()}
+            {r: (world.letter(where), *parts.get(r, Part(where)).ahead(world)) for r, where in starts.items()}
         )
 
     walker = Walker(
@@ -131,7 +131,7 @@ def walk(mission: Mission, *, rng: Generator, progress: Progress | None = None, 
     best = walker.search(progress or (lambda _sentence, _share: None))
     if best is None:
         return paths.by_exact_search(tuple(walker.consulted))
-    shares = {robot: paths.share(robot, best.parts.get(robot, Itinerary(where))) for robot, where in starts.items()}
+    shares = {robot: paths.share(robot, best.parts.get(robot, Part(where))) for robot, where in starts.items()}
     cost = objective(mission, [share.plan.cost for share in shares.values()])
     return Allocation(shares, best.order, cost, len(paths.tried), tuple(walker.consulted))
 
@@ -143,7 +143,7 @@ class _Paths:
         self.mission, self.world, self.seed = mission, world, seed
         self.tried: dict[tuple, tuple[RobotPlan, float]] = {}
 
-    def cost(self, robot: str, part: Itinerary) -> float:
+    def cost(self, robot: str, part: Part) -> float:
         """Cost-to-go (line 7): the cost of a robot's whole path so far, by cross-entropy; infinite where there is no way."""
         key = (robot, part.moves, part.leaves)
         if key not in self.tried:
@@ -156,13 +156,13 @@ class _Paths:
             self.tried[key] = nominal, cost
         return self.tried[key][1]
 
-    def share(self, robot: str, part: Itinerary) -> Share:
+    def share(self, robot: str, part: Part) -> Share:
         """Return the path whose cost was found, judged for all times."""
         word = self.word(part)
         nominal = route(self.mission, robot, part.visits, word=word)
         return improved(self.mission, robot, nominal, lambda: self.draws(robot, word))
 
-    def word(self, part: Itinerary) -> Word:
+    def word(self, part: Part) -> Word:
         """Return the word of a robot that does this from its start."""
         return Word(_merged((self.world.letter(part.where), *part.ahead(self.world))))
 

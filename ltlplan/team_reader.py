@@ -10,11 +10,10 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-from ltlplan.allocation import States, World
+from ltlplan.allocation import Accepting, State, States, World
 from ltlplan.automata import DEAD, translate
 from ltlplan.conjunction import Kinds, OrderCheck, Task, conjunct_automata
 from ltlplan.decomposition import decomposes_from
-from ltlplan.online_progress import Accepting, State
 from verify.data import BadInput, Letter
 
 MAX_COMMUTING = 10_000

@@ -2,7 +2,7 @@
 
 `Walker` is the frame: neighbours of a walk, hand-over where the automaton's states may be divided, the best walks of a round.
 What a path costs, and when a team's parts count as finished, is handed in: `mtac` prices paths by cross-entropy and starts on
-the ground, `online` prices them by straight lines and starts from wherever a flying team has come to.
+the ground, `online.team` prices them by straight lines and starts from wherever a flying team has come to.
 """
 
 from __future__ import annotations
@@ -11,13 +11,12 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from ltlplan.allocation import Itinerary, Metric, Outlook, States, Whereabouts, World
-from ltlplan.online_progress import Accepting
+from ltlplan.allocation import Accepting, Metric, Outlook, Part, States, Whereabouts, World
 from verify.data import BadInput, Mission
 from verify.data.mission import Hoop
 
 Progress = Callable[[str, float], None]
-Parts = Mapping[str, Itinerary]
+Parts = Mapping[str, Part]
 
 MAX_ROUNDS = 400
 """Visits that one walk may make in all; far beyond any plan that a beam finds."""
@@ -57,7 +56,7 @@ class Walk:
 
     states: States
     order: tuple[str, ...] = ()
-    parts: Mapping[str, Itinerary] = field(default_factory=dict)
+    parts: Mapping[str, Part] = field(default_factory=dict)
     costs: Mapping[str, float] = field(default_factory=dict)
     score: float = 0.0
     passed: frozenset[tuple[States, str, str]] = frozenset()
@@ -87,7 +86,7 @@ class Walker:
         takes_off: bool,
         divides: Callable[[States], bool],
         metric: Metric,
-        price: Callable[[str, Itinerary], float],
+        price: Callable[[str, Part], float],
         holds: Callable[[Parts], bool],
         options: Options,
     ) -> None:
@@ -114,7 +113,7 @@ class Walker:
 
     def search(self, say: Progress) -> Walk | None:
         """Walk until no walk that is left can be better than the best finished one; None where none was finished."""
-        idle = {robot: self.cost(robot, Itinerary(where)) for robot, where in self.starts.items()}
+        idle = {robot: self.cost(robot, Part(where)) for robot, where in self.starts.items()}
         first = Walk(self.begun, costs=idle)
         beam = [replace(first, score=self.score(idle, self.outlook.bound_at_start(self.begun, self.everybody)))]
         best: Walk | None = None
@@ -169,7 +168,7 @@ class Walker:
             if self.outlook.accepts(self.over(one.states, part, leaves)):
                 yield leaves
 
-    def over(self, states: States, part: Itinerary, leaves: bool) -> States:
+    def over(self, states: States, part: Part, leaves: bool) -> States:
         """Return the states after a robot's last visit."""
         return self.outlook.read(states, [self.world.free_letter(part.end(self.world).internal)]) if leaves else states
 
@@ -217,10 +216,10 @@ class Walker:
         for other in sorted(self.everybody - set(one.order)):
             where = self.starts[other]
             begun = self.outlook.read(states, [self.world.letter(where)] if self.takes_off else [])
-            handed = replace(one, order=(*one.order, other), parts={**parts, other: Itinerary(where)}, passed=frozenset())
-            yield from self.continued(handed, begun, other, Itinerary(where), first=True)
+            handed = replace(one, order=(*one.order, other), parts={**parts, other: Part(where)}, passed=frozenset())
+            yield from self.continued(handed, begun, other, Part(where), first=True)
 
-    def continued(self, one: Walk, states: States, robot: str, part: Itinerary, *, first: bool) -> Iterator[tuple[float, Walk]]:
+    def continued(self, one: Walk, states: States, robot: str, part: Part, *, first: bool) -> Iterator[tuple[float, Walk]]:
         """Yield the walks in which a robot makes one more visit."""
         where = part.end(self.world)
         free = self.everybody - set(one.order)

@@ -174,7 +174,7 @@ def _online(
     progress: Progress,
 ) -> _Finish:  # fmt: skip
     from ltlplan.commands.events import parse_events
-    from ltlplan.online_flight import fly_online
+    from ltlplan.online.flight import fly_online
     from ltlplan.output import write_folder
 
     mission = read_mission(source)

@@ -17,7 +17,7 @@ import numpy as np
 
 import ltlplan
 from ltlplan.mtac import straight_cost, walk
-from ltlplan.online import PERIOD, OnlineTeam
+from ltlplan.online.team import PERIOD, OnlineTeam
 from ltlplan.search import assign
 from ltlplan.team_walk import Options
 from tests.random_missions import random_mission
@@ -83,7 +83,7 @@ def ten_robots() -> Mission:
     """Ten robots, each of which has something to do."""
     mission = random_mission(1, robots=10, regions=8)
     spec = mission.spec.model_copy(update={"formula": " & ".join(f"F {name}" for name in mission.regions)})
-    from ltlplan.online_events import changed
+    from ltlplan.online.events import changed
 
     return changed(mission, spec=spec)
 

@@ -12,10 +12,10 @@ import sys
 import numpy as np
 
 import ltlplan
-from ltlplan import online_cross_entropy as online
 from ltlplan.allocation import World
 from ltlplan.hoops import route
 from ltlplan.mtac import improved, walk
+from ltlplan.online import cross_entropy as online
 from ltlplan.quantile import quantile_samples
 from ltlplan.team_reader import Reader
 from ltlplan.team_walk import Options
@@ -121,7 +121,7 @@ def fig15() -> None:
 
 def fig16() -> None:
     """The experiment of Section 7 in simulation: words, time, tracking."""
-    from ltlplan.online_flight import fly_online
+    from ltlplan.online.flight import fly_online
 
     flight = fly_online(ltlplan.load_mission("firefighting"), seed=0, noise=0.001)
     for name, word in flight.words.items():

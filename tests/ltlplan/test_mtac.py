@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.allocation import Itinerary, Outlook, World
+from ltlplan.allocation import Outlook, Part, World
 from ltlplan.mtac import allocate, metric, straight_cost, walk
 from ltlplan.search import assign
 from ltlplan.team_reader import Reader, holds_one_at_a_time
@@ -210,7 +210,7 @@ def test_words_of_an_itinerary_are_those_of_the_transition_system(fire):
     from ltlplan.systems import word_of
 
     world = World(fire)
-    part = Itinerary(world.start("quad0"))
+    part = Part(world.start("quad0"))
     for region in ("water", "smoke", "loc2"):
         where = part.end(world)
         moves = [m for m in world.moves(where, first=not part.moves) if m.visit.region == region]

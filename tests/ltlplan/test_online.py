@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.online import PERIOD, OnlineTeam
-from ltlplan.online_cross_entropy import OnlineSettings
-from ltlplan.online_events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, changed, falls_on, in_order
+from ltlplan.online.cross_entropy import OnlineSettings
+from ltlplan.online.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, changed, falls_on, in_order
+from ltlplan.online.team import PERIOD, OnlineTeam
 from tests.random_missions import random_mission
 from verify import check_team
 from verify.data import BadInput, Unsatisfiable, parse_mission

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.online_certified import progressed
-from ltlplan.online_events import HoopMoves, NewFormula, RobotLeaves
-from ltlplan.online_flight import NOT_CERTIFIED, fly_online
+from ltlplan.online.certified import progressed
+from ltlplan.online.events import HoopMoves, NewFormula, RobotLeaves
+from ltlplan.online.flight import NOT_CERTIFIED, fly_online
 from verify import check_word
 from verify.data import BadInput, NotCertified, Unsatisfiable, parse_formula, parse_mission
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ltlplan
-from ltlplan.online_progress import admits, at_start, can_finish, finishing_order
+from ltlplan.online.progress import admits, at_start, can_finish, finishing_order
 from tests.strategies import formulas
 from verify.data import BadInput
 

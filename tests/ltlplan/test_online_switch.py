@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from ltlplan import online
-from ltlplan.allocation import Itinerary, World
-from ltlplan.online_events import HoopMoves
-from ltlplan.online_flight import fly_online
-from ltlplan.online_switch import Handover, may_change
+from ltlplan.allocation import Part, World
+from ltlplan.online import team
+from ltlplan.online.events import HoopMoves
+from ltlplan.online.flight import fly_online
+from ltlplan.online.switch import Handover, may_change
 from tests.ltlplan.test_mtac import small
 from tests.ltlplan.test_online import Flight
 from verify import check_word
@@ -27,7 +27,7 @@ def flown(flight):
 def given_to(flight, robot, *regions):
     """Let one robot do all of it, whoever would be cheaper."""
     world = World(flight.team.mission)
-    parts = {name: Itinerary(pilot.where) for name, pilot in flight.team.pilots.items()}
+    parts = {name: Part(pilot.where) for name, pilot in flight.team.pilots.items()}
     for region in regions:
         end = parts[robot].end(world)
         move = next(move for move in world.moves(end) if move.visit.region == region)
@@ -46,7 +46,7 @@ def handed_over(flight):
 
 @pytest.fixture
 def asked_at_three_seconds(monkeypatch):
-    monkeypatch.setattr(online, "SWITCH_STEPS", 150)
+    monkeypatch.setattr(team, "SWITCH_STEPS", 150)
 
 
 def test_a_part_changes_hands_in_flight_once_what_binds_it_is_done():

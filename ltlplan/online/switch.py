@@ -2,7 +2,7 @@
 
 A part may go to another robot when nobody has begun it, its beginning is in the decomposition set, the taker is idle and
 carries what the part needs, the environment lets it go there, it is clearly cheaper, and the team can finish afterwards.
-This only tells; `online.OnlineTeam` lets the giver stop and gives both robots their new courses.
+This only tells; `online.team.OnlineTeam` lets the giver stop and gives both robots their new courses.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ltlplan.allocation import Itinerary, Metric, Move, World
+from ltlplan.allocation import Metric, Move, Part, World
 from ltlplan.mtac import metric
-from ltlplan.online_pilot import Pilot
-from ltlplan.online_progress import Standing, can_finish
+from ltlplan.online.pilot import Pilot
+from ltlplan.online.progress import Standing, can_finish
 from ltlplan.team_reader import Reader
 from verify.data import Mission
 from verify.data.mission import Point
@@ -38,7 +38,7 @@ class Handover:
     taker: str
     kept: int
 
-    def parts(self, world: World, pilots: Mapping[str, Pilot]) -> dict[str, Itinerary]:
+    def parts(self, world: World, pilots: Mapping[str, Pilot]) -> dict[str, Part]:
         """Return what both have to do afterwards, from where they are."""
         moves = pilots[self.giver].moves
         return {
@@ -47,14 +47,14 @@ class Handover:
         }
 
 
-def _part(world: World, robot: str, pilot: Pilot, moves: tuple[Move, ...]) -> Itinerary:
-    """Return an itinerary that ends where courses end: past a hoop, at the robot's end point, or else inside the last region."""
+def _part(world: World, robot: str, pilot: Pilot, moves: tuple[Move, ...]) -> Part:
+    """Return a part that ends where courses end: past a hoop, at the robot's end point, or else inside the last region."""
     mission = world.mission
     leaves = True
     if moves and moves[-1].visit.region not in mission.hoops:
         end = mission.agents[robot].end
         leaves = end is not None and world.regions_at(np.array([end], dtype=np.float64)) != [moves[-1].visit.region]
-    return Itinerary(pilot.where, moves, leaves)
+    return Part(pilot.where, moves, leaves)
 
 
 def better_hands(
@@ -96,7 +96,7 @@ def may_change(world: World, reader: Reader, standing: Standing, pilots: Mapping
     if giver.moves[kept].visit.region not in world.neighbours.get(taker.where.vertex, ()):
         return False
     states = standing.settled
-    for letter in Itinerary(giver.where, giver.moves[:kept]).ahead(world):
+    for letter in Part(giver.where, giver.moves[:kept]).ahead(world):
         states = frozenset(reader.successor(state, letter) for state in states)
     if not reader.divides(states, begun=standing.settled):
         return False

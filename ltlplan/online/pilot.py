@@ -13,12 +13,12 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan import online_cross_entropy as online
-from ltlplan.allocation import Itinerary, Move, Whereabouts, World
+from ltlplan.allocation import Move, Part, Whereabouts, World
 from ltlplan.cost import Sampling, WeightedCost, cost_of
 from ltlplan.mtac import calmed
-from ltlplan.online_course import GLIDE, Clock, course_of
-from ltlplan.online_cross_entropy import OnlineSettings, OnlineState
+from ltlplan.online import cross_entropy
+from ltlplan.online.course import GLIDE, Clock, course_of
+from ltlplan.online.cross_entropy import OnlineSettings, OnlineState
 from ltlplan.path_search import PathProblem, path_problem
 from ltlplan.quantile import square_root
 from verify.data import Letter, Mission, RobotPlan
@@ -58,7 +58,7 @@ class Passage:
 
 
 class Pilot:
-    """One robot in flight. It changes as it flies; `online.OnlineTeam` drives it.
+    """One robot in flight. It changes as it flies; `online.team.OnlineTeam` drives it.
 
     Attributes:
         name: The robot.
@@ -129,10 +129,10 @@ class Pilot:
         last = k == len(self.moves) - 1
         return move.letters if last and not self.leaves else (*move.letters, self.world.free_letter(move.internal))
 
-    def take(self, itinerary: Itinerary, plan: RobotPlan, rng: Generator) -> None:
-        """Begin an itinerary along a plan that starts where the robot hovers."""
-        self.moves, self.leaves, self.shown, self.entered, self.stop = itinerary.moves, itinerary.leaves, 0, False, False
-        starts_inside = itinerary.where.inside is not None
+    def take(self, part: Part, plan: RobotPlan, rng: Generator) -> None:
+        """Begin a part along a plan that starts where the robot hovers."""
+        self.moves, self.leaves, self.shown, self.entered, self.stop = part.moves, part.leaves, 0, False, False
+        starts_inside = part.where.inside is not None
         in_place = bool(self.moves) and self.moves[0].in_place
         self.visit = 0 if in_place or not starts_inside else 1
         self.detour = () if in_place or not starts_inside or not self.moves else (self.world.free_letter(self.where.internal),)
@@ -220,7 +220,7 @@ class Pilot:
             self._search_anew(rng)
             if self.state is None:
                 return
-        drawn = online.ask_all(self.state, rng, paths)
+        drawn = cross_entropy.ask_all(self.state, rng, paths)
         # the last two candidates are the row's mean and what is flown now
         trial = np.repeat(self.base[None], paths + 2, axis=0)
         trial[:paths, self.free] += np.einsum("ij,bjk->bik", self.smooth, drawn)
@@ -233,7 +233,7 @@ class Pilot:
             near = self._too_near(flown.axes(0), obstacles, separation)
             costs = np.where(near, np.inf, costs)
         told = valid & np.isfinite(costs)
-        self.state = online.tell_all(self.state, drawn, costs[:paths], told[:paths], settings=self.settings)
+        self.state = cross_entropy.tell_all(self.state, drawn, costs[:paths], told[:paths], settings=self.settings)
         best = int(np.argmin(np.where(told[: paths + 1], costs[: paths + 1], np.inf)))
         if told[best] and costs[best] < min(self.better_cost, float(costs[paths + 1])):
             self.better, self.better_cost = trial[best], float(costs[best])
@@ -287,7 +287,7 @@ class Pilot:
         mean, spread = np.zeros((len(self.free), 3)), 1.0
         if known is not None:
             mean, spread = np.linalg.solve(self.smooth, known[0][self.free] - self.base[self.free]), known[1]
-        self.state = online.start(np.asarray(mean[None], dtype=np.float64), spread**2, rng, settings=self.settings)
+        self.state = cross_entropy.start(np.asarray(mean[None], dtype=np.float64), spread**2, rng, settings=self.settings)
 
     def _too_near(self, positions: Floats, obstacles: Floats, separation: float) -> NDArray[np.bool_]:
         """Tell for each path whether what is ahead of the robot comes too near to robots that stand still."""

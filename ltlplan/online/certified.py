@@ -19,10 +19,10 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ltlplan.automata import DEAD
-from ltlplan.online import PERIOD, Desired, OnlineTeam
-from ltlplan.online_course import ORDERS, Clock, through_clock
-from ltlplan.online_events import changed, rim_distance
-from ltlplan.online_pilot import Pilot
+from ltlplan.online.course import ORDERS, Clock, through_clock
+from ltlplan.online.events import changed, rim_distance
+from ltlplan.online.pilot import Pilot
+from ltlplan.online.team import PERIOD, Desired, OnlineTeam
 from ltlplan.pipeline import certified_team, plan
 from verify.data import Formula, Infeasible, Letter, LtlplanError, Mission, NotCertified, Plan, Trajectory, Unsatisfiable
 from verify.data.formula import FALSE, TRUE

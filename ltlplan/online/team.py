@@ -8,10 +8,10 @@ online cross-entropy; the flag says when the formula is satisfied. What the prin
   condition is asked again several times a second: a part that nobody has begun, and whose beginning is in the decomposition
   set of the states that the automaton may be in now (what is done is done), goes to another robot where that is clearly cheaper.
 * A robot that has begun a part outside the decomposition set keeps it to its end, as the paper says.
-* The states are a set, because robots fly at the same time (`online_progress`); a robot that comes to a region enters
+* The states are a set, because robots fly at the same time (`online.progress`); a robot that comes to a region enters
   it only if the team can still finish afterwards, whatever the order of the events; otherwise it waits on its path.
 * The desired pose is not the raw sample at time t, which would jump by decimetres 50 times a second. Robots glide to a
-  sampled path where it is cheaper than the one that they fly (`online_course`).
+  sampled path where it is cheaper than the one that they fly (`online.course`).
 * Robots keep the mission's separation by waiting; one that hovers is flown around.
 
 None of this is certified: sampled paths, measured positions, no bound on what the vehicle does. The verdict on what was flown
@@ -29,14 +29,14 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.allocation import Itinerary, Whereabouts, World
+from ltlplan.allocation import Part, Whereabouts, World
 from ltlplan.hoops import route
 from ltlplan.mtac import metric
-from ltlplan.online_cross_entropy import OnlineSettings
-from ltlplan.online_events import HoopMoves, RobotJoins, RobotLeaves, WorldEvent
-from ltlplan.online_pilot import Pilot
-from ltlplan.online_progress import MAX_TOGETHER, Standing, admits, at_start, can_finish
-from ltlplan.online_switch import Handover, better_hands, may_change
+from ltlplan.online.cross_entropy import OnlineSettings
+from ltlplan.online.events import HoopMoves, RobotJoins, RobotLeaves, WorldEvent
+from ltlplan.online.pilot import Pilot
+from ltlplan.online.progress import MAX_TOGETHER, Standing, admits, at_start, can_finish
+from ltlplan.online.switch import Handover, better_hands, may_change
 from ltlplan.team_reader import Reader
 from ltlplan.team_walk import Options, Walker
 from verify.data import BadInput, Infeasible, Letter, LtlplanError, Mission, RobotPlan, Unsatisfiable, Word
@@ -149,7 +149,7 @@ class OnlineTeam:
             Infeasible: A part has no way that keeps clear.
         """
         for pilot in self.pilots.values():
-            pilot.take(Itinerary(pilot.where), self._plan(pilot, Itinerary(pilot.where)), self.rng)
+            pilot.take(Part(pilot.where), self._plan(pilot, Part(pilot.where)), self.rng)
         blocked: set[tuple[str, tuple]] = set()
         try:
             for _ in range(MAX_ATTEMPTS):
@@ -373,12 +373,12 @@ class OnlineTeam:
 
     # -- who does what -------------------------------------------------------------------------------------
 
-    def _share_out(self, blocked: set[tuple[str, tuple]]) -> dict[str, Itinerary]:
+    def _share_out(self, blocked: set[tuple[str, tuple]]) -> dict[str, Part]:
         """Return a cheapest way to share what is left, by straight lines."""
         leg = metric(self.mission)
         starts = {name: pilot.where for name, pilot in self.pilots.items()}
 
-        def price(robot: str, part: Itinerary) -> float:
+        def price(robot: str, part: Part) -> float:
             if (robot, part.moves) in blocked:
                 return math.inf
             position, total = part.where.position, 0.0
@@ -388,7 +388,7 @@ class OnlineTeam:
                     position = self.world.after(move).position
             return total
 
-        def holds(parts: Mapping[str, Itinerary]) -> bool:
+        def holds(parts: Mapping[str, Part]) -> bool:
             return can_finish(self.standing, {robot: part.ahead(self.world) for robot, part in parts.items()})
 
         begun = self.standing.settled
@@ -405,7 +405,7 @@ class OnlineTeam:
             )
         return dict(best.parts)
 
-    def _laid(self, parts: Mapping[str, Itinerary]) -> tuple[str, tuple] | None:
+    def _laid(self, parts: Mapping[str, Part]) -> tuple[str, tuple] | None:
         """Give robots their parts and courses; return a part that has no way, if there is one."""
         plans = {}
         for name, part in parts.items():
@@ -417,7 +417,7 @@ class OnlineTeam:
             self.pilots[name].take(part, plans[name], self.rng)
         return None
 
-    def _plan(self, pilot: Pilot, part: Itinerary) -> RobotPlan:
+    def _plan(self, pilot: Pilot, part: Part) -> RobotPlan:
         """Lay the way of one robot from where it hovers."""
         agent = self.mission.agents[pilot.name].model_copy(update={"start": pilot.where.position})
         here = self.mission.model_copy(update={"agents": {pilot.name: agent}})

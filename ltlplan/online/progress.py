@@ -16,10 +16,11 @@ the flown word satisfies the formula once all have finished. This steers; the ve
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Container, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, Protocol
+from typing import Literal
 
+from ltlplan.allocation import Accepting, State
 from verify.data import BadInput
 from verify.data.word import Letter
 
@@ -33,23 +34,8 @@ MAX_GRID = 600
 """Interleavings of letters that are looked at before robots may enter regions side by side; beyond, one waits."""
 
 Reading = Literal["own", "joint"]
-State = Hashable
-"""A state of the automaton, its dead state included."""
-
 Pair = tuple[State, frozenset[Letter]]
 Ahead = Mapping[str, Sequence[Letter]]
-
-
-class Accepting(Protocol):
-    """What this module needs of an automaton; `ltlplan.translate` returns one."""
-
-    @property
-    def initial(self) -> Hashable: ...  # noqa: D102
-
-    @property
-    def accepting(self) -> Container[Any]: ...  # noqa: D102
-
-    def successor(self, state: Any, letter: Letter, /) -> Hashable: ...  # noqa: D102
 
 
 @dataclass(frozen=True, slots=True)
