@@ -78,7 +78,7 @@ class _Shape:
     objective: Objective
     limited: tuple[str, ...]
     instants: int
-    balls: int
+    balls: tuple[int, ...]
     planes: int
     cycle: int | None
 
@@ -129,7 +129,8 @@ def _shape(problem: Timing) -> _Shape:
     limited = tuple(name for name, there in present.items() if there)
     count = np.bincount([piece for piece, _ in problem.corridors], minlength=pieces) if problem.corridors else np.zeros(1, int)
     planes = int(count.max())
-    return _Shape(pieces, problem.objective, limited, problem.instants, len(problem.within), planes, problem.cycle)
+    balls = tuple(node for node, _ in problem.within)
+    return _Shape(pieces, problem.objective, limited, problem.instants, balls, planes, problem.cycle)
 
 
 # The unknowns of a node are scaled so that all are of the order of one: m, m/s, and tenths and hundredths of the rest.
@@ -182,9 +183,8 @@ def _parameters(problem: Timing, shape: _Shape) -> Floats:
         planes[piece, used[piece]] = [*plane.normal, plane.offset, float(plane.onward)]
         used[piece] += 1
     balls = [np.concatenate([(body.root @ body.centre), body.root.ravel()]) for _, body in problem.within]
-    which = [float(node) for node, _ in problem.within]
     per_piece = np.concatenate([np.where(np.isfinite(speeds), speeds, 1e3)[:, None], planes.reshape(pieces, -1)], axis=1)
-    return np.concatenate([numbers, [problem.weight], per_piece.ravel(), *balls, which])
+    return np.concatenate([numbers, [problem.weight], per_piece.ravel(), *balls])
 
 
 def _finite(value: float) -> float:
@@ -193,48 +193,85 @@ def _finite(value: float) -> float:
 
 def _constraint_bounds(shape: _Shape) -> tuple[Floats, Floats]:
     """Return bounds on the constraints, which are all written as value <= 0 except for a fixed total time or a closed cycle."""
-    per_piece = _count(shape)
-    equalities = (shape.objective == "snap") + (_NODE if shape.cycle is not None else 0)
-    low = np.concatenate([np.full(per_piece * shape.pieces + shape.balls, -np.inf), np.zeros(equalities)])
+    low = np.zeros(_constraints(shape))
+    low[: _count(shape) * shape.pieces + len(shape.balls)] = -np.inf
     return low, np.zeros(len(low))
 
 
+def _constraints(shape: _Shape) -> int:
+    inequalities = _count(shape) * shape.pieces + len(shape.balls)
+    return inequalities + (shape.objective == "snap") + (_NODE if shape.cycle is not None else 0)
+
+
 def _count(shape: _Shape) -> int:
+    """Return the number of a piece's constraints."""
     rows = sum({"tilt": 1, "rotors": 2}.get(name, 1) for name in shape.limited)
     return rows * shape.instants + shape.planes * SIZE
 
 
 @lru_cache(maxsize=32)
 def _solver(shape: _Shape, seconds: float) -> Any:
-    """Return the compiled programme of a shape."""
-    nodes = shape.pieces + 1
-    states = ca.MX.sym("states", _NODE, nodes)
-    times = ca.MX.sym("times", shape.pieces)
-    numbers, weight = ca.MX.sym("limits", _LIMITS), ca.MX.sym("weight")
-    own = ca.MX.sym("own", _SPEED + 5 * shape.planes, shape.pieces)
-    balls, which = ca.MX.sym("balls", 12, shape.balls), ca.MX.sym("which", shape.balls)
-    piece = _piece(shape).map(shape.pieces)
-    cost, rows = piece(states[:, :-1], states[:, 1:], times.T, ca.repmat(numbers, 1, shape.pieces), own)
+    """Return the compiled programme of a shape.
+
+    Derivatives are put together from those of one piece, which are written out once and mapped over the pieces: several
+    times faster than to have them taken from the whole programme, to compile as well as to evaluate.
+    """
+    nodes, unknowns = shape.pieces + 1, (shape.pieces + 1) * _NODE + shape.pieces
+    x, numbers, weight = ca.MX.sym("x", unknowns), ca.MX.sym("limits", _LIMITS), ca.MX.sym("weight")
+    own, balls = ca.MX.sym("own", _SPEED + 5 * shape.planes, shape.pieces), ca.MX.sym("balls", 12, len(shape.balls))
+    given = ca.veccat(numbers, weight, own, balls)
+    states, times = ca.reshape(x[: nodes * _NODE], _NODE, nodes), x[nodes * _NODE :]
+    functions = (function.map(shape.pieces) for function in _piece(shape.limited, shape.instants, shape.planes))
+    value, cost_slope, rows_slope, bend = functions
+    local = ca.vertcat(states[:, :-1], states[:, 1:], times.T)
+    data = (ca.repmat(numbers, 1, shape.pieces), own)
+    cost, rows = value(local, *data)
     total = ca.sum1(times)
-    constraints = [ca.vec(rows)]
-    for index in range(shape.balls):
-        position = states[:3, :] @ _one_hot(which[index], nodes)
-        offset = ca.reshape(balls[3:, index], 3, 3).T @ position - balls[:3, index]
+    share = {"time": 0.0, "snap": 1.0, "blend": 1.0 / weight}[shape.objective]
+    constant = 0.0 if shape.objective == "snap" else 1.0
+    columns = np.array([[*range(_NODE * k, _NODE * (k + 2)), nodes * _NODE + k] for k in range(shape.pieces)])
+    lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", _constraints(shape))
+
+    size, count = len(columns[0]), _count(shape)
+    constraints, jacobian = [ca.vec(rows)], [ca.vec(rows_slope(local, *data))]
+    at: list[Any] = [np.repeat(np.arange(shape.pieces * count).reshape(-1, 1, count), size, axis=1), np.repeat(columns, count)]
+    multipliers = ca.reshape(lam_g[: shape.pieces * count], count, shape.pieces)
+    hessian = [ca.vec(bend(local, *data, ca.repmat(lam_f * share, 1, shape.pieces), multipliers))]
+    where: list[Any] = [np.tile(columns[:, None, :], (1, size, 1)), np.tile(columns[:, :, None], (1, 1, size))]
+    row = shape.pieces * count
+
+    def entries(rows_: Any, columns_: Any, values: Any) -> None:
+        at[0], at[1] = np.append(at[0], rows_), np.append(at[1], columns_)
+        jacobian.append(ca.vec(values))
+
+    for index, node in enumerate(shape.balls):
+        root, place = ca.reshape(balls[3:, index], 3, 3).T, np.arange(3) + node * _NODE
+        offset = root @ states[:3, node] - balls[:3, index]
         constraints.append(ca.sumsqr(offset) - 1.0)
+        entries(np.full(3, row), place, 2.0 * (root.T @ offset))
+        where[0], where[1] = np.append(where[0], np.tile(place, 3)), np.append(where[1], np.repeat(place, 3))
+        hessian.append(ca.vec(2.0 * lam_g[row] * (root.T @ root)))
+        row += 1
     if shape.objective == "snap":
         constraints.append(total - numbers[_LIMITS - 1])
+        entries(np.full(shape.pieces, row), nodes * _NODE + np.arange(shape.pieces), ca.DM.ones(shape.pieces))
+        row += 1
     if shape.cycle is not None:
         constraints.append(states[:, -1] - states[:, shape.cycle])
-    objective = {"time": total, "snap": ca.sum2(cost), "blend": ca.sum2(cost) / weight + total}[shape.objective]
-    programme = {
-        "x": ca.veccat(states, times),
-        "f": objective,
-        "g": ca.vertcat(*constraints),
-        "p": ca.veccat(numbers, weight, own, balls, which),
-    }
+        for node, sign in ((nodes - 1, 1.0), (shape.cycle, -1.0)):
+            entries(row + np.arange(_NODE), node * _NODE + np.arange(_NODE), sign * ca.DM.ones(_NODE))
+    objective = share * ca.sum2(cost) + constant * total
+    gradient = share * _gathered((unknowns, 1), columns.ravel(), np.zeros(columns.size, int), ca.vec(cost_slope(local)))
+    gradient += ca.vertcat(ca.DM.zeros(nodes * _NODE), constant * ca.DM.ones(shape.pieces))
+    every = ca.vertcat(*constraints)
+    slopes = _gathered((_constraints(shape), unknowns), at[0].ravel(), at[1].ravel(), ca.vertcat(*jacobian))
+    bends = _gathered((unknowns, unknowns), where[0].ravel(), where[1].ravel(), ca.vertcat(*hessian), upper=True)
     options = {
         "print_time": False,
         "error_on_fail": False,
+        "grad_f": ca.Function("grad_f", [x, given], [objective, gradient]),
+        "jac_g": ca.Function("jac_g", [x, given], [every, slopes]),
+        "hess_lag": ca.Function("hess_lag", [x, given, lam_f, lam_g], [bends]),
         "ipopt.print_level": 0,
         "ipopt.sb": "yes",
         "ipopt.max_iter": ITERATIONS,
@@ -243,22 +280,39 @@ def _solver(shape: _Shape, seconds: float) -> Any:
         "ipopt.constr_viol_tol": 1e-7,
         "ipopt.mu_strategy": "monotone" if shape.objective == "time" else "adaptive",
     }
-    return ca.nlpsol("timing", "ipopt", programme, options)
+    return ca.nlpsol("timing", "ipopt", {"x": x, "f": objective, "g": every, "p": given}, options)
+
+
+def _gathered(
+    shape: tuple[int, int], rows: NDArray[np.int64], columns: NDArray[np.int64], values: Any, *, upper: bool = False
+) -> Any:
+    """Return the sparse matrix whose entries are the values at these places, added up where places repeat."""
+    kept = np.flatnonzero(rows <= columns) if upper else np.arange(len(rows))
+    places, entry = np.unique(columns[kept] * shape[0] + rows[kept], return_inverse=True)
+    pattern = ca.Sparsity.triplet(*shape, (places % shape[0]).tolist(), (places // shape[0]).tolist())
+    adding = ca.Sparsity.triplet(len(places), len(rows), entry.tolist(), kept.tolist())
+    return ca.MX(pattern, ca.DM(adding, 1.0) @ values)
 
 
 def forget() -> None:
     """Drop all compiled programmes, so that the next solve pays for its own (for measurements)."""
     _solver.cache_clear()
+    _piece.cache_clear()
 
 
-def _one_hot(index: Any, size: int) -> Any:
-    return ca.if_else(ca.DM(range(size)) == index, 1.0, 0.0)
+@lru_cache(maxsize=32)
+def _piece(limited: tuple[str, ...], instants: int, planes: int) -> tuple[Any, Any, Any, Any]:
+    """Return the functions of one piece.
 
+    They take its unknowns (the states at its ends and its duration), the limits, and its own speed limit and planes.
 
-def _piece(shape: _Shape) -> Any:
-    """Return the function of one piece: its snap cost, and its constraints as values that must be <= 0."""
-    begin, end, time = ca.SX.sym("begin", _NODE), ca.SX.sym("end", _NODE), ca.SX.sym("time")
-    numbers, own = ca.SX.sym("limits", _LIMITS), ca.SX.sym("own", _SPEED + 5 * shape.planes)
+    Returns:
+        Its snap cost, and its constraints as values that must be <= 0; the cost's gradient, which needs the unknowns only;
+        the constraints' Jacobian; and the Hessian of cost and constraints, summed with multipliers.
+    """
+    local = ca.SX.sym("local", 2 * _NODE + 1)
+    begin, end, time = ca.vertsplit(local, [0, _NODE, 2 * _NODE, 2 * _NODE + 1])
+    numbers, own = ca.SX.sym("limits", _LIMITS), ca.SX.sym("own", _SPEED + 5 * planes)
     powers = [ca.SX(1)]
     for _ in range(SIZE - 1):
         powers.append(powers[-1] * time)
@@ -270,17 +324,25 @@ def _piece(shape: _Shape) -> Any:
             )
     coefficients = ca.DM(HERMITE) @ unit
     snap = ca.sum1(ca.sum2(unit * (ca.DM(SNAP) @ unit))) / powers[7]
-    instants = np.linspace(0.0, 1.0, shape.instants)
-    rows: list[Any] = []
-    for at in instants:
+    values: list[Any] = []
+    for at in np.linspace(0.0, 1.0, instants):
         v, a, j, s = (_derivative(coefficients, powers, float(at), d) for d in (1, 2, 3, 4))
-        rows += _limit_rows(shape.limited, v, a, j, s, numbers, own[0])
+        values += _limit_rows(limited, v, a, j, s, numbers, own[0])
     points = ca.DM(bernstein_matrix()) @ coefficients
-    for index in range(shape.planes):
+    for index in range(planes):
         normal, offset, onward = ca.vertsplit(own[_SPEED + 5 * index : _SPEED + 5 * index + 5], [0, 3, 4, 5])
         before = ca.vertcat(points[0, :], points[:-1, :])  # the first point is no step: its row then reads offset <= 0
-        rows.append(offset - (points - onward * before) @ normal)
-    return ca.Function("piece", [begin, end, time, numbers, own], [snap, ca.vertcat(*rows) if rows else ca.SX(0, 1)])
+        values.append(offset - (points - onward * before) @ normal)
+    rows = ca.vertcat(*values) if values else ca.SX(0, 1)
+    weight, multipliers = ca.SX.sym("weight"), ca.SX.sym("multipliers", rows.shape[0])
+    hessian, _ = ca.hessian(weight * snap + ca.dot(multipliers, rows), local)
+    given = [local, numbers, own]
+    return (
+        ca.Function("value", given, [snap, rows]),
+        ca.Function("cost_slope", [local], [ca.densify(ca.gradient(snap, local))]),
+        ca.Function("rows_slope", given, [ca.densify(ca.jacobian(rows, local))]),
+        ca.Function("bend", [*given, weight, multipliers], [ca.densify(hessian)]),
+    )
 
 
 def _derivative(coefficients: Any, powers: list[Any], at: float, derivative: int) -> Any:
