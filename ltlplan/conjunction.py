@@ -70,7 +70,7 @@ class Deterministic:
         self.automaton = automaton
         self.initial = automaton.initial
         self.identity = tuple(automaton.states)
-        self._letters = letters
+        self.views, self.view = _views(automaton, letters)
         self._rows: list[list[int] | None] = [None] * len(automaton.edges)
 
     def row(self, state: int) -> list[int]:
@@ -78,8 +78,8 @@ class Deterministic:
         row = self._rows[state]
         if row is None:
             holds, edges = self.automaton.guards.holds, self.automaton.edges[state]
-            row = [next((t for guard, t in edges if holds(guard, letter)), DEAD) for letter in self._letters]
-            self._rows[state] = row
+            after = [next((t for guard, t in edges if holds(guard, view)), DEAD) for view in self.views]
+            row = self._rows[state] = [after[view] for view in self.view]
         return row
 
     def accepting(self, state: int) -> bool:
@@ -104,7 +104,7 @@ class Subsets:
 
     def __init__(self, automaton: Automaton, letters: Sequence[Letter]) -> None:
         self.automaton = automaton
-        self._letters = letters
+        self.views, self.view = _views(automaton, letters)
         self._masks: list[int] = []
         self._numbers: dict[int, int] = {}
         self._rows: list[list[int] | None] = []
@@ -118,8 +118,8 @@ class Subsets:
         found = self._steps[state]
         if found is None:
             successors = self.automaton.successors
-            found = [sum(1 << target for target in successors(state, letter)) for letter in self._letters]
-            self._steps[state] = found
+            masks = [sum(1 << target for target in successors(state, view)) for view in self.views]
+            found = self._steps[state] = [masks[view] for view in self.view]
         return found
 
     def _number(self, mask: int) -> int:
@@ -368,6 +368,10 @@ class Kinds:
             found = self._read[kind, letter] = tuple(p.read(k, letter) for p, k in zip(self.parts, kind, strict=True))
         return found
 
+    def compose(self, first: Kind, second: Kind) -> Kind:
+        """Return the kind of a word of one kind followed by one of another."""
+        return tuple(part.compose(a, b) for part, a, b in zip(self.parts, first, second, strict=True))
+
     def of(self, letters: Iterable[int]) -> Kind:
         """Return the kind of a word."""
         kind = self.identity
@@ -469,6 +473,14 @@ class OrderCheck:
                 if not part.accepting(state):
                     return order
         return None
+
+
+def _views(automaton: Automaton, letters: Sequence[Letter]) -> tuple[list[Letter], list[int]]:
+    """Return what an automaton sees of some letters: the different views, and the number of each letter's view."""
+    seen = frozenset(automaton.propositions)
+    numbers: dict[Letter, int] = {}
+    view = [numbers.setdefault(letter & seen, len(numbers)) for letter in letters]
+    return list(numbers), view
 
 
 def _bits(mask: int) -> Iterator[int]:

@@ -7,15 +7,15 @@ cost, and what the one that flies has cost so far. A path is dropped only where 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
 
 from ltlplan.automata import DEAD
 from ltlplan.budget import Budget
-from ltlplan.conjunction import Kind, Kinds, OrderCheck, Task
-from ltlplan.guide import LOST, Guide
-from ltlplan.team_search import Checked, Team, TeamRun, letters_of, plan_team
+from ltlplan.conjunction import Kinds, OrderCheck, Task
+from ltlplan.guide import LOST
+from ltlplan.team import Roads, Team
+from ltlplan.team_search import Checked, Situations, TeamRun, moves, plan_team
 
-_Key = tuple[int, int, Kind, tuple[Kind, ...]]
+_Key = tuple[int, int, int]  # which robot flies, at which node, in which situation
 
 
 def plan_longest(team: Team, task: Task, budget: Budget) -> tuple[Checked, float, bool]:
@@ -26,16 +26,16 @@ def plan_longest(team: Team, task: Task, budget: Budget) -> tuple[Checked, float
     Raises:
         TooLarge: Not even the smallest sum was found within the budget.
     """
-    everything, check = Kinds(task), OrderCheck(task)
+    roads, everything, check = Roads(team, task), Kinds(task), OrderCheck(task)
     tried, refused, first = 0, None, None
     apart: set[int] = set()  # conjuncts to which what words do is kept apart: those that some order broke
     while True:
-        found, bound, exhausted, more = _search(team, task, sorted(apart), budget)
+        found, bound, exhausted, more = _search(roads, Situations(roads, task, sorted(apart)), budget)
         tried += more
         first = first or found
         if not exhausted:
             return plan_team(team, task, budget), bound, False
-        kinds = [] if found is None else [everything.of(letters) for letters in letters_of(team, found)]
+        kinds = [] if found is None else [everything.of(letters) for letters in team.letters_of(found.paths)]
         broken = check.failing_parts(kinds) if kinds else ()
         if not broken:
             return Checked(found, first, max(tried, 1), refused), bound, True
@@ -43,17 +43,13 @@ def plan_longest(team: Team, task: Task, budget: Budget) -> tuple[Checked, float
         apart.update(broken)
 
 
-def _search(team: Team, task: Task, apart: Sequence[int], budget: Budget) -> tuple[TeamRun | None, float, bool, int]:
+def _search(roads: Roads, situations: Situations, budget: Budget) -> tuple[TeamRun | None, float, bool, int]:
     """Return a best run that keeps the conjuncts kept apart in every order, its bound, whether it is one, and plans tried."""
-    kinds, check = Kinds(task, apart), OrderCheck(task, apart)
-    last = len(team.systems) - 1
-    label, final, robot, edges = team.label, team.final, team.robot, team.edges
-    guide = Guide(task, team.entering)
-    begin = task.row(task.initial)[label[team.start[0]]]
-    if begin == DEAD or guide(begin) == LOST:
+    last = len(roads.start) - 1
+    begin = situations.after(situations.initial, roads.label[0][roads.start[0]])
+    if begin == DEAD:
         return None, LOST, True, 0
-    start: _Key = (begin, team.start[0], kinds.read(kinds.identity, label[team.start[0]]), ())
-    entries: list[tuple[_Key, int]] = [(start, -1)]
+    entries: list[tuple[_Key, int]] = [((0, roads.start[0], begin), -1)]
     heap: list[tuple[float, float, int, float, float, bool]] = [(0.0, 0.0, 0, 0.0, 0.0, False)]
     fronts: dict[_Key, list[tuple[float, float]]] = {}
     explored = tried = 0
@@ -62,8 +58,8 @@ def _search(team: Team, task: Task, apart: Sequence[int], budget: Budget) -> tup
         key, _ = entries[entry]
         if complete:
             tried += 1
-            if check.failing_order([*key[3], key[2]]) is None:
-                return TeamRun(_paths(team, entries, entry), bound, explored, len(entries)), bound, True, tried
+            if situations.holds_in_every_order(key[2]):
+                return TeamRun(_paths(roads, entries, entry), bound, explored, len(entries)), bound, True, tried
             continue
         front = fronts.setdefault(key, [])
         if any(m <= dearest and c <= own for m, c in front):
@@ -72,43 +68,31 @@ def _search(team: Team, task: Task, apart: Sequence[int], budget: Budget) -> tup
         explored += 1
         if explored > budget.states // 10 or tried > budget.candidates:
             return None, bound, False, tried
-        state, node, kind, done = key
-        row = task.row(state)
+        robot, node, at = key
         following: list[tuple[_Key, float, float, float]] = []
-        ending = final[node]
-        if ending is not None and robot[node] < last:
-            target = team.start[robot[node] + 1]
-            after = row[label[target]]
-            finished = done if kind == kinds.identity else tuple(sorted((*done, kind)))
-            if after != DEAD and check.failing_order(finished, finished=False) is None:
-                fresh = kinds.read(kinds.identity, label[target])
-                following.append(((after, target, fresh, finished), max(dearest, own + ending), 0.0, total + ending))
-        elif ending is not None and task.is_accepting(state):
+        ending = roads.ways(robot, node).ending
+        if ending is not None and robot < last:
+            target = roads.start[robot + 1]
+            between = situations.handed_over(at)
+            after = DEAD if between == DEAD else situations.after(between, roads.label[robot + 1][target])
+            if after != DEAD:
+                following.append(((robot + 1, target, after), max(dearest, own + ending), 0.0, total + ending))
+        elif ending is not None and situations.is_accepting(at):
             heapq.heappush(heap, (max(dearest, own + ending), total + ending, entry, dearest, own, True))
-        still = row[label[node]] == state
-        for target, step in edges[node]:
-            after = row[label[target]]
-            if after == DEAD:
-                continue
-            kind_after = kinds.read(kind, label[target])
-            if kinds.loses(kind_after):
-                continue
-            same = after == state and still and kind_after == kind and kinds.read(kind, label[node]) == kind
-            if same and team.useless(node, target, step):
-                continue
-            following.append(((after, target, kind_after, done), dearest, own + step + 1e-10, total + step))
+        for target, after, step in moves(roads, situations, robot, node, at):
+            following.append(((robot, target, after), dearest, own + step, total + step))
         for target_key, m, c, whole in following:
-            rest = guide(target_key[0])
-            if rest < LOST and not any(a <= m and b <= c for a, b in fronts.get(target_key, ())):
-                left = last - robot[target_key[1]] + 1
+            rest = situations.rest[target_key[2]]
+            if not any(a <= m and b <= c for a, b in fronts.get(target_key, ())):
+                left = last - target_key[0] + 1
                 entries.append((target_key, entry))
                 heapq.heappush(heap, (max(m, c, (c + rest) / left), whole, len(entries) - 1, m, c, False))
     return None, LOST, True, tried
 
 
-def _paths(team: Team, entries: list[tuple[_Key, int]], at: int) -> tuple[tuple[int, ...], ...]:
-    paths: list[list[int]] = [[] for _ in team.systems]
+def _paths(roads: Roads, entries: list[tuple[_Key, int]], at: int) -> tuple[tuple[int, ...], ...]:
+    paths: list[list[int]] = [[] for _ in roads.start]
     while at >= 0:
-        key, at = entries[at]
-        paths[team.robot[key[1]]].append(key[1] - team.offset[team.robot[key[1]]])
-    return tuple(tuple(reversed(path)) for path in paths)
+        (robot, node, _), at = entries[at]
+        paths[robot].append(node)
+    return tuple(roads.expand(robot, path[::-1]) for robot, path in enumerate(paths))

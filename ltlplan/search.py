@@ -19,7 +19,8 @@ from ltlplan.conjunction import Task, conjunct_automata
 from ltlplan.joint import joint_possible, plan_joint
 from ltlplan.longest import plan_longest
 from ltlplan.systems import Cost, Node, Systems, TransitionSystem
-from ltlplan.team_search import Checked, Team, plan_team
+from ltlplan.team import Team
+from ltlplan.team_search import Checked, plan_team
 from verify.data import Formula, InternalError, Letter, Mission, Unsatisfiable, Visit, Word
 
 WORD_STATES = 10_000  # states for looking for a cheaper infinite word than the planning automaton's

@@ -1,26 +1,24 @@
 """The cheapest way for a team to share a task: paths of the team automaton T (2022 paper, Defs. 4.6 and 4.7).
 
-T is walked robot by robot, in one fixed order, and made as it is walked. Every plan whose words keep the task in all orders
-is a path of T in the fixed order too, if robots may be switched in every state; so a cheapest path is a lower bound, and it
-is the optimum as soon as its words pass in all orders. The decomposition set would only let some of these switches pass
-without looking at the words. Where the cheapest path is refused, the search begins again and also keeps apart what each
-robot's word does (its kind) to the conjuncts that some order broke, so that no refused combination of kinds comes twice.
+T is walked robot by robot, in one fixed order, and made as it is walked, over the nodes that matter (`team`). Every plan
+whose words keep the task in all orders is a path of T in the fixed order too, if robots may be switched in every state; so
+a cheapest path is a lower bound, and it is the optimum as soon as its words pass in all orders. The decomposition set would
+only let some of these switches pass without looking at the words. Where the cheapest path is refused, the search begins
+again and also keeps apart what each robot's word does (its kind) to the conjuncts that some order broke, so that no refused
+combination of kinds comes twice.
 """
 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ltlplan.automata import DEAD
 from ltlplan.budget import Budget, TooLarge
 from ltlplan.conjunction import Kind, Kinds, OrderCheck, Task
 from ltlplan.guide import LOST, Guide
-from ltlplan.systems import TransitionSystem
-from verify.data import Letter
-
-_Key = tuple[int, int, Kind, tuple[Kind, ...]]
+from ltlplan.team import Roads, Team
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,135 +36,6 @@ class TeamRun:
     cost: float
     explored: int
     reached: int
-
-
-class Team:
-    """The systems of all robots laid side by side, with their letters numbered.
-
-    Attributes:
-        letters: All letters that any robot can show.
-        start: Index of each robot's first node.
-    """
-
-    def __init__(self, systems: Sequence[TransitionSystem]) -> None:
-        numbers: dict[Letter, int] = {}
-        self.systems = tuple(systems)
-        self.start: list[int] = []
-        self.label: list[int] = []
-        self.edges: list[list[tuple[int, float]]] = []
-        self.final: list[float | None] = []
-        self.robot: list[int] = []
-        self.offset: list[int] = []
-        for index, system in enumerate(systems):
-            base = len(self.label)
-            self.offset.append(base)
-            self.start.append(base + system.initial)
-            self.label += [numbers.setdefault(label, len(numbers)) for label in system.labels]
-            self.edges += [[(base + target, cost) for target, cost in edges] for edges in system.edges]
-            final = system.final
-            self.final += [0.0] * len(system.labels) if final is None else [final.get(i) for i in range(len(system.labels))]
-            self.robot += [index] * len(system.labels)
-        self.letters = tuple(numbers)
-        self.entering = [float("inf")] * len(numbers)
-        for start in self.start:
-            self.entering[self.label[start]] = 0.0  # robots begin there at no cost
-        for edges in self.edges:
-            for target, cost in edges:
-                if cost < self.entering[self.label[target]]:
-                    self.entering[self.label[target]] = cost
-        self._through: dict[tuple[int, int], bool] = {}
-
-    def __len__(self) -> int:
-        return len(self.label)
-
-    def useless(self, source: int, target: int, cost: float) -> bool:
-        """Tell whether passing through `target` gains nothing where its letter changes nothing.
-
-        So it is where `target` only leads on to a node like `source` from which nothing can be reached more cheaply.
-        """
-        key = (source, target)
-        found = self._through.get(key)
-        if found is None:
-            found = self._through[key] = self._is_useless(source, target, cost)
-        return found
-
-    def _is_useless(self, source: int, target: int, cost: float) -> bool:
-        if self.final[source] is None or len(self.edges[target]) != 1:
-            return False
-        (on, leaving) = self.edges[target][0]
-        if self.label[on] != self.label[source]:
-            return False
-        direct = dict(self.edges[source])
-        spent = cost + leaving + 1e-12
-        return all(node in direct and direct[node] <= spent + more for node, more in self.edges[on])
-
-
-def cheapest_path(team: Team, task: Task, budget: Budget) -> TeamRun | None:
-    """Return a cheapest path of the team automaton with switches everywhere, in the systems' order, or None.
-
-    Raises:
-        TooLarge: The budget of states was used up.
-    """
-    width, last = len(team), len(team.systems) - 1
-    label, final, robot, edges = team.label, team.final, team.robot, team.edges
-    begin = task.row(task.initial)[label[team.start[0]]]
-    if begin == DEAD:
-        return None
-    guide = Guide(task, team.entering)
-    first = begin * width + team.start[0]
-    best: dict[int, float] = {first: 0.0}
-    parent: dict[int, int] = {first: -1}
-    heap: list[tuple[float, int]] = [(guide(begin), first)] if guide(begin) < LOST else []
-    closed: set[int] = set()
-    goal = -2
-    while heap:
-        _, key = heapq.heappop(heap)
-        if key == goal:
-            return TeamRun(_paths(team, parent, parent[goal], width), best[goal], len(closed), len(best))
-        if key in closed:
-            continue
-        closed.add(key)
-        cost = best[key]
-        if len(closed) > budget.states:
-            raise TooLarge("The search needs", len(closed), "states", budget.states)
-        state, node = divmod(key, width)
-        row = task.row(state)
-        ending = final[node]
-        if ending is not None:
-            if robot[node] < last:
-                following = team.start[robot[node] + 1]
-                moves = [(row[label[following]] * width + following, cost + ending)] if row[label[following]] != DEAD else []
-            else:
-                moves = [(goal, cost + ending)] if task.is_accepting(state) else []
-            for target, total in moves:
-                rest = 0.0 if target == goal else guide(target // width)
-                if total < best.get(target, LOST) and rest < LOST:
-                    best[target] = total
-                    parent[target] = key
-                    heapq.heappush(heap, (total + rest, target))
-        still = row[label[node]] == state
-        for target, step in edges[node]:
-            after = row[label[target]]
-            if after == DEAD or (after == state and still and team.useless(node, target, step)):
-                continue
-            target_key = after * width + target
-            total = cost + step + 1e-10
-            if total < best.get(target_key, LOST):
-                rest = guide(after)
-                if rest < LOST:
-                    best[target_key] = total
-                    parent[target_key] = key
-                    heapq.heappush(heap, (total + rest, target_key))
-    return None
-
-
-def _paths(team: Team, parent: dict[int, int], key: int, width: int) -> tuple[tuple[int, ...], ...]:
-    paths: list[list[int]] = [[] for _ in team.systems]
-    while key != -1:
-        node = key % width
-        paths[team.robot[node]].append(node - team.offset[team.robot[node]])
-        key = parent[key]
-    return tuple(tuple(reversed(path)) for path in paths)
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,56 +61,133 @@ def plan_team(team: Team, task: Task, budget: Budget) -> Checked:
     Raises:
         TooLarge: A budget was used up.
     """
-    first = cheapest_path(team, task, budget)
-    if first is None:
-        return Checked(None, None, 0, None)
-    if len(team.systems) == 1:
-        return Checked(first, first, 1, None)
+    roads = Roads(team, task)
+    run, tried = _search(roads, Situations(roads, task), budget)
+    first = run
+    if first is None or len(team) == 1:
+        return Checked(first, first, 0 if first is None else 1, None)
     everything, check = Kinds(task), OrderCheck(task)
 
     def kinds_of(run: TeamRun) -> list[Kind]:
-        return [everything.of(letters) for letters in letters_of(team, run)]
+        return [everything.of(letters) for letters in team.letters_of(run.paths)]
 
     refused = check.failing_order(kinds_of(first))
     apart: set[int] = set()
-    run: TeamRun | None = first
-    tried = 1
     while run is not None and (broken := check.failing_parts(kinds_of(run))):
         apart.update(broken)  # from now on what words do to these conjuncts is kept apart as well
-        run, more = _by_kinds(team, task, sorted(apart), budget)
+        run, more = _search(roads, Situations(roads, task, sorted(apart)), budget)
         tried += more
     return Checked(run, first, tried, refused)
 
 
-def letters_of(team: Team, run: TeamRun) -> list[list[int]]:
-    """Return each robot's letters along a run, by number."""
-    return [[team.label[team.offset[i] + node] for node in path] for i, path in enumerate(run.paths)]
+def cheapest_path(team: Team, task: Task, budget: Budget) -> TeamRun | None:
+    """Return a cheapest path of the team automaton with switches everywhere, in the systems' order, or None.
+
+    Raises:
+        TooLarge: The budget of states was used up.
+    """
+    roads = Roads(team, task)
+    return _search(roads, Situations(roads, task), budget)[0]
 
 
-def _by_kinds(team: Team, task: Task, apart: Sequence[int], budget: Budget) -> tuple[TeamRun | None, int]:
-    """Search with the kinds of all words kept apart for some conjuncts; the first plan that keeps these is a cheapest one."""
-    kinds, check = Kinds(task, apart), OrderCheck(task, apart)
-    last = len(team.systems) - 1
-    label, final, robot, edges = team.label, team.final, team.robot, team.edges
-    begin = task.row(task.initial)[label[team.start[0]]]
+class Situations:
+    """How far a team is, as one number: the state of the task and, for the conjuncts kept apart, the kinds of the words.
+
+    Args:
+        roads: The team's graph.
+        task: What is to be done.
+        apart: The conjuncts, by index, for which the words must also keep the task in every order.
+    """
+
+    def __init__(self, roads: Roads, task: Task, apart: Sequence[int] = ()) -> None:
+        self.task = task
+        self._guide = Guide(task, roads.entering)
+        self._kinds, self._check = Kinds(task, apart), OrderCheck(task, apart)
+        self._letters = len(task.letters)
+        self._states: list[int] = []
+        self._own: list[Kind] = []
+        self._done: list[tuple[Kind, ...]] = []
+        self._numbers: dict[tuple[int, Kind, tuple[Kind, ...]], int] = {}
+        self._rows: list[list[int | None]] = []
+        self._switched: dict[int, int] = {}
+        self.rest: list[float] = []
+        self.initial = self._number(task.initial, self._kinds.identity, ())
+
+    def after(self, number: int, letter: int) -> int:
+        """Return the situation after a letter; `DEAD` where the task is lost, for this order of the robots or for another."""
+        row = self._rows[number]
+        found = row[letter]
+        if found is None:
+            found = DEAD
+            state = self.task.row(self._states[number])[letter]
+            if state != DEAD and self._guide(state) < LOST:
+                kind = self._kinds.read(self._own[number], letter)
+                if not self._kinds.loses(kind):
+                    found = self._number(state, kind, self._done[number])
+            row[letter] = found
+        return found
+
+    def handed_over(self, number: int) -> int:
+        """Return the situation when a robot's word has ended and the next one's has not begun; `DEAD` where some order is lost."""
+        found = self._switched.get(number)
+        if found is None:
+            found, kind, done = DEAD, self._own[number], self._done[number]
+            if kind != self._kinds.identity:
+                done = tuple(sorted((*done, kind)))
+            if self._check.failing_order(done, finished=False) is None:
+                found = self._number(self._states[number], self._kinds.identity, done)
+            self._switched[number] = found
+        return found
+
+    def is_accepting(self, number: int) -> bool:
+        """Tell whether everything is done, in the order in which the robots were followed."""
+        return self.task.is_accepting(self._states[number])
+
+    def holds_in_every_order(self, number: int) -> bool:
+        """Tell whether the words keep the conjuncts kept apart in every order of the robots."""
+        return self._check.failing_order([*self._done[number], self._own[number]]) is None
+
+    def _number(self, state: int, own: Kind, done: tuple[Kind, ...]) -> int:
+        key = (state, own, done)
+        found = self._numbers.get(key)
+        if found is None:
+            found = self._numbers[key] = len(self._states)
+            self._states.append(state)
+            self._own.append(own)
+            self._done.append(done)
+            self._rows.append([None] * self._letters)
+            self.rest.append(self._guide(state))
+        return found
+
+
+def moves(roads: Roads, situations: Situations, robot: int, node: int, at: int) -> Iterator[tuple[int, int, float]]:
+    """Yield what the robot that flies may do next: (node, situation, cost), without steps that gain nothing."""
+    label = roads.label[robot]
+    for target, step in roads.ways(robot, node).edges:
+        after = situations.after(at, label[target])
+        if after != DEAD and not (after == at and roads.useless(robot, node, target, step)):
+            yield target, after, step
+
+
+def _search(roads: Roads, situations: Situations, budget: Budget) -> tuple[TeamRun | None, int]:
+    """Return a cheapest path whose words keep the conjuncts kept apart in every order, or None, and how many were tried (A*)."""
+    robots, width = len(roads.start), roads.width
+    begin = situations.after(situations.initial, roads.label[0][roads.start[0]])
     if begin == DEAD:
         return None, 0
-
-    guide = Guide(task, team.entering)
-    if guide(begin) == LOST:
-        return None, 0
-    start: _Key = (begin, team.start[0], kinds.read(kinds.identity, label[team.start[0]]), ())
-    best: dict[_Key, float] = {start: 0.0}
-    parent: dict[_Key, _Key | None] = {start: None}
-    heap: list[tuple[float, int, _Key, bool]] = [(guide(begin), 0, start, False)]
-    closed: set[_Key] = set()
-    pushed = tried = 0
+    rest = situations.rest
+    first = begin * robots * width + roads.start[0]
+    best: dict[int, float] = {first: 0.0}
+    parent: dict[int, int] = {first: -1}
+    heap: list[tuple[float, bool, int]] = [(rest[begin], True, first)]  # bound, whether the path goes on, where it is
+    closed: set[int] = set()
+    tried = 0
     while heap:
-        bound, _, key, complete = heapq.heappop(heap)
-        if complete:
+        bound, goes_on, key = heapq.heappop(heap)
+        if not goes_on:
             tried += 1
-            if check.failing_order([*key[3], key[2]]) is None:
-                return TeamRun(_kind_paths(team, parent, key), bound, len(closed), len(best)), tried
+            if situations.holds_in_every_order(key // (robots * width)):
+                return TeamRun(_paths(roads, parent, key), bound, len(closed), len(best)), tried
             if tried >= budget.candidates:
                 raise TooLarge("Finding a plan that holds in every order takes", tried + 1, "complete plans", budget.candidates)
             continue
@@ -250,54 +196,36 @@ def _by_kinds(team: Team, task: Task, apart: Sequence[int], budget: Budget) -> t
         closed.add(key)
         if len(closed) > budget.states:
             raise TooLarge("The search needs", len(closed), "states", budget.states)
-        state, node, kind, done = key
+        at, place = divmod(key, robots * width)
+        robot, node = divmod(place, width)
         cost = best[key]
-        row = task.row(state)
-        ending = final[node]
-        if ending is not None:
-            if robot[node] < last:
-                following = team.start[robot[node] + 1]
-                after = row[label[following]]
-                finished = done if kind == kinds.identity else tuple(sorted((*done, kind)))
-                if after != DEAD and guide(after) < LOST and check.failing_order(finished, finished=False) is None:
-                    target = (after, following, kinds.read(kinds.identity, label[following]), finished)
-                    if cost + ending < best.get(target, float("inf")):
-                        best[target] = cost + ending
-                        parent[target] = key
-                        pushed += 1
-                        heapq.heappush(heap, (cost + ending + guide(after), pushed, target, False))
-            elif task.is_accepting(state):
-                pushed += 1
-                heapq.heappush(heap, (cost + ending, pushed, key, True))
-        for node_after, step in edges[node]:
-            after = row[label[node_after]]
-            if after == DEAD or guide(after) == LOST:
-                continue
-            kind_after = kinds.read(kind, label[node_after])
-            if kinds.loses(kind_after):
-                continue
-            if (
-                after == state
-                and row[label[node]] == state
-                and kind_after == kind
-                and kinds.read(kind, label[node]) == kind
-                and team.useless(node, node_after, step)
-            ):
-                continue
-            target = (after, node_after, kind_after, done)
-            total = cost + step + 1e-10
-            if total < best.get(target, float("inf")):
-                best[target] = total
-                parent[target] = key
-                pushed += 1
-                heapq.heappush(heap, (total + guide(after), pushed, target, False))
+        following = [
+            ((after * robots + robot) * width + target, after, cost + step)
+            for target, after, step in moves(roads, situations, robot, node, at)
+        ]
+        ending = roads.ways(robot, node).ending
+        if ending is not None and robot + 1 < robots:
+            target = roads.start[robot + 1]
+            between = situations.handed_over(at)
+            after = DEAD if between == DEAD else situations.after(between, roads.label[robot + 1][target])
+            if after != DEAD:
+                following.append(((after * robots + robot + 1) * width + target, after, cost + ending))
+        elif ending is not None and situations.is_accepting(at):
+            heapq.heappush(heap, (cost + ending, False, key))
+        for target_key, after, total in following:
+            if total < best.get(target_key, LOST):
+                best[target_key] = total
+                parent[target_key] = key
+                heapq.heappush(heap, (total + rest[after], True, target_key))
     return None, tried
 
 
-def _kind_paths(team: Team, parent: dict[_Key, _Key | None], key: _Key | None) -> tuple[tuple[int, ...], ...]:
-    paths: list[list[int]] = [[] for _ in team.systems]
-    while key is not None:
-        node = key[1]
-        paths[team.robot[node]].append(node - team.offset[team.robot[node]])
+def _paths(roads: Roads, parent: dict[int, int], key: int) -> tuple[tuple[int, ...], ...]:
+    """Return each robot's nodes along the path that leads to a key."""
+    robots = len(roads.start)
+    paths: list[list[int]] = [[] for _ in range(robots)]
+    while key != -1:
+        robot, node = divmod(key % (robots * roads.width), roads.width)
+        paths[robot].append(node)
         key = parent[key]
-    return tuple(tuple(reversed(path)) for path in paths)
+    return tuple(roads.expand(robot, path[::-1]) for robot, path in enumerate(paths))

@@ -15,7 +15,8 @@ from ltlplan.automata import DEAD, representative_letters
 from ltlplan.budget import Budget, TooLarge
 from ltlplan.conjunction import Task, conjunct_automata, conjuncts
 from ltlplan.systems import Systems, TransitionSystem
-from ltlplan.team_search import Team, cheapest_path
+from ltlplan.team import Team
+from ltlplan.team_search import cheapest_path
 from verify.data import Formula, Letter, Mission, Unsatisfiable, Word, parse_formula
 from verify.data.formula import FREE
 from verify.data.mission import in_no_region

@@ -26,7 +26,8 @@ from ltlplan.missions import load_mission
 from ltlplan.products import TeamAutomaton, full_product, full_product_size
 from ltlplan.search import assign
 from ltlplan.systems import Systems
-from ltlplan.team_search import Team, plan_team
+from ltlplan.team import Team
+from ltlplan.team_search import plan_team
 from tests.worlds import world
 from verify.data import Formula, Mission, parse_formula
 
