@@ -1,50 +1,92 @@
 """The command line: parse, call the same functions as the library, show the result.
 
 Each command is a module of `ltlplan/commands`; heavy imports happen inside the commands, so that `--help` is
-quick. Exit codes come from the exception classes in `verify.data.errors`.
+quick. Exit codes come from the exception classes in `verify.data.errors`; a user's mistake is a sentence, not a
+traceback.
 """
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
+from typing import Annotated
 
 import typer
 
 from ltlplan.commands import automaton, certify, check, export, fly, missions, plan, recheck, run, show
 
-app = typer.Typer(
-    name="ltlplan",
-    help="From a sentence in temporal logic to certified quadcopter flights.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-)
+app = typer.Typer(name="ltlplan", no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
 app.command("run")(run.command)
 app.command("plan")(plan.command)
-app.command("certify")(certify.command)
-app.command("recheck")(recheck.command)
-app.command("fly")(fly.command)
-app.command("export")(export.command)
-app.command("show")(show.command)
-app.command("automaton")(automaton.command)
-app.command("check")(check.command)
-app.command("missions")(missions.command)
+app.command("certify", short_help="Prove a folder's trajectories, or judge a recorded flight.")(certify.command)
+app.command("recheck", short_help="Prove a folder's certificate again, from its files alone.")(recheck.command)
+app.command("fly", short_help="Fly in simulation: once, a campaign, or sharing tasks online.")(fly.command)
+app.command("export", short_help="Write a certified flight for a real vehicle.")(export.command)
+app.command("show", short_help="Draw hoops, primitives, sampled and optimised paths.")(show.command)
+app.command("automaton", short_help="Show a formula's automaton, or a mission's systems.")(automaton.command)
+app.command("check", short_help="Hold words of a robot or a team against a formula.")(check.command)
+app.command("missions", short_help="List the shipped missions, show one, or start your own.")(missions.command)
+
+BROKEN_PIPE = 128 + 13
+"""Exit code where the reader of our output has gone, as in `ltlplan plan firefighting | head -1`: a shell's for SIGPIPE."""
+INTERRUPTED = 128 + 2
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"ltlplan {version('ltlplan')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[  # its callback does the work
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """From a sentence in temporal logic to certified quadcopter flights."""
 
 
 def main() -> None:
     """Run the command line; end with the exit code of the error, if any, and without a traceback for mistakes."""
-    try:
-        app()
-    except Exception as error:  # the outermost door: every error becomes a message and an exit code
-        from ltlplan.commands.terminal import report_bug, report_error
-        from verify.data.errors import LtlplanError
+    from ltlplan.commands.terminal import close_output, report_bug, report_error, report_os_error, report_usage
+    from verify.data.errors import LtlplanError
 
-        if isinstance(error, LtlplanError):
-            report_error(error, as_json="--json" in sys.argv)
-            sys.exit(error.exit_code)
-        report_bug(error)
-        sys.exit(1)
+    as_json = "--json" in sys.argv
+    _end_cleanly_on_sigterm()
+    try:
+        code = app(standalone_mode=False)
+        sys.stdout.flush()
+    except SystemExit as ended:  # typer's own word for a reader that has gone is 1, which is ours for a bug
+        code = BROKEN_PIPE if ended.code == 1 and not any(name.endswith("_COMPLETE") for name in os.environ) else ended.code
+        close_output()
+    except BrokenPipeError:
+        close_output()
+        code = BROKEN_PIPE
+    except LtlplanError as error:
+        code = report_error(error, as_json=as_json)
+    except OSError as error:
+        code = report_os_error(error, as_json=as_json)
+    except Exception as error:  # the outermost door: every error becomes a message and an exit code
+        code = report_usage(error, as_json=as_json) if hasattr(error, "format_message") else report_bug(error)
+    if code == INTERRUPTED:
+        sys.stderr.write("interrupted; no file was left half-written.\n")
+    sys.exit(code)
+
+
+def _end_cleanly_on_sigterm() -> None:
+    """Let SIGTERM unwind the stack, as Ctrl-C does, so that unfinished folders go; only in this process, not in its workers."""
+    mine = os.getpid()
+
+    def end(number: int, _frame: object) -> None:
+        if os.getpid() != mine:
+            os._exit(128 + number)
+        raise SystemExit(128 + number)
+
+    signal.signal(signal.SIGTERM, end)
 
 
 if __name__ == "__main__":

@@ -65,9 +65,15 @@ def _mission(source: str) -> Mission | None:
     from pathlib import Path
 
     from ltlplan.missions import load_mission, shipped_missions
+    from verify.data.errors import did_you_mean
 
+    shipped = shipped_missions()
     is_file = len(source) < 1000 and "\n" not in source and (source.endswith((".yaml", ".yml")) or Path(source).is_file())
-    return load_mission(source) if is_file or source in shipped_missions() else None
+    if is_file or source in shipped:
+        return load_mission(source)
+    if source.replace("-", "_").isidentifier() and (hint := did_you_mean(source, shipped)):
+        typer.echo(f"note: '{source}' is read as a formula.{hint}", err=True)
+    return None
 
 
 def _show_formula(source: str | Mission, kind: Format, trace: Any, form: Any) -> None:

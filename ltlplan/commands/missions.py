@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -21,10 +22,17 @@ def command(
 
     if new is not None:
         path = write_template(new)
-        typer.echo(f"wrote {path}; fly it with: ltlplan run {path}")
+        if json:
+            print_json({"files": [str(path)]})
+        else:
+            typer.echo(f"wrote {path}; fly it with: ltlplan run {shlex.quote(str(path))}")
         return
     if show is not None:
-        typer.echo(shipped_mission_text(show), nl=False)
+        text = shipped_mission_text(show)
+        if json:
+            print_json({"name": show, "text": text})
+        else:
+            typer.echo(text, nl=False)
         return
     rows = []
     for name in shipped_missions():

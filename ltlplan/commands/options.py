@@ -10,9 +10,21 @@ import typer
 if TYPE_CHECKING:
     from verify.data import Mission
 
-MissionArgument = Annotated[str, typer.Argument(help="A mission file, or the name of a shipped mission.", show_default=False)]
+
+def _missions_like(incomplete: str) -> list[str]:
+    """Return what a shell may complete to: shipped missions, and mission files in the folder that is being typed."""
+    from ltlplan.missions import shipped_missions
+
+    folder = incomplete.rpartition("/")[0]
+    files = sorted(str(path) for path in Path(folder or ".").glob("*.y*ml"))
+    return [name for name in (*shipped_missions(), *files) if name.startswith(incomplete)]
+
+
+MissionArgument = Annotated[
+    str,
+    typer.Argument(help="A mission file, or the name of a shipped mission.", show_default=False, autocompletion=_missions_like),
+]
 FolderArgument = Annotated[Path, typer.Argument(help="A folder that `ltlplan run` wrote.", show_default=False)]
-OutOption = Annotated[Path | None, typer.Option("--out", help="Folder to write (default: out/MISSION).")]
 SeedOption = Annotated[int | None, typer.Option("--seed", min=0, help="Seed, instead of the mission's own.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
 SequenceOption = Annotated[

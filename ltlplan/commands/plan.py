@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
@@ -11,7 +12,6 @@ from ltlplan.commands.options import (
     FormulaOption,
     JsonOption,
     MissionArgument,
-    OutOption,
     SeedOption,
     SequenceOption,
     read_mission,
@@ -20,7 +20,7 @@ from ltlplan.commands.options import (
 
 def command(
     mission: MissionArgument,
-    out: OutOption = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder to write; without it nothing is written.")] = None,
     seed: SeedOption = None,
     sequence: SequenceOption = None,
     formula: FormulaOption = None,
@@ -32,10 +32,12 @@ def command(
 
     from ltlplan.commands.summary import plan_lines
     from ltlplan.commands.terminal import print_json, progress_bar
-    from ltlplan.output import write_folder, write_plan_files
+    from ltlplan.output import check_target, write_folder, write_plan_files
     from ltlplan.pipeline import plan
 
     asked = read_mission(mission, sequence=sequence, formula=formula, cost=cost)
+    if out is not None:
+        check_target(out, certified=False)
     with progress_bar(quiet=json) as progress:
         made = plan(asked, seed=seed, progress=progress)
     files: tuple[Path, ...] = ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
@@ -12,7 +13,6 @@ from ltlplan.commands.options import (
     JsonOption,
     MarginOption,
     MissionArgument,
-    OutOption,
     SeedOption,
     SequenceOption,
     read_mission,
@@ -21,7 +21,7 @@ from ltlplan.commands.options import (
 
 def command(
     mission: MissionArgument,
-    out: OutOption = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder to write (default: out/MISSION).")] = None,
     seed: SeedOption = None,
     sequence: SequenceOption = None,
     formula: FormulaOption = None,

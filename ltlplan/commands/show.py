@@ -7,7 +7,15 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands.options import CostOption, FormulaOption, MissionArgument, SeedOption, SequenceOption, read_mission
+from ltlplan.commands.options import (
+    CostOption,
+    FormulaOption,
+    JsonOption,
+    MissionArgument,
+    SeedOption,
+    SequenceOption,
+    read_mission,
+)
 
 
 def command(
@@ -18,8 +26,10 @@ def command(
     formula: FormulaOption = None,
     cost: CostOption = None,
     shown_round: Annotated[int, typer.Option("--round", min=0, help="Which round of cross-entropy to draw, from 0.")] = 0,
+    json: JsonOption = False,
 ) -> None:
     """Draw control points, primitives, the sampled paths of a round and the optimised path."""
+    from ltlplan.commands.terminal import print_json
     from ltlplan.output import replace_file
     from ltlplan.report.pictures import pictures_html
     from verify.data import BadInput
@@ -29,4 +39,7 @@ def command(
     if page.is_dir():
         raise BadInput(f"{page} is a folder; name a page to write, such as {page / 'show.html'}.")
     replace_file(page, pictures_html(asked, seed=seed, shown_round=shown_round))
-    typer.echo(f"wrote {page}")
+    if json:
+        print_json({"files": [str(page)]})
+    else:
+        typer.echo(f"wrote {page}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import sys
 import traceback
@@ -10,37 +11,48 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from verify.data.errors import LtlplanError
+import typer
+
+from verify.data.errors import BadInput, InternalError, LtlplanError
 
 Progress = Callable[[str, float], None]
-
-ISSUES = "the project's issue tracker"
 
 
 @contextmanager
 def progress_bar(*, quiet: bool) -> Iterator[Progress]:
-    """Show a live bar on standard error; yields the function that moves it (sentence, share 0 to 1)."""
+    """Show progress on standard error: a live bar on a terminal, elsewhere a line for each new kind of work.
+
+    Yields the function that moves it (sentence, share done from 0 to 1).
+    """
     if quiet:
         yield lambda _sentence, _share: None
         return
     from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _lines()
+        return
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bar
 
-    console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TimeElapsedColumn())
     with Bar(*columns, console=console, transient=True) as bar:
         task = bar.add_task("starting", total=1.0)
-        printed: set[str] = set()
+        yield lambda sentence, share: bar.update(task, description=f"{sentence:<44.44}", completed=min(max(share, 0.0), 1.0))
 
-        def move(sentence: str, share: float) -> None:
-            kind = re.sub(r"[0-9.]+", "", sentence)  # a counter in it makes no new line
-            if not console.is_terminal and kind not in printed:
-                printed.add(kind)
-                console.print(f"[{share:4.0%}] {sentence}", markup=False, highlight=False)
-            bar.update(task, description=f"{sentence:<44.44}", completed=min(max(share, 0.0), 1.0))
 
-        yield move
+def _lines() -> Progress:
+    """Return a function that prints a line for each new kind of work."""
+    printed: set[str] = set()
+
+    def move(sentence: str, share: float) -> None:
+        kind = re.sub(r"[0-9.]+", "", sentence)  # a counter in it makes no new line
+        if kind not in printed:
+            printed.add(kind)
+            typer.echo(f"[{share:4.0%}] {sentence}", err=True)
+
+    return move
 
 
 def print_json(data: Any) -> None:
@@ -48,18 +60,46 @@ def print_json(data: Any) -> None:
     sys.stdout.write(json.dumps(data, indent=1, allow_nan=False) + "\n")
 
 
-def report_error(error: LtlplanError, *, as_json: bool) -> None:
-    """Tell a user's mistake or an honest refusal, without a traceback."""
+def report_error(error: LtlplanError, *, as_json: bool) -> int:
+    """Tell a user's mistake or an honest refusal, without a traceback; return the exit code."""
+    return _report(type(error).__name__, _kind(error), str(error), error.exit_code, as_json=as_json)
+
+
+def report_os_error(error: OSError, *, as_json: bool) -> int:
+    """Tell what the system refused, such as a full disk; return the exit code."""
+    what = f"{error.filename}" if error.filename else "The output"
+    sentence = f"{what} cannot be read or written: {error.strerror or error}."
+    close_output()
+    return _report(type(error).__name__, "bad input", sentence, BadInput.exit_code, as_json=as_json and bool(error.filename))
+
+
+def report_usage(error: Exception, *, as_json: bool) -> int:
+    """Tell what is wrong with the command's words (an error of typer's); return the exit code."""
+    code = getattr(error, "exit_code", BadInput.exit_code)
     if as_json:
-        print_json({"error": type(error).__name__, "exit_code": error.exit_code, "message": str(error)})
-    else:
-        sys.stderr.write(f"{_kind(error)}: {error}\n")
+        return _report("BadInput", "bad input", error.format_message(), code, as_json=True)  # type: ignore[attr-defined]
+    error.show()  # type: ignore[attr-defined]
+    return code
 
 
-def report_bug(error: Exception) -> None:
-    """Tell a bug of ours, with its traceback."""
+def report_bug(error: Exception) -> int:
+    """Tell a bug of ours, with its traceback; return the exit code."""
     traceback.print_exception(error, file=sys.stderr)
     sys.stderr.write(f"This is a bug of ltlplan ({type(error).__name__}); please report it with the text above.\n")
+    return InternalError.exit_code
+
+
+def close_output() -> None:
+    """Let go of an output that cannot be written, so that Python does not try again, and complain, at its end."""
+    sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115  # for the rest of the process
+
+
+def _report(name: str, kind: str, sentence: str, code: int, *, as_json: bool) -> int:
+    if as_json:
+        print_json({"error": name, "exit_code": code, "message": sentence})
+    else:
+        sys.stderr.write(f"{kind}: {sentence}\n")
+    return code
 
 
 def _kind(error: LtlplanError) -> str:

@@ -1,8 +1,10 @@
 """Every mistake of a user ends with one clear message, its exit code, no traceback and no folder."""
 
+import json
 import os
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -73,6 +75,35 @@ def test_unknown_missions_and_folders(tmp_path: Path) -> None:
     refused(["run", "firefightin"], 2, "Did you mean 'firefighting'?", tmp_path)
     refused(["run", "nowhere.yaml"], 2, "cannot be read", tmp_path)
     refused(["recheck", "nowhere"], 2, "nowhere", tmp_path)
+    (tmp_path / "delivery.yaml").write_text(GOOD)
+    refused(["plan", "delivery"], 2, "Did you mean 'delivery.yaml'?", tmp_path)
+
+
+def test_mistakes_in_the_commands_words(tmp_path: Path) -> None:
+    refused(["rum", "firefighting"], 2, "Did you mean 'run'?", tmp_path)
+    refused(["run", "firefighting", "--sed", "3"], 2, "--seed", tmp_path)
+    refused(["run", "firefighting", "--margin", "-1"], 2, "--margin", tmp_path)
+    told = ltlplan("plan", "firefighting", "--seed", "many", "--json", cwd=tmp_path)
+    assert told.returncode == 2
+    assert json.loads(told.stdout)["exit_code"] == 2
+    assert "--seed" in json.loads(told.stdout)["message"]
+
+
+def test_a_misspelt_mission_is_not_silently_a_formula(tmp_path: Path) -> None:
+    shown = ltlplan("automaton", "firefightin", cwd=tmp_path)
+    assert shown.returncode == 0
+    assert "read as a formula. Did you mean 'firefighting'?" in shown.stderr
+
+
+def test_version_and_completion(tmp_path: Path) -> None:
+    assert ltlplan("--version", cwd=tmp_path).stdout == f"ltlplan {version('ltlplan')}\n"
+    script = Path(sys.executable).with_name("ltlplan")
+    if not script.exists():
+        pytest.skip("ltlplan is not installed as a command")
+    (tmp_path / "fire.yaml").write_text(GOOD)
+    environment = {**os.environ, "_LTLPLAN_COMPLETE": "complete_bash", "COMP_WORDS": "ltlplan run fire", "COMP_CWORD": "2"}
+    done = subprocess.run([script], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False, timeout=60)
+    assert done.stdout.split() == ["firefighting", "fire.yaml"]
 
 
 def test_a_folder_of_somebody_else_is_not_touched(tmp_path: Path) -> None:

@@ -52,6 +52,11 @@ _KIND_TO_OPERATOR: Mapping[str, str] = {
     "strong": "X[!]", "equiv": "<->", "implies": "->", "and": "&", "or": "|", "xor": "xor", "not": "!",
     "always": "G", "eventually": "F", "open": "(", "close": ")",
 }  # fmt: skip
+_WORDS: Mapping[str, str] = {
+    "and": "&", "or": "|", "not": "!", "implies": "->", "until": "U", "always": "G", "globally": "G", "eventually": "F",
+    "finally": "F", "f": "F", "g": "G", "u": "U", "w": "W", "r": "R", "m": "M",
+}  # fmt: skip
+"""What people write for an operator, as a hint where a formula cannot be read."""
 _PREFIX = frozenset({"!", "F", "G", "X", "X[!]"})
 # operator -> (left binding power, right binding power); a smaller right power makes it right-associative
 _INFIX: Mapping[str, tuple[int, int]] = {
@@ -240,7 +245,7 @@ class _Parser:
         formula = self._expression(0, 0)
         if self.index < len(self.tokens):
             token = self.tokens[self.index]
-            hint = " A closing parenthesis has no partner." if token.kind == ")" else " An operator is missing before it."
+            hint = " A closing parenthesis has no partner." if token.kind == ")" else self._missing_operator()
             raise FormulaError(self.text, [(token.position, f"`{token.text}` is not expected here.{hint}")])
         return formula
 
@@ -275,10 +280,18 @@ class _Parser:
                 raise FormulaError(self.text, [(token.position, "This parenthesis is never closed.")])
             self.index += 1
             return inner
+        hint = " Operator names cannot be names of regions." if token.text.isalpha() else ""
         raise FormulaError(
             self.text,
-            [(token.position, f"`{token.text}` stands where a proposition is expected. Operator names cannot be names of regions.")],
-        )  # fmt: skip
+            [(token.position, f"`{token.text}` stands where a proposition is expected.{hint}")],
+        )
+
+    def _missing_operator(self) -> str:
+        """Return what a reader of two names in a row may have meant."""
+        for token in self.tokens[max(self.index - 1, 0) : self.index + 1]:
+            if token.text.lower() in _WORDS:
+                return f" Write `{_WORDS[token.text.lower()]}` for '{token.text}'."
+        return " An operator is missing before it."
 
     def _position(self) -> int:
         return self.tokens[min(self.index, len(self.tokens) - 1)].position

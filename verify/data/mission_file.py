@@ -176,6 +176,10 @@ def _plain(node: Any, keys: KeyPath, lines: dict[KeyPath, int], source: str, bud
     budget[0] -= 1
     if budget[0] < 0 or len(keys) > MAX_DEPTH:
         raise BadInput(f"{source} is no mission file: it has too many or too deeply nested values.")
+    tag = getattr(node, "tag", None)
+    if isinstance(node, TaggedScalar) or (isinstance(node, CommentedMap | CommentedSeq) and tag is not None and tag.value):
+        text = str(getattr(tag, "value", tag))
+        raise MissionError(source, [Fault(keys, _line(lines, keys), f"YAML tags such as {text:.60} are not accepted.")])
     if isinstance(node, CommentedMap):
         result: dict[str, Any] = {}
         for key, value in node.items():
@@ -191,8 +195,6 @@ def _plain(node: Any, keys: KeyPath, lines: dict[KeyPath, int], source: str, bud
             lines[(*keys, index)] = node.lc.item(index)[0] + 1
             items.append(_plain(value, (*keys, index), lines, source, budget))
         return items
-    if isinstance(node, TaggedScalar):
-        raise MissionError(source, [Fault(keys, _line(lines, keys), f"YAML tags such as {node.tag.value} are not accepted.")])
     if isinstance(node, bool) or node is None:
         return node
     for kind in (int, float, str):  # ruamel's scalars remember how they were written; we do not
@@ -260,11 +262,34 @@ def _readable(error: ValidationError, keys: KeyPath) -> Iterator[tuple[KeyPath, 
                 reason = "missing: this key is required."
             case "value_error":
                 reason = message.removeprefix("Value error, ").rstrip(".") + "."
+            case "too_long" | "too_short" if isinstance(value, list | tuple | dict):
+                limits = item.get("ctx", {})
+                most, least = limits.get("max_length"), limits.get("min_length")
+                wanted = f"at least {least}" if most is None else f"{most}"
+                reason = (
+                    f"must have {wanted} {'entry' if wanted.endswith(' 1') else 'entries'}, not {len(value)}: {_short(value)}."
+                )
+            case "tuple_type" | "list_type" | "dict_type" | "model_type" | "string_type" | "bool_type" as kind:
+                reason = f"must be {_WANTED[kind]}, not {_short(value)}."
+            case "string_pattern_mismatch" if keys[-1] == "name":
+                reason = (
+                    f"must begin with a letter or digit and hold letters, digits, `_ . -` and spaces only, not {_short(value)}."
+                )
             case _:
                 reason = f"{message[0].lower()}{message[1:]}, not {_short(value)}."
         if (where, reason) not in seen:
             seen.add((where, reason))
             yield where, reason
+
+
+_WANTED = {
+    "tuple_type": "a list, such as [1, 2]",
+    "list_type": "a list, such as [1, 2]",
+    "dict_type": "a table of keys, such as {key: value}",
+    "model_type": "a table of keys, such as {key: value}",
+    "string_type": "text (in quotes, where YAML would read a number or a truth value)",
+    "bool_type": "true or false",
+}
 
 
 def _is_type_name(part: str | int) -> bool:
@@ -281,5 +306,5 @@ def _known_keys(where: KeyPath) -> tuple[str, ...]:
 
 
 def _short(value: Any) -> str:
-    text = repr(value)
+    text = {None: "nothing", True: "true", False: "false"}[value] if value is None or isinstance(value, bool) else repr(value)
     return text if len(text) <= 60 else text[:57] + "..."

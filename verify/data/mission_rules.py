@@ -184,11 +184,12 @@ def _control_points(values: Mapping[str, Any]) -> Iterator[Finding]:
             ("rear", centre - hoop.reach * normal),
         ):
             if not workspace.holds(tuple(point)):
-                at = ", ".join(f"{x:.3g}" for x in point)
-                yield (
-                    ("hoops", name),
-                    f"its {role} control point ({at}) lies outside the workspace; move the hoop or set `reach`.",
-                )
+                at = ", ".join(f"{x:.3g}" for x in np.round(point, 9) + 0.0)
+                box = f"{list(workspace.min)} to {list(workspace.max)}"
+                mend = "move the hoop" if role == "centre" else "move the hoop or set a shorter `reach`"
+                yield ("hoops", name), f"its {role} control point ({at}) lies outside the workspace {box}; {mend}."
+                if role == "centre":
+                    break
     for name, region in values.get("regions", {}).items():
         if workspace is not None and not workspace.holds(region.center):
             yield ("regions", name, "center"), "lies outside the workspace."

@@ -66,6 +66,22 @@ def test_faults_are_pointed_at(text: str, position: int, says: str) -> None:
     assert str(caught.value).splitlines()[-1] == "  " + " " * position + "^"
 
 
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("F a and F b", "Write `&` for 'and'."),
+        ("not a", "Write `!` for 'not'."),
+        ("f a", "Write `F` for 'f'."),
+        ("a b", "An operator is missing before it."),
+        ("a && && b", "`&&` stands where a proposition is expected.\n"),
+    ],
+)
+def test_words_for_operators_get_a_hint(text: str, says: str) -> None:
+    with pytest.raises(FormulaError) as caught:
+        parse_formula(text)
+    assert says in str(caught.value)
+
+
 def test_every_unknown_name_is_reported_with_the_nearest_known() -> None:
     with pytest.raises(FormulaError) as caught:
         parse_formula("F smok & G !watr", {"smoke", "water"})
