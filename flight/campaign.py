@@ -316,12 +316,12 @@ class _Judge:
             (int(np.ceil(round(action.time / (FRAME_STEPS * STEP), 6))), robots.index(action.robot), action.propositions)
             for action in job.actions
         )
-        self._count = len(robots)
+        self._count, self._robots = len(robots), robots
         self._known: dict[tuple[tuple[tuple[int, frozenset[str]], ...], ...], bool] = {}
 
     def satisfied(self, changes: list[tuple[int, int, int]]) -> bool:
         regions: list[frozenset[str]] = [frozenset()] * self._count
-        inner = [self._mission.initial_letter] * self._count
+        inner = [self._mission.initial_letter(name) for name in self._robots]
         events: dict[int, dict[int, frozenset[str]]] = {}
         entries = [(sample, 1, robot, self._table[mask]) for sample, robot, mask in changes]
         entries += [(sample, 0, robot, letter) for sample, robot, letter in self._actions]

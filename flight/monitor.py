@@ -166,7 +166,7 @@ class Monitor:
             self._say_formula(self._formula)
 
     def _inner(self, robot: int, time: float) -> frozenset[str]:
-        now = self._mission.initial_letter
+        now = self._mission.initial_letter(self._robots[robot])
         for action in self._actions[robot]:
             if action.time > time:
                 break

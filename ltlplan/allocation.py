@@ -125,7 +125,7 @@ class World:
             BadInput: It starts in two regions at once.
         """
         agent = self.mission.agents[robot]
-        return self.at(agent.start, self.mission.robot.initial, where=f"{robot} starts")
+        return self.at(agent.start, self.mission.initial_internal(robot), vertex=agent.visited, where=f"{robot} starts")
 
     def at(self, position: Point, internal: str, *, vertex: str | None = None, where: str = "the robot is") -> Whereabouts:
         """Return the whereabouts of a robot at a point; `vertex` is the region that it visited last, if any."""

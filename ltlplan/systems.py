@@ -24,7 +24,7 @@ import numpy as np
 
 from ltlplan.layout import Layout, Spot
 from verify.data import BadInput, Letter, Mission, Visit, Word
-from verify.data.mission import Action, Point
+from verify.data.mission import Action, Agent, Point
 
 if TYPE_CHECKING:
     import networkx
@@ -182,7 +182,7 @@ class Systems:
         if shared is None:
             shared = self._base["" if self.cost is None else robot] = self._shared(robot)
         builder = shared.copy()
-        initial = self._add_start(builder, robot, agent.start)
+        initial = self._add_start(builder, robot, agent)
         if agent.end is not None:
             self._add_end(builder, robot, agent.end)
         return TransitionSystem(
@@ -223,13 +223,14 @@ class Systems:
         self._grow(builder, robot, stops)
         return builder
 
-    def _add_start(self, builder: _Builder, robot: str, start: Point) -> int:
-        spot = self.layout.at(start)
+    def _add_start(self, builder: _Builder, robot: str, agent: Agent) -> int:
+        start, spot = agent.start, self.layout.at(agent.start)
         if not spot.clear:
             raise BadInput(f"{robot} starts within the margin {self.layout.slack:g} m of a region's border.")
         place = spot.inside[-1] if spot.inside else self.environment.start
-        self._grow(builder, robot, [_Stop(place, place, spot, start)])
-        at = Node(place, not spot.inside, self.mission.robot.initial, frozenset(spot.inside), place, start)
+        entered = place if spot.inside else agent.visited or place
+        self._grow(builder, robot, [_Stop(place, entered, spot, start)])
+        at = Node(place, not spot.inside, self.mission.initial_internal(robot), frozenset(spot.inside), entered, start)
         return builder.index[at]
 
     def _grow(self, builder: _Builder, robot: str, stops: list[_Stop]) -> None:
@@ -392,7 +393,7 @@ def word_of(
     regions = mission.all_regions
     start = np.array(mission.agents[agent].start)
     inside = frozenset(name for name, region in regions.items() if float(region.level(start)) <= 1.0)
-    state = mission.robot.initial
+    state = mission.initial_internal(agent)
     letters: list[Letter] = []
     entry: list[int] = []  # index of each visit's first letter
     for index, visit in enumerate(visits):

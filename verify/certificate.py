@@ -286,14 +286,15 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
         matching = matchings[robot] = match(plan.robots[robot], stays(spans[robot]))
         cycle = paths.trajectories[index].cycle
         knot = None if cycle is None else paths.knots[index][cycle]
-        actions, fault = internal_changes(plan.mission, plan.robots[robot], matching, knot)
+        began = plan.mission.initial_internal(robot)
+        actions, fault = internal_changes(plan.mission, plan.robots[robot], matching, knot, initial=began)
         initial, found = changes(spans[robot])
         timelines[robot] = Timeline(
             robot=robot,
             initial=initial,
             changes=found,
             duration=paths.end,
-            internal=plan.mission.initial_letter,
+            internal=plan.mission.initial_letter(robot),
             actions=actions,
             cycle=knot,
         )

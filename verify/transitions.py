@@ -38,8 +38,8 @@ class _Fault:
 
 def _judge(mission: Mission, timeline: Timeline, relations: Relations) -> Verdict:
     name = timeline.robot
-    if timeline.internal != mission.initial_letter:
-        return _fails(name, f"{name} starts with {_names(timeline.internal)}, not {_names(mission.initial_letter)}.")
+    if timeline.internal != mission.initial_letter(name):
+        return _fails(name, f"{name} starts with {_names(timeline.internal)}, not {_names(mission.initial_letter(name))}.")
     try:
         robot = from_timeline(timeline, relations)
     except OutOfBudget as error:
@@ -61,6 +61,7 @@ class _Search:
         self.environment = mission.environment
         self.edges = None if mission.environment is None else _edges(mission.environment)
         self.start = "" if mission.environment is None else mission.environment.start
+        self.before = mission.agents[robot.robot].visited or self.start
         self.all_regions = frozenset(mission.all_regions)
         self.regions = [letter & self.all_regions for letter in robot.letters]
 
@@ -68,8 +69,8 @@ class _Search:
         came: dict[_State, _State | None] = {}
         queue: deque[_State] = deque()
         for node in self.robot.initial:
-            for vertex in sorted(self.regions[node]) or [self.start]:
-                came[node, vertex, self.mission.robot.initial] = None
+            for vertex in sorted(self.regions[node]) or [self.before]:
+                came[node, vertex, self.mission.initial_internal(self.robot.robot)] = None
         queue.extend(came)
         while queue:
             state = queue.popleft()

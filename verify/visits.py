@@ -116,7 +116,7 @@ def match(robot: RobotPlan, found: tuple[Stay, ...]) -> Matching:
 
 
 def internal_changes(
-    mission: Mission, robot: RobotPlan, matching: Matching, knot: Fraction | None = None
+    mission: Mission, robot: RobotPlan, matching: Matching, knot: Fraction | None = None, *, initial: str | None = None
 ) -> tuple[tuple[InternalChange, ...], str]:
     """Place the planned actions in time.
 
@@ -128,12 +128,13 @@ def internal_changes(
         robot: The robot's plan.
         matching: Its visits as stays.
         knot: For a lasso, when its cycle begins, in s: actions of the cycle's visits come after it, others before.
+        initial: Internal state at time 0; None takes the mission's.
 
     Returns:
         The changes in order, and why one of them is not permitted (empty where all are).
     """
     changes: list[InternalChange] = []
-    state = mission.robot.initial
+    state = mission.robot.initial if initial is None else initial
     at_cycle: str | None = None
     for index, visit in enumerate(robot.visits):
         if index == robot.cycle_visit:

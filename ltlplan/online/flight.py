@@ -29,7 +29,7 @@ from ltlplan.online.events import RobotJoins, RobotLeaves, WorldEvent, falls_on,
 from ltlplan.online.team import PERIOD, Desired, OnlineTeam
 from verify.behaviour import judge_formula
 from verify.data import BadInput, InternalError, Letter, Mission, NotCertified, Unsatisfiable
-from verify.data.mission import Point
+from verify.data.mission import Agent, Point
 from verify.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
 from verify.verdict import Verdict
 
@@ -179,7 +179,7 @@ class _Loop:
         joining = {event.robot: event.agent for event in self.pending if isinstance(event, RobotJoins)}
         self.agents = {**self.mission.agents, **joining}
         self.robots = tuple(self.agents)
-        self.internal = dict.fromkeys(self.robots, self.mission.robot.initial)
+        self.internal = {name: _began(self.mission, agent) for name, agent in self.agents.items()}
         self.planned_cost = self.team.cost
         ticks = int(np.ceil(max_seconds / CONTROL_STEP))
         setup = Setup(
@@ -347,11 +347,15 @@ class _Loop:
             for region in shown[i] ^ shown[i - 1]:
                 low, high = _exact(float(times[i - 1])) + _GRAIN, _exact(float(times[i]))
                 changes.append(Change(Enclosure(low, high), region, "must" if region in shown[i] else "no"))
-        first = frozenset(mission.robot.states[mission.robot.initial])
+        first = mission.initial_letter(name)
         return Timeline(name, initial, tuple(changes), _exact(float(times[-1])), first, tuple(self.actions.get(name, ())))
 
 
 _GRAIN = Fraction(1, 10**9)
+
+
+def _began(mission: Mission, agent: Agent) -> str:
+    return mission.robot.initial if agent.internal is None else agent.internal
 
 
 def _exact(seconds: float) -> Fraction:

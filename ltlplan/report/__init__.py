@@ -119,7 +119,7 @@ def _letters(mission: Mission, certificate: Certificate, times: Floats, paths: d
     result: dict[str, list[Spell]] = {}
     for name, path in paths.items():
         actions = sorted((action.time, action.target) for action in certificate.actions if action.robot == name)
-        result[name] = letter_spells(mission, times, path, actions, mission.robot.states)
+        result[name] = letter_spells(mission, name, times, path, actions)
     return result
 
 

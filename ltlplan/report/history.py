@@ -37,24 +37,24 @@ class Reading:
 
 
 def letter_spells(
-    mission: Mission, times: Floats, path: Floats, actions: Sequence[tuple[float, str]], states: Mapping[str, tuple[str, ...]]
+    mission: Mission, robot: str, times: Floats, path: Floats, actions: Sequence[tuple[float, str]]
 ) -> list[Spell]:
     """Return a robot's letters over time.
 
     Args:
-        mission: Gives the regions and the initial letter.
+        mission: Gives the regions and the internal states' propositions.
+        robot: Whose letters.
         times: s. Shape (samples,).
         path: Positions in m in the first three columns. Shape (samples, 3 or more).
         actions: (time in s, new internal state), sorted by time.
-        states: Propositions of each internal state.
     """
     inside = {name: region.level(path[:, :3]) <= 1.0 for name, region in mission.all_regions.items()}
     spells: list[Spell] = []
     for index, time in enumerate(times):
-        internal = mission.initial_letter
+        internal = mission.initial_letter(robot)
         for instant, state in actions:
             if instant <= time:
-                internal = frozenset(states[state])
+                internal = frozenset(mission.robot.states[state])
         letter = internal | {name for name, level in inside.items() if level[index]}
         end = float(times[min(index + 1, len(times) - 1)])
         if spells and spells[-1].letter == letter:

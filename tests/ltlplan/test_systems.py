@@ -6,9 +6,11 @@ from hypothesis import strategies as st
 
 from ltlplan.layout import Layout, apart
 from ltlplan.missions import load_mission
+from ltlplan.planner import make_plan
+from ltlplan.search import assign
 from ltlplan.systems import Systems, TransitionSystem, environment_of, robot_graph, word_of
 from tests.worlds import world
-from verify.data import BadInput, Visit
+from verify.data import BadInput, Visit, parse_mission
 from verify.data.mission import Region
 
 
@@ -142,3 +144,55 @@ def test_visits_of_nested_regions_do_not_give_a_word() -> None:
     mission = world("true", regions={"room": (0.0, 0.0), "desk": (0.8, 0.0)}, radii={"room": 2.0}, starts=((-4.0, 0.0),))
     with pytest.raises(BadInput, match="'desk' also lies in room"):
         word_of(mission, "quad0", visits("room", "desk"))
+
+
+TAKEN = """
+environment: {start: home, edges: [[home, a], [a, b], [b, c]]}
+robot: {initial: dry, states: {dry: [], wet: [water]}, actions: [{from: dry, to: wet, at: a}]}
+"""
+
+
+def test_an_agent_may_have_a_past_of_its_own() -> None:
+    mission = world("F(c & water)", robots=2, extra=TAKEN)
+    came = mission.agents["quad1"].model_copy(update={"internal": "wet", "visited": "b"})
+    mission = mission.model_copy(update={"agents": {**mission.agents, "quad1": came}})
+    systems = Systems(mission)
+    first, second = (systems.of(name) for name in mission.agents)
+    assert (first.labels[first.initial], second.labels[second.initial]) == (frozenset(), frozenset({"water"}))
+
+    def next_regions(system: TransitionSystem) -> set[str]:
+        return {name for target, _ in system.edges[system.initial] for name in system.nodes[target].regions}
+
+    assert (next_regions(first), next_regions(second)) == ({"a"}, {"a", "b", "c"})
+    assert word_of(mission, "quad1", visits("c")).prefix[-1] == frozenset({"c", "water"})
+    robots = assign(mission).robots
+    assert [visit.region for visit in robots["quad1"].visits] == ["c"]
+    assert robots["quad0"].visits == ()
+    plan = make_plan(mission.model_copy(update={"planner": mission.planner.model_copy(update={"method": "mtac-e"})}))
+    assert [visit.region for visit in plan.robots["quad1"].visits] == ["c"]
+    assert plan.robots["quad0"].visits == ()
+
+
+@pytest.mark.parametrize(
+    ("agent", "says"),
+    [
+        ("internal: wett", "Did you mean 'wet'"),
+        ("visited: d", "'d' is not a region"),
+        ("start: [0, 0, 1], visited: b", "starts inside a"),
+    ],
+)
+def test_a_past_that_cannot_be_is_refused(agent: str, says: str) -> None:
+    text = f"""
+format: 1
+name: past
+spec: {{formula: F c}}
+regions:
+  a: {{center: [0, 0, 1], radii: [0.2, 0.2, 0.2]}}
+  b: {{center: [2, 0, 1], radii: [0.2, 0.2, 0.2]}}
+  c: {{center: [2, 1.5, 1], radii: [0.2, 0.2, 0.2]}}
+agents: {{quad0: {{{agent if "start" in agent else "start: [-1, -1, 1], " + agent}}}}}
+vehicle: crazyflie-2.1
+workspace: {{min: [-20, -20, 0.2], max: [20, 20, 3]}}
+{TAKEN}"""
+    with pytest.raises(BadInput, match=says):
+        parse_mission(text)

@@ -121,3 +121,20 @@ def test_each_robot_has_its_own_verdict():
     asked = mission("true", robots=2, environment=WORLD)
     lines = {"q0": timeline("q0", ("a", 2, 3)), "q1": timeline("q1", ("c", 2, 3))}
     assert [verdict.outcome for verdict in judge_transitions(asked, lines, APART)] == ["holds", "fails"]
+
+
+def test_what_an_agent_brings_from_before_time_0():
+    asked = mission("true", robots=2, environment=WORLD)
+    came = asked.agents["q1"].model_copy(update={"internal": "wet", "visited": "b"})
+    asked = asked.model_copy(update={"agents": {**asked.agents, "q1": came}})
+    wet = frozenset({"water"})
+
+    def verdict(line: Timeline):
+        return judge_transitions(asked, {line.robot: line}, APART)[0]
+
+    assert verdict(replace(timeline("q1", ("c", 2, 3)), internal=wet))
+    assert verdict(replace(timeline("q0", ("a", 2, 3))))
+    assert "starts with {}, not {water}" in verdict(timeline("q1", ("c", 2, 3))).sentence
+    assert verdict(replace(timeline("q1", ("c", 2, 3), ("a", 4, 5)), internal=wet)).outcome == "fails"
+    assert "is made in state wet" in verdict(replace(timeline("q1", ("a", 2, 4), actions=(fill(3),)), internal=wet)).sentence
+    assert "straight from its start (home)" in verdict(timeline("q0", ("c", 2, 3))).sentence

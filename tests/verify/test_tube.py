@@ -39,7 +39,7 @@ def team_word(rng, mission, certificate, times, paths):
         actions = [(a.time, frozenset(mission.robot.states[a.target])) for a in certificate.actions if a.robot == robot]
         rows = []
         for k, time in enumerate(times):
-            internal = mission.initial_letter
+            internal = mission.initial_letter(robot)
             for at, names in actions:
                 internal = names if time >= at else internal
             rows.append(frozenset(name for name in inside if inside[name][k]) | internal)

@@ -161,6 +161,10 @@ class Agent(_Section):
         default="fixed", description="fixed, along the path, or towards a point (m)"
     )
     end: Point | None = Field(default=None, description="m, where it must finish")
+    internal: str | None = Field(default=None, description="internal state at time 0, instead of `robot.initial`")
+    visited: str | None = Field(
+        default=None, description="region visited last before time 0, instead of the environment's start vertex"
+    )
     cost: Costs | None = Field(default=None, description="weights of its own, instead of the planner's")
 
     @property
@@ -331,10 +335,14 @@ class Mission(_Section):
             yaw_rate=math.radians(tighter(own.yaw_rate_deg, asked.yaw_rate_deg)),
         )
 
-    @property
-    def initial_letter(self) -> Letter:
-        """Propositions of the robots' initial internal state."""
-        return frozenset(self.robot.states[self.robot.initial])
+    def initial_internal(self, agent: str) -> str:
+        """Internal state of one agent at time 0."""
+        own = self.agents[agent].internal
+        return self.robot.initial if own is None else own
+
+    def initial_letter(self, agent: str) -> Letter:
+        """Propositions of one agent's internal state at time 0."""
+        return frozenset(self.robot.states[self.initial_internal(agent)])
 
     def resolved(self) -> dict[str, Any]:
         """Return the mission as plain data with every default, matrix and vehicle number written out."""

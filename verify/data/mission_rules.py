@@ -42,6 +42,7 @@ def broken_rules(values: Mapping[str, Any], data: Mapping[str, Any]) -> Iterator
     yield from _limits(values, region_names)
     yield from _control_points(values)
     yield from _agents(values, data)
+    yield from _histories(values, robot, region_names)
     yield from _planner(values.get("planner"), values.get("agents", {}))
 
 
@@ -238,6 +239,29 @@ def _agents(values: Mapping[str, Any], data: Mapping[str, Any]) -> Iterator[Find
                     ("agents", second, key),
                     f"is {math.dist(p, q):.3f} m from {first}'s {key}; separation asks for {separation:g} m.",
                 )
+
+
+def _histories(values: Mapping[str, Any], robot: Robot | None, regions: list[str]) -> Iterator[Finding]:
+    """What agents bring from before time 0: an internal state, and the region visited last."""
+    agents: Mapping[str, Agent] = values.get("agents", {})
+    tables: dict[str, Region] = {**values.get("hoops", {}), **values.get("regions", {})}
+    for name, agent in agents.items():
+        if agent.internal is not None and robot is not None and agent.internal not in robot.states:
+            hint = did_you_mean(agent.internal, robot.states)
+            yield (
+                ("agents", name, "internal"),
+                f"'{agent.internal}' is not a state of the robot.{hint} States: {', '.join(robot.states)}.",
+            )
+        if agent.visited is None:
+            continue
+        inside = [r for r, region in tables.items() if float(region.level(np.array(agent.start))) <= 1]
+        if agent.visited not in regions:
+            yield ("agents", name, "visited"), _unknown_region(agent.visited, regions)
+        elif inside and agent.visited not in inside:
+            yield (
+                ("agents", name, "visited"),
+                f"{name} starts inside {', '.join(inside)}, which it has therefore visited after '{agent.visited}'; leave it out.",
+            )
 
 
 def _planner(planner: Planner | None, agents: Mapping[str, Agent]) -> Iterator[Finding]:
