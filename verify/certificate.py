@@ -28,7 +28,6 @@ from verify.claims import (
     passage_claim,
     rim_claims,
     separation_claims,
-    separation_limit,
     visit_claim,
     workspace_claims,
 )
@@ -38,6 +37,7 @@ from verify.data.plan import Plan
 from verify.data.trajectory import Trajectory
 from verify.labels import changes, statuses
 from verify.passages import crossings
+from verify.separation import stretch_of
 from verify.timeline import Timeline
 from verify.transitions import judge_transitions
 from verify.verdict import Verdict
@@ -369,11 +369,11 @@ def _margin_bound(evidence: Evidence, clock_error: Fraction) -> float:
     mission = evidence.plan.mission
     bounds = [near.high for near in evidence.walls]
     bounds += [near.high - mission.vehicle.radius for near in evidence.rims]
-    spread = separation_limit(evidence, Fraction(1)) - Fraction(mission.separation)
+    stretch = float(stretch_of(evidence.paths))
     drifts = _drifts(evidence, clock_error)
     for near in evidence.distances:
-        room = near.high - mission.separation - float(min(drifts[near.robot], drifts[near.other]))
-        bounds.append(room / float(spread))
+        room = near.high - mission.separation - stretch * float(min(drifts[near.robot], drifts[near.other]))
+        bounds.append(room / (2 * stretch))
     visited = {visit.region for robot in evidence.plan.robots.values() for visit in robot.visits}
     bounds += [min(mission.all_regions[name].radii) for name in visited]
     bounds += [hoop.opening - mission.vehicle.radius for name, hoop in mission.hoops.items() if name in visited]
@@ -398,7 +398,9 @@ def _claim_data(claim: Claim) -> dict[str, Any]:
         data["witness"] = {
             "region": witness.region,
             "visit": witness.visit,
+            "what": witness.what,
             "word": [[robot, sorted(letter)] for robot, letter in witness.word],
+            "times": [list(interval) for interval in witness.times],
             "order": [[list(first), list(then)] for first, then in witness.order],
         }
     return data

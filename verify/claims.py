@@ -23,9 +23,9 @@ from verify.limits import Extreme, extremes, leg_extremes
 from verify.passages import Clearance, Crossing, HoopFrames, clearances, hoop_frames
 from verify.paths import TeamPaths, read_team
 from verify.regions import relations
-from verify.separation import Meetings, Nearness, distance_exactly, distances, meetings, wall_exactly, walls, z_weight
+from verify.separation import Meetings, Nearness, distance_exactly, distances, meetings, stretch_of, wall_exactly, walls
 from verify.timeline import Relations
-from verify.visits import Matching
+from verify.visits import ActionFault, Matching
 
 Outcome = Literal["holds", "fails", "undecided"]
 
@@ -191,7 +191,7 @@ def continuity_claims(evidence: Evidence) -> Iterable[Claim]:
         sentence = f"{jump.robot}: the {jump.what} jumps by at most {jump.size:.3g}; {jump.allowed:g} is allowed."
         yield _claim(
             "continuity", verdict, sentence, robot=jump.robot, bound=jump.size, limit=jump.allowed,
-            margin=jump.allowed - jump.size, time=float(jump.time),
+            margin=jump.allowed - jump.size, time=float(jump.time), what=jump.what,
         )  # fmt: skip
 
 
@@ -206,28 +206,32 @@ def workspace_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
         )
         sentence += "." if verdict == "holds" else f" at {time:.4f} s; the margin is {float(margin):g} m."
         yield _claim(
-            "workspace", verdict, sentence, robot=near.robot, unit="m", bound=near.low, limit=float(margin),
-            margin=near.low - float(margin), time=time,
+            "workspace", verdict, sentence, robot=near.robot, unit="m", time=time, what=f"wall {near.other}",
+            **_room(near.low, margin, verdict),
         )  # fmt: skip
 
 
 def separation_limit(evidence: Evidence, margin: Fraction) -> Fraction:
     """Return how far apart nominal paths must be, in m."""
-    weight = z_weight(evidence.paths)
-    return Fraction(evidence.plan.mission.separation) + 2 * margin * max(Fraction(1), weight)
+    return Fraction(evidence.plan.mission.separation) + 2 * margin * stretch_of(evidence.paths)
 
 
 def separation_claims(evidence: Evidence, margin: Fraction, drifts: Mapping[str, Fraction]) -> Iterable[Claim]:
     """Robots keep their separation in the tube, whatever their clocks' errors make them drift."""
+    stretch = stretch_of(evidence.paths)
     for pair, near in enumerate(evidence.distances):
-        limit = separation_limit(evidence, margin) + min(drifts[near.robot], drifts[near.other])
-        steps = Fraction(sum(evidence.meetings.jumps[i] for i in evidence.meetings.pairs[pair]))
-        verdict = _at_least(
-            near.low,
-            near.high,
-            limit,
-            lambda pair=pair, wanted=limit + steps: distance_exactly(evidence.meetings, pair, wanted),
-        )
+        in_tube = separation_limit(evidence, margin)
+        limit = in_tube + stretch * min(drifts[near.robot], drifts[near.other])
+        steps = [evidence.meetings.jumps[i] for i in evidence.meetings.pairs[pair]]
+
+        def exactly(pair: int = pair, limit: Fraction = limit, steps: list[float] = steps) -> bool:
+            if not all(map(math.isfinite, steps)):
+                return False
+            return distance_exactly(evidence.meetings, pair, limit + stretch * sum(map(Fraction, steps)))
+
+        verdict = _at_least(near.low, near.high, limit, exactly)
+        if verdict == "fails" and not near.high < float(in_tube) and (limit > in_tube or any(steps)):
+            verdict = "undecided"  # what drift and steps can do is bounded from above only
         time = float(near.time)
         asked = (
             f"{float(limit):.4f} m are asked (separation {evidence.plan.mission.separation:g} m, margin {float(margin):g} m)"
@@ -237,8 +241,8 @@ def separation_claims(evidence: Evidence, margin: Fraction, drifts: Mapping[str,
         else:
             sentence = f"{near.robot} and {near.other} come within {near.high:.4f} m at {time:.4f} s; {asked}."
         yield _claim(
-            "separation", verdict, sentence, robot=near.robot, other=near.other, unit="m", bound=near.low,
-            limit=float(limit), margin=near.low - float(limit), time=time,
+            "separation", verdict, sentence, robot=near.robot, other=near.other, unit="m", time=time,
+            **_room(near.low, limit, verdict),
         )  # fmt: skip
 
 
@@ -270,17 +274,18 @@ def rim_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
         )  # fmt: skip
 
 
-def visit_claim(robot: str, matching: Matching, actions_fault: str) -> Claim:
+def visit_claim(robot: str, matching: Matching, actions: ActionFault | None) -> Claim:
     """The k-th planned visit is the k-th stay, and its actions are permitted there."""
-    fault = matching.fault or actions_fault
-    if not fault:
+    if matching.fault:
+        fault, visit, region, time = matching.fault, matching.visit, matching.region, matching.time
+    elif actions is not None:
+        fault, visit, region, time = actions.sentence, actions.visit, actions.region, actions.time
+    else:
         count = len(matching.stays)
         return _claim("visits", "holds", f"{robot} makes its {count} planned visits, in order, and no other.", robot=robot)
-    time = None if matching.time is None else float(matching.time)
-    at = "" if time is None else f" (from {time:.4f} s)"
-    return _claim(
-        "visits", "fails", f"{robot}: {fault}{at}.", robot=robot, time=time, region=matching.region, visit=matching.visit
-    )
+    when = None if time is None else float(time)
+    at = "" if when is None else f" (from {when:.4f} s)"
+    return _claim("visits", "fails", f"{robot}: {fault}{at}.", robot=robot, time=when, region=region, visit=visit)
 
 
 def passage_claim(
@@ -297,11 +302,19 @@ def passage_claim(
     cycle = evidence.paths.trajectories[evidence.paths.robots.index(robot)].cycle
     knot = None if cycle is None else evidence.paths.knots[evidence.paths.robots.index(robot)][cycle]
 
+    limit = float(margin + Fraction(evidence.plan.mission.vehicle.radius))
+
     def refused(sentence: str, crossing: Crossing | None = None, visit: int | None = None, region: str | None = None) -> Claim:
-        time = None if crossing is None else float((crossing.start + crossing.stop) / 2)
-        at = "" if time is None else f" at {time:.4f} s"
-        hoop = region if crossing is None else crossing.hoop
-        return _claim("passages", "fails", f"{robot}: {sentence}{at}.", robot=robot, time=time, region=hoop, visit=visit)
+        if crossing is None:
+            stay = None if visit is None or visit >= len(matching.stays) else matching.stays[visit]
+            time = None if stay is None else float((stay.start + stay.stop) / 2)
+            at = "" if time is None else f" (its visit is around {time:.4f} s)"
+            return _claim("passages", "fails", f"{robot}: {sentence}{at}.", robot=robot, time=time, region=region, visit=visit)
+        time, room = float((crossing.start + crossing.stop) / 2), _inside_rim(evidence, crossing)
+        return _claim(
+            "passages", "fails", f"{robot}: {sentence} at {time:.4f} s.", robot=robot, time=time, region=crossing.hoop,
+            visit=visit, unit="m", bound=room, limit=limit, margin=room - limit, what="distance inside the rim",
+        )  # fmt: skip
 
     sequence = evidence.plan.mission.passages
     if sequence is not None and [p for _, p in wanted] != [*sequence.prefix, *(sequence.cycle or ())]:
@@ -333,7 +346,7 @@ def passage_claim(
             in_cycle = plan.cycle_visit is not None and visit >= plan.cycle_visit
             if not (crossing.start > knot if in_cycle else crossing.stop < knot):
                 return refused(f"passage {position} is on the wrong side of the start of the cycle", crossing, visit)
-        room = math.nextafter(evidence.plan.mission.hoops[crossing.hoop].opening - crossing.off_axis, -math.inf)
+        room = _inside_rim(evidence, crossing)
         tightest = (room, crossing) if tightest is None or room < tightest[0] else tightest
     if len(found) < len(wanted):
         visit, passage = wanted[len(found)]
@@ -342,7 +355,6 @@ def passage_claim(
     if tightest is None:
         return _claim("passages", "holds", f"{robot} passes no opening, as planned.", robot=robot)
     room, crossing = tightest
-    limit = float(margin + Fraction(evidence.plan.mission.vehicle.radius))
     return _claim(
         "passages", "holds", f"{robot} passes exactly its planned openings: {names}; at least {room:.4f} m inside the rims.",
         robot=robot, unit="m", bound=room, limit=limit, margin=room - limit,
@@ -350,8 +362,19 @@ def passage_claim(
     )  # fmt: skip
 
 
+def _inside_rim(evidence: Evidence, crossing: Crossing) -> float:
+    """Return a lower bound on how far inside the opening's edge a path stays, in m."""
+    return math.nextafter(evidence.plan.mission.hoops[crossing.hoop].opening - crossing.off_axis, -math.inf)
+
+
 def _visit_of(wanted: list[tuple[int, Passage]], position: int) -> int | None:
     return wanted[position][0] if position < len(wanted) else None
+
+
+def _room(low: float, limit: Fraction, verdict: Outcome) -> dict[str, float]:
+    """Return bound, limit and margin; what was decided without rounding is at least the limit."""
+    bound = max(low, float(limit)) if verdict == "holds" else low
+    return {"bound": bound, "limit": float(limit), "margin": bound - float(limit)}
 
 
 def _at_least(low: float, high: float, limit: Fraction, exactly: Callable[[], bool]) -> Outcome:
@@ -385,11 +408,12 @@ def _claim(
     time: float | None = None,
     region: str | None = None,
     visit: int | None = None,
+    what: str = "",
 ) -> Claim:
     witness = None
     if verdict != "holds":
         witness = Witness(
             claim=name, sentence=sentence, robot=robot, other=other, time=time, region=region, visit=visit,
-            bound=bound, limit=limit,
+            bound=bound, limit=limit, what=what,
         )  # fmt: skip
     return Claim(name, verdict, sentence, robot, other, unit, bound, limit, margin, time, witness)

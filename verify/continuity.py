@@ -61,7 +61,7 @@ def jumps(paths: TeamPaths) -> list[Jump]:
             after, after_error = first.mid, first.rad
             rest = np.zeros((1, 4))
             if order == 0:
-                start = np.array([[*agent.start, trajectory.coefficients[0, 3, 0]]])
+                start = np.array([[*agent.start, agent.yaw]])
                 goal = before[-1:].copy()
                 if agent.end is not None:
                     goal[0, :3] = agent.end
@@ -73,8 +73,9 @@ def jumps(paths: TeamPaths) -> list[Jump]:
             left, left_error = np.concatenate([start, before]), np.concatenate([np.zeros((1, 4)), before_error])
             right, right_error = np.concatenate([after, goal]), np.concatenate([after_error, goal_error])
             gap = np.abs(right - left)
-            if trajectory.cycle is not None and order == 0:  # the heading may have turned full circles in a lap
-                gap[-1, 3] = _modulo_turns(float(gap[-1, 3]))
+            if order == 0:  # a heading may be written with full turns more, and turn them in a lap
+                for joint in (0, -1):
+                    gap[joint, 3] = _modulo_turns(float(gap[joint, 3]))
             error = (left_error + right_error + 1e-15 * (np.abs(left) + np.abs(right))) * (1 + 2.0**-40) + 1e-290
             worst = _worse(worst, name, paths.knots[robot], order, gap, error)
         assert worst is not None
@@ -101,5 +102,7 @@ def _worse(worst: Jump | None, name: str, knots: tuple[Fraction, ...], order: in
 
 
 def _modulo_turns(angle: float) -> float:
+    if not abs(angle) < 1e6:
+        return angle
     turns = round(angle / (2 * np.pi))
     return abs(angle - turns * 2 * np.pi)

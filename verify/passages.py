@@ -13,6 +13,7 @@ Between passages every point within m of the path is outside the opening.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -205,7 +206,7 @@ def _crossing(frames: HoopFrames, robot: str, column: int, parts: list[_Part], m
     paths, name, hoop = frames.paths, frames.names[column], frames.hoop(column)
     first, last = parts[0], parts[-1]
     start, stop = paths.segments[first.segment].time(first.start), paths.segments[last.segment].time(last.stop)
-    off_axis = float(np.nextafter(np.sqrt(max(part.across for part in parts)), np.inf))
+    off_axis = float(np.nextafter(np.sqrt(np.max([part.across for part in parts])), np.inf))  # NaN stays NaN
     room = float(Fraction(hoop.opening) - margin - Fraction(paths.mission.vehicle.radius))
     bound = float(np.nextafter(float(margin), np.inf))
     way: Way = None
@@ -219,11 +220,27 @@ def _crossing(frames: HoopFrames, robot: str, column: int, parts: list[_Part], m
     elif way is None:
         back = (first.first[1] < 0 and last.last[1] < 0) or (first.first[0] > 0 and last.last[0] > 0)
         reason = "the path enters the opening and turns back" if back else "the path leaves the opening sideways"
-    elif not Fraction(off_axis) <= Fraction(hoop.opening) - margin - Fraction(paths.mission.vehicle.radius):
+    elif _goes_back(parts, bound if way == "F" else -bound):
+        way, reason = None, "the path passes the opening and comes back through it"
+    elif not (math.isfinite(off_axis) and Fraction(off_axis) <= Fraction(hoop.opening) - margin - Fraction(paths.mission.vehicle.radius)):
         reason = f"the path is {off_axis:.4f} m off the axis, where {room:.4f} m leave room for vehicle and margin"
     else:
         reason = ""
     return Crossing(robot, name, start, stop, way, off_axis, reason)
+
+
+def _goes_back(parts: list[_Part], bound: float) -> bool:
+    """Tell whether a path that was beyond the margin behind the plane is at some joint of parts surely before it again."""
+    sign = 1.0 if bound > 0 else -1.0
+    passed = False
+    for part in parts:
+        for low, high in (part.first, part.last):
+            if sign < 0:
+                low, high = -high, -low
+            passed |= low > abs(bound)
+            if passed and high < -abs(bound):
+                return True
+    return False
 
 
 def _position(paths: TeamPaths, part: _Part) -> Literal["start", "end", ""]:

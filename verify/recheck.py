@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +48,7 @@ def recheck(folder: str | Path) -> Certificate:
         BadInput: A file is missing, unreadable or of a later format.
     """
     folder = Path(folder)
-    written = _read_certificate(folder / CERTIFICATE_FILE)
+    written = read_certificate(folder / CERTIFICATE_FILE)
     mission = load_mission_file(folder / MISSION_FILE)
     if mission.digest() != written["mission"]:
         raise NotCertified(f"{folder / MISSION_FILE} was changed: it is not the mission that was certified.")
@@ -105,7 +106,7 @@ def _certified_team(folder: Path, mission: Mission, written: Mapping[str, Any]) 
     for name in mission.agents:
         entry = written[name]
         candidates = [load_csv(_csv(folder, name))]
-        if len(candidates[0]) == 2:  # crazyswarm2 cannot read one piece, so exports add a hover behind a single one
+        if _ends_in_a_hover(candidates[0]):  # crazyswarm2 cannot read one piece, so exports add a hover behind a single one
             only = candidates[0]
             candidates.append(Trajectory(only.durations[:1], only.coefficients[:1]))
         if entry["cycle"] is not None:
@@ -115,6 +116,18 @@ def _certified_team(folder: Path, mission: Mission, written: Mapping[str, Any]) 
             raise NotCertified(f"{_csv(folder, name)} was changed: it is not the trajectory that was certified.")
         team[name] = same[0]
     return team
+
+
+def _ends_in_a_hover(flown: Trajectory) -> bool:
+    """Tell whether a flight is one piece and a hover where it ends, to the last bit of a float32."""
+    if len(flown) != 2 or flown.coefficients[1, :, 1:].any():
+        return False
+    powers = Fraction(float(flown.durations[0])) ** np.arange(flown.coefficients.shape[-1])
+    for axis in flown.coefficients.astype(object).transpose(1, 0, 2):
+        end = sum((Fraction(c) * power for c, power in zip(axis[0], powers, strict=True)), Fraction(0))
+        if abs(Fraction(axis[1, 0]) - end) > Fraction(float(np.spacing(np.float32(abs(axis[1, 0]))))):
+            return False
+    return True
 
 
 def _with_cycle(flown: Trajectory, cycle: int, laps: int) -> Trajectory | None:
@@ -148,8 +161,14 @@ def _end_value(trajectory: Trajectory, order: int) -> np.ndarray:
     return (trajectory.derivative_coefficients(order)[-1, :3] * powers).sum(-1)
 
 
-def _read_certificate(path: Path) -> dict[str, Any]:
-    """Read certificate.json as plain data of the right shape."""
+def read_certificate(path: Path) -> dict[str, Any]:
+    """Read certificate.json as plain data of the right shape; `recheck` proves what it says.
+
+    Raises:
+        BadInput: The file is unreadable, no certificate, or one of another format.
+    """
+    if path.exists() and not path.is_file():
+        raise BadInput(f"{path} cannot be read: it is no file.")
     try:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
@@ -226,6 +245,20 @@ def _is_list_of_objects(value: Any) -> bool:
     return isinstance(value, list) and all(isinstance(item, dict) for item in value)
 
 
+def _are_actions(value: Any) -> bool:
+    return _is_list_of_objects(value) and all(
+        set(item) == {"robot", "visit", "time", "source", "target"}
+        and all(_is_text(item[key]) for key in ("robot", "source", "target"))
+        and _is_number(item["time"])
+        and _is_number(item["visit"])
+        for item in value
+    )
+
+
+def _are_versions(value: Any) -> bool:
+    return isinstance(value, dict) and all(map(_is_text, value.values()))
+
+
 _SHAPE = (
     ("mission", _is_text, "a digest"),
     ("plan", _is_text, "a digest"),
@@ -235,8 +268,8 @@ _SHAPE = (
     ("clock_error", _is_number, "a number, at least 0"),
     ("duration", _is_number, "a number, at least 0"),
     ("claims", _is_list_of_objects, "a list of objects"),
-    ("actions", _is_list_of_objects, "a list of objects"),
-    ("versions", lambda v: isinstance(v, dict), "an object"),
+    ("actions", _are_actions, "a list of objects with robot, visit, time, source and target"),
+    ("versions", _are_versions, "an object of texts"),
     ("digest", _is_text, "a digest"),
 )
 

@@ -39,6 +39,13 @@ _SLACK = 1e-12
 """Relative; the floats used here err by less than 100 units of 2^-53, so a status beyond this slack is proved."""
 
 
+_MOST = 1e9
+"""Greatest speed (m/s) and error (m) that are taken for meant; beyond them, floats would overflow and prove nothing."""
+
+_LARGEST = 1e12
+"""Greatest coordinate (m) and time (s), likewise."""
+
+
 @dataclass(frozen=True, eq=False)
 class _Track:
     """One robot's samples: times from 0 in s, shape (n,); positions in m, shape (n, 3); internal propositions, or None."""
@@ -67,7 +74,8 @@ def check_samples(
         mission: Carries the formula and the regions; its trace must be finite.
         max_speed: Bound on every robot's speed at all times, m/s.
         error: Bound on the distance between measured and true position, m.
-        internal: For each robot its internal propositions at each sample; needed where the formula names them.
+        internal: For each robot its internal propositions at each sample; needed where the formula names them. No
+            speed bounds them: between samples that agree they are taken as unchanged, between others as changed once.
         budget: Configurations that each part of the formula may take.
 
     Returns:
@@ -78,8 +86,8 @@ def check_samples(
         BadInput: No speed bound, samples further apart than it allows, or arrays that do not fit.
     """
     speed = _speed(max_speed)
-    if not isinstance(error, int | float) or isinstance(error, bool) or not math.isfinite(error) or error < 0:
-        raise BadInput(f"error must be a finite length in m, at least 0, not {error!r}.")
+    if isinstance(error, bool) or not isinstance(error, int | float) or not 0 <= error <= _MOST:
+        raise BadInput(f"error must be a length in m, from 0 to {_MOST:g}, not {str(error)[:40]}.")
     if mission.spec.trace == "infinite":
         raise BadInput("A recorded flight ends; it cannot satisfy or break a formula over an infinite trace.")
     tracks = _tracks(times, positions, mission, internal)
@@ -193,7 +201,7 @@ def _statuses(times: Floats, positions: Floats, region: Region, speed: float, er
     if len(times) == 1:
         return [(0.0, _at_sample(level[0], size[0], scale * error))]
     step = np.diff(positions, axis=0)
-    gap = np.diff(times)
+    gap = _gaps(times)
     length = np.maximum(speed * gap + 2 * error, np.linalg.norm(step, axis=1)) * (1 + _SLACK)
     wide = np.sqrt(np.maximum(length**2 - np.einsum("ij,ij->i", step, step), 0.0) / 4 + 1e-14 * length**2)
     reach = scale * wide * (1 + _SLACK)
@@ -209,6 +217,7 @@ def _statuses(times: Floats, positions: Floats, region: Region, speed: float, er
     # for how long after (or before) each sample the ball is inside, or outside, for sure
     held_in = ((1 - root_high) / scale - error) / speed * (1 - 1e-9)
     held_out = ((root_low - 1) / scale - error) / speed * (1 - 1e-9)
+    shrink = np.diff(times) / gap  # the clock that was set to 0 may run slow by that much within a gap
     row: list[tuple[float, Status]] = []
 
     def add(time: float, status: Status) -> None:
@@ -224,12 +233,18 @@ def _statuses(times: Floats, positions: Floats, region: Region, speed: float, er
         last, since = _near(held_in[k + 1], held_out[k + 1])
         if first != "may":
             add(start, first)
-        left, right = start + until, stop - since
+        left = math.nextafter(start + until * shrink[k], -math.inf)
+        right = math.nextafter(stop - since * shrink[k], math.inf)
         if left < right or first != last:
             add(max(min(left, stop), start) if first != "may" else start, "may")
         if last != "may":
             add(min(max(right, left, start), stop), last)
     return row
+
+
+def _gaps(times: Floats) -> Floats:
+    """Return upper bounds on the times between samples, whose clock was set to 0 with one rounding each."""
+    return np.nextafter(np.diff(times), np.inf) + np.spacing(times[1:])
 
 
 def _near(held_in: float, held_out: float) -> tuple[Status, float]:
@@ -276,8 +291,10 @@ def _denser(track: _Track, factor: int) -> _Track:
 def _speed(max_speed: float | None) -> float:
     if max_speed is None:
         raise BadInput("A sampled path proves nothing without a speed bound: give max_speed in m/s.")
-    if isinstance(max_speed, bool) or not isinstance(max_speed, int | float) or not math.isfinite(max_speed) or max_speed <= 0:
-        raise BadInput(f"max_speed must be a finite speed in m/s, above 0, not {max_speed!r}.")
+    if isinstance(max_speed, bool) or not isinstance(max_speed, int | float) or not 1 / _MOST <= max_speed <= _MOST:
+        raise BadInput(
+            f"max_speed must be a speed in m/s, from {1 / _MOST:g} (so above 0) to {_MOST:g}, not {str(max_speed)[:40]}."
+        )
     return float(max_speed)
 
 
@@ -290,9 +307,9 @@ def _tracks(
     at = _array(times, "times")
     if at.ndim != 1 or len(at) == 0:
         raise BadInput(f"times must have shape (n,) with at least one sample, not {at.shape}.")
-    if np.any(np.diff(at) <= 0):
-        where = int(np.argmax(np.diff(at) <= 0))
-        raise BadInput(f"times must increase; times[{where + 1}] = {at[where + 1]} follows {at[where]}.")
+    if np.any(np.diff(at) <= 0) or np.any(np.diff(at - at[0]) <= 0):
+        where = int(np.argmax((np.diff(at) <= 0) | (np.diff(at - at[0]) <= 0)))
+        raise BadInput(f"times must increase, and by more than floats lose; times[{where + 1}] = {at[where + 1]} follows {at[where]}.")
     names = tuple(mission.agents)
     if isinstance(positions, Mapping):
         if set(positions) != set(names):
@@ -340,12 +357,14 @@ def _array(values: ArrayLike, name: str) -> Floats:
         raise BadInput(f"{name} must be an array of numbers: {problem}.") from None
     if not np.all(np.isfinite(array)):
         raise BadInput(f"{name} must be finite; a number is NaN or infinite.")
+    if not np.all(np.abs(array) <= _LARGEST):
+        raise BadInput(f"{name} must lie within {_LARGEST:g}; that is no flight.")
     return array
 
 
 def _refuse_jumps(track: _Track, speed: float, error: float) -> None:
     step = np.linalg.norm(np.diff(track.positions, axis=0), axis=1)
-    allowed = (speed * np.diff(track.times) + 2 * error) * (1 + 1e-9)
+    allowed = (speed * _gaps(track.times) + 2 * error) * (1 + 1e-9)
     if np.any(step > allowed):
         k = int(np.argmax(step > allowed))
         raise BadInput(
@@ -358,13 +377,16 @@ def _read_log(
     text: str, source: str, mission: Mission
 ) -> tuple[Floats, dict[str, Floats], dict[str, list[frozenset[str]]] | None]:
     reader = csv.DictReader(io.StringIO(text))
-    columns = reader.fieldnames or []
+    try:
+        columns, lines = reader.fieldnames or [], list(reader)
+    except csv.Error as problem:
+        raise BadInput(f"{source} is no CSV: {problem}.") from None
     missing = [name for name in ("t", "robot", "x", "y", "z") if name not in columns]
     if missing:
         raise BadInput(f"{source} is no flight log: column '{missing[0]}' is missing (needed: t, robot, x, y, z).")
     rows: dict[str, list[tuple[float, float, float, float]]] = {name: [] for name in mission.agents}
     letters: dict[str, list[frozenset[str]]] = {name: [] for name in mission.agents}
-    for line, row in enumerate(reader, start=2):
+    for line, row in enumerate(lines, start=2):
         robot = row["robot"]
         if robot not in rows:
             raise BadInput(f"{source}, line {line}: '{robot}' is not a robot of this mission ({', '.join(rows)}).")

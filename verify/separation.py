@@ -1,13 +1,15 @@
 """Distances for all times: between robots, and to the walls of the workspace.
 
 Within the margin m of their paths two robots come at most 2 m nearer to each other, and to a wall at most m. With
-`separation_z` the distance in z counts k = separation / separation_z, and moving by m changes the distance so
-measured by at most max(1, k) m. Clocks that differ by up to e let one path run ahead by its greatest speed times e.
+`separation_z` the distance in z counts k = separation / separation_z, and moving by m, by a step between two pieces or by
+what clocks that differ by up to e let one path run ahead (its greatest speed times e) changes the distance so measured by
+at most max(1, k) times as much.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -107,7 +109,7 @@ class Meetings:
         pairs: Indices of the robots.
         meetings: In order of pairs and times.
         squares: Squared distance (z weighted) during each. Shape (meetings, 15).
-        jumps: Bound on each robot's longest step between pieces, in m.
+        jumps: Bound on each robot's longest step between pieces, in m, whatever its direction.
     """
 
     paths: TeamPaths
@@ -129,6 +131,11 @@ def z_weight(paths: TeamPaths) -> Fraction:
     if mission.separation_z == 0:
         raise BadInput("separation_z must be above 0 m; leave it out for the same clearance in all directions.")
     return Fraction(mission.separation) / Fraction(mission.separation_z)
+
+
+def stretch_of(paths: TeamPaths) -> Fraction:
+    """Return by how many m the measured distance changes at most where a robot moves by 1 m."""
+    return max(Fraction(1), z_weight(paths))
 
 
 @np.errstate(all="ignore")
@@ -207,13 +214,14 @@ def distances(found: Meetings) -> list[Nearness]:
     paths = found.paths
     if not found.pairs:
         return []
+    stretch = _up(stretch_of(paths))
     groups = np.array([m.pair for m in found.meetings], dtype=np.intp)
     least = peaks(-found.squares, groups, len(found.pairs), slack=np.full(len(found.pairs), _SLACK))
     result = []
     for pair, (a, b) in enumerate(found.pairs):
         meeting = found.meetings[int(least.item[pair])]
         time = meeting.start + (meeting.stop - meeting.start) * Fraction(float(least.place[pair]))
-        low = _root_down(-float(least.upper[pair])) - (found.jumps[a] + found.jumps[b]) * (1 + 2.0**-40)
+        low = _root_down(-float(least.upper[pair])) - (found.jumps[a] + found.jumps[b]) * stretch * (1 + 2.0**-40)
         high = float(np.nextafter(np.sqrt(max(-float(least.lower[pair]), 0.0)), np.inf))
         result.append(Nearness(paths.robots[a], paths.robots[b], float(np.nextafter(low, -np.inf)), high, time))
     return result
@@ -223,7 +231,8 @@ def distance_exactly(found: Meetings, pair: int, limit: Fraction) -> bool:
     """Decide without rounding whether a pair stays at least `limit` apart between its steps."""
     weight = exact.rational(z_weight(found.paths))
     for row, meeting in enumerate(found.meetings):
-        if meeting.pair != pair or Fraction(float(found.squares.low[row].min())) >= limit * limit:
+        least = float(found.squares.low[row].min())
+        if meeting.pair != pair or (math.isfinite(least) and Fraction(least) >= limit * limit):
             continue
         total = None
         for axis in range(3):
@@ -243,6 +252,10 @@ def _exact_part(paths: TeamPaths, index: int, meeting: Meeting) -> list[fmpq_pol
     length = segment.stop - segment.start
     start, stop = (meeting.start - segment.start) / length, (meeting.stop - segment.start) / length
     return [exact.on_unit_interval(p, start, stop) for p in paths.exact_position(index)]
+
+
+def _up(value: Fraction) -> float:
+    return float(np.nextafter(float(value), np.inf))
 
 
 def _root_down(value: float) -> float:

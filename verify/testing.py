@@ -75,6 +75,8 @@ def assert_satisfies(
         BadInput: Formula, regions or numbers are wrong.
     """
     __tracebackhide__ = True
+    if isinstance(margin, bool) or not isinstance(margin, int | float) or not 0 <= margin <= 1e6:
+        raise BadInput(f"margin must be a number of metres from 0 to a million, not {str(margin)[:40]}.")
     if isinstance(flight, Trajectory):
         mission = _mission(regions, flight.evaluate(0.0)[:3], Spec(formula=formula, trace=_trace(flight)))
         timeline = _timeline(mission, flight, margin)

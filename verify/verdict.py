@@ -66,6 +66,7 @@ class Verdict:
             region=self.region,
             visit=self.visit,
             word=self.readings(),
+            times=self.times,
             order=self.order,
         )
 

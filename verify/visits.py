@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -54,6 +53,23 @@ class Matching:
     stays: tuple[Stay, ...]
     extra: Stay | None = None
     fault: str = ""
+    visit: int | None = None
+    region: str | None = None
+    time: Fraction | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ActionFault:
+    """Why a planned action cannot be placed.
+
+    Attributes:
+        sentence: For a person.
+        visit: Index of the planned visit, where one is to blame.
+        region: Where it is.
+        time: When the action would have been, or when the visit begins, in s.
+    """
+
+    sentence: str
     visit: int | None = None
     region: str | None = None
     time: Fraction | None = None
@@ -117,11 +133,11 @@ def match(robot: RobotPlan, found: tuple[Stay, ...]) -> Matching:
 
 def internal_changes(
     mission: Mission, robot: RobotPlan, matching: Matching, knot: Fraction | None = None, *, initial: str | None = None
-) -> tuple[tuple[InternalChange, ...], str]:
+) -> tuple[tuple[InternalChange, ...], ActionFault | None]:
     """Place the planned actions in time.
 
-    Actions of a visit are spread evenly over the longest time that the robot is in the region for sure; a single one
-    is at its middle.
+    Actions of a visit are spread evenly over the longest time that the robot is in the region for sure, so that no two
+    share an instant; a single one is at its middle. Every instant is a float, the one that is written and flown.
 
     Args:
         mission: Says which actions are permitted.
@@ -131,38 +147,58 @@ def internal_changes(
         initial: Internal state at time 0; None takes the mission's.
 
     Returns:
-        The changes in order, and why one of them is not permitted (empty where all are).
+        The changes in order, and why the next one is not permitted (None where all are).
     """
     changes: list[InternalChange] = []
+
+    def fault(sentence: str, index: int, time: Fraction | None = None) -> tuple[tuple[InternalChange, ...], ActionFault]:
+        begins = matching.stays[index].start if index < len(matching.stays) else None
+        return tuple(changes), ActionFault(sentence, index, robot.visits[index].region, begins if time is None else time)
+
     state = mission.robot.initial if initial is None else initial
     at_cycle: str | None = None
     for index, visit in enumerate(robot.visits):
         if index == robot.cycle_visit:
             at_cycle = state
         if index >= len(matching.stays):
-            return tuple(changes), f"visit {index} does not happen" if visit.actions else ""
+            if visit.actions:
+                return fault(f"visit {index} of '{visit.region}', with its actions, does not happen", index)
+            return tuple(changes), None
         span = matching.stays[index].longest
         for number, action in enumerate(visit.actions):
             if action.source != state:
-                return tuple(
-                    changes
-                ), f"visit {index} changes '{action.source}' to '{action.target}', but the state is '{state}'"
+                return fault(
+                    f"visit {index} of '{visit.region}' changes '{action.source}' to '{action.target}', "
+                    f"but the state is '{state}'",
+                    index,
+                )
             if action not in mission.robot.actions or action.at != visit.region:
-                return tuple(changes), f"'{action.source}' may not become '{action.target}' in '{visit.region}'"
+                return fault(
+                    f"visit {index}: '{action.source}' may not become '{action.target}' in '{visit.region}'", index
+                )
             assert span is not None
-            instant = _rounded(span[0] + (span[1] - span[0]) * Fraction(number + 1, len(visit.actions) + 1), span)
+            step = (span[1] - span[0]) / (len(visit.actions) + 1)
+            instant = _rounded(span[0] + step * (number + 1), step)
+            if changes and changes[-1].time >= instant:
+                return fault(f"the actions of visit {index} of '{visit.region}' have no time between them", index, instant)
             if knot is not None and (instant > knot) != (robot.cycle_visit is not None and index >= robot.cycle_visit):
-                return tuple(changes), f"the action of visit {index} is on the wrong side of the start of the cycle"
+                return fault(
+                    f"the action of visit {index} of '{visit.region}' is on the wrong side of the start of the cycle",
+                    index,
+                    instant,
+                )
             state = action.target
             propositions = frozenset(mission.robot.states[state])
             changes.append(InternalChange(instant, action.source, state, visit.region, index, propositions))
     if robot.cycle_visit is not None and at_cycle is not None and at_cycle != state:
-        return tuple(changes), f"a lap begins in state '{at_cycle}' and ends in '{state}'"
-    if any(a.time >= b.time for a, b in itertools.pairwise(changes)):
-        return tuple(changes), "two actions of one visit have no time between them"
-    return tuple(changes), ""
+        last = max(index for index, visit in enumerate(robot.visits) if visit.actions)
+        return fault(f"a lap begins in state '{at_cycle}' and ends in '{state}', by the action of visit {last}", last)
+    return tuple(changes), None
 
 
-def _rounded(time: Fraction, span: tuple[Fraction, Fraction]) -> Fraction:
-    near = Fraction(round(time * _GRID), _GRID)
-    return near if span[0] < near < span[1] else time
+def _rounded(time: Fraction, step: Fraction) -> Fraction:
+    """Round an instant that lies more than `step` inside a visit, and off the next one, by less than half of that."""
+    if step > Fraction(1, _GRID):
+        return Fraction(round(time * _GRID), _GRID)
+    near = Fraction(float(time))  # a visit of microseconds
+    return near if 2 * abs(near - time) < step else time

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ltlplan.commands.options import FolderArgument, JsonOption, MarginOption
+from verify.data.errors import BadInput
 
 if TYPE_CHECKING:
     from verify.data import Mission
@@ -57,17 +58,21 @@ def _judge_recording(folder: Path, recording: Path, max_speed: float | None, err
     from verify.data import NotCertified, load_mission_file
 
     mission = load_mission_file(folder / "mission.yaml" if folder.is_dir() else folder)
+    from_plan = False
     if _is_our_log(recording):
         verdict = check_recording(recording, mission, max_speed=max_speed, error=error)
     else:
         table = read_recording(recording, tuple(mission.agents))
         internal = _planned_states(folder, mission, table.times.tolist())
+        from_plan = internal is not None and bool(mission.internal_propositions & mission.formula.names())
         verdict = check_samples(table.times, table.position, mission, max_speed=max_speed, error=error, internal=internal)
     if as_json:
         print_json({"mission": mission.name, "flight": str(recording), **verdict.to_dict()})
     else:
         words = {"holds": "satisfied", "fails": "violated", "undecided": "samples too sparse to tell"}
         typer.echo(f"{words[verdict.outcome]}. {verdict.sentence}")
+        if from_plan:
+            typer.echo("Internal states are those of the certificate's planned actions, from the table's first row on.")
     if not verdict:
         raise typer.Exit(NotCertified.exit_code)
 
@@ -88,17 +93,18 @@ def _planned_states(folder: Path, mission: Mission, times: list[float]) -> dict[
 
     A table of positions does not show internal states; the folder's certificate says when they were to change.
     """
-    from verify.recheck import certificate_from_json
+    from verify.recheck import read_certificate
 
     path = folder / "certificate.json"
     if not folder.is_dir() or not path.exists():
         return None
-    actions = certificate_from_json(path.read_bytes(), str(path))["actions"]
+    actions = read_certificate(path)["actions"]
+    for index, action in enumerate(actions):
+        if action["robot"] not in mission.agents or action["target"] not in mission.robot.states:
+            raise BadInput(f"{path}: action {index} is not of this mission; certify the folder again.")
     states: dict[str, list[frozenset[str]]] = {}
     for name in mission.agents:
         mine = sorted((action["time"], action["target"]) for action in actions if action["robot"] == name)
-        reached = [
-            [mission.initial_internal(name), *(state for instant, state in mine if instant <= time)][-1] for time in times
-        ]
+        reached = [[mission.initial_internal(name), *(state for instant, state in mine if instant <= time)][-1] for time in times]
         states[name] = [frozenset(mission.robot.states[state]) for state in reached]
     return states

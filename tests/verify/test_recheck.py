@@ -146,7 +146,7 @@ def edits():
         "mission": (["mission"], "0" * 64),
         "plan": (["plan"], "0" * 64),
         "no claims": (["claims"], []),
-        "action": (["actions"], [{"robot": "r0"}]),
+        "action": (["actions"], [{"robot": "r0", "visit": 0, "time": 1.0, "source": "idle", "target": "idle"}]),
         "robots": (["trajectories"], {}),
         "clock error": (["clock_error"], 0.25),
     }
@@ -220,7 +220,7 @@ def test_hostile_certificates_are_bad_input(folder, name):
         ("claims", [1]), ("claims", None), ("trajectories", []), ("trajectories", {"r0": "x"}),
         ("trajectories", {"r0": {"digest": 1, "cycle": None}}), ("trajectories", {"r0": {"digest": "x", "cycle": -1}}),
         ("trajectories", {"r0": {"digest": "x", "cycle": 1.5}}), ("versions", None), ("actions", "none"), ("duration", []),
-        ("mission", None), ("digest", 5), ("largest_margin", "big"), ("extra", 1), ("clock_error", -0.5),
+        ("actions", [{}]), ("actions", [{"robot": "r0"}]), ("versions", {"numpy": [[]]}), ("mission", None), ("digest", 5), ("largest_margin", "big"), ("extra", 1), ("clock_error", -0.5),
     ],
 )  # fmt: skip
 def test_certificates_of_the_wrong_shape_are_bad_input(folder, key, value):

@@ -142,7 +142,7 @@ def plan_from_json(text: str, mission: Mission) -> Plan:
     """
     try:
         data = json.loads(text)
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits is a plain ValueError
         raise BadInput(f"plan.json is no JSON: {error}.") from None
     if not isinstance(data, dict) or data.get("format") != PLAN_FORMAT:
         raise BadInput(f'plan.json must be an object with "format": {PLAN_FORMAT}.')

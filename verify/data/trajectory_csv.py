@@ -81,6 +81,8 @@ def read_csv(text: str, source: str = "trajectory") -> Trajectory:
 def load_csv(path: str | Path) -> Trajectory:
     """Read a trajectory from a CSV file."""
     path = Path(path)
+    if path.exists() and not path.is_file():  # a pipe would be waited for
+        raise BadInput(f"{path} cannot be read: it is no file.")
     try:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)

@@ -19,7 +19,9 @@ class Witness:
         visit: Index of the planned visit concerned (into `RobotPlan.visits`).
         bound: The proved bound on the quantity, in the limit's unit.
         limit: The limit that it breaks, in the same unit.
+        what: What `bound` and `limit` are of, where the claim's name does not say it: a wall, a derivative at a joint.
         word: A counterexample, as letters with the robot that holds each, for claims about words.
+        times: For each letter of `word` the times, in s, from which and until which it can be read.
         order: Pairs ((robot, visit), (robot, visit)): the first must be over before the second begins, to
             rule this counterexample out.
     """
@@ -33,5 +35,7 @@ class Witness:
     visit: int | None = None
     bound: float | None = None
     limit: float | None = None
+    what: str = ""
     word: tuple[tuple[str, frozenset[str]], ...] = ()
+    times: tuple[tuple[float, float], ...] = ()
     order: tuple[tuple[tuple[str, int], tuple[str, int]], ...] = ()
