@@ -24,6 +24,7 @@ _INSTANT = 0.05  # m between sampled instants, about
 _SLACK = 0.02  # m beyond the margin, where the nominal path has it
 _SPACING = 0.35  # m between points, about
 _POINTS = 20
+_BLOCK = 250  # paths sampled and costed at a time, so that the arrays stay in the cache
 _MOST_POINTS = 120  # more than that, and a covariance is too large to be worth its time
 
 
@@ -93,6 +94,11 @@ class PathProblem:
 
     def costs(self, candidates: Floats) -> Floats:
         """Return the cost of each candidate, infinite where its path does not count. Shape (samples,)."""
+        block = _BLOCK if isinstance(self.cost, WeightedCost) else len(candidates)  # a user's function sees them all
+        blocks = [candidates[first : first + block] for first in range(0, len(candidates), block)]
+        return np.concatenate([self._costs(part) for part in blocks])
+
+    def _costs(self, candidates: Floats) -> Floats:
         paths = self.paths(candidates)
         counts = self.keeps.keeps(paths.axes(0))
         values = evaluate(self.cost, paths)

@@ -10,6 +10,7 @@ from ltlplan.missions import load_mission
 from ltlplan.path_result import flown_pieces
 from ltlplan.path_search import path_problem
 from ltlplan.splines import nominal_trajectory
+from ltlplan.tournament import Tournament
 from tests.courses import courses
 from verify import judge
 from verify.data import BadInput, Plan, Trajectory, Visit, Word
@@ -110,6 +111,9 @@ def test_the_spread_never_falls_below_its_floor():
         ({"covariance_smoothing": 1.5}, "at most 1"),
         ({"floor": -1.0}, "0 or more"),
         ({"target": math.nan}, "not a number"),
+        ({"batch": 1}, "fewer than 2 elites"),
+        ({"samples": 100, "batch": 5, "elite": 0.1}, "fewer than 2 elites"),
+        ({"populations": 0}, "1 or more"),
     ],
 )
 def test_options_out_of_range_are_refused(settings, match):
@@ -132,6 +136,71 @@ def test_costs_that_are_no_numbers_are_refused():
         minimise(lambda points: np.full(len(points), np.nan), search, rng=np.random.default_rng(0))
     with pytest.raises(BadInput, match="one number each"):
         minimise(lambda points: points, search, rng=np.random.default_rng(0))
+
+
+# Several populations
+
+
+def valleys(points):
+    """Two valleys along each axis, the one at -1 deeper by 0.3 than the one at +1."""
+    return (np.minimum((points + 1) ** 2, (points - 1) ** 2 + 0.3)).sum(axis=1)
+
+
+def ended(populations, seed):
+    options = Options(samples=400, rounds=40, batch=40, populations=populations)
+    search = Search.start(np.full(3, 0.4), 0.3 * np.eye(3), options)
+    return minimise(valleys, search, rng=np.random.default_rng(seed))[0].best_cost
+
+
+def test_several_populations_miss_the_deeper_valley_less_often_than_one():
+    one, four = (np.array([ended(populations, seed) for seed in range(12)]) for populations in (1, 4))
+    assert four.mean() < one.mean() - 0.05
+    assert np.all(np.isclose(four % 0.3, 0, atol=1e-3) | np.isclose(four % 0.3, 0.3, atol=1e-3))  # the bottom of a valley
+
+
+def test_the_worse_half_leaves_twice_and_the_best_cost_stays():
+    options = Options(samples=80, rounds=10, batch=20, populations=4)
+    state, rng, left, best = Tournament.start(Search.start(np.ones(2), np.eye(2), options)), np.random.default_rng(0), [], []
+    cost, _ = quadratic(2)
+    for _ in range(40):
+        candidates = state.ask(rng)
+        assert candidates.shape == (20, 2)
+        state = state.tell(candidates, cost(candidates))
+        left.append(len(state.searches))
+        best.append(state.best.best_cost)
+    assert left == [4] * 9 + [2] * 14 + [1] * 17
+    assert best == sorted(best, reverse=True)
+
+
+def test_small_budgets_are_one_population_and_one_batch_a_round():
+    assert (Options().gaussians, Options().sizes) == (1, (200,))
+    large = Options(samples=1000, rounds=200)
+    assert (large.gaussians, large.sizes) == (4, (250,) * 4)
+    assert Options(samples=1001, rounds=10, batch=300).sizes == (334, 334, 333)
+
+
+def test_each_round_draws_exactly_its_samples_however_many_populations_there_are():
+    cost, _ = quadratic(2)
+    rounds = []
+    search = Search.start(np.zeros(2), np.eye(2), Options(samples=103, rounds=7, batch=20, populations=3))
+    minimise(
+        cost,
+        search,
+        rng=np.random.default_rng(0),
+        watch=lambda i, candidates, costs: rounds.append((i, len(candidates), len(costs))),
+    )
+    assert rounds == [(i, 103, 103) for i in range(7)]
+
+
+def test_populations_with_the_same_seed_give_the_same_bytes():
+    cost, _ = quadratic(4)
+
+    def once():
+        search = Search.start(np.zeros(4), np.eye(4), Options(samples=120, rounds=9, batch=30, populations=4))
+        found, history = minimise(cost, search, rng=np.random.default_rng(5))
+        return found.best.tobytes(), history
+
+    assert once() == once()
 
 
 # Paths
@@ -182,6 +251,16 @@ def test_every_returned_path_passes_the_judge():
         assert found.cost < found.nominal
         assert judged(mission, nominal) == []
         assert judged(mission, found.plan) == []
+
+
+def test_blocks_of_a_round_cost_what_the_round_costs():
+    mission = load_mission("hoops-sequence")
+    problem = path_problem(mission, route_sequence(mission), EFFORT)
+    root = np.linalg.cholesky(problem.covariance(0.04))
+    candidates = problem.mean + np.random.default_rng(0).standard_normal((620, len(problem.mean))) @ root.T
+    costs = problem.costs(candidates)
+    assert 50 < np.isfinite(costs).sum() < 600
+    assert costs == pytest.approx(np.concatenate([problem.costs(c[None]) for c in candidates]), rel=1e-9)
 
 
 def test_the_same_seed_gives_the_same_bytes():
@@ -281,6 +360,7 @@ def test_optimised_laps_fit_the_vehicles_memory():
     assert found.cost < found.nominal
     assert flown_pieces(mission, found.plan) <= 30
     cycle = found.plan.cycle_waypoint
+    assert cycle is not None
     assert flown_pieces(mission, found.plan) == cycle + 2 * (len(found.plan.waypoints) - 1 - cycle)
 
 
