@@ -16,12 +16,22 @@ from numpy.typing import NDArray
 from verify.data import Mission, Trajectory
 from verify.data.mission import Hoop, Region
 
+CLEAR = "rgba(0,0,0,0)"
+"""Background of every figure, so that the page's own shows through, dark or light."""
+
+GRID = "rgba(128,136,150,0.25)"
+_MARK = "#7d8594"
+"""Grey of limit lines: three to one against white and against black."""
+
 COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e", "#17becf", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22")
 """Colour of each robot, in the mission's order."""
 
 _REGION_COLOURS = ("#4c9be8", "#9aa0a6", "#f2a541", "#5cb85c", "#c678dd", "#e06c75", "#56b6c2", "#d19a66")
 
 Floats = NDArray[np.float64]
+
+CAMERA = {"eye": {"x": 0.8, "y": -1.7, "z": 1.0}, "center": {"x": 0.0, "y": 0.0, "z": -0.2}}
+"""Where a scene is looked at from at first, so that the whole workspace and its axes are in the picture."""
 
 
 def robot_colour(index: int) -> str:
@@ -75,6 +85,7 @@ def scene(
     colours = region_colours(mission)
     for name, region in mission.all_regions.items():
         figure.add_trace(_ellipsoid(name, region, colours[name]))
+        figure.add_trace(_name(name, region))
         if isinstance(region, Hoop):
             figure.add_trace(_ring(name, region, colours[name]))
             figure.add_trace(_normal(name, region, colours[name]))
@@ -82,11 +93,11 @@ def scene(
         colour = robot_colour(index)
         if name in paths:
             path = paths[name]
-            figure.add_trace(_line(path, name, colour, dash="solid", legend=f"{name}: certified path"))
+            figure.add_trace(_line(path, name, colour, dash="solid", shown=True))
             if tube:
                 figure.add_trace(_tube(path[:, :3], tube, name, colour))
         if flown and name in flown:
-            figure.add_trace(_line(flown[name], name, colour, dash="dot", legend=f"{name}: flown in simulation"))
+            figure.add_trace(_line(flown[name], name, colour, dash="dot", shown=False))
         if waypoints and name in waypoints:
             points = np.array(waypoints[name], dtype=float)
             marker = {"size": 3, "color": colour, "symbol": "diamond"}
@@ -97,7 +108,7 @@ def scene(
         figure.add_trace(_points(start, name, marker, name))
     low, high = mission.workspace.min, mission.workspace.max
     axes = {
-        f"{axis}axis": {"title": f"{axis} (m)", "range": [low[i], high[i]], "backgroundcolor": "#f6f7f9", "gridcolor": "#dde"}
+        f"{axis}axis": {"title": f"{axis} (m)", "range": [low[i], high[i]], "backgroundcolor": CLEAR, "gridcolor": "#d5d9e2"}
         for i, axis in enumerate("xyz")
     }
     spans = [high[i] - low[i] for i in range(3)]
@@ -107,11 +118,12 @@ def scene(
             **axes,
             "aspectmode": "manual",
             "aspectratio": ratio,
-            "camera": {"eye": {"x": 0.55, "y": -1.25, "z": 0.85}, "center": {"x": 0, "y": 0, "z": -0.15}},
+            "camera": CAMERA,
         },
         margin={"l": 0, "r": 0, "t": 0, "b": 0},
-        legend={"orientation": "v", "x": 0.01, "y": 0.99, "font": {"size": 11}, "bgcolor": "rgba(255,255,255,0.7)"},
+        legend={"orientation": "v", "x": 0.01, "y": 0.99, "font": {"size": 12}, "bgcolor": CLEAR},
         uirevision="keep",
+        paper_bgcolor=CLEAR,
     )
     return figure
 
@@ -122,6 +134,7 @@ def over_time(
     *,
     limits: Mapping[str, float] | None = None,
     colours: Mapping[str, str],
+    dashes: Mapping[str, str] | None = None,
 ) -> go.Figure:
     """Draw quantities over mission time, with horizontal limit lines.
 
@@ -130,22 +143,29 @@ def over_time(
         title: Axis label, with its unit.
         limits: Name: value of a limit in the same unit.
         colours: Colour of each line by name.
+        dashes: Plotly's dash of a line by name; solid where there is none.
     """
     figure = go.Figure()
     for name, (times, values) in lines.items():
         figure.add_trace(
             go.Scatter(
-                x=_short(times), y=_short(values), name=name, mode="lines", line={"color": colours.get(name), "width": 1.5}
+                x=_short(times),
+                y=_short(values),
+                name=name,
+                mode="lines",
+                line={"color": colours.get(name), "width": 1.5, "dash": (dashes or {}).get(name, "solid")},
             )
         )
     for name, value in (limits or {}).items():
-        figure.add_hline(y=value, line={"dash": "dash", "color": "#444"}, annotation={"text": name, "font": {"size": 11}})
+        figure.add_hline(y=value, line={"dash": "dash", "color": _MARK}, annotation={"text": name, "font": {"size": 11}})
     figure.update_layout(
-        xaxis={"title": "time (s)", "gridcolor": "#e6e8ee"},
-        yaxis={"title": title, "gridcolor": "#e6e8ee", "rangemode": "tozero"},
+        xaxis={"title": "time (s)", "gridcolor": GRID, "zeroline": False},
+        yaxis={"title": title, "gridcolor": GRID, "rangemode": "tozero", "zeroline": False},
         margin={"l": 60, "r": 20, "t": 10, "b": 40},
         legend={"orientation": "h", "y": 1.12},
-        plot_bgcolor="#fff",
+        showlegend=True,
+        plot_bgcolor=CLEAR,
+        paper_bgcolor=CLEAR,
     )
     return figure
 
@@ -174,11 +194,12 @@ def spells(rows: Sequence[tuple[str, float, float, str, str]], order: Sequence[s
     figure.update_layout(
         barmode="overlay",
         bargap=0.25,
-        xaxis={"title": "time (s)", "gridcolor": "#e6e8ee", "rangemode": "tozero"},
+        xaxis={"title": "time (s)", "gridcolor": GRID, "rangemode": "tozero", "zeroline": False},
         yaxis={"categoryorder": "array", "categoryarray": list(reversed(order)), "type": "category", "automargin": True},
         margin={"l": 10, "r": 20, "t": 10, "b": 40},
         height=60 + height_each * max(len(order), 1),
-        plot_bgcolor="#fff",
+        plot_bgcolor=CLEAR,
+        paper_bgcolor=CLEAR,
     )
     return figure
 
@@ -193,7 +214,16 @@ def _ellipsoid(name: str, region: Region, colour: str) -> go.Mesh3d:
     x, y, z = _columns(points)
     return go.Mesh3d(
         x=x, y=y, z=z, i=i, j=j, k=k, color=colour, opacity=0.28, name=name, hovertext=name, hoverinfo="text",
-        showlegend=True, legendgroup=name, flatshading=False,
+        showlegend=False, legendgroup=name, flatshading=False,
+    )  # fmt: skip
+
+
+def _name(name: str, region: Region) -> go.Scatter3d:
+    """The region's name above it, in the page's own text colour."""
+    x, y, z = region.center
+    above = max(region.radii[2], region.opening + region.rim if isinstance(region, Hoop) else 0.0) + 0.06
+    return go.Scatter3d(
+        x=[x], y=[y], z=[round(z + above, 4)], mode="text", text=[name], hoverinfo="skip", showlegend=False, name=name,
     )  # fmt: skip
 
 
@@ -242,11 +272,11 @@ def hoop_axes(hoop: Hoop) -> tuple[Floats, Floats, Floats]:
     return normal, across, np.cross(normal, across)
 
 
-def _line(path: Floats, group: str, colour: str, *, dash: str, legend: str) -> go.Scatter3d:
+def _line(path: Floats, group: str, colour: str, *, dash: str, shown: bool) -> go.Scatter3d:
     x, y, z = _columns(path[:, :3])
     return go.Scatter3d(
         x=x, y=y, z=z, mode="lines", line={"color": colour, "width": 4 if dash == "solid" else 3, "dash": dash},
-        name=legend, hoverinfo="name", legendgroup=group,
+        name=group, hoverinfo="name", legendgroup=group, showlegend=shown,
     )  # fmt: skip
 
 
@@ -270,7 +300,7 @@ def _tube(path: Floats, radius: float, group: str, colour: str) -> go.Mesh3d:
     x, y, z = _columns(corners)
     return go.Mesh3d(
         x=x, y=y, z=z, i=i, j=j, k=k, color=colour, opacity=0.12, name=f"{group}: tube", hoverinfo="skip", legendgroup=group,
-        showlegend=True, visible=True,
+        showlegend=False,
     )  # fmt: skip
 
 

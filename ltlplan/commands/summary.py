@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from ltlplan.pipeline import Result
     from verify import Certificate, Claim
-    from verify.data import Plan
+    from verify.data import Plan, RobotPlan
 
 
 TINY = 1e-12
@@ -25,10 +25,7 @@ def plan_lines(plan: Plan) -> list[str]:
     if mission.sequence is not None:
         lines.append(f"sequence  {mission.sequence}")
     for name, robot in plan.robots.items():
-        visits = [visit.region + (visit.direction or "") + ("*" if visit.actions else "") for visit in robot.visits]
-        if robot.cycle_visit is not None:
-            visits = [*visits[: robot.cycle_visit], "(" + " ".join(visits[robot.cycle_visit :] or ["hover"]) + ")*"]
-        lines.append(f"{name:<9} {' '.join(visits) or 'stays at its start'}")
+        lines.append(f"{name:<9} {visits_text(robot)}")
         lines.append(f"          word {robot.word}")
     lines.append(f"cost      {plan.cost:.3f} ({plan.method}, seed {plan.seed})")
     if plan.method == "exact" and plan.lower_bound is not None:
@@ -36,6 +33,17 @@ def plan_lines(plan: Plan) -> list[str]:
         lines.append(f"          by straight-line cost the assignment {how}: {plan.lower_bound:.3f}")
     lines += [f"note      {note}" for note in plan.notes]
     return lines
+
+
+def visits_text(robot: RobotPlan) -> str:
+    """Return a robot's visits for a person: hoops with their sides, actions in brackets, a cycle as (...)*."""
+    visits = [
+        visit.region + (visit.direction or "") + "".join(f" [{action.source} -> {action.target}]" for action in visit.actions)
+        for visit in robot.visits
+    ]
+    if robot.cycle_visit is not None:
+        visits = [*visits[: robot.cycle_visit], "(" + " ".join(visits[robot.cycle_visit :] or ["hover"]) + ")*"]
+    return " ".join(visits) or "stays at its start"
 
 
 HEADER = ("claim", "robot", "verdict", "bound", "limit", "tight at")
@@ -78,9 +86,7 @@ def summary_lines(result: Result) -> list[str]:
     lines = [*plan_lines(result.plan), ""]
     largest = "" if certificate.largest_margin is None else f", the largest that holds is {certificate.largest_margin:.4f} m"
     rounds = "1 round" if result.rounds == 1 else f"{result.rounds} rounds"
-    lines.append(
-        f"certified for all t in [0, {certificate.duration:.2f} s] at margin {certificate.margin:g} m{largest} ({rounds} of refinement)"
-    )
+    lines.append(f"{certified_sentence(result)}{largest} ({rounds} of refinement)")
     lines += ["  " + line for line in table_lines(tightest_rows(certificate))]
     lines.append("")
     for name, flown in tracking(result).items():
@@ -91,6 +97,17 @@ def summary_lines(result: Result) -> list[str]:
     lines += [f"flight    {sentence}" for sentence in flight_sentences(result)]
     lines += [f"wrote     {path}" for path in result.files]
     return lines
+
+
+def certified_sentence(result: Result) -> str:
+    """Return for which times a run is certified, and at which margin."""
+    certificate = result.certificate
+    (first, *_others) = result.team.values()
+    times = f"for all t in [0, {certificate.duration:.2f} s]"
+    if first.cycle is not None:
+        begins = float(first.knots[first.cycle])
+        times = f"for all t in [0, {begins:.2f} s] and a cycle of {certificate.duration - begins:.2f} s that repeats for ever"
+    return f"Certified {times}, at margin {certificate.margin:g} m"
 
 
 def tracking(result: Result) -> dict[str, dict[str, float]]:
@@ -160,4 +177,6 @@ def _figure(value: float | None, unit: str) -> str:
     if value is None:
         return ""
     shown = 0.0 if abs(value) < TINY else value
+    if unit in ("rad", "rad/s"):  # people and mission files have degrees
+        shown, unit = math.degrees(shown), unit.replace("rad", "deg")
     return f"{shown:.4g} {unit}".rstrip()

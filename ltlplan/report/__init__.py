@@ -1,22 +1,21 @@
 """The report: one self-contained page with the 3-D scene that plays, labels, sub-formulas, claims and errors.
 
-The page fetches nothing: plotly's script, the styles and the data are all in it. The same run gives the same bytes.
+The first screen is the answer: is it certified, for how long, with how much room, and who flies what. The page fetches
+nothing: plotly's script, the styles and the data are all in it. The same run gives the same bytes.
 """
 
 from __future__ import annotations
 
 import html
-import json
-from importlib import resources
 from string import Template
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import plotly.graph_objects as go
-from plotly.offline import get_plotlyjs
 
-from flight.draw import Floats, over_time, region_colours, robot_colour, sample_paths, scene, spells
-from ltlplan.report.history import Reading, Spell, letter_spells, still_to_do, team_readings, truth_spells
+from flight.draw import Floats, robot_colour, sample_paths, scene
+from ltlplan.report.charts import error_chart, label_chart, rotor_chart, truth_chart
+from ltlplan.report.history import Reading, Spell, letter_spells, still_to_do, team_readings
+from ltlplan.report.inline import figure_data, package_text, plotly_script, script_data
 from verify.data.word import show_letter
 
 if TYPE_CHECKING:
@@ -31,8 +30,7 @@ STEP = 0.05
 def report_html(result: Result) -> str:
     """Return the page for one run."""
     mission, certificate = result.mission, result.certificate
-    laps = mission.spec.repeat
-    times, paths = sample_paths(result.team, STEP, laps)
+    times, paths = sample_paths(result.team, STEP, mission.spec.repeat)
     letters = _letters(mission, certificate, times, paths)
     readings = team_readings(letters, joint=mission.spec.team == "joint")
     cycle = _cycle_start(result)
@@ -41,23 +39,25 @@ def report_html(result: Result) -> str:
     waypoints = {name: [w.position for w in robot.waypoints] for name, robot in result.plan.robots.items()}
     figures: dict[str, go.Figure] = {
         "scene": scene(mission, paths, flown=flown, waypoints=waypoints, tube=certificate.margin),
-        "labels": _label_chart(certificate, letters, end),
-        "errors": _error_chart(result),
+        "labels": label_chart(certificate, letters, end, cycle),
+        "errors": error_chart(result),
     }
     sections = [
         _section(
             "Labels over time",
             "labels",
-            "Dark: the robot is in the region for sure, wherever it is within the margin. Light: it may be in it.",
+            "Dark: the robot is in the region for sure, wherever it is within the margin. Light: it may be in it. "
+            "Grey: propositions of its internal state.",
         ),
     ]
     if mission.spec.formula is not None:
-        figures["truth"] = _truth_chart(result, readings, end, cycle)
+        figures["truth"] = truth_chart(result, readings, end, cycle)
         sections.append(
             _section(
                 "Sub-formulas over time",
                 "truth",
-                "Where a bar is drawn, the sub-formula holds from then on, judged on the nominal letters.",
+                "A bar at a time: what is flown from then on satisfies the sub-formula. `F a` is true until a is reached for "
+                "the last time. Judged on the nominal letters; the claim is the certificate's.",
             )
         )
     sections.append(
@@ -68,50 +68,95 @@ def report_html(result: Result) -> str:
         )
     )
     if result.log.rotors is not None:
-        figures["rotors"] = _rotor_chart(result, result.log.rotors)
+        figures["rotors"] = rotor_chart(result, result.log.rotors)
         sections.append(
-            _section("Rotor thrusts", "rotors", "Greatest and least rotor of each robot, against the vehicle's limits.")
+            _section("Rotor thrusts", "rotors", "Greatest (line) and least (dots) rotor of each robot, against the limits.")
         )
     sections += [_plan_table(result), _claim_table(certificate), _flight_notes(result)]
     data = {
-        "figures": {name: json.loads(figure.to_json() or "{}") for name, figure in figures.items()},
+        "figures": {name: figure_data(figure) for name, figure in figures.items()},
         "paths": {name: [[round(float(v), 4) for v in row[:3]] for row in path] for name, path in paths.items()},
         "step": float(times[1] - times[0]),
-        "colours": [robot_colour(i) for i in range(len(mission.agents))],
-        "letters": {name: [[s.start, show_letter(s.letter)] for s in mine] for name, mine in letters.items()},
+        "letters": {name: [[s.start, _show(s)] for s in mine] for name, mine in letters.items()},
         "todo": _todo(mission, readings),
     }
-    for figure in data["figures"].values():
-        figure.get("layout", {}).pop("template", None)
     return _page(result, data, sections, end)
 
 
 def _page(result: Result, data: dict[str, Any], sections: list[str], end: float) -> str:
-    from ltlplan.commands.summary import holds
+    from ltlplan.commands.summary import certified_sentence, holds
 
     mission, certificate = result.mission, result.certificate
     good = holds(result)
     verdict = (
-        f"Certified for all t in [0, {certificate.duration:.2f} s] at margin {certificate.margin:g} m, and flown in simulation inside it."
+        f"{certified_sentence(result)}, and flown in simulation inside it."
         if good
         else "Not everything holds; see the claims and the tracking error below."
     )
-    folder = resources.files("ltlplan.report")
-    template = Template((folder / "page.html").read_text(encoding="utf-8"))
-    return template.substitute(
+    asked = [("asks", mission.spec.formula), ("flies exactly", mission.sequence)]
+    warnings = [note for note in result.plan.notes if note.startswith("Holds only vacuously")]
+    robots = ", ".join(mission.agents)
+    return Template(package_text("page.html")).substitute(
         title=html.escape(mission.name),
-        style=(folder / "style.css").read_text(encoding="utf-8"),
+        style=package_text("style.css"),
         verdict=html.escape(verdict),
         verdict_class="holds" if good else "fails",
-        formula=html.escape(mission.spec.formula or mission.sequence or ""),
+        warnings="".join(f'<p class="warning">{html.escape(note)}</p>' for note in warnings),
+        asked="".join(
+            f'<p class="formula"><span>{word}</span> <code>{html.escape(text)}</code></p>' for word, text in asked if text
+        ),
+        facts="".join(
+            f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(value)} <small>{html.escape(more)}</small></dd></div>"
+            for name, value, more in _facts(result, end)
+        ),
         duration=f"{end:.3f}",
+        scene_label=html.escape(
+            f"Moving 3-D picture of the hoops and of the paths of {robots}; the plan's table says the same."
+        ),
+        robots=_robots(result),
         sections="\n".join(sections),
         footer=html.escape(
             f"Certificate {certificate.digest()}. It does not cover climb, landing, another airframe or another time scale."
         ),
-        plotly=get_plotlyjs().replace("</script", "<\\/script"),
-        data=json.dumps(data, allow_nan=False, separators=(",", ":")).replace("</", "<\\/"),
-        player=(folder / "player.js").read_text(encoding="utf-8"),
+        plotly=plotly_script(),
+        data=script_data(data),
+        script=package_text("figures.js") + package_text("player.js"),
+    )
+
+
+def _facts(result: Result, end: float) -> list[tuple[str, str, str]]:
+    """Return the figures of the first screen: name, value, what to compare it with."""
+    from ltlplan.commands.summary import tracking
+
+    mission, certificate = result.mission, result.certificate
+    idle = sum(not robot.visits for robot in result.plan.robots.values())
+    many = len(mission.agents)
+    flown = tracking(result)
+    worst = max(flown, key=lambda name: flown[name]["worst"])
+    largest = certificate.largest_margin
+    facts = [
+        ("Robots", str(many), "" if not idle else "it stays at its start" if many == 1 else f"{idle} of them not needed"),
+        ("Flight", f"{end:.2f} s", f"{mission.spec.repeat} laps" if mission.spec.repeat > 1 else ""),
+        ("Margin", f"{1000 * certificate.margin:g} mm", "" if largest is None else f"{1000 * largest:.1f} mm would hold too"),
+        ("Worst tracking error", f"{1000 * flown[worst]['worst']:.1f} mm", f"{worst}, in simulation"),
+    ]
+    apart = [claim for claim in certificate.claims if claim.name == "separation" and claim.bound is not None]
+    if apart:
+        nearest = min(apart, key=lambda claim: claim.bound or 0.0)
+        facts.append(("Closest two robots", f"{nearest.bound:.3f} m", f"{nearest.limit:.3g} m needed"))
+    weights = ", ".join(f"{name} {weight:g}" for name, weight in mission.planner.cost.items() if weight)
+    facts.append(("Cost", f"{result.plan.cost:.3f}", f"{weights}; {result.plan.method}"))
+    return facts
+
+
+def _robots(result: Result) -> str:
+    """Return the list beside the scene: each robot, its visits, and room for the letter that it shows now."""
+    from ltlplan.commands.summary import visits_text
+
+    return "".join(
+        f'<dt><i style="background:{robot_colour(index)}"></i>{html.escape(name)}</dt>'
+        f'<dd class="visits">{html.escape(visits_text(robot))}</dd><dd class="letter" id="letter{index}"></dd>'
+        for index, (name, robot) in enumerate(result.plan.robots.items())
     )
 
 
@@ -123,98 +168,39 @@ def _letters(mission: Mission, certificate: Certificate, times: Floats, paths: d
     return result
 
 
+def _show(spell: Spell) -> str:
+    return show_letter(spell.letter) if spell.letter else "{} (in no region)"
+
+
 def _cycle_start(result: Result) -> float | None:
     (first, *_rest) = result.team.values()
     return None if first.cycle is None else float(first.knots[first.cycle])
 
 
 def _todo(mission: Mission, readings: list[Reading]) -> list[list[Any]]:
-    if mission.spec.formula is None or mission.spec.trace == "infinite":
-        return [
-            [0.0, "the sequence" if mission.spec.formula is None else "for ever: the formula is judged on the repeated cycle"]
-        ]
-    return [[time, text] for time, text in still_to_do(mission.formula, readings)]
-
-
-def _label_chart(certificate: Certificate, letters: dict[str, list[Spell]], end: float) -> go.Figure:
-    """Regions by robot: what must be and what may be, from the certificate's timelines."""
-    rows: list[tuple[str, float, float, str, str]] = []
-    order: list[str] = []
-    colours = region_colours(certificate.mission)
-    for robot, timeline in certificate.timelines.items():
-        for region, initial in timeline.initial.items():
-            changes = [(0.0, initial), *((float(c.time.low), c.status) for c in timeline.changes if c.region == region)]
-            spans = [
-                (a, b, status)
-                for (a, status), (b, _) in zip(changes, [*changes[1:], (float(timeline.duration), "no")], strict=True)
-            ]
-            row = f"{robot} {region}"
-            if any(status != "no" for _, _, status in spans):
-                order.append(row)
-            for start, stop, status in spans:
-                if status != "no":
-                    colour = colours[region] if status == "must" else colours[region] + "55"
-                    rows.append((row, start, stop, colour, f"{robot} {status} be in {region}: {start:.2f} to {stop:.2f} s"))
-        internal = f"{robot} internal"
-        held = [s for s in letters[robot] if s.letter - set(colours)]
-        if held:
-            order.append(internal)
-            rows += [(internal, s.start, s.end, "#555b66", f"{robot}: {show_letter(s.letter - set(colours))}") for s in held]
-    figure = spells(rows, order)
-    figure.update_xaxes(range=[0, end])
-    return figure
-
-
-def _truth_chart(result: Result, readings: list[Reading], end: float, cycle: float | None) -> go.Figure:
-    truth = truth_spells(result.mission.formula, readings, end, cycle)
-    rows = [
-        (
-            _shorten(name),
-            spell.start,
-            spell.end,
-            "#2f7d4f",
-            f"{html.escape(name)} holds: {spell.start:.2f} to {spell.end:.2f} s",
-        )
-        for name, mine in truth.items()
-        for spell in mine
-    ]
-    figure = spells(rows, [_shorten(name) for name in truth])
-    figure.update_xaxes(range=[0, end])
-    return figure
-
-
-def _error_chart(result: Result) -> go.Figure:
-    names = result.log.robots
-    lines = {name: (result.log.times, 1000 * result.log.error[:, i]) for i, name in enumerate(names)}
-    colours = {name: robot_colour(i) for i, name in enumerate(names)}
-    margin = 1000 * result.certificate.margin
-    return over_time(lines, "distance from the certified path (mm)", limits={f"margin {margin:g} mm": margin}, colours=colours)
-
-
-def _rotor_chart(result: Result, rotors: Floats) -> go.Figure:
-    limits = result.mission.effective_limits
-    lines: dict[str, tuple[Floats, Floats]] = {}
-    colours: dict[str, str] = {}
-    for index, name in enumerate(result.log.robots):
-        for word, values in (("greatest", np.max(rotors[:, index], axis=1)), ("least", np.min(rotors[:, index], axis=1))):
-            lines[f"{name} {word}"] = (result.log.times, values)
-            colours[f"{name} {word}"] = robot_colour(index)
-    marks = {"most": limits.rotor_thrust_max, "least": limits.rotor_thrust_min}
-    return over_time(lines, "thrust of one rotor (N)", limits=marks, colours=colours)
+    """Return rows of time in s and (part, how it stands) for each part of the formula."""
+    if mission.spec.formula is None:
+        return [[0.0, [["", "the sequence's passages, in order"]]]]
+    if mission.spec.trace == "infinite":
+        return [[0.0, [["", "for ever: the formula is judged on the repeated cycle"]]]]
+    return [[time, [list(part) for part in parts]] for time, parts in still_to_do(mission.formula, readings)]
 
 
 def _section(title: str, figure: str, note: str) -> str:
-    return f'<section><h2>{html.escape(title)}</h2><p class="note">{html.escape(note)}</p><div id="{figure}" class="figure"></div></section>'
+    return (
+        f'<section><h2>{html.escape(title)}</h2><p class="note">{html.escape(note)}</p>'
+        f'<div id="{figure}" class="figure" role="img" aria-label="Chart: {html.escape(title.lower())}. {html.escape(note)}"></div></section>'
+    )
 
 
 def _plan_table(result: Result) -> str:
-    from ltlplan.commands.summary import tracking
+    from ltlplan.commands.summary import tracking, visits_text
 
     flown = tracking(result)
-    rows = []
-    for name, robot in result.plan.robots.items():
-        visits = " ".join(visit.region + (visit.direction or "") for visit in robot.visits) or "stays at its start"
-        rows.append([name, visits, str(robot.word), f"{robot.cost:.3f}", f"{1000 * flown[name]['worst']:.1f} mm"])
+    rows = [
+        [name, visits_text(robot), str(robot.word), f"{robot.cost:.3f}", f"{1000 * flown[name]['worst']:.1f} mm"]
+        for name, robot in result.plan.robots.items()
+    ]
     table = _table(("robot", "visits", "word", "cost", "worst error"), rows, numbers=(3, 4))
     notes = "".join(f'<p class="note">{html.escape(note)}</p>' for note in result.plan.notes)
     return f"<section><h2>Plan</h2>{notes}{table}</section>"
@@ -239,7 +225,7 @@ def _flight_notes(result: Result) -> str:
 
 
 def _table(header: tuple[str, ...], rows: list[list[str]], *, numbers: tuple[int, ...] = (), verdict: int | None = None) -> str:
-    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in header)
+    head = "".join(f'<th scope="col">{html.escape(cell)}</th>' for cell in header)
     body = ""
     for row in rows:
         cells = ""
@@ -248,7 +234,3 @@ def _table(header: tuple[str, ...], rows: list[list[str]], *, numbers: tuple[int
             cells += f'<td class="{kind}">{html.escape(cell)}</td>'
         body += f"<tr>{cells}</tr>"
     return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
-
-
-def _shorten(text: str) -> str:
-    return text if len(text) <= 60 else text[:57] + "..."

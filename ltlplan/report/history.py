@@ -107,18 +107,18 @@ def truth_spells(formula: Formula, readings: Sequence[Reading], end: float, cycl
     return result
 
 
-def still_to_do(formula: Formula, readings: Sequence[Reading]) -> list[tuple[float, str]]:
-    """Return, at each reading, what each part of the topmost conjunction still asks for."""
+def still_to_do(formula: Formula, readings: Sequence[Reading]) -> list[tuple[float, list[tuple[str, str]]]]:
+    """Return, at each reading, how each part of the topmost conjunction stands: its time in s, and (part, how)."""
     parts = formula.conjuncts()
     automata = [Automaton(normal_form(part)) for part in parts]
     states = [automaton.initial for automaton in automata]
-    rows: list[tuple[float, str]] = []
+    rows: list[tuple[float, list[tuple[str, str]]]] = []
     for reading in readings:
-        words: list[str] = []
+        stands: list[tuple[str, str]] = []
         for index, (part, automaton) in enumerate(zip(parts, automata, strict=True)):
             states[index] = automaton.step(states[index], automaton.cut(reading.letter))
-            words.append(f"{part}: {_state(automaton, states[index])}")
-        rows.append((reading.time, "; ".join(words)))
+            stands.append((str(part), _state(automaton, states[index])))
+        rows.append((reading.time, stands))
     return rows
 
 

@@ -15,6 +15,14 @@ from ltlplan.report.figures_page import figures_page
 if TYPE_CHECKING:
     from verify.data import Mission
 
+_NOTES = {
+    "control points": "Each hoop has five: in front of it, in its centre, behind it, and two beside it to fly around it.",
+    "motion primitives": "The path before it is optimised: each leg between two control points in the colour of its primitive.",
+    "sampled paths": "Paths drawn at random around the current best; the cheapest of those that satisfy the mission lead the next round.",
+    "optimised path": "The cheapest path that was found, with the nominal one (dashed) that it started from.",
+}
+"""What is seen, by a part of the figure's heading."""
+
 
 def pictures_html(mission: Mission, *, seed: int | None = None, shown_round: int = 0) -> str:
     """Return one page: control points, primitives, the sampled paths of a round, the optimised path.
@@ -47,4 +55,6 @@ def pictures_html(mission: Mission, *, seed: int | None = None, shown_round: int
             )
         figures[f"{name}: optimised path"] = path_figure(mission, better.plan, nominal=before)
         sentences.append(f"{name}: nominal cost {better.nominal:.3f}, after cross-entropy {better.cost:.3f}.")
-    return figures_page(f"{mission.name}: planning", sentences, figures)
+    asked = [f"Asks: {text}" for text in (mission.spec.formula, mission.sequence) if text is not None]
+    notes = {heading: sentence for heading in figures for end, sentence in _NOTES.items() if end in heading}
+    return figures_page(f"{mission.name}: planning", [*asked, *sentences], figures, notes=notes)

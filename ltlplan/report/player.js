@@ -1,10 +1,4 @@
-"use strict";
-// Draws the figures that the page carries as data and moves the robots along their sampled flights.
-const data = JSON.parse(document.getElementById("data").textContent);
-const config = { responsive: true, displaylogo: false, displayModeBar: false };
-for (const [id, figure] of Object.entries(data.figures)) {
-  Plotly.newPlot(id, figure.data, figure.layout, config);
-}
+// Moves the robots along their sampled flights, and says what each shows and what is still to do at that time.
 const robots = Object.keys(data.paths);
 const traces = data.figures.scene.data.length;
 const markers = robots.map((_, i) => traces - robots.length + i);
@@ -21,46 +15,57 @@ function at(values, time) {
 }
 
 function spell(rows, time) {
-  let text = rows.length ? rows[0][1] : "";
-  for (const [start, value] of rows) if (start <= time) text = value;
-  return text;
+  let value = rows.length ? rows[0][1] : "";
+  for (const [start, next] of rows) if (start <= time) value = next;
+  return value;
 }
 
 function show(time) {
   const points = robots.map((name) => at(data.paths[name], time));
   Plotly.restyle("scene", { x: points.map((p) => [p[0]]), y: points.map((p) => [p[1]]), z: points.map((p) => [p[2]]) }, markers);
   document.getElementById("time").textContent = time.toFixed(1) + " s";
-  const list = document.getElementById("letters");
-  list.replaceChildren();
+  clock.setAttribute("aria-valuetext", time.toFixed(1) + " s");
   robots.forEach((name, i) => {
-    const term = document.createElement("dt");
-    const dot = document.createElement("i");
-    dot.style.background = data.colours[i];
-    term.append(dot, name);
-    const letter = document.createElement("dd");
-    letter.textContent = spell(data.letters[name], time);
-    list.append(term, letter);
+    document.getElementById("letter" + i).textContent = spell(data.letters[name], time);
   });
-  document.getElementById("todo").textContent = spell(data.todo, time);
+  const todo = document.getElementById("todo");
+  todo.replaceChildren(...spell(data.todo, time).map(([part, state]) => {
+    const item = document.createElement("li");
+    const word = document.createElement("b");
+    word.textContent = state;
+    word.className = state.split(" ")[0];
+    const formula = document.createElement("code");
+    formula.textContent = part;
+    item.append(...(part ? [formula, " "] : []), word);
+    return item;
+  }));
+}
+
+function stop() {
+  playing = false;
+  play.textContent = "Play";
 }
 
 function tick(now) {
   if (!playing) return;
   const next = Number(clock.value) + ((now - last) / 1000) * Number(document.getElementById("speed").value);
   last = now;
-  if (next >= Number(clock.max)) { clock.value = clock.max; playing = false; play.textContent = "Play"; }
+  if (next >= Number(clock.max)) { clock.value = clock.max; stop(); }
   else clock.value = next;
   show(Number(clock.value));
   if (playing) requestAnimationFrame(tick);
 }
 
 play.addEventListener("click", () => {
-  playing = !playing;
-  play.textContent = playing ? "Pause" : "Play";
-  if (playing && Number(clock.value) >= Number(clock.max) - 0.01) clock.value = 0;
+  if (playing) { stop(); return; }
+  playing = true;
+  play.textContent = "Pause";
+  if (Number(clock.value) >= Number(clock.max) - 0.01) clock.value = 0;
   last = performance.now();
-  if (playing) requestAnimationFrame(tick);
+  requestAnimationFrame(tick);
 });
 clock.addEventListener("input", () => show(Number(clock.value)));
-show(0);
-document.body.dataset.ready = "yes";
+drawn.then(() => {
+  show(Number(clock.value));
+  document.body.dataset.ready = "yes";
+});

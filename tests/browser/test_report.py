@@ -47,6 +47,7 @@ def test_the_page_draws_without_a_complaint(page: Path, tmp_path: Path) -> None:
     assert complaints == []
     for robot in ("quad0", "quad1", "quad2"):
         assert f"</i>{robot}</dt>" in done.stdout
+    assert done.stdout.count("{} (in no region)</dd>") == 3
     assert done.stdout.count("js-plotly-plot") >= 4
 
 
@@ -58,13 +59,13 @@ def with_script(page: Path, name: str, script: str) -> Path:
 
 
 def test_the_slider_shows_the_end_of_the_mission(page: Path, tmp_path: Path) -> None:
-    script = "const c = document.getElementById('clock'); c.value = c.max; c.dispatchEvent(new Event('input'));"
+    script = "drawn.then(() => { clock.value = clock.max; clock.dispatchEvent(new Event('input')); });"
     done = chromium(with_script(page, "end.html", script), tmp_path, "--dump-dom")
-    letters = re.findall(r"<dd>(.*?)</dd>", done.stdout)
+    letters = re.findall(r'<dd class="letter"[^>]*>(.*?)</dd>', done.stdout)
     assert letters[0] == "{carrying}", "quad0 has its water at the end"
-    todo = re.search(r'id="todo">(.*?)</p>', done.stdout, re.DOTALL)
+    todo = re.search(r'id="todo">(.*?)</ul>', done.stdout, re.DOTALL)
     assert todo is not None
-    assert "F loc2: done" in todo.group(1)
+    assert "F loc2: done" in re.sub(r"</code>", ":", re.sub(r"<(?!/code)[^>]*>", "", todo.group(1)))
 
 
 def test_playing_moves_the_clock(page: Path, tmp_path: Path) -> None:

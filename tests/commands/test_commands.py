@@ -29,7 +29,7 @@ def ok(*arguments: str) -> str:
 
 def test_run_sums_up_what_holds(folder: Path) -> None:
     text = ok("run", "firefighting", "--out", str(folder))
-    for says in ("quad0", "word", "cost", "certified for all t", "limits.speed", "worst tracking error", "certificate.json"):
+    for says in ("quad0", "word", "cost", "Certified for all t", "limits.speed", "worst tracking error", "certificate.json"):
         assert says in text
 
 

@@ -1,0 +1,74 @@
+"""The report as text: what its first screen says, and what it draws of a cycle. How it looks is for the browser's tests."""
+
+import json
+import re
+
+import pytest
+
+import ltlplan
+from ltlplan.commands.summary import visits_text
+from ltlplan.report import report_html
+from verify.data.plan import RobotPlan
+
+
+@pytest.fixture(scope="module")
+def lasso() -> tuple[ltlplan.Result, str]:
+    result = ltlplan.run(ltlplan.load_mission("hoops-published"))
+    return result, report_html(result)
+
+
+def data_of(page: str) -> dict:
+    found = re.search(r'<script id="data" type="application/json">(.*?)</script>', page, re.DOTALL)
+    assert found is not None
+    return json.loads(found.group(1).replace("<\\/", "</"))
+
+
+def test_the_first_screen_is_the_answer(lasso) -> None:
+    _, page = lasso
+    header = page[page.index("<header>") : page.index("</header>")]
+    text = re.sub(r"\s+", " ", re.sub(r"<[^>]*>", " ", header))
+    assert "Certified for all t in [0, 3.14 s] and a cycle of 4.75 s that repeats for ever, at margin 0.05 m" in text
+    assert "Holds only vacuously" in text, "a warning that must not be found only at the end of the page"
+    assert "flies exactly hoop1F (hoop2F)*" in text
+    assert "Margin 50 mm" in text
+    assert "laps" in text
+
+
+def test_labels_are_drawn_for_every_lap_that_is_flown(lasso) -> None:
+    result, page = lasso
+    bars = data_of(page)["figures"]["labels"]["data"][0]
+    must = sorted(
+        (base, base + length)
+        for row, base, length, text in zip(bars["y"], bars["base"], bars["x"], bars["hovertext"], strict=True)
+        if row == "quad0 hoop2" and "must" in text
+    )
+    laps = result.mission.spec.repeat
+    assert len(must) == laps
+    (trajectory,) = result.team.values()
+    lap = trajectory.duration - trajectory.knots[trajectory.cycle]
+    for index, (start, end) in enumerate(must):
+        assert start == pytest.approx(must[0][0] + index * lap, abs=2e-3)
+        assert end - start == pytest.approx(must[0][1] - must[0][0], abs=2e-3)
+    flown = trajectory.flattened(laps)
+    region = result.mission.all_regions["hoop2"]
+    for start, end in must:
+        assert region.level(flown.evaluate([(start + end) / 2])[:, :3])[0] < 1.0
+
+
+def test_every_figure_says_what_it_is_to_those_who_cannot_see_it(lasso) -> None:
+    _, page = lasso
+    figures = re.findall(r'<div id="(\w+)" class="figure"([^>]*)>', page)
+    assert {name for name, _ in figures} == set(data_of(page)["figures"])
+    for _, attributes in figures:
+        assert 'role="img"' in attributes
+        assert re.search(r'aria-label="[^"]{20,}"', attributes)
+
+
+def test_visits_name_actions_and_cycles(lasso) -> None:
+    result, _ = lasso
+    assert visits_text(result.plan.robots["quad0"]) == "hoop1F (hoop2F)*"
+    plan = ltlplan.plan(ltlplan.load_mission("firefighting"))
+    assert visits_text(plan.robots["quad0"]) == "waterF [no_water -> carrying] smokeF loc2F"
+    idle = next(robot for robot in plan.robots.values() if not robot.visits)
+    assert isinstance(idle, RobotPlan)
+    assert visits_text(idle) == "stays at its start"
