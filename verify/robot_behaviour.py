@@ -92,6 +92,8 @@ def cut_timeline(timeline: Timeline, names: frozenset[str]) -> Timeline:
 def from_timeline(timeline: Timeline, relations: Relations) -> RobotBehaviour:
     """Return everything that a timeline leaves open.
 
+    Relations with regions that the timeline does not mention are left aside.
+
     Raises:
         OutOfBudget: Too many regions are open at one time.
         InternalError: The timeline contradicts itself or the relations, so that no behaviour is left.
@@ -127,7 +129,8 @@ class _Unfolding:
 
     def __init__(self, timeline: Timeline, relations: Relations) -> None:
         self.timeline = timeline
-        self.relations = relations
+        # a timeline that was cut down to what a formula sees says nothing of regions that hold those it has
+        self.relations = relations.among({*timeline.initial, *(change.region for change in timeline.changes)})
         times = {Fraction(0), timeline.duration}
         for change in timeline.changes:
             times |= {change.time.low, change.time.high}

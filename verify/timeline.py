@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Literal
@@ -84,6 +85,13 @@ class Relations:
 
     disjoint: frozenset[tuple[str, str]] = field(default_factory=frozenset)
     nested: frozenset[tuple[str, str]] = field(default_factory=frozenset)
+
+    def among(self, regions: Collection[str]) -> Relations:
+        """Return what is proved of these regions alone: where others are not followed, nothing can be told from them."""
+        return Relations(
+            frozenset((a, b) for a, b in self.disjoint if a in regions and b in regions),
+            frozenset((a, b) for a, b in self.nested if a in regions and b in regions),
+        )
 
     def allows(self, letter: frozenset[str]) -> bool:
         """Tell whether a set of regions can be the set that one point lies in."""

@@ -274,3 +274,16 @@ def test_a_hundred_robots_of_which_two_matter():
     assert verdict.outcome == "fails"
     assert {robot for robot, _ in verdict.readings()} == {line.robot for line in lines}
     assert verdict.order == ((("q0", 0), ("q1", 0)),)
+
+
+def test_what_a_cut_timeline_leaves_out_proves_nothing():
+    """b lies inside a: cut down to b, the formula's only region, the timeline no longer says that the robot is in a."""
+    nested = Relations(nested=frozenset({("b", "a")}))
+    grazing = timeline("q0", ("a", 2, 10), grazes=(("b", 5, 6),))
+    verdict = judged("G !b", grazing, relations=nested)
+    assert verdict.outcome == "fails"
+    assert ("q0", frozenset("ab")) in verdict.readings()
+    inside = timeline("q0", ("a", 2, 10), ("b", 5, 6))
+    assert judged("F b", inside, relations=nested)
+    assert judged("G(b -> a)", grazing, relations=nested)
+    assert nested.among({"b"}) == Relations()
