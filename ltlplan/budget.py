@@ -14,13 +14,15 @@ class TooLarge(BadInput):
     """A budget was used up before there was an answer; nothing is known about satisfiability.
 
     Attributes:
+        shortage: What was too large, as a sentence.
         used: How many were needed at least.
         limit: How many were allowed.
     """
 
     def __init__(self, what: str, used: int, unit: str, limit: int, hint: str = "") -> None:
         advice = hint or "Simplify the formula, write it as a conjunction of smaller parts, or raise the budget."
-        super().__init__(f"{what} more than {limit:,} {unit}. {advice}")
+        self.shortage = f"{what} more than {limit:,} {unit}."
+        super().__init__(f"{self.shortage} {advice}")
         self.used = used
         self.limit = limit
 

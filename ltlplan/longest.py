@@ -10,9 +10,10 @@ import heapq
 
 from ltlplan.automata import DEAD
 from ltlplan.budget import Budget
-from ltlplan.conjunction import Kinds, OrderCheck, Task
+from ltlplan.conjunction import Task
 from ltlplan.guide import LOST
-from ltlplan.team import Roads, Team
+from ltlplan.kinds import Kinds, OrderCheck
+from ltlplan.team import Roads, Team, letter_classes
 from ltlplan.team_search import Checked, Situations, TeamRun, moves, plan_team
 
 _Key = tuple[int, int, int]  # which robot flies, at which node, in which situation
@@ -26,7 +27,7 @@ def plan_longest(team: Team, task: Task, budget: Budget) -> tuple[Checked, float
     Raises:
         TooLarge: Not even the smallest sum was found within the budget.
     """
-    roads, everything, check = Roads(team, task), Kinds(task), OrderCheck(task)
+    roads, everything, check = Roads(team, *letter_classes(task)), Kinds(task), OrderCheck(task)
     tried, refused, first = 0, None, None
     apart: set[int] = set()  # conjuncts to which what words do is kept apart: those that some order broke
     while True:
@@ -38,7 +39,7 @@ def plan_longest(team: Team, task: Task, budget: Budget) -> tuple[Checked, float
         kinds = [] if found is None else [everything.of(letters) for letters in team.letters_of(found.paths)]
         broken = check.failing_parts(kinds) if kinds else ()
         if not broken:
-            return Checked(found, first, max(tried, 1), refused), bound, True
+            return Checked(found, first, max(tried, 1), refused, bound), bound, True
         refused = refused or check.failing_order(kinds)
         apart.update(broken)
 
@@ -82,8 +83,8 @@ def _search(roads: Roads, situations: Situations, budget: Budget) -> tuple[TeamR
         for target, after, step in moves(roads, situations, robot, node, at):
             following.append(((robot, target, after), dearest, own + step, total + step))
         for target_key, m, c, whole in following:
-            rest = situations.rest[target_key[2]]
-            if not any(a <= m and b <= c for a, b in fronts.get(target_key, ())):
+            rest = situations.rest(target_key[2], target_key[0], target_key[1])
+            if rest < LOST and not any(a <= m and b <= c for a, b in fronts.get(target_key, ())):
                 left = last - target_key[0] + 1
                 entries.append((target_key, entry))
                 heapq.heappush(heap, (max(m, c, (c + rest) / left), whole, len(entries) - 1, m, c, False))

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from ltlplan.automata import Automaton
 from ltlplan.best_paths import best_paths
 from ltlplan.budget import DEFAULT_BUDGET, Budget
-from ltlplan.conjunction import Conjunction, Kind, Kinds, Task
+from ltlplan.conjunction import Conjunction, Task
+from ltlplan.kinds import Kind, Kinds
 from ltlplan.lasso import LassoRun, cheapest_lasso
 from ltlplan.products import PlanningAutomaton
 from ltlplan.systems import TransitionSystem

@@ -23,6 +23,7 @@ from ltlplan.team import Team
 from ltlplan.team_search import Checked, plan_team
 from verify.data import Formula, InternalError, Letter, Mission, Unsatisfiable, Visit, Word
 
+TIES = 1e-6  # m, more than the tiny amounts that break ties between equally dear plans add up to
 WORD_STATES = 10_000  # states for looking for a cheaper infinite word than the planning automaton's
 
 
@@ -85,19 +86,19 @@ def assign(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAU
         return _assign_lasso(mission, systems, each[0], budget)
     automata = conjunct_automata(mission.formula, "finite", budget=budget)
     joint = mission.spec.team == "joint" and len(each) > 1
-    bound, complete = None, True
+    bound, exhausted = 0.0, False  # on the dearest robot, where that is what counts
     if joint:
         found = plan_joint(each, automata, budget)
     else:
         team = Team(each)
         task = Task(automata, team.letters)
         if mission.planner.objective == "longest" and len(each) > 1:
-            found, bound, complete = plan_longest(team, task, budget)
+            found, bound, exhausted = plan_longest(team, task, budget)
         else:
             found = plan_team(team, task, budget)
     if found.run is None:
         raise _no_plan(mission, systems, each, found, joint=joint)
-    plan = _assignment(mission, each, found, bound, complete)
+    plan = _assignment(mission, each, found, bound, exhausted)
     return replace(plan, notes=(*plan.notes, *_sizes(each, automata, found), *systems.unclear()))
 
 
@@ -109,25 +110,27 @@ def _sizes(systems: list[TransitionSystem], automata: Sequence[Automaton], found
         yield f"The search reached {found.run.reached:,} states of the team automaton; the product of all robots has {many}."
 
 
-def _assignment(
-    mission: Mission, systems: list[TransitionSystem], found: Checked, bound: float | None, complete: bool
-) -> Assignment:
+def _assignment(mission: Mission, systems: list[TransitionSystem], found: Checked, bound: float, exhausted: bool) -> Assignment:
+    """Return what the robots do; `bound` and `exhausted` are of a search for the cheapest dearest robot, where there was one."""
     assert found.run is not None
     robots = {
         name: itinerary(system, path) for name, system, path in zip(mission.agents, systems, found.run.paths, strict=True)
     }
     total, dearest = sum(robot.cost for robot in robots.values()), max(robot.cost for robot in robots.values())
+    least = total if found.stopped is None else max(0.0, found.bound - TIES)
     notes: list[str] = []
     if found.tried > 1:
         notes.append(f"{found.tried} plans were tried; the cheaper ones hold in some orders of the robots, but not in all.")
-    if mission.planner.objective == "sum":
-        return Assignment(robots, total, total, True, found.tried, tuple(notes))
-    if mission.spec.team == "joint" and len(robots) > 1:
-        complete, bound = False, total / len(robots)
+    if found.stopped is not None:
+        notes.append(f"{found.stopped.shortage} This plan holds in every order of the robots; a cheaper one may exist.")
+    if mission.planner.objective == "sum" or len(robots) == 1:
+        return Assignment(robots, total, least, found.stopped is None, found.tried, tuple(notes))
+    if mission.spec.team == "joint":
+        exhausted, bound = False, least / len(robots)
         notes.append("Under `team: joint` the plan has the smallest sum of costs; its dearest robot may not be the cheapest.")
-    elif not complete:
+    elif not exhausted:
         notes.append("Finding the cheapest dearest robot takes too many states; the plan has the smallest sum of costs.")
-    return Assignment(robots, dearest, dearest if complete else bound, complete, found.tried, tuple(notes))
+    return Assignment(robots, dearest, dearest if exhausted else bound, exhausted, found.tried, tuple(notes))
 
 
 def _no_plan(mission: Mission, systems: Systems, each: list[TransitionSystem], found: Checked, *, joint: bool) -> Unsatisfiable:

@@ -13,7 +13,8 @@ import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from ltlplan.conjunction import Kind, Kinds, Task
+from ltlplan.conjunction import Task
+from ltlplan.kinds import Kind, Kinds
 from ltlplan.systems import TransitionSystem
 from verify.data import Letter
 
@@ -70,18 +71,24 @@ class Ways:
 class Roads:
     """A team's graph with the nodes that matter to a task, joined by shortest ways.
 
+    Args:
+        team: Whose graph.
+        silent: For each letter: True where it never changes anything, False where repeating it does not, None where it may.
+        classes: For each letter, the first one that acts like it (see `letter_classes`).
+
     Attributes:
         team: Whose graph.
         start: Each robot's first node.
+        label: For each robot and node, the first letter that acts like its letter.
         width: More than any node's number.
         entering: For each letter, the smallest cost of any edge to a node that shows it; 0 where a robot begins with it.
     """
 
-    def __init__(self, team: Team, task: Task) -> None:
+    def __init__(self, team: Team, silent: Sequence[bool | None], classes: Sequence[int]) -> None:
         self.team = team
         self.start = [system.initial for system in team.systems]
         self.width = max(len(system.labels) for system in team.systems)
-        self._silent, classes = _classes(task)
+        self._silent = silent
         self.label = [[classes[letter] for letter in label] for label in team.label]
         self._shared: dict[int, Ways] = {}
         self._own: list[dict[int, Ways]] = [{} for _ in team.systems]
@@ -126,20 +133,30 @@ class Roads:
             path += reversed(between)
         return tuple(path)
 
-    def _entering(self) -> list[float]:
-        entering = [float("inf")] * len(self.team.letters)
-        seen: set[tuple[int, int]] = set()
+    def key(self, robot: int, node: int) -> tuple[int, int]:
+        """Return a node's name in the whole team: nodes that all robots share belong to robot -1."""
+        return (-1 if node < self.team.common else robot, node)
+
+    def reached(self) -> list[tuple[int, int]]:
+        """Return all nodes that matter and can be reached, by their names in the whole team."""
+        found: dict[tuple[int, int], None] = {}
         for robot, start in enumerate(self.start):
-            entering[self.label[robot][start]] = 0.0
             waiting = [start]
             for node in waiting:  # grows while it is walked
-                for target, cost in self.ways(robot, node).edges:
-                    letter = self.label[robot][target]
-                    entering[letter] = min(entering[letter], cost)
-                    key = (-1 if target < self.team.common else robot, target)
-                    if key not in seen:
-                        seen.add(key)
-                        waiting.append(target)
+                key = self.key(robot, node)
+                if key not in found:
+                    found[key] = None
+                    waiting += [target for target, _ in self.ways(robot, node).edges]
+        return list(found)
+
+    def _entering(self) -> list[float]:
+        entering = [float("inf")] * len(self.team.letters)
+        for robot, node in self.reached():
+            label = self.label[max(robot, 0)]
+            for target, cost in self.ways(max(robot, 0), node).edges:
+                entering[label[target]] = min(entering[label[target]], cost)
+        for label, start in zip(self.label, self.start, strict=True):
+            entering[label[start]] = 0.0
         return entering
 
     def _walk(self, robot: int, source: int) -> Ways:
@@ -175,7 +192,7 @@ class Roads:
         return Ways(tuple(found.items()), ending, before, last)
 
 
-def _classes(task: Task) -> tuple[list[bool | None], list[int]]:
+def letter_classes(task: Task) -> tuple[list[bool | None], list[int]]:
     """Return what repeating letters does, and for each letter the first one that acts like it on every state.
 
     Returns:

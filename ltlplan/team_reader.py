@@ -12,8 +12,9 @@ from typing import Any
 
 from ltlplan.allocation import Accepting, State, States, World
 from ltlplan.automata import DEAD, translate
-from ltlplan.conjunction import Kinds, OrderCheck, Task, conjunct_automata
+from ltlplan.conjunction import Task, conjunct_automata
 from ltlplan.decomposition import decomposes_from
+from ltlplan.kinds import Kinds, OrderCheck
 from verify.data import BadInput, Letter
 
 MAX_COMMUTING = 10_000

@@ -11,14 +11,20 @@ combination of kinds comes twice.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 from ltlplan.automata import DEAD
 from ltlplan.budget import Budget, TooLarge
-from ltlplan.conjunction import Kind, Kinds, OrderCheck, Task
+from ltlplan.conjunction import Task
 from ltlplan.guide import LOST, Guide
-from ltlplan.team import Roads, Team
+from ltlplan.kinds import Kind, Kinds, OrderCheck
+from ltlplan.needs import Needs
+from ltlplan.team import Roads, Team, letter_classes
+
+GREEDY = (1.5, 3.0)  # how much the rest counts where any run will do: with the first, runs are near the cheapest
+MAX_SINGLES = 20  # robots up to which each is tried as the only one that flies
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,41 +49,175 @@ class Checked:
     """The outcome of planning for a team.
 
     Attributes:
-        run: The cheapest run whose words keep the task in every order, or None.
+        run: The cheapest run whose words keep the task in every order, or None; where `stopped`, any such run.
         first: The cheapest run in the fixed order, or None.
         tried: Complete plans that were checked in all orders.
         refused: For the first refused plan, the order that broke it.
+        bound: No plan costs less.
+        stopped: The budget that ended the search before `run` was known to be the cheapest; None where it was exhausted.
     """
 
     run: TeamRun | None
     first: TeamRun | None
     tried: int
     refused: tuple[int, ...] | None
+    bound: float
+    stopped: TooLarge | None = None
+
+
+class Situation(Protocol):
+    """How far a team is, as one number, for a search that follows its robots one after another.
+
+    Attributes:
+        initial: Before anything was read.
+    """
+
+    initial: int
+
+    def rest(self, number: int, robot: int, node: int) -> float:
+        """Return a lower bound on the cost that is left with a robot at a node, which falls by no more than a step costs."""
+        ...
+
+    def after(self, number: int, letter: int) -> int:
+        """Return the situation after a letter of the robot that flies; `DEAD` where the task is lost."""
+        ...
+
+    def handed_over(self, number: int) -> int:
+        """Return the situation when a robot's word has ended and the next one's has not begun; `DEAD` where some order is lost."""
+        ...
+
+    def is_accepting(self, number: int) -> bool:
+        """Tell whether everything is done, in the order in which the robots were followed."""
+        ...
+
+    def holds_in_every_order(self, number: int) -> bool:
+        """Tell whether the words keep what is kept apart in every order of the robots."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a walk over the team automaton found.
+
+    Attributes:
+        run: A run whose words keep in every order what is kept apart; None where there is none, or none was found.
+        tried: Complete plans that were looked at.
+        bound: No such run costs less; infinite where there is none.
+        stopped: The budget that ended the walk; None where it was exhausted.
+    """
+
+    run: TeamRun | None
+    tried: int
+    bound: float
+    stopped: TooLarge | None = None
 
 
 def plan_team(team: Team, task: Task, budget: Budget) -> Checked:
     """Return the cheapest team run that keeps the task in every order of the robots.
 
     Raises:
-        TooLarge: A budget was used up.
+        TooLarge: A budget was used up before any plan was found.
     """
-    roads = Roads(team, task)
-    run, tried = _search(roads, Situations(roads, task), budget)
-    first = run
-    if first is None or len(team) == 1:
-        return Checked(first, first, 0 if first is None else 1, None)
+    roads = Roads(team, *letter_classes(task))
     everything, check = Kinds(task), OrderCheck(task)
 
     def kinds_of(run: TeamRun) -> list[Kind]:
         return [everything.of(letters) for letters in team.letters_of(run.paths)]
 
-    refused = check.failing_order(kinds_of(first))
+    return refine_until_kept(
+        roads,
+        lambda apart: Situations(roads, task, apart),
+        lambda run: check.failing_parts(kinds_of(run)),
+        lambda run: check.failing_order(kinds_of(run)),
+        range(len(task.parts)),
+        budget,
+    )
+
+
+def refine_until_kept(
+    roads: Roads,
+    situations: Callable[[Sequence[int]], Situation],
+    broken: Callable[[TeamRun], Sequence[int]],
+    failing: Callable[[TeamRun], tuple[int, ...] | None],
+    parts: Sequence[int],
+    budget: Budget,
+) -> Checked:
+    """Search, and search again with what words do to the conjuncts that were broken kept apart, until a run is kept by all.
+
+    Every search returns a cheapest run among more and more that are left out for being broken, so its cost is a lower bound,
+    and the first run that no order breaks is a cheapest one. Where a budget ends this, any run that every order keeps
+    is looked for, greedily.
+
+    Args:
+        roads: The team's graph.
+        situations: What to remember when these conjuncts, by index, are kept apart.
+        broken: The conjuncts that some order of a run's words breaks.
+        failing: An order in which a run's words break the task; None where every order keeps it.
+        parts: All conjuncts.
+        budget: Bounds on each search.
+
+    Raises:
+        TooLarge: A budget was used up before any run was found that every order keeps.
+    """
     apart: set[int] = set()
-    while run is not None and (broken := check.failing_parts(kinds_of(run))):
-        apart.update(broken)  # from now on what words do to these conjuncts is kept apart as well
-        run, more = _search(roads, Situations(roads, task, sorted(apart)), budget)
-        tried += more
-    return Checked(run, first, tried, refused)
+    first: TeamRun | None = None
+    refused: tuple[int, ...] | None = None
+    bound, tried = 0.0, 0
+    while True:
+        try:
+            found = search_team(roads, situations(sorted(apart)), budget)
+            more = () if found.run is None else broken(found.run)
+        except TooLarge as error:  # of trying orders
+            found, more = Outcome(None, 0, bound, error), ()
+        bound, tried = max(bound, found.bound), tried + found.tried
+        first = first or found.run
+        if found.stopped is not None:
+            stopped = Checked(None, first, tried, refused, bound, found.stopped)
+            return _any_run(roads, situations, broken, (sorted(apart), parts), stopped, budget)
+        if found.run is None or not more:
+            return Checked(found.run, first, tried, refused, bound)
+        refused = refused or failing(found.run)
+        apart.update(more)
+
+
+def _any_run(
+    roads: Roads,
+    situations: Callable[[Sequence[int]], Situation],
+    broken: Callable[[TeamRun], Sequence[int]],
+    keep: tuple[Sequence[int], Sequence[int]],
+    stopped: Checked,
+    budget: Budget,
+) -> Checked:
+    """Look for any run that every order keeps, where the search for a cheapest one was stopped.
+
+    The estimate of the rest counts for more than what was spent (weighted A*, Pohl 1970), first with all robots, then with
+    each as the only one that flies; the cheapest run that is found is taken. `keep` are the conjuncts that were kept apart
+    until then, and all.
+
+    Raises:
+        TooLarge: None was found; the error that stopped the search.
+    """
+    assert stopped.stopped is not None
+    best: TeamRun | None = None
+    (near, far), (apart, parts) = GREEDY, keep
+    third = replace(budget, states=max(1, budget.states // 3))
+    small = replace(budget, states=max(1, third.states // len(roads.start)))
+    ways: list[tuple[float, frozenset[int] | None, Sequence[int], Budget]] = [
+        (near, None, apart, third),
+        (far, None, parts, third),
+    ]
+    if len(roads.start) <= MAX_SINGLES:
+        ways += [(far, frozenset({robot}), (), small) for robot in range(len(roads.start))]
+    for weight, flying, kept, limit in ways:
+        try:
+            found = search_team(roads, situations(kept), limit, weight=weight, flying=flying).run
+            if found is not None and (best is None or found.cost < best.cost) and not broken(found):
+                best = found
+        except TooLarge:  # of trying orders; another way may need fewer
+            continue
+    if best is None:
+        raise stopped.stopped
+    return replace(stopped, run=best, first=stopped.first or best)
 
 
 def cheapest_path(team: Team, task: Task, budget: Budget) -> TeamRun | None:
@@ -86,8 +226,11 @@ def cheapest_path(team: Team, task: Task, budget: Budget) -> TeamRun | None:
     Raises:
         TooLarge: The budget of states was used up.
     """
-    roads = Roads(team, task)
-    return _search(roads, Situations(roads, task), budget)[0]
+    roads = Roads(team, *letter_classes(task))
+    found = search_team(roads, Situations(roads, task), budget)
+    if found.stopped is not None:
+        raise found.stopped
+    return found.run
 
 
 class Situations:
@@ -102,6 +245,7 @@ class Situations:
     def __init__(self, roads: Roads, task: Task, apart: Sequence[int] = ()) -> None:
         self.task = task
         self._guide = Guide(task, roads.entering)
+        self._needs = Needs(task, roads)
         self._kinds, self._check = Kinds(task, apart), OrderCheck(task, apart)
         self._letters = len(task.letters)
         self._states: list[int] = []
@@ -110,7 +254,8 @@ class Situations:
         self._numbers: dict[tuple[int, Kind, tuple[Kind, ...]], int] = {}
         self._rows: list[list[int | None]] = []
         self._switched: dict[int, int] = {}
-        self.rest: list[float] = []
+        self._rest: list[float] = []
+        self._missing: list[int] = []
         self.initial = self._number(task.initial, self._kinds.identity, ())
 
     def after(self, number: int, letter: int) -> int:
@@ -139,6 +284,10 @@ class Situations:
             self._switched[number] = found
         return found
 
+    def rest(self, number: int, robot: int, node: int) -> float:
+        """Return a lower bound on the cost that is left with a robot at a node."""
+        return max(self._rest[number], self._needs.spanning(self._missing[number], robot, node))
+
     def is_accepting(self, number: int) -> bool:
         """Tell whether everything is done, in the order in which the robots were followed."""
         return self.task.is_accepting(self._states[number])
@@ -156,11 +305,12 @@ class Situations:
             self._own.append(own)
             self._done.append(done)
             self._rows.append([None] * self._letters)
-            self.rest.append(self._guide(state))
+            self._rest.append(self._guide(state))
+            self._missing.append(self._needs(state))
         return found
 
 
-def moves(roads: Roads, situations: Situations, robot: int, node: int, at: int) -> Iterator[tuple[int, int, float]]:
+def moves(roads: Roads, situations: Situation, robot: int, node: int, at: int) -> Iterator[tuple[int, int, float]]:
     """Yield what the robot that flies may do next: (node, situation, cost), without steps that gain nothing."""
     label = roads.label[robot]
     for target, step in roads.ways(robot, node).edges:
@@ -169,17 +319,29 @@ def moves(roads: Roads, situations: Situations, robot: int, node: int, at: int) 
             yield target, after, step
 
 
-def _search(roads: Roads, situations: Situations, budget: Budget) -> tuple[TeamRun | None, int]:
-    """Return a cheapest path whose words keep the conjuncts kept apart in every order, or None, and how many were tried (A*)."""
+def search_team(
+    roads: Roads, situations: Situation, budget: Budget, *, weight: float = 1.0, flying: frozenset[int] | None = None
+) -> Outcome:
+    """Return a cheapest run whose words keep in every order what the situations keep apart (A*).
+
+    Args:
+        roads: The team's graph.
+        situations: What is remembered besides where the robots are.
+        budget: Bounds on the states expanded and the complete plans looked at.
+        weight: How much the estimate of the rest counts; with more than 1 some run is found sooner, not the cheapest.
+        flying: The robots that may leave their starts; all where None.
+    """
     robots, width = len(roads.start), roads.width
     begin = situations.after(situations.initial, roads.label[0][roads.start[0]])
     if begin == DEAD:
-        return None, 0
+        return Outcome(None, 0, LOST)
     rest = situations.rest
     first = begin * robots * width + roads.start[0]
     best: dict[int, float] = {first: 0.0}
     parent: dict[int, int] = {first: -1}
-    heap: list[tuple[float, bool, int]] = [(rest[begin], True, first)]  # bound, whether the path goes on, where it is
+    heap: list[tuple[float, bool, int]] = [
+        (rest(begin, 0, roads.start[0]), True, first)
+    ]  # bound, whether the path goes on, where it is
     closed: set[int] = set()
     tried = 0
     while heap:
@@ -187,21 +349,24 @@ def _search(roads: Roads, situations: Situations, budget: Budget) -> tuple[TeamR
         if not goes_on:
             tried += 1
             if situations.holds_in_every_order(key // (robots * width)):
-                return TeamRun(_paths(roads, parent, key), bound, len(closed), len(best)), tried
+                run = TeamRun(_paths(roads, parent, key), bound, len(closed), len(best))
+                return Outcome(run, tried, bound if weight == 1.0 and flying is None else 0.0)
             if tried >= budget.candidates:
-                raise TooLarge("Finding a plan that holds in every order takes", tried + 1, "complete plans", budget.candidates)
+                few = TooLarge("Finding a plan that holds in every order takes", tried + 1, "complete plans", budget.candidates)
+                return Outcome(None, tried, bound, few)
             continue
         if key in closed:
             continue
         closed.add(key)
         if len(closed) > budget.states:
-            raise TooLarge("The search needs", len(closed), "states", budget.states)
+            return Outcome(None, tried, bound, TooLarge("The search needs", len(closed), "states", budget.states))
         at, place = divmod(key, robots * width)
         robot, node = divmod(place, width)
         cost = best[key]
         following = [
             ((after * robots + robot) * width + target, after, cost + step)
             for target, after, step in moves(roads, situations, robot, node, at)
+            if flying is None or robot in flying
         ]
         ending = roads.ways(robot, node).ending
         if ending is not None and robot + 1 < robots:
@@ -213,11 +378,13 @@ def _search(roads: Roads, situations: Situations, budget: Budget) -> tuple[TeamR
         elif ending is not None and situations.is_accepting(at):
             heapq.heappush(heap, (cost + ending, False, key))
         for target_key, after, total in following:
-            if total < best.get(target_key, LOST):
-                best[target_key] = total
-                parent[target_key] = key
-                heapq.heappush(heap, (total + rest[after], True, target_key))
-    return None, tried
+            if total < best.get(target_key, LOST) and target_key not in closed:
+                left = rest(after, *divmod(target_key % (robots * width), width))
+                if left < LOST:
+                    best[target_key] = total
+                    parent[target_key] = key
+                    heapq.heappush(heap, (total + weight * left, True, target_key))
+    return Outcome(None, tried, LOST)
 
 
 def _paths(roads: Roads, parent: dict[int, int], key: int) -> tuple[tuple[int, ...], ...]:

@@ -1,21 +1,26 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from ltlplan.automata import translate
 from ltlplan.best_paths import best_paths
 from ltlplan.budget import Budget, TooLarge
-from ltlplan.joint import joint_possible
+from ltlplan.conjunction import conjunct_automata
+from ltlplan.joint import joint_possible, plan_joint
 from ltlplan.search import assign
-from ltlplan.systems import Systems, word_of
+from ltlplan.systems import Systems, TransitionSystem, word_of
 from ltlplan.why_not import NoPlan
+from tests.graphs import simple_words, systems, tasks
 from tests.strategies import formulas
 from tests.worlds import world
 from verify import check_team
-from verify.data import Formula, Visit
+from verify.data import Formula, Visit, Word
+from verify.data.mission import Reading
 
 NEAR = {"a": (0.0, 0.0), "b": (2.0, 0.0)}
 
@@ -60,10 +65,77 @@ def test_one_robot_s_action_serves_another() -> None:
     assert alone.cost == pytest.approx(2.5)  # whoever goes to b needs water of its own
 
 
-def test_many_flying_robots_are_too_many_orders(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ltlplan.joint.MAX_ACTIVE", 1)
-    with pytest.raises(TooLarge, match="robots that fly"):
-        assign(world("F a & F b", regions=NEAR, robots=2, starts=((-0.5, 0.0), (2.5, 0.0)), team="joint"))
+def test_too_many_orders_to_try(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What cannot be tried in every order is not claimed; one robot that flies alone needs no orders."""
+    monkeypatch.setattr("ltlplan.joint_parts.MAX_STEPS", 1)
+    with pytest.raises(TooLarge, match="every order"):
+        assign(world("F(a & b)", regions=NEAR, robots=2, starts=((-0.5, 0.0), (2.5, 0.0)), team="joint"))
+    alone = assign(world("F(a | b & F a) & (!b U a)", regions=NEAR, robots=2, starts=((-0.5, 0.0), (2.5, 0.0)), team="joint"))
+    assert alone.cost == pytest.approx(0.5)
+
+
+GOALS = {f"p{i}": (2.0 * (i % 3), 1.5 * (i // 3)) for i in range(8)}
+HOMES = tuple((-1.0 + 0.8 * i, -1.5) for i in range(8))
+
+
+def test_eight_robots_that_watch_each_other() -> None:
+    text = " & ".join(f"F p{i}" for i in range(8)) + " & G !(p0 & p1) & F(p3 & p5)"
+    mission = world(text, regions=GOALS, robots=8, starts=HOMES, team="joint")
+    plan = assign(mission)
+    assert plan.complete
+    assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, reading="joint").sequential
+    alone = assign(world(text.replace(" & F(p3 & p5)", ""), regions=GOALS, robots=8, starts=HOMES, team="joint"))
+    assert alone.cost <= plan.cost + 1e-9  # less is asked
+
+
+@pytest.mark.parametrize(
+    ("team", "robots", "rest", "budgets"),
+    [
+        ("joint", 8, "F(p1 & F(p2 & F p3)) & F(p6 & p4)", (20_000, 5_000)),
+        ("own", 4, "G(p0 -> F p7) & G(p7 -> F p5) & (F p5 -> F(p5 & F p0)) & (!p6 U p7)", (3000, 1000)),
+    ],
+)
+def test_a_budget_leaves_a_plan_and_a_bound(team: Reading, robots: int, rest: str, budgets: tuple[int, ...]) -> None:
+    text = " & ".join(f"F p{i}" for i in range(8)) + " & " + rest
+    mission = world(text, regions=GOALS, robots=robots, starts=HOMES, team=team)
+    best = assign(mission)
+    assert best.complete
+    for states in budgets:
+        plan = assign(mission, budget=Budget(states=states))
+        assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, reading=team).sequential
+        assert not plan.complete
+        assert plan.lower_bound is not None
+        assert 0.5 * best.cost < plan.lower_bound <= best.cost + 1e-9
+        assert best.cost <= plan.cost + 1e-9
+        assert any("a cheaper one may exist" in note for note in plan.notes)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(systems(4), min_size=2, max_size=3), tasks(with_next=False))
+def test_joint_plans_of_any_graphs(each: list[TransitionSystem], formula: Formula) -> None:
+    try:
+        found = plan_joint(each, conjunct_automata(formula, "finite"), Budget(states=200_000, candidates=1000))
+    except TooLarge:
+        return
+    words = [simple_words(system, 3) for system in each]
+    best = min(
+        (
+            sum(cost for cost, _ in choice)
+            for choice in itertools.product(*words)
+            if check_team(formula, {f"r{i}": word for i, (_, word) in enumerate(choice)}, reading="joint").sequential
+        ),
+        default=math.inf,
+    )
+    if found.run is None:
+        assert best == math.inf
+        return
+    assert found.stopped is None
+    assert found.run.cost <= best + 1e-6
+    paths = found.run.paths
+    shown = {f"r{i}": Word(tuple(each[i].labels[node] for node in path)).compressed() for i, path in enumerate(paths)}
+    assert check_team(formula, shown, reading="joint").sequential
+    if all(len(path) <= 3 for path in paths):
+        assert found.run.cost == pytest.approx(best, abs=1e-6)
 
 
 def test_possible_or_not() -> None:
