@@ -198,7 +198,7 @@ def campaign(
     if cert is not None and not cert.covers(team):
         raise NotCertified("the certificate does not cover these trajectories; fly what was certified, or without it.")
     mission = plan.mission
-    reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS)
+    reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1))
     frame = airframe_of(mission.vehicle) if airframe is None else airframe
     setup = Setup(frame, reference, as_wind(wind), as_sensor(noise), model, controller)
     job = _Job(mission, setup, planned_actions(plan, team, cert))

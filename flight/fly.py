@@ -63,7 +63,7 @@ def fly(
     if cert is not None and not cert.covers(team):
         raise NotCertified("the certificate does not cover these trajectories; fly what was certified, or without it.")
     frame = airframe_of(mission.vehicle) if airframe is None else airframe
-    reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS)
+    reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1))
     sensor = as_sensor(noise)
     actions = planned_actions(plan, team, cert)
     chosen: Reaction = mission.reaction if reaction is None else reaction

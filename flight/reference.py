@@ -45,8 +45,8 @@ class Reference:
         return Reference(self.robots, times, flat, fine, self.duration, self.greatest_acceleration)
 
 
-def flown(mission: Mission, team: Mapping[str, Trajectory]) -> dict[str, Trajectory]:
-    """Return what is flown: every robot's trajectory in the mission's order, cycles repeated as asked.
+def flown(mission: Mission, team: Mapping[str, Trajectory], *, more_laps: int = 0) -> dict[str, Trajectory]:
+    """Return what is flown: every robot's trajectory in the mission's order, cycles repeated as asked (and `more_laps`).
 
     Raises:
         BadInput: A robot is missing, unknown, or does not begin where the mission says.
@@ -54,20 +54,34 @@ def flown(mission: Mission, team: Mapping[str, Trajectory]) -> dict[str, Traject
     if set(team) != set(mission.agents):
         missing = ", ".join(sorted(set(mission.agents) ^ set(team)))
         raise BadInput(f"the team must have one trajectory for each robot of the mission; these differ: {missing}.")
-    return {name: team[name].flattened(mission.spec.repeat) for name in mission.agents}
+    return {name: team[name].flattened(mission.spec.repeat + more_laps) for name in mission.agents}
 
 
-def sample_reference(team: Mapping[str, Trajectory], control_step: float, substeps: int) -> Reference:
-    """Sample a team of finite flights at the control and dynamics rates; who is done hovers until the last is."""
+def sample_reference(
+    team: Mapping[str, Trajectory], control_step: float, substeps: int, *, onward: Mapping[str, Trajectory] | None = None
+) -> Reference:
+    """Sample a team of finite flights at the control and dynamics rates; who is done hovers until the last is.
+
+    Args:
+        team: One finite flight a robot.
+        control_step: Time between control instants, s.
+        substeps: Steps of the dynamics in each.
+        onward: The same flights and what comes after them, where a cycle would go on: the last control instant is
+            after the end by less than a step, and who flies on has not stopped there.
+
+    Raises:
+        BadInput: The flight is too long to simulate.
+    """
     duration = max(trajectory.duration for trajectory in team.values())
+    onward = team if onward is None else onward
     if duration > MAX_DURATION:
         raise BadInput(f"the flight lasts {duration:.0f} s; at most {MAX_DURATION:.0f} s are simulated.")
     ticks = int(np.ceil(round(duration / control_step, 3)))  # float32 durations end a microsecond late
     times = np.arange(ticks + 1, dtype=np.float64) * control_step
     flat = np.stack(
-        [np.stack([path.evaluate(times, order).T for order in range(5)]) for path in team.values()], axis=-1
+        [np.stack([path.evaluate(times, order).T for order in range(5)]) for path in onward.values()], axis=-1
     ).transpose(2, 0, 1, 3)
     fine_times = np.arange(ticks * substeps + 1) * (control_step / substeps)
-    fine = np.stack([path.evaluate(fine_times)[:, :3] for path in team.values()], axis=-1)
-    acceleration = max(float(np.max(np.linalg.norm(path.evaluate(fine_times, 2)[:, :3], axis=1))) for path in team.values())
-    return Reference(tuple(team), times, np.ascontiguousarray(flat), fine, duration, 1.05 * acceleration)
+    fine = np.stack([path.evaluate(fine_times)[:, :3] for path in onward.values()], axis=-1)
+    acceleration = max(float(np.max(np.linalg.norm(path.evaluate(fine_times, 2)[:, :3], axis=1))) for path in onward.values())
+    return Reference(tuple(onward), times, np.ascontiguousarray(flat), fine, duration, 1.05 * acceleration)

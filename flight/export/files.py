@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from flight.export.notes import readme
+from flight.export.notes import FIRST_WORDS, readme
 from verify.data import BadInput, Mission, NotCertified, Trajectory
 from verify.data.errors import did_you_mean
+
+NOTE = "README.txt"
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +107,8 @@ def export(
     Raises:
         NotCertified: There is no certificate, it does not cover exactly these trajectories, or a claim of it fails.
         DoesNotFit: The vehicle or its format cannot hold the flight.
-        BadInput: There is no such format or option.
+        BadInput: There is no such format or option, or the folder cannot be written or holds files of somebody else's
+            that would be overwritten.
     """
     if format not in _MODULES:
         raise BadInput(f"'{format}' is not an export format.{did_you_mean(format, _MODULES)} Formats: {', '.join(_MODULES)}.")
@@ -121,7 +123,7 @@ def export(
     request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options)
     make: Callable[[Request], Product] = getattr(import_module(f"flight.export.{module}"), function)
     product = make(request)
-    files = {**product.files, "README.txt": readme(request, format, product.notes).encode()}
+    files = {**product.files, NOTE: readme(request, format, product.notes).encode()}
     return Exported(format, Path(out), _write(files, Path(out)), request.digest, product.notes)
 
 
@@ -143,16 +145,31 @@ def require_certified(team: Mapping[str, Trajectory], cert: Any, vehicle: str | 
 
 
 def _write(files: Mapping[str, bytes], out: Path) -> tuple[Path, ...]:
-    """Write all files beside their places, then move each into place."""
+    """Write all files beside their places, then move each into place; only an earlier export of ours is overwritten."""
+    asides = {out / name: (out / name).with_name(f".{Path(name).name}.new") for name in files}
     try:
         out.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=out, prefix=".export-") as aside:
-            for name, content in files.items():
-                for base in (Path(aside), out):
-                    (base / name).parent.mkdir(parents=True, exist_ok=True)
-                (Path(aside) / name).write_bytes(content)
-            for name in files:
-                (Path(aside) / name).replace(out / name)
+        foreign = [] if _is_export(out) else [name for name in files if (out / name).exists()]
+        if foreign:
+            raise BadInput(f"{out} holds {foreign[0]}, which no export of ltlplan wrote; name another folder with --out.")
+        try:
+            for (place, aside), content in zip(asides.items(), files.values(), strict=True):
+                place.parent.mkdir(parents=True, exist_ok=True)
+                aside.write_bytes(content)
+            for place, aside in asides.items():
+                aside.replace(place)
+        except BaseException:
+            for aside in asides.values():
+                aside.unlink(missing_ok=True)
+            raise
     except OSError as error:
         raise BadInput(f"{out} cannot be written: {error.strerror or error}.") from None
-    return tuple(out / name for name in files)
+    return tuple(asides)
+
+
+def _is_export(folder: Path) -> bool:
+    """Tell whether a folder's note is one of ours."""
+    try:
+        return (folder / NOTE).read_bytes().startswith(FIRST_WORDS.encode())
+    except OSError:
+        return False

@@ -78,6 +78,32 @@ def test_unknown_formats_and_options_are_refused(certified, tmp_path, options, m
         flight.export(*certified, tmp_path, **options)
 
 
+def test_nothing_of_somebody_elses_is_overwritten(certified, tmp_path):
+    for name in ("README.txt", "quad0.csv"):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / name).write_text("years of work")
+        with pytest.raises(BadInput, match=f"holds {name}, which no export of ltlplan wrote"):
+            flight.export(*certified, folder)
+        assert [path.name for path in folder.iterdir()] == [name]
+        assert (folder / name).read_text() == "years of work"
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes.txt").write_text("kept")
+    for _ in range(2):
+        flight.export(*certified, tmp_path / "mine")
+    assert (tmp_path / "mine" / "notes.txt").read_text() == "kept"
+    assert not [path for path in (tmp_path / "mine").iterdir() if path.name.endswith(".new")]
+
+
+def test_an_export_that_fails_half_way_leaves_nothing(certified, tmp_path):
+    (tmp_path / "fly_mission.py").mkdir()
+    (tmp_path / "fly_mission.py" / "mine").touch()
+    (tmp_path / "README.txt").write_text("Certified flight of the mission 'before'")
+    with pytest.raises(BadInput, match="cannot be written"):
+        flight.export(*certified, tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir() if path.name.startswith(".")) == []
+
+
 def test_every_export_says_what_voids_its_certificate(certified, tmp_path):
     team, cert = certified
     for name in ("crazyswarm2", "crazyflie"):

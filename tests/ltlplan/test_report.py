@@ -55,6 +55,12 @@ def test_labels_are_drawn_for_every_lap_that_is_flown(lasso) -> None:
         assert region.level(flown.evaluate([(start + end) / 2])[:, :3])[0] < 1.0
 
 
+def test_a_cycle_does_not_seem_to_stop_at_the_end_of_its_last_lap(lasso) -> None:
+    result, _ = lasso
+    error = result.log.error[:, 0]
+    assert error[-1] < 2 * error[-20:-1].max(), "the robot flies on into the next lap, and so does what it is held against"
+
+
 def test_every_figure_says_what_it_is_to_those_who_cannot_see_it(lasso) -> None:
     _, page = lasso
     figures = re.findall(r'<div id="(\w+)" class="figure"([^>]*)>', page)
