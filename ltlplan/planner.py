@@ -72,22 +72,28 @@ def nominal_paths(mission: Mission, *, progress: Progress | None = None) -> Nomi
         Unsatisfiable: No word that these robots can fly satisfies the formula.
         Infeasible: A word exists, but no way between the hoops was found.
     """
+    from ltlplan.alternatives import lay_cheapest
     from ltlplan.hoops import route_sequence
-    from ltlplan.search import assign
 
     say = progress or (lambda _sentence, _share: None)
     if mission.passages is not None:
         say("laying the path through the sequence of hoops", 0.2)
         return Nominal({name: route_sequence(mission) for name in mission.agents}, "sequence", complete=True)
     say("searching words and robots", 0.05)
-    found = assign(mission)
-    robots: dict[str, RobotPlan] = {}
-    notes = list(found.notes)
-    for name, itinerary in found.robots.items():
+    notes: dict[str, list[str]] = {}
+
+    def lay(name: str, itinerary: Itinerary) -> RobotPlan:
         say(f"laying the path of {name}", 0.2)
-        robots[name], note = _laid(mission, name, itinerary)
-        notes += note
-    return Nominal(robots, "exact", found.complete, found.lower_bound, tuple(notes))
+        path, notes[name] = _laid(mission, name, itinerary)
+        return path
+
+    found = lay_cheapest(mission, lay)
+    said = [*found.assignment.notes, *(note for name in found.robots for note in notes[name])]
+    if over := len(found.passed_over):
+        which = "The cheapest words were" if over == 1 else f"The {over} cheapest words were"
+        said.append(f"{which} passed over, because a path is blocked: {found.passed_over[0]}")
+    complete = found.first.complete and not found.passed_over
+    return Nominal(found.robots, "exact", complete, found.first.lower_bound, tuple(said))
 
 
 def _laid(mission: Mission, name: str, itinerary: Itinerary) -> tuple[RobotPlan, list[str]]:

@@ -30,7 +30,7 @@ def plan_lines(plan: Plan) -> list[str]:
     lasso = any(robot.cycle_visit is not None for robot in plan.robots.values())
     lines.append(f"cost      {plan.cost:.3f} ({plan.method}, seed {plan.seed}{'; prefix and one lap' if lasso else ''})")
     if plan.method == "exact" and plan.lower_bound is not None:
-        how = "is the cheapest" if plan.complete else "was found before the search's budget ran out; at least"
+        how = "is the cheapest" if plan.complete else "is not sure to be the cheapest; that costs at least"
         laps = f" of all {mission.spec.repeat} laps" if lasso and mission.spec.repeat > 1 else ""
         what = "word" if lasso else "assignment"
         lines.append(f"          by straight-line cost{laps} the {what} {how}: {plan.lower_bound:.3f}")

@@ -65,9 +65,10 @@ def main() -> None:
     labels = label(mission, positions)
 
     def labelled_and_costed() -> None:
-        paths = sampling.paths(points)
-        run(automaton, label(mission, paths.axes(0)))
-        cost(paths.rescaled(paths.length / problem.length))
+        for block in np.array_split(points, max(1, arguments.paths // 250)):  # as the search does, to stay in the cache
+            paths = sampling.paths(block)
+            run(automaton, label(mission, paths.axes(0)))
+            cost(paths.rescaled(paths.length / problem.length))
 
     candidates = points[:, problem.free].reshape(arguments.paths, -1)
 

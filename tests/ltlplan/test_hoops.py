@@ -221,7 +221,8 @@ def test_a_plan_moves_and_turns_with_the_world(angle, shift):
 
 
 def test_random_courses_never_enter_a_hoop_that_is_not_next_in_the_sequence():
-    for mission, plan in courses(seed=11, count=8, hoops=5, passages=3):
+    crowds = courses(seed=11, count=8, hoops=5, passages=3) + courses(seed=12, count=3, hoops=8, passages=5)
+    for mission, plan in crowds:
         _, _, path = path_of(plan)
         assert stays(mission, path) == [visit.region for visit in plan.visits]
         for hoop in mission.hoops.values():  # nor do they meet a ring
@@ -337,6 +338,59 @@ def test_avoid_takes_the_nearer_point_and_several_in_a_row():
     assert all(p.position[1] < 0 for p in points)  # the nearer side
     stops = [start, *(p.position for p in points), end]
     assert all(blocked(a, b, room(mission)) is None for a, b in itertools.pairwise(stops))
+
+
+def crowded(places, **changes):
+    hoops = "\n".join(
+        f"h{i}: {{center: [{x:.3f}, {y:.3f}, {z:.3f}], yaw_deg: {yaw:.1f}, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}}"
+        for i, (x, y, z, yaw) in enumerate(places)
+    )
+    return small_mission(hoops=hoops, agents="quad0: {start: [-1.8, -1.8, 0.4]}", **changes)
+
+
+def keeps_clear(mission, stops):
+    """Tell, by dense samples and a hoop's definition alone, whether straight lines enter no hoop and meet no ring."""
+    line = np.concatenate([np.linspace(a, b, 400) for a, b in itertools.pairwise(stops)])
+    for hoop in mission.hoops.values():
+        offset = line - np.array(hoop.center)
+        along = offset @ np.array(hoop.normal)
+        across = np.linalg.norm(offset - along[:, None] * np.array(hoop.normal), axis=1)
+        wide = hoop.opening + hoop.rim + mission.vehicle.radius
+        if np.any(np.linalg.norm(offset, axis=1) <= 0.2) or np.any((np.abs(along) <= hoop.rim / 2) & (across <= wide)):
+            return False
+    return True
+
+
+def test_two_hoops_in_each_others_way_are_passed_by_the_points_of_both():
+    mission = crowded([(0.223, 0.815, 1.177, 62.0), (-0.253, 0.236, 1.239, 120.4)])
+    start, end = control_points(mission.hoops["h0"]).rear, control_points(mission.hoops["h1"]).front
+    points = avoid(mission, room(mission), start, end)
+    assert points
+    assert keeps_clear(mission, [start, *(p.position for p in points), end])
+
+
+def test_a_start_too_near_a_ring_is_refused_and_said_to_be():
+    mission = crowded([(0.0, 0.0, 1.0, 0.0), (1.2, 0.0, 1.0, 0.0)])
+    with pytest.raises(Blocked, match=r"\(0.05, 0.28, 1.00\) itself is nearer to it than"):
+        avoid(mission, room(mission), np.array([0.05, 0.28, 1.0]), np.array([1.5, 0.0, 1.0]))
+
+
+def test_avoid_keeps_clear_of_all_hoops_between_the_control_points_of_crowded_ones():
+    rng, found = np.random.default_rng(7), []
+    for _ in range(6):
+        places = []
+        while len(places) < 9:
+            place = rng.uniform([-1.3, -1.3, 0.8], [1.3, 1.3, 1.6])
+            if all(np.linalg.norm(place - other[:3]) > 0.75 for other in places):
+                places.append((*place, rng.uniform(-180, 180)))
+        mission = crowded(places)
+        ends = [p for hoop in mission.hoops.values() for p in (control_points(hoop).front, control_points(hoop).rear)]
+        free = [p for p in ends if blocked(p, p, room(mission)) is None]
+        for a, b in rng.permutation(len(free))[:16].reshape(-1, 2):
+            points = avoid(mission, room(mission), free[a], free[b])  # no pair of them is refused
+            assert keeps_clear(mission, [free[a], *(p.position for p in points), free[b]])
+            found.append(len({p.region for p in points}))
+    assert np.all(np.bincount(found)[:3] > 0)  # free lines, one hoop in the way, several in a row
 
 
 def test_a_hoop_whose_both_sides_are_blocked_is_refused_by_name():
