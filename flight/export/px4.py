@@ -1,4 +1,4 @@
-"""PX4 and ArduPilot: MAVLink setpoints for offboard (guided) flight, as a telemetry log a robot.
+"""PX4 and ArduPilot: MAVLink setpoints for offboard (guided) flight, as a telemetry log a robot, and a script that sends them.
 
 Each entry is a SET_POSITION_TARGET_LOCAL_NED with position, velocity, acceleration, heading and its rate. Our world is taken
 as east, north, up (ROS's REP 103), theirs is north, east, down: north = y, east = x, down = -z, and heading is counted
@@ -7,8 +7,10 @@ from north clockwise. A `.tlog` is eight bytes of time (microseconds, big-endian
 
 from __future__ import annotations
 
+import json
 import math
 import struct
+from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -25,7 +27,7 @@ _AUTOPILOT = 1
 
 
 def product(request: Request) -> Product:
-    """Return one `.tlog` a robot."""
+    """Return one `.tlog` a robot, `flight.json` with what belongs to all, and `stream_setpoints.py` that flies them with PX4."""
     rate, origin = float(request.options.get("rate", RATE)), request.options.get("origin", (0.0, 0.0, 0.0))
     if not 2.0 < rate <= 500.0:
         raise BadInput(f"rate must be above 2 (PX4 leaves offboard flight below that) and at most 500 a second, not {rate:g}.")
@@ -40,16 +42,32 @@ def product(request: Request) -> Product:
         f"{name}.tlog": _log(path, index + 1, rate, centre, duration, request.digest)
         for index, (name, path) in enumerate(request.flown.items())
     }
+    files["flight.json"] = _described(request, rate, centre, duration)
+    files["stream_setpoints.py"] = (resources.files("flight.export") / "px4_stream.py").read_bytes()
     systems = ", ".join(f"{name} is system {index + 1}" for index, name in enumerate(request.team))
     return Product(
         files,
         (
-            f"Setpoints at {rate:g} a second; {systems}. Stream them in real time, beginning before offboard flight is asked for.",
+            f"Setpoints at {rate:g} a second; {systems}. stream_setpoints.py sends them to PX4 in real time; see its first lines.",
             "North is the mission's y, east its x; the local frame's origin is "
             f"({', '.join(f'{x:g}' for x in centre)}) m in the mission's frame.",
             "The certificate is of the path that the setpoints are samples of; what an autopilot does between them is its own.",
         ),
     )
+
+
+def _described(request: Request, rate: float, origin: Floats, duration: float) -> bytes:
+    """Return what the streaming script reads beside the logs."""
+    robots = {name: {"system": index + 1, "file": f"{name}.tlog"} for index, name in enumerate(request.team)}
+    data = {
+        "certificate": request.digest,
+        "margin": request.margin,
+        "rate": rate,
+        "duration": duration,
+        "origin": origin.tolist(),
+        "robots": robots,
+    }
+    return (json.dumps(data, indent=1) + "\n").encode()
 
 
 def to_ned(flat: Floats, origin: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
