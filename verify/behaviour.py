@@ -148,7 +148,8 @@ class _Judge:
         return OwnGraph(robots, timed=timed, clock_error=self.clock_error)
 
     def _run_failure(self, robot: RobotBehaviour, run: BrokenRun) -> Verdict:
-        spans = [robot.spans[node] for node in run.nodes]
+        held = _held(robot)
+        spans = [held[node] for node in run.nodes]
 
         def where(position: int) -> str:
             return f"{robot.robot}'s {show_letter(run.word.letters[position])} ({_when(spans[position])})"
@@ -160,12 +161,13 @@ class _Judge:
             run.word,
             None if reason.position is None else float(spans[reason.position][0]),
             robot=robot.robot,
+            region=self._region(reason, None if reason.position is None else run.word.letters[reason.position]),
             times=tuple((float(low), float(high)) for low, high in spans),
         )
 
     def _failure(self, robots: Sequence[RobotBehaviour], read: Sequence[tuple[str, Look]]) -> Verdict:
         word = Word(tuple(look.letter for _, look in read))
-        spans = [_span(robots, look) for _, look in read]
+        spans = _when_read(robots, [look for _, look in read])
 
         def where(position: int) -> str:
             name, look = read[position]
@@ -180,9 +182,16 @@ class _Judge:
             tuple((name, look.letter) for name, look in read),
             None if at is None else float(spans[at][0]),
             robot=None if at is None or read[at][0] == TEAM else read[at][0],
+            region=self._region(reason, None if at is None else word.letters[at]),
             times=tuple((float(low), float(high)) for low, high in spans),
             order=mending_waits(self.mission.formula, self.mission.spec.team, self.timelines) if several else (),
         )
+
+    def _region(self, reason: Reason, letter: Letter | None) -> str | None:
+        """Return the one region that a broken part is about: of the letter that breaks it, or at all; None where several are."""
+        named = {node.name for node in reason.part.walk() if node.operator == "name"} & self.mission.all_regions.keys()
+        held = named if letter is None else named & letter
+        return next(iter(held)) if len(held) == 1 else None
 
     def _explain(self, word: Word, where: Where) -> Reason:
         """Explain with the formula as it was written: `free` is a name again."""
@@ -247,11 +256,40 @@ def _all_read(
     return read
 
 
-def _span(robots: Sequence[RobotBehaviour], look: Look) -> tuple[Fraction, Fraction]:
-    """Return the times at which a reading can be made: when all robots can be where they are."""
-    spans = [robot.spans[node] for robot, node in zip(robots, look.nodes, strict=True)]
-    low, high = max(low for low, _ in spans), min(high for _, high in spans)
-    return (low, high) if low <= high else (high, low)  # with clock errors the spans only nearly meet
+def _when_read(robots: Sequence[RobotBehaviour], looks: Sequence[Look]) -> list[tuple[Fraction, Fraction]]:
+    """Return the times at which each reading can be made: while its letters can be held, and after the readings before it."""
+    held = [_held(robot) for robot in robots]
+    found: list[tuple[Fraction, Fraction]] = []
+    for look in looks:
+        readers = range(len(robots)) if look.robot is None else (look.robot,)
+        spans = [held[r][look.nodes[r]] for r in readers]
+        low, high = max(low for low, _ in spans), min(high for _, high in spans)
+        if low > high:  # with clock errors the spans only nearly meet
+            low, high = high, low
+        low = low if not found else min(max(low, found[-1][0]), high)
+        found.append((low, high))
+    for index in range(len(found) - 2, -1, -1):
+        low, high = found[index]
+        found[index] = low, max(low, min(high, found[index + 1][1]))
+    return found
+
+
+def _held(robot: RobotBehaviour) -> list[tuple[Fraction, Fraction]]:
+    """Return for each node from when until when its letter can be held without a change."""
+    before: list[list[int]] = [[] for _ in robot.letters]
+    after: list[list[int]] = [[] for _ in robot.letters]
+    for node, targets in enumerate(robot.following):
+        for target in targets:
+            if robot.letters[node] == robot.letters[target] and (node, target) not in robot.laps:
+                before[target].append(node)
+                after[node].append(target)
+    order = sorted(range(len(robot)), key=lambda node: (robot.spans[node], node))
+    low, high = [span[0] for span in robot.spans], [span[1] for span in robot.spans]
+    for node in order:
+        low[node] = min([low[node], *(low[other] for other in before[node])])
+    for node in reversed(order):
+        high[node] = max([high[node], *(high[other] for other in after[node])])
+    return list(zip(low, high, strict=True))
 
 
 def _when(span: tuple[Fraction, Fraction]) -> str:

@@ -10,7 +10,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from functools import cache
 from importlib import metadata
@@ -306,7 +306,7 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
     ]
     drifts = _drifts(evidence, clock_error)
     claims = (
-        *(_word_claim(verdict) for verdict in words),
+        *(_word_claim(verdict, plan, matchings) for verdict in words),
         *visits,
         *passages,
         *rim_claims(evidence, margin),
@@ -334,9 +334,21 @@ def _drifts(evidence: Evidence, clock_error: Fraction) -> dict[str, Fraction]:
     return result
 
 
-def _word_claim(verdict: Verdict) -> Claim:
+def _word_claim(verdict: Verdict, plan: Plan, matchings: Mapping[str, Matching]) -> Claim:
+    if verdict.outcome != "holds" and verdict.claim == "formula" and verdict.region is not None:
+        verdict = _with_visit(verdict, plan, matchings)
     witness = None if verdict.outcome == "holds" else verdict.witness()
     return Claim(verdict.claim, verdict.outcome, verdict.sentence, robot=verdict.robot, time=verdict.time, witness=witness)
+
+
+def _with_visit(verdict: Verdict, plan: Plan, matchings: Mapping[str, Matching]) -> Verdict:
+    """Name the planned visit of a broken formula's region: the one at that time, or the only one that was to be made."""
+    if verdict.time is None:
+        planned = [(r, i) for r, robot in plan.robots.items() for i, v in enumerate(robot.visits) if v.region == verdict.region]
+        return replace(verdict, robot=planned[0][0], visit=planned[0][1]) if len(planned) == 1 else verdict
+    found, time = () if verdict.robot is None else matchings[verdict.robot].stays, verdict.time
+    near = (i for i, s in enumerate(found) if s.region == verdict.region and float(s.start) <= time <= float(s.stop))
+    return replace(verdict, visit=next(near, None))
 
 
 def _largest_margin(evidence: Evidence, asked: float, clock_error: Fraction, tube: _Tube) -> float | None:

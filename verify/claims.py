@@ -25,7 +25,7 @@ from verify.paths import TeamPaths, read_team
 from verify.regions import relations
 from verify.separation import Meetings, Nearness, distance_exactly, distances, meetings, stretch_of, wall_exactly, walls
 from verify.timeline import Relations
-from verify.visits import ActionFault, Matching
+from verify.visits import ActionFault, Matching, Stay
 
 Outcome = Literal["holds", "fails", "undecided"]
 
@@ -205,9 +205,10 @@ def workspace_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
             f"{near.robot} {stays} {max(near.low, 0.0) if verdict == 'holds' else near.high:.4f} m from the wall {near.other}"
         )
         sentence += "." if verdict == "holds" else f" at {time:.4f} s; the margin is {float(margin):g} m."
+        bound = _proved(near.low, margin, verdict)
         yield _claim(
             "workspace", verdict, sentence, robot=near.robot, unit="m", time=time, what=f"wall {near.other}",
-            **_room(near.low, margin, verdict),
+            bound=bound, limit=float(margin), margin=bound - float(margin),
         )  # fmt: skip
 
 
@@ -238,11 +239,17 @@ def separation_claims(evidence: Evidence, margin: Fraction, drifts: Mapping[str,
         )
         if verdict == "holds":
             sentence = f"{near.robot} and {near.other} stay {near.low:.4f} m apart; {asked}."
+        elif verdict == "undecided":
+            sentence = (
+                f"{near.robot} and {near.other} cannot be shown to keep apart: they come within {near.high:.4f} m at {time:.4f} s, "
+                f"not counting what their paths jump between pieces (up to {sum(steps):.4g} m); {asked}."
+            )
         else:
             sentence = f"{near.robot} and {near.other} come within {near.high:.4f} m at {time:.4f} s; {asked}."
+        bound = _proved(near.low, limit, verdict)
         yield _claim(
             "separation", verdict, sentence, robot=near.robot, other=near.other, unit="m", time=time,
-            **_room(near.low, limit, verdict),
+            bound=bound, limit=float(limit), margin=bound - float(limit),
         )  # fmt: skip
 
 
@@ -311,9 +318,12 @@ def passage_claim(
             at = "" if time is None else f" (its visit is around {time:.4f} s)"
             return _claim("passages", "fails", f"{robot}: {sentence}{at}.", robot=robot, time=time, region=region, visit=visit)
         time, room = float((crossing.start + crossing.stop) / 2), _inside_rim(evidence, crossing)
+        visit = next((i for i, stay in enumerate(matching.stays) if _holds(stay, crossing)), visit)
+        near = crossing.way is not None and bool(crossing.reason)
         return _claim(
             "passages", "fails", f"{robot}: {sentence} at {time:.4f} s.", robot=robot, time=time, region=crossing.hoop,
-            visit=visit, unit="m", bound=room, limit=limit, margin=room - limit, what="distance inside the rim",
+            visit=visit, unit="m" if near else "", bound=room if near else None, limit=limit if near else None,
+            margin=room - limit if near else None, what="distance inside the rim" if near else "",
         )  # fmt: skip
 
     sequence = evidence.plan.mission.passages
@@ -362,6 +372,10 @@ def passage_claim(
     )  # fmt: skip
 
 
+def _holds(stay: Stay, crossing: Crossing) -> bool:
+    return stay.region == crossing.hoop and stay.start <= crossing.stop and crossing.start <= stay.stop
+
+
 def _inside_rim(evidence: Evidence, crossing: Crossing) -> float:
     """Return a lower bound on how far inside the opening's edge a path stays, in m."""
     return math.nextafter(evidence.plan.mission.hoops[crossing.hoop].opening - crossing.off_axis, -math.inf)
@@ -371,10 +385,9 @@ def _visit_of(wanted: list[tuple[int, Passage]], position: int) -> int | None:
     return wanted[position][0] if position < len(wanted) else None
 
 
-def _room(low: float, limit: Fraction, verdict: Outcome) -> dict[str, float]:
-    """Return bound, limit and margin; what was decided without rounding is at least the limit."""
-    bound = max(low, float(limit)) if verdict == "holds" else low
-    return {"bound": bound, "limit": float(limit), "margin": bound - float(limit)}
+def _proved(low: float, limit: Fraction, verdict: Outcome) -> float:
+    """Return the proved lower bound: what was decided without rounding is at least the limit."""
+    return max(low, float(limit)) if verdict == "holds" else low
 
 
 def _at_least(low: float, high: float, limit: Fraction, exactly: Callable[[], bool]) -> Outcome:

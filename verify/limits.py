@@ -268,7 +268,8 @@ def _root(value: float, up: bool) -> float:
 
 def _thrust(mass: float) -> Callable[[float, bool], float]:
     def newton(value: float, up: bool) -> float:
-        return float(np.nextafter(mass * _root(value, up), math.inf if up else -math.inf))
+        root = _root(value, up)
+        return 0.0 if root == 0.0 and not up else float(np.nextafter(mass * root, math.inf if up else -math.inf))
 
     return newton
 

@@ -222,7 +222,10 @@ def _crossing(frames: HoopFrames, robot: str, column: int, parts: list[_Part], m
         reason = "the path enters the opening and turns back" if back else "the path leaves the opening sideways"
     elif _goes_back(parts, bound if way == "F" else -bound):
         way, reason = None, "the path passes the opening and comes back through it"
-    elif not (math.isfinite(off_axis) and Fraction(off_axis) <= Fraction(hoop.opening) - margin - Fraction(paths.mission.vehicle.radius)):
+    elif not (
+        math.isfinite(off_axis)
+        and Fraction(off_axis) <= Fraction(hoop.opening) - margin - Fraction(paths.mission.vehicle.radius)
+    ):
         reason = f"the path is {off_axis:.4f} m off the axis, where {room:.4f} m leave room for vehicle and margin"
     else:
         reason = ""

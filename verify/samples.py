@@ -309,7 +309,9 @@ def _tracks(
         raise BadInput(f"times must have shape (n,) with at least one sample, not {at.shape}.")
     if np.any(np.diff(at) <= 0) or np.any(np.diff(at - at[0]) <= 0):
         where = int(np.argmax((np.diff(at) <= 0) | (np.diff(at - at[0]) <= 0)))
-        raise BadInput(f"times must increase, and by more than floats lose; times[{where + 1}] = {at[where + 1]} follows {at[where]}.")
+        raise BadInput(
+            f"times must increase, and by more than floats lose; times[{where + 1}] = {at[where + 1]} follows {at[where]}."
+        )
     names = tuple(mission.agents)
     if isinstance(positions, Mapping):
         if set(positions) != set(names):

@@ -223,7 +223,8 @@ def distances(found: Meetings) -> list[Nearness]:
         time = meeting.start + (meeting.stop - meeting.start) * Fraction(float(least.place[pair]))
         low = _root_down(-float(least.upper[pair])) - (found.jumps[a] + found.jumps[b]) * stretch * (1 + 2.0**-40)
         high = float(np.nextafter(np.sqrt(max(-float(least.lower[pair]), 0.0)), np.inf))
-        result.append(Nearness(paths.robots[a], paths.robots[b], float(np.nextafter(low, -np.inf)), high, time))
+        low = float(np.nextafter(low, -np.inf)) if low > 0 else 0.0
+        result.append(Nearness(paths.robots[a], paths.robots[b], low, high, time))
     return result
 
 

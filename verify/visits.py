@@ -173,9 +173,7 @@ def internal_changes(
                     index,
                 )
             if action not in mission.robot.actions or action.at != visit.region:
-                return fault(
-                    f"visit {index}: '{action.source}' may not become '{action.target}' in '{visit.region}'", index
-                )
+                return fault(f"visit {index}: '{action.source}' may not become '{action.target}' in '{visit.region}'", index)
             assert span is not None
             step = (span[1] - span[0]) / (len(visit.actions) + 1)
             instant = _rounded(span[0] + step * (number + 1), step)

@@ -105,6 +105,8 @@ def _planned_states(folder: Path, mission: Mission, times: list[float]) -> dict[
     states: dict[str, list[frozenset[str]]] = {}
     for name in mission.agents:
         mine = sorted((action["time"], action["target"]) for action in actions if action["robot"] == name)
-        reached = [[mission.initial_internal(name), *(state for instant, state in mine if instant <= time)][-1] for time in times]
+        reached = [
+            [mission.initial_internal(name), *(state for instant, state in mine if instant <= time)][-1] for time in times
+        ]
         states[name] = [frozenset(mission.robot.states[state]) for state in reached]
     return states
