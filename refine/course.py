@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.obstacles import Ball, Obstacle, grown_region, ring
+from refine.roadmap import way_around
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Witness
 from verify.data.mission import Hoop, Region
 from verify.data.plan import Role
@@ -27,7 +28,7 @@ SHORTEST = 0.1
 _CROWDED = 0.04
 """m from a neighbour at which a point that is not needed is left out."""
 _COINCIDENT = 1e-6
-_DEEP = 0.9
+DEEP = 0.9
 """Share of a region less the margin in which a visit's point lies, so that the visit takes some time."""
 _ACROSS = 0.03
 """m by which a passage's point may move along the hoop's axis."""
@@ -288,7 +289,7 @@ def _room(mission: Mission, robot: RobotPlan, stop: _Stop, pad: float) -> Ball |
     if stop.region != robot.visits[stop.visit].region:
         return None
     region, through = mission.all_regions[stop.region], robot.visits[stop.visit].direction is not None
-    inner = _DEEP * (1.0 - (mission.margin + PAD) / min(region.radii))
+    inner = DEEP * (1.0 - (mission.margin + PAD) / min(region.radii))
     hoop = mission.hoops.get(stop.region)
     if hoop is None:
         if stop.role not in ("centre", "via") or inner <= 0.0:
@@ -297,7 +298,7 @@ def _room(mission: Mission, robot: RobotPlan, stop: _Stop, pad: float) -> Ball |
         return replace(whole, root=whole.root / inner)
     if not through or stop.role not in _PASSAGE:
         return None
-    radius = _DEEP * (hoop.opening - mission.margin - mission.vehicle.radius - pad)
+    radius = DEEP * (hoop.opening - mission.margin - mission.vehicle.radius - pad)
     if stop.role == "centre":
         radius = min(radius, inner * min(region.radii))
     if radius <= 0.0:
@@ -318,7 +319,7 @@ def _deep_enough(mission: Mission, name: str, region_name: str, region: Region, 
             Witness(claim="visits", sentence="region smaller than the margin", robot=name, region=region_name),
         )
     level = float(np.sqrt(region.level(position)))
-    depth = _DEEP * scale
+    depth = DEEP * scale
     if level <= depth:
         return position
     centre = np.array(region.center)
@@ -402,7 +403,7 @@ def _tube(mission: Mission, name: str, hoop_name: str, pad: float) -> Tube:
     return Tube(np.array(hoop.center), np.array(hoop.normal), radius)
 
 
-_DEPTH = 4
+_DEPTH = 3
 _ANGLES = np.arange(16) * (np.pi / 8)
 _BESIDE = 0.05
 """m by which a detour passes clear of what it goes around."""
@@ -414,6 +415,8 @@ def _detour(name: str, here: _Stop, there: _Stop, obstacles: tuple[Obstacle, ...
     if blocked is None:
         return []
     found = _around(here.position, there.position, obstacles, low, high, _DEPTH)
+    if found is None:
+        found = way_around(here.position, there.position, obstacles, low, high)
     if found is None:
         raise _infeasible(
             "visits",

@@ -28,6 +28,7 @@ from verify.data import GRAVITY, BadInput, Infeasible
 Floats = NDArray[np.float64]
 
 Objective = Literal["time", "snap", "blend"]
+Steps = Literal["plain", "cautious"]
 
 INSTANTS = 16
 """Instants a piece at which limits are kept."""
@@ -56,6 +57,8 @@ class Timing:
         speeds: Limit on speed of single pieces, m/s; inf for none. Shape (pieces,). None for none at all.
         cycle: Node whose state the last node repeats, or None.
         instants: A piece.
+        steps: IPOPT's step in the multipliers: "plain" as long as the one in the unknowns, "cautious" as long as lowers the
+            dual infeasibility, which converges on some programmes where the other does not, and the other way round.
     """
 
     start: Spline
@@ -68,6 +71,7 @@ class Timing:
     speeds: Floats | None = None
     cycle: int | None = None
     instants: int = INSTANTS
+    steps: Steps = "plain"
 
 
 @dataclass(frozen=True)
@@ -79,8 +83,9 @@ class _Shape:
     limited: tuple[str, ...]
     instants: int
     balls: tuple[int, ...]
-    planes: int
+    planes: tuple[int, ...]
     cycle: int | None
+    steps: Steps
 
 
 def optimise(problem: Timing) -> Spline:
@@ -127,16 +132,15 @@ def _shape(problem: Timing) -> _Shape:
         "rotors": limits.rotors is not None,
     }
     limited = tuple(name for name, there in present.items() if there)
-    count = np.bincount([piece for piece, _ in problem.corridors], minlength=pieces) if problem.corridors else np.zeros(1, int)
-    planes = int(count.max())
+    planes = tuple(piece for piece, _ in problem.corridors)
     balls = tuple(node for node, _ in problem.within)
-    return _Shape(pieces, problem.objective, limited, problem.instants, balls, planes, problem.cycle)
+    return _Shape(pieces, problem.objective, limited, problem.instants, balls, planes, problem.cycle, problem.steps)
 
 
 # The unknowns of a node are scaled so that all are of the order of one: m, m/s, and tenths and hundredths of the rest.
 _SCALE = np.array([1.0, 1.0, 10.0, 100.0])
 _NODE = 3 * ORDER
-_SPEED, _LIMITS = 1, 9
+_LIMITS, _PLANE = 9, 5
 
 
 def _pack(path: Spline) -> Floats:
@@ -162,7 +166,7 @@ def _bounds(problem: Timing) -> tuple[Floats, Floats]:
 
 
 def _parameters(problem: Timing, shape: _Shape) -> Floats:
-    limits, pieces = problem.limits, shape.pieces
+    limits = problem.limits
     rotors = limits.rotors
     numbers = [
         _finite(limits.acceleration),
@@ -175,16 +179,10 @@ def _parameters(problem: Timing, shape: _Shape) -> Floats:
         0.0 if rotors is None else rotors.inertia[0] / (2 * rotors.arm * rotors.mass),
         problem.start.duration,
     ]
-    speeds = np.full(pieces, limits.speed) if problem.speeds is None else np.minimum(problem.speeds, limits.speed)
-    planes = np.zeros((pieces, shape.planes, 5))
-    planes[:, :, 3] = -1.0
-    used = np.zeros(pieces, dtype=int)
-    for piece, plane in problem.corridors:
-        planes[piece, used[piece]] = [*plane.normal, plane.offset, float(plane.onward)]
-        used[piece] += 1
+    speeds = np.full(shape.pieces, limits.speed) if problem.speeds is None else np.minimum(problem.speeds, limits.speed)
+    planes = [[*plane.normal, plane.offset, float(plane.onward)] for _, plane in problem.corridors]
     balls = [np.concatenate([(body.root @ body.centre), body.root.ravel()]) for _, body in problem.within]
-    per_piece = np.concatenate([np.where(np.isfinite(speeds), speeds, 1e3)[:, None], planes.reshape(pieces, -1)], axis=1)
-    return np.concatenate([numbers, [problem.weight], per_piece.ravel(), *balls])
+    return np.concatenate([numbers, [problem.weight], np.where(np.isfinite(speeds), speeds, 1e3), *balls, *planes])
 
 
 def _finite(value: float) -> float:
@@ -194,19 +192,22 @@ def _finite(value: float) -> float:
 def _constraint_bounds(shape: _Shape) -> tuple[Floats, Floats]:
     """Return bounds on the constraints, which are all written as value <= 0 except for a fixed total time or a closed cycle."""
     low = np.zeros(_constraints(shape))
-    low[: _count(shape) * shape.pieces + len(shape.balls)] = -np.inf
+    low[: _inequalities(shape)] = -np.inf
     return low, np.zeros(len(low))
 
 
 def _constraints(shape: _Shape) -> int:
-    inequalities = _count(shape) * shape.pieces + len(shape.balls)
-    return inequalities + (shape.objective == "snap") + (_NODE if shape.cycle is not None else 0)
+    return _inequalities(shape) + (shape.objective == "snap") + (_NODE if shape.cycle is not None else 0)
+
+
+def _inequalities(shape: _Shape) -> int:
+    return _count(shape) * shape.pieces + SIZE * len(shape.planes) + len(shape.balls)
 
 
 def _count(shape: _Shape) -> int:
-    """Return the number of a piece's constraints."""
+    """Return the number of a piece's limits at its instants."""
     rows = sum({"tilt": 1, "rotors": 2}.get(name, 1) for name in shape.limited)
-    return rows * shape.instants + shape.planes * SIZE
+    return rows * shape.instants
 
 
 @lru_cache(maxsize=32)
@@ -218,60 +219,66 @@ def _solver(shape: _Shape, seconds: float) -> Any:
     """
     nodes, unknowns = shape.pieces + 1, (shape.pieces + 1) * _NODE + shape.pieces
     x, numbers, weight = ca.MX.sym("x", unknowns), ca.MX.sym("limits", _LIMITS), ca.MX.sym("weight")
-    own, balls = ca.MX.sym("own", _SPEED + 5 * shape.planes, shape.pieces), ca.MX.sym("balls", 12, len(shape.balls))
-    given = ca.veccat(numbers, weight, own, balls)
+    speeds, balls = ca.MX.sym("speeds", 1, shape.pieces), ca.MX.sym("balls", 12, len(shape.balls))
+    planes = ca.MX.sym("planes", _PLANE, len(shape.planes))
+    given = ca.veccat(numbers, weight, speeds, balls, planes)
     states, times = ca.reshape(x[: nodes * _NODE], _NODE, nodes), x[nodes * _NODE :]
-    functions = (function.map(shape.pieces) for function in _piece(shape.limited, shape.instants, shape.planes))
-    value, cost_slope, rows_slope, bend = functions
+    value, cost_slope, limits_slope, bend = (f.map(shape.pieces) for f in _piece(shape.limited, shape.instants))
     local = ca.vertcat(states[:, :-1], states[:, 1:], times.T)
-    data = (ca.repmat(numbers, 1, shape.pieces), own)
-    cost, rows = value(local, *data)
+    data = (ca.repmat(numbers, 1, shape.pieces), speeds)
+    cost, limits = value(local, *data)
     total = ca.sum1(times)
     share = {"time": 0.0, "snap": 1.0, "blend": 1.0 / weight}[shape.objective]
     constant = 0.0 if shape.objective == "snap" else 1.0
     columns = np.array([[*range(_NODE * k, _NODE * (k + 2)), nodes * _NODE + k] for k in range(shape.pieces)])
     lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", _constraints(shape))
+    constraints: list[Any] = []
+    jacobian: list[tuple[Any, Any, Any]] = []
+    hessian: list[tuple[Any, Any, Any]] = []
+    row = 0
 
-    size, count = len(columns[0]), _count(shape)
-    constraints, jacobian = [ca.vec(rows)], [ca.vec(rows_slope(local, *data))]
-    at: list[Any] = [np.repeat(np.arange(shape.pieces * count).reshape(-1, 1, count), size, axis=1), np.repeat(columns, count)]
-    multipliers = ca.reshape(lam_g[: shape.pieces * count], count, shape.pieces)
-    hessian = [ca.vec(bend(local, *data, ca.repmat(lam_f * share, 1, shape.pieces), multipliers))]
-    where: list[Any] = [np.tile(columns[:, None, :], (1, size, 1)), np.tile(columns[:, :, None], (1, 1, size))]
-    row = shape.pieces * count
+    def blocks(values: Any, slopes: Any, columns: NDArray[np.int64]) -> Any:
+        """Note constraints of pieces, each with a block of the Jacobian, and return their multipliers."""
+        nonlocal row
+        count = values.shape[0]
+        rows = row + np.arange(len(columns) * count).reshape(-1, 1, count)
+        jacobian.append((np.repeat(rows, columns.shape[1], axis=1), np.repeat(columns, count), slopes))
+        constraints.append(ca.vec(values))
+        row += len(columns) * count
+        return ca.reshape(lam_g[row - len(columns) * count : row], count, len(columns))
 
-    def entries(rows_: Any, columns_: Any, values: Any) -> None:
-        at[0], at[1] = np.append(at[0], rows_), np.append(at[1], columns_)
-        jacobian.append(ca.vec(values))
+    def bends(values: Any, columns: NDArray[np.int64]) -> None:
+        size = columns.shape[1]
+        hessian.append((np.tile(columns[:, None, :], (1, size, 1)), np.tile(columns[:, :, None], (1, 1, size)), values))
 
+    multipliers = blocks(limits, limits_slope(local, *data), columns)
+    bends(bend(local, *data, ca.repmat(lam_f * share, 1, shape.pieces), multipliers), columns)
+    if shape.planes:
+        beyond, beyond_slope, beyond_bend = (f.map(len(shape.planes)) for f in _wall())
+        there, walled = list(shape.planes), columns[list(shape.planes)]
+        multipliers = blocks(beyond(local[:, there], planes), beyond_slope(local[:, there], planes), walled)
+        bends(beyond_bend(local[:, there], planes, multipliers), walled)
     for index, node in enumerate(shape.balls):
-        root, place = ca.reshape(balls[3:, index], 3, 3).T, np.arange(3) + node * _NODE
+        root, place = ca.reshape(balls[3:, index], 3, 3).T, np.arange(3)[None] + node * _NODE
         offset = root @ states[:3, node] - balls[:3, index]
-        constraints.append(ca.sumsqr(offset) - 1.0)
-        entries(np.full(3, row), place, 2.0 * (root.T @ offset))
-        where[0], where[1] = np.append(where[0], np.tile(place, 3)), np.append(where[1], np.repeat(place, 3))
-        hessian.append(ca.vec(2.0 * lam_g[row] * (root.T @ root)))
-        row += 1
+        multiplier = blocks(ca.sumsqr(offset) - 1.0, 2.0 * (root.T @ offset), place)
+        bends(2.0 * multiplier * (root.T @ root), place)
     if shape.objective == "snap":
-        constraints.append(total - numbers[_LIMITS - 1])
-        entries(np.full(shape.pieces, row), nodes * _NODE + np.arange(shape.pieces), ca.DM.ones(shape.pieces))
-        row += 1
+        blocks(total - numbers[_LIMITS - 1], ca.DM.ones(shape.pieces), nodes * _NODE + np.arange(shape.pieces)[None])
     if shape.cycle is not None:
         constraints.append(states[:, -1] - states[:, shape.cycle])
         for node, sign in ((nodes - 1, 1.0), (shape.cycle, -1.0)):
-            entries(row + np.arange(_NODE), node * _NODE + np.arange(_NODE), sign * ca.DM.ones(_NODE))
+            jacobian.append((row + np.arange(_NODE), node * _NODE + np.arange(_NODE), sign * ca.DM.ones(_NODE)))
     objective = share * ca.sum2(cost) + constant * total
-    gradient = share * _gathered((unknowns, 1), columns.ravel(), np.zeros(columns.size, int), ca.vec(cost_slope(local)))
+    gradient = share * _gathered((unknowns, 1), [(columns, np.zeros(columns.size, int), cost_slope(local))])
     gradient += ca.vertcat(ca.DM.zeros(nodes * _NODE), constant * ca.DM.ones(shape.pieces))
     every = ca.vertcat(*constraints)
-    slopes = _gathered((_constraints(shape), unknowns), at[0].ravel(), at[1].ravel(), ca.vertcat(*jacobian))
-    bends = _gathered((unknowns, unknowns), where[0].ravel(), where[1].ravel(), ca.vertcat(*hessian), upper=True)
     options = {
         "print_time": False,
         "error_on_fail": False,
         "grad_f": ca.Function("grad_f", [x, given], [objective, gradient]),
-        "jac_g": ca.Function("jac_g", [x, given], [every, slopes]),
-        "hess_lag": ca.Function("hess_lag", [x, given, lam_f, lam_g], [bends]),
+        "jac_g": ca.Function("jac_g", [x, given], [every, _gathered((_constraints(shape), unknowns), jacobian)]),
+        "hess_lag": ca.Function("hess_lag", [x, given, lam_f, lam_g], [_gathered((unknowns, unknowns), hessian, upper=True)]),
         "ipopt.print_level": 0,
         "ipopt.sb": "yes",
         "ipopt.max_iter": ITERATIONS,
@@ -279,40 +286,78 @@ def _solver(shape: _Shape, seconds: float) -> Any:
         "ipopt.tol": 1e-6,
         "ipopt.constr_viol_tol": 1e-7,
         "ipopt.mu_strategy": "monotone" if shape.objective == "time" else "adaptive",
+        "ipopt.alpha_for_y": "primal" if shape.steps == "plain" else "safer-min-dual-infeas",
     }
     return ca.nlpsol("timing", "ipopt", {"x": x, "f": objective, "g": every, "p": given}, options)
 
 
-def _gathered(
-    shape: tuple[int, int], rows: NDArray[np.int64], columns: NDArray[np.int64], values: Any, *, upper: bool = False
-) -> Any:
-    """Return the sparse matrix whose entries are the values at these places, added up where places repeat."""
+def _gathered(shape: tuple[int, int], entries: list[tuple[Any, Any, Any]], *, upper: bool = False) -> Any:
+    """Return the sparse matrix of all (rows, columns, values), added up where places repeat."""
+    rows, columns = (np.concatenate([np.ravel(entry[side]) for entry in entries]) for side in (0, 1))
     kept = np.flatnonzero(rows <= columns) if upper else np.arange(len(rows))
     places, entry = np.unique(columns[kept] * shape[0] + rows[kept], return_inverse=True)
     pattern = ca.Sparsity.triplet(*shape, (places % shape[0]).tolist(), (places // shape[0]).tolist())
     adding = ca.Sparsity.triplet(len(places), len(rows), entry.tolist(), kept.tolist())
-    return ca.MX(pattern, ca.DM(adding, 1.0) @ values)
+    return ca.MX(pattern, ca.DM(adding, 1.0) @ ca.vertcat(*(ca.vec(values) for _, _, values in entries)))
 
 
 def forget() -> None:
     """Drop all compiled programmes, so that the next solve pays for its own (for measurements)."""
     _solver.cache_clear()
     _piece.cache_clear()
+    _wall.cache_clear()
 
 
 @lru_cache(maxsize=32)
-def _piece(limited: tuple[str, ...], instants: int, planes: int) -> tuple[Any, Any, Any, Any]:
+def _piece(limited: tuple[str, ...], instants: int) -> tuple[Any, Any, Any, Any]:
     """Return the functions of one piece.
 
-    They take its unknowns (the states at its ends and its duration), the limits, and its own speed limit and planes.
+    They take its unknowns (the states at its ends and its duration), the limits, and its own speed limit.
 
     Returns:
-        Its snap cost, and its constraints as values that must be <= 0; the cost's gradient, which needs the unknowns only;
-        the constraints' Jacobian; and the Hessian of cost and constraints, summed with multipliers.
+        Its snap cost, and its limits as values that must be <= 0; the cost's gradient, which needs the unknowns only;
+        the limits' Jacobian; and the Hessian of cost and limits, summed with multipliers.
     """
+    local, coefficients, unit, powers = _unknowns()
+    numbers, speed = ca.SX.sym("limits", _LIMITS), ca.SX.sym("speed")
+    snap = ca.sum1(ca.sum2(unit * (ca.DM(SNAP) @ unit))) / powers[7]
+    values: list[Any] = []
+    for at in np.linspace(0.0, 1.0, instants):
+        v, a, j, s = (_derivative(coefficients, powers, float(at), d) for d in (1, 2, 3, 4))
+        values += _limit_rows(limited, v, a, j, s, numbers, speed)
+    rows = ca.vertcat(*values) if values else ca.SX(0, 1)
+    weight, multipliers = ca.SX.sym("weight"), ca.SX.sym("multipliers", rows.shape[0])
+    hessian, _ = ca.hessian(weight * snap + ca.dot(multipliers, rows), local)
+    given = [local, numbers, speed]
+    return (
+        ca.Function("value", given, [snap, rows]),
+        ca.Function("cost_slope", [local], [ca.densify(ca.gradient(snap, local))]),
+        ca.Function("limits_slope", given, [ca.densify(ca.jacobian(rows, local))]),
+        ca.Function("bend", [*given, weight, multipliers], [ca.densify(hessian)]),
+    )
+
+
+@lru_cache(maxsize=1)
+def _wall() -> tuple[Any, Any, Any]:
+    """Return the functions of a piece and a plane: values that must be <= 0, their Jacobian, and the Hessian of their sum."""
+    local, coefficients, _, _ = _unknowns()
+    plane, multipliers = ca.SX.sym("plane", _PLANE), ca.SX.sym("multipliers", SIZE)
+    normal, offset, onward = ca.vertsplit(plane, [0, 3, 4, 5])
+    points = ca.DM(bernstein_matrix()) @ coefficients
+    before = ca.vertcat(points[0, :], points[:-1, :])  # the first point is no step: its row then reads offset <= 0
+    rows = offset - (points - onward * before) @ normal
+    hessian, _ = ca.hessian(ca.dot(multipliers, rows), local)
+    return (
+        ca.Function("beyond", [local, plane], [rows]),
+        ca.Function("beyond_slope", [local, plane], [ca.densify(ca.jacobian(rows, local))]),
+        ca.Function("beyond_bend", [local, plane, multipliers], [ca.densify(hessian)]),
+    )
+
+
+def _unknowns() -> tuple[Any, Any, Any, list[Any]]:
+    """Return a piece's unknowns, its coefficients and end states in unit time, and the powers of its duration."""
     local = ca.SX.sym("local", 2 * _NODE + 1)
     begin, end, time = ca.vertsplit(local, [0, _NODE, 2 * _NODE, 2 * _NODE + 1])
-    numbers, own = ca.SX.sym("limits", _LIMITS), ca.SX.sym("own", _SPEED + 5 * planes)
     powers = [ca.SX(1)]
     for _ in range(SIZE - 1):
         powers.append(powers[-1] * time)
@@ -322,27 +367,7 @@ def _piece(limited: tuple[str, ...], instants: int, planes: int) -> tuple[Any, A
             unit[half * ORDER + derivative, :] = state[3 * derivative : 3 * derivative + 3].T * (
                 _SCALE[derivative] * powers[derivative]
             )
-    coefficients = ca.DM(HERMITE) @ unit
-    snap = ca.sum1(ca.sum2(unit * (ca.DM(SNAP) @ unit))) / powers[7]
-    values: list[Any] = []
-    for at in np.linspace(0.0, 1.0, instants):
-        v, a, j, s = (_derivative(coefficients, powers, float(at), d) for d in (1, 2, 3, 4))
-        values += _limit_rows(limited, v, a, j, s, numbers, own[0])
-    points = ca.DM(bernstein_matrix()) @ coefficients
-    for index in range(planes):
-        normal, offset, onward = ca.vertsplit(own[_SPEED + 5 * index : _SPEED + 5 * index + 5], [0, 3, 4, 5])
-        before = ca.vertcat(points[0, :], points[:-1, :])  # the first point is no step: its row then reads offset <= 0
-        values.append(offset - (points - onward * before) @ normal)
-    rows = ca.vertcat(*values) if values else ca.SX(0, 1)
-    weight, multipliers = ca.SX.sym("weight"), ca.SX.sym("multipliers", rows.shape[0])
-    hessian, _ = ca.hessian(weight * snap + ca.dot(multipliers, rows), local)
-    given = [local, numbers, own]
-    return (
-        ca.Function("value", given, [snap, rows]),
-        ca.Function("cost_slope", [local], [ca.densify(ca.gradient(snap, local))]),
-        ca.Function("rows_slope", given, [ca.densify(ca.jacobian(rows, local))]),
-        ca.Function("bend", [*given, weight, multipliers], [ca.densify(hessian)]),
-    )
+    return local, ca.DM(HERMITE) @ unit, unit, powers
 
 
 def _derivative(coefficients: Any, powers: list[Any], at: float, derivative: int) -> Any:

@@ -5,6 +5,7 @@ A path that does not show the plan's visits is bent less and less, until at wors
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -12,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.clock import ClockRanOut
-from refine.corridor import BUFFER, fit, fixed_states, onward_rules, until_kept
+from refine.corridor import BUFFER, Rules, fit, fixed_states, onward_rules, until_kept
 from refine.course import PAD, Course, course_of, thinned
+from refine.elsewhere import moved_into_the_clear
 from refine.labels import troubles
 from refine.limits import Limits
-from refine.nlp import Timing, optimise
+from refine.nlp import Steps, Timing, optimise
 from refine.obstacles import Ball
 from refine.peaks import shares_used
 from refine.spline import Spline
@@ -39,6 +41,11 @@ _SHIFTS = (0.1, 10.0, 0.01)
 converge from the nominal path."""
 _ROOM = 1.03
 """Stretch of such an answer, so that the programme starts away from its limits."""
+_INSTANTS = 12
+"""Instants a piece at which these programmes keep the limits: what they miss is stretched away, and the dearer programmes
+of more instants do not end in shorter flights."""
+_PROGRAMMES = 24
+"""Programmes that one hurried flight may take, each with a budget of iterations of its own."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +103,23 @@ def single(plan: Plan, name: str, wishes: Wishes, extra: tuple[Ball, ...], ask: 
             None if robot.cycle_waypoint is None else 0,
             {},
         )
+    try:
+        return _moving(plan, name, wishes, limits, extra, ask, stops)
+    except ClockRanOut:
+        raise
+    except Infeasible:
+        moved = moved_into_the_clear(mission, robot)
+        if moved == robot:
+            raise
+        changed = plan.model_copy(update={"robots": {**plan.robots, name: moved}})
+        return _moving(changed, name, wishes, limits, extra, ask, stops)
+
+
+def _moving(
+    plan: Plan, name: str, wishes: Wishes, limits: Limits, extra: tuple[Ball, ...], ask: Ask, stops: frozenset[int]
+) -> Robot:
+    """Return the flight of a robot that does go somewhere."""
+    mission, robot = plan.mission, plan.robots[name]
     more = wishes.pad.get(name, 0.0)
     course = course_of(mission, name, robot, pad=PAD + more, extra=extra)
     course = thinned(course, ask.max_pieces - 1, mission.spec.repeat)
@@ -127,7 +151,17 @@ def _labelled(plan: Plan, name: str, course: Course, limits: Limits, buffer: flo
     enough, the flight rests at their ends and is straight between: at worst it is the planner's own polyline.
     """
     mission, robot = plan.mission, plan.robots[name]
-    path, yaw = _timed(plan, name, course, limits, buffer, halts, NONE)
+    try:
+        path, yaw = _timed(plan, name, course, limits, buffer, halts, NONE)
+    except ClockRanOut:
+        raise
+    except Infeasible:  # the corridors are too tight for a curve; the polyline keeps them
+        everywhere = frozenset(range(len(course) + 1))
+        path, yaw = _timed(plan, name, course, limits, buffer, everywhere, NONE)
+        found = troubles(path, mission, name, robot)
+        if found:
+            raise Infeasible(found[0].sentence, found[0]) from None
+        return _Fitted(path, yaw, everywhere, NONE)
     found = troubles(path, mission, name, robot)
     if not found:
         return _Fitted(path, yaw, halts, NONE)
@@ -199,10 +233,11 @@ def _raced(
     ease = ask.weight if ask.pace == "blend" else _EASE * start.snap_cost() / start.duration
     best: tuple[Spline, Spline | None] | None = None
     failure: Infeasible | None = None
+    rules = onward_rules(course, fitted.onward)  # what the first path broke, the second would break again
     for roomy in (False, True) if any(course.rooms) else (False,):
         first = start if best is None else best[0].stretched(_ROOM)
         try:
-            found = _hurried(plan, name, course, limits, fitted, first, ease, buffer, roomy=roomy)
+            found = _hurried(plan, name, course, limits, fitted, first, ease, buffer, rules, roomy=roomy)
         except ClockRanOut:
             raise
         except Infeasible as error:
@@ -233,6 +268,7 @@ def _hurried(
     start: Spline,
     ease: float,
     buffer: float,
+    rules: Rules,
     *,
     roomy: bool,
 ) -> tuple[Spline, Spline | None]:
@@ -247,7 +283,7 @@ def _hurried(
     mission, robot = plan.mission, plan.robots[name]
     plain = replace(limits, rotors=None, yaw_rate=np.inf)
     speeds = _leg_speeds(mission, robot, course)
-    fixed, rules = fixed_states(course, fitted.rest), onward_rules(course, fitted.onward)
+    fixed = fixed_states(course, fitted.rest)
     within: list[tuple[int, Ball]] = []
     if roomy:
         within = [(node, room) for node, room in enumerate(course.rooms) if room is not None]
@@ -255,16 +291,27 @@ def _hurried(
         if course.cycle is not None:
             fixed[[course.cycle, -1], 0] = fixed[course.cycle, 0] + 0.0 * fixed[-1, 0]  # both are free where one is
 
-    def solved(first: Spline, shift: float) -> Spline:
+    left = [_PROGRAMMES]
+
+    def solved(first: Spline, shift: float, steps: Steps = "plain") -> Spline:
+        if not left[0]:
+            raise Infeasible(f"{_PROGRAMMES} programmes did not lead to a path that keeps the corridors and labels.")
+        left[0] -= 1
         corridors = [(leg, plane) for (_, leg, _), planes in rules.items() for plane in planes]
-        return optimise(Timing(first, fixed, plain, "blend", shift, within, corridors, speeds, course.cycle))
+        return optimise(Timing(first, fixed, plain, "blend", shift, within, corridors, speeds, course.cycle, _INSTANTS, steps))
+
+    answers: list[Spline] = []
 
     def attempt() -> Spline:
+        tries: list[Callable[[], Spline]] = [lambda: solved(answers[-1].stretched(_ROOM), ease)] if answers else []
+        tries += [lambda: solved(start, ease), lambda: solved(start, ease, "cautious")]
+        if not roomy:
+            tries += [lambda shift=shift: solved(solved(start, shift * ease).stretched(_ROOM), ease) for shift in _SHIFTS]
         failure: Infeasible | None = None
-        for shift in (None,) if roomy else (None, *_SHIFTS):
+        for run in tries:
             try:
-                first = start if shift is None else solved(start, shift * ease).stretched(_ROOM)
-                return solved(first, ease)
+                answers.append(run())
+                return answers[-1]
             except ClockRanOut:
                 raise
             except Infeasible as error:
