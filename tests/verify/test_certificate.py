@@ -245,3 +245,38 @@ def test_needles_and_plates_are_judged(radius):
     mission = small_mission("G !a", regions=f"a: {{center: [1.0, 0.0, 1.0], radii: [{radius}, 0.2, 0.2]}}")
     found = refused(plan_of(mission, {}), {"r0": legs([[0, 0, 1], [0, 1, 1]])})
     assert found == (set() if radius == "1e-6" else {"formula"} | (found & {"visits"}))
+
+
+TAPS = """robot:
+  initial: empty
+  states: {empty: [], half: [half], full: [half, full]}
+  actions: [{from: empty, to: half, at: a}, {from: half, to: full, at: a}]"""
+TWICE = (Action(source="empty", target="half", at="a"), Action(source="half", target="full", at="a"))
+
+
+def test_two_actions_of_one_visit_are_spread_over_it():
+    mission = small_mission("F full & G(full -> half)", regions=BALL, extra=TAPS)
+    plan = plan_of(mission, {"r0": [Visit(region="a", actions=TWICE)]})
+    path = legs([[0, 0, 1], [2, 0, 1]])
+    certificate = certify(plan, {"r0": path})
+    first, second = (action.time for action in certificate.actions)
+    entered, left = (c.time for c in certificate.timelines["r0"].changes)
+    stay = float(left.low - entered.high)
+    assert first - float(entered.high) == pytest.approx(stay / 3, abs=2e-6)
+    assert second - first == pytest.approx(stay / 3, abs=2e-6)
+    middle = mission.model_copy(update={"spec": mission.spec.model_copy(update={"formula": "F(half & !full)"})})
+    assert certify(plan.model_copy(update={"mission": middle}), {"r0": path}).holds  # there is time between them
+
+
+@pytest.mark.parametrize("depth", [1e-12, 1e-14])
+def test_actions_of_a_visit_of_microseconds_are_told_apart_or_refused(depth):
+    mission = small_mission("F full", regions=BALL, extra=TAPS, starts=[[0.0, 0.2 - depth, 1.0]])
+    values = legs([[0, 0, 1], [2, 0, 1]]).coefficients.copy()
+    values[:, 1, 0] = 0.2 - depth
+    path = changed(legs([[0, 0, 1], [2, 0, 1]]), coefficients=values)
+    certificate = judge(plan_of(mission, {"r0": [Visit(region="a", actions=TWICE)]}), {"r0": path}, largest=False)
+    times = [action.time for action in certificate.actions]
+    assert times == sorted(set(times))
+    region = mission.all_regions["a"]
+    assert all(float(region.level(path.evaluate(time)[:3])) <= 1 + 1e-12 for time in times)
+    assert certificate.holds == (len(times) == 2)

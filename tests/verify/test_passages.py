@@ -6,7 +6,7 @@ import pytest
 from tests.flights import legs, plan_of, small_mission, through
 from verify import judge
 from verify.data.plan import Visit
-from verify.passages import clearances, crossings, hoop_frames
+from verify.passages import _goes_back, _Part, clearances, crossings, hoop_frames
 from verify.paths import read_team
 
 RING = "h: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2], opening: 0.3, rim: 0.05}"
@@ -192,3 +192,20 @@ def test_a_sequence_is_its_passages_in_order():
     assert sequence_claims("hF", both, points)["passages"].verdict == "fails"
     twice = (Visit(region="h", direction="F"), Visit(region="h", direction="R"))
     assert sequence_claims("hF hR", twice, [[0, 0, 1], [2, 0, 1], [0, 0, 1]])["passages"].verdict == "holds"
+
+
+def test_through_the_opening_thrice_is_two_passages_too_many():
+    found = crossings_of([[0, 0, 1], [2, 0, 1], [0, 0, 1], [2, 0, 1]])
+    assert [c.way for c in found] == ["F", "R", "F"]
+    thrice = claims(ring_mission(), VISIT, [[0, 0, 1], [2, 0, 1], [0, 0, 1], [2, 0, 1]])["passages"]
+    assert "not planned" in thrice.sentence
+
+
+def test_parts_that_could_not_be_told_from_the_opening_hide_no_way_back():
+    def part(first, last):
+        return _Part(0, 0.0, 1.0, (first, first), (last, last), 0.0)
+
+    assert not _goes_back([part(-0.1, 0.0), part(0.0, 0.04), part(0.04, 0.1)], 0.05)
+    assert _goes_back([part(-0.1, 0.1), part(0.1, -0.1), part(-0.1, 0.1)], 0.05)
+    assert _goes_back([part(0.1, -0.1), part(-0.1, 0.1), part(0.1, -0.1)], -0.05)
+    assert not _goes_back([part(0.1, 0.0), part(0.0, -0.1)], -0.05)

@@ -1,5 +1,6 @@
 import json
 import math
+import os
 import shutil
 
 import numpy as np
@@ -84,6 +85,41 @@ def test_a_hover_added_for_a_loader_is_allowed(folder, small):
     longer = Trajectory(np.append(path.durations, 1.0), np.concatenate([path.coefficients, hover]))
     (folder / "r0.csv").write_text(write_csv(longer))
     assert recheck(folder).holds
+
+
+@pytest.mark.parametrize("name", ["elsewhere", "moving", "turned", "a little off"])
+def test_a_second_piece_that_is_no_hover_is_refused(folder, small, name):
+    path = small[1]["r0"]
+    second = np.zeros((1, 4, 8))
+    second[0, :3, 0] = np.float32(path.evaluate(path.duration)[:3])
+    axis, power, value = {
+        "elsewhere": (0, 0, 2.0),
+        "moving": (0, 4, 50.0),
+        "turned": (3, 0, 0.1),
+        "a little off": (1, 0, 1e-5),
+    }[name]
+    second[0, axis, power] = np.float32(value)
+    longer = Trajectory(np.append(path.durations, 1.0), np.concatenate([path.coefficients, second]))
+    (folder / "r0.csv").write_text(write_csv(longer))
+    with pytest.raises(NotCertified, match=r"r0\.csv was changed"):
+        recheck(folder)
+
+
+@pytest.mark.parametrize("name", ["r0.csv", "certificate.json"])
+def test_a_pipe_is_not_waited_for(folder, name):
+    (folder / name).unlink()
+    os.mkfifo(folder / name)
+    with pytest.raises(BadInput, match="no file"):
+        recheck(folder)
+
+
+def test_a_number_of_thousands_of_digits_is_bad_input(folder):
+    for name in ("plan.json", "certificate.json"):
+        whole = (folder / name).read_text()
+        (folder / name).write_text(whole.replace('"format": 1', '"format": ' + "1" * 5000))
+        with pytest.raises(BadInput, match="no JSON"):
+            recheck(folder)
+        (folder / name).write_text(whole)
 
 
 @pytest.mark.parametrize("name", ["mission.yaml", "plan.json", "r0.csv", "certificate.json"])

@@ -10,7 +10,7 @@ from tests.strategies import formulas
 from tests.timelines import mission, random_readings, random_unions
 from verify import check_samples
 from verify.data import BadInput, Mission, Word
-from verify.samples import check_recording, sampled_timeline
+from verify.samples import _gaps, check_recording, sampled_timeline
 from verify.semantics import satisfies
 
 CENTRES = {"a": (0, 0, 1), "b": (1, 0, 1), "c": (2, 0, 1)}  # of radius 0.1
@@ -96,6 +96,15 @@ def test_samples_that_the_speed_does_not_allow():
         ([0, 1], [[0, 0, 1]] * 2, {"error": -1}, "error must be"),
         ([0, 1], [[0, 0, 1]] * 2, {"max_speed": 0}, "above 0"),
         ([0, 1], [[0, 0, 1]] * 2, {"max_speed": True}, "max_speed must be"),
+        ([0, 1], [[0, 0, 1]] * 2, {"max_speed": 10**400}, "max_speed must be"),
+        ([0, 1], [[0, 0, 1]] * 2, {"max_speed": 1e308}, "max_speed must be"),
+        ([0, 1], [[0, 0, 1]] * 2, {"max_speed": 5e-324}, "max_speed must be"),
+        ([0, 1], [[0, 0, 1]] * 2, {"max_speed": np.inf}, "max_speed must be"),
+        ([0, 1], [[0, 0, 1]] * 2, {"error": 10**400}, "error must be"),
+        ([0, 1], [[0, 0, 1]] * 2, {"error": np.nan}, "error must be"),
+        ([0, 1], [[1e200, 0, 1]] * 2, {}, "no flight"),
+        ([-1e308, 1e308], [[0, 0, 1]] * 2, {}, "no flight"),
+        ([-1e9, 1.0, np.nextafter(1.0, 2)], [[0, 0, 1]] * 3, {}, "must increase"),
     ],
 )
 def test_bad_input(times, positions, options, says):
@@ -194,3 +203,37 @@ def test_verdicts_are_true_of_the_path_that_was_sampled(formula, flights, team, 
         assert all(answers)
     if verdict.outcome == "fails" and (team == "joint" or len(flights) == 1):
         assert not any(answers)
+
+
+def test_gaps_that_the_clock_has_rounded_are_taken_for_longer():
+    """Set to 0, times that pass a power of two lose their last bit: a gap may be longer than it looks."""
+    rng = np.random.default_rng(0)
+    at = np.unique(np.concatenate([[-0.1], rng.uniform(2.0**20 - 0.1, 2.0**20 - 0.1 + 1e-7, 200)]))
+    times, true = at - at[0], np.diff([Fraction(float(t)) for t in at])
+    assert all(Fraction(float(gap)) >= length for gap, length in zip(_gaps(times), true, strict=True))
+    assert any(Fraction(float(gap)) < length for gap, length in zip(np.diff(times), true, strict=True))
+
+
+def test_a_log_that_is_no_csv_is_bad_input(tmp_path):
+    path = tmp_path / "flight.csv"
+    path.write_text("t,robot,x,y,z\n0,q0,0,0," + "1" * 200_000)
+    with pytest.raises(BadInput, match="no CSV"):
+        check_recording(path, mission("F a"), max_speed=1)
+
+
+def test_a_status_near_a_sample_is_not_held_for_too_long():
+    """Whoever flies off at once, at full speed, leaves the region no sooner than the timeline says."""
+    regions = mission("F a").all_regions
+    rng = np.random.default_rng(1)
+    for start in (0.0, 1.0, 1e5):
+        for _ in range(20):
+            point = np.array([rng.uniform(-0.2, 0.2), rng.uniform(-0.1, 0.1), 1.0])
+            speed, error = float(rng.uniform(0.5, 5)), float(rng.choice([0.0, 0.01]))
+            line = sampled_timeline(
+                "q0", start + np.array([0.0, 1.0]), np.stack([point, point]), regions, speed=speed, error=error
+            )
+            status, until = line.initial["a"], [c.time.low for c in line.changes if c.region == "a"]
+            if status == "may" or not until:
+                continue
+            distance = abs(Fraction(1, 10) - Fraction(float(np.linalg.norm(point - np.array([0.0, 0.0, 1.0])))))
+            assert (until[0] - Fraction(start)) * Fraction(speed) + Fraction(error) <= distance

@@ -1,3 +1,4 @@
+import math
 from fractions import Fraction
 
 import numpy as np
@@ -172,3 +173,65 @@ def test_teams_must_be_the_missions():
     with pytest.raises(BadInput, match="Trajectory"):
         read_team(mission, {"r0": team["r0"], "r1": "no"})  # type: ignore[dict-item]
     assert read_team(mission, team).end == Fraction(1)
+
+
+@pytest.mark.parametrize("size", [1e150, 1e200, 1e300])
+def test_absurd_paths_of_two_robots_are_refused_without_a_traceback(size):
+    mission = pair_mission()
+    wild = still([0, 0, 1]).coefficients.copy()
+    wild[0, :3, 3] = size
+    found = claims(mission, {"r0": Trajectory([1.0], wild), "r1": still([0, 1, 1])})
+    assert found["workspace", "r0"].verdict == "fails"
+    assert not math.isfinite(found["workspace", "r0"].bound) or found["workspace", "r0"].bound < 0
+
+
+def least_gap(mission, team, clock_error, margin):
+    """Least distance (z weighted) of robots whose clocks differ, pushed towards each other within the margin: by samples."""
+    weight = np.array([1, 1, mission.separation / (mission.separation_z or mission.separation)])
+    times = np.linspace(0, max(t.duration for t in team.values()), 2000)
+    least = np.inf
+    for ahead in np.linspace(-clock_error, clock_error, 9):
+        gap = team["r0"].evaluate(np.clip(times + ahead, 0, None))[:, :3] - team["r1"].evaluate(times)[:, :3]
+        push = gap * weight**2
+        push /= np.maximum(np.linalg.norm(push, axis=1, keepdims=True), 1e-300)
+        least = min(least, np.linalg.norm((gap - 2 * margin * push) * weight, axis=1).min())
+    return least
+
+
+def test_robots_above_each_other_with_clocks_that_differ():
+    """Where distance in z counts more than 1, so do the drift of clocks and the steps between pieces."""
+    first, second = legs([[0, 0, 1.0], [0, 0, 1.45]], speed=0.45), legs([[0, 0, 1.6], [0, 0, 2.6]], speed=0.45)
+    team, kept = {"r0": first, "r1": second}, {}
+    for clock_error in (0.0, 0.05, 0.1, 0.2, 0.3):
+        mission = started(pair_mission(extra="separation: 0.5\nseparation_z: 0.1", starts=[[0, 0, 1], [0, 0, 1.6]]), team)
+        claim = claims(mission, team, clock_error=clock_error)["separation", "r0"]
+        kept[clock_error] = claim.verdict == "holds"
+        if claim.verdict == "holds":
+            assert least_gap(mission, team, clock_error, 0.0) >= 0.5
+        assert claim.limit == pytest.approx(0.5 + 5 * 2.1875 * 0.45 * clock_error, abs=1e-3)
+    assert kept[0.0]
+    assert not kept[0.3]
+
+
+def test_separation_with_weights_clocks_and_tubes_against_samples():
+    rng = np.random.default_rng(3)
+    held = 0
+    for k in range(25):
+        points = rng.uniform([-1, -1, 0.5], [1, 1, 2], (2, 3, 3))
+        if k % 2:
+            points[:, :, :2] = 0.0  # one above the other
+        team = {f"r{i}": legs(p) for i, p in enumerate(points)}
+        extra = f"separation: {rng.choice([0.3, 0.5])}\nseparation_z: {rng.choice([0.1, 0.2, 0.6])}"
+        mission = started(pair_mission(extra=extra), team)
+        error, margin = float(rng.choice([0.0, 0.05, 0.3])), float(rng.choice([0.0, 0.02]))
+        if claims(mission, team, clock_error=error, margin=margin)["separation", "r0"].verdict == "holds":
+            held += 1
+            assert least_gap(mission, team, error, margin * (1 - 1e-9)) >= mission.separation - 1e-7
+    assert held >= 5
+
+
+def test_no_separation_is_kept_by_robots_that_meet():
+    team = {"r0": still([0, 0, 1]), "r1": still([0, 0, 1])}
+    mission = started(pair_mission(extra="separation: 0.0"), team)
+    claim = claims(mission, team)["separation", "r0"]
+    assert (claim.verdict, claim.bound, claim.margin) == ("holds", 0.0, 0.0)

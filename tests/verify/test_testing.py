@@ -76,6 +76,12 @@ def test_bad_input():
         assert_within_limits(straight(), vehicle="balloon")
 
 
+@pytest.mark.parametrize("margin", [-0.2, float("nan"), float("inf"), True, "0.1", 10**400])
+def test_margins_must_be_numbers(margin):
+    with pytest.raises(BadInput, match="margin"):
+        assert_satisfies(straight(), "G !a", REGIONS, margin=margin)
+
+
 def test_as_a_plugin(tmp_path: Path):
     (tmp_path / "test_it.py").write_text(
         "from verify.testing import assert_satisfies\n"
