@@ -202,6 +202,7 @@ def _online(
         "verdict": flown.verdict.outcome,
         "sentence": flown.verdict.sentence,
         "certified": flown.certified,
+        "certificates": list(flown.certificates),
         "planned_cost": flown.planned_cost,
         "final_cost": flown.final_cost,
         "words": {name: [sorted(letter) for letter in word] for name, word in flown.words.items()},

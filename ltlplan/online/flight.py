@@ -25,11 +25,13 @@ from flight.log import Event, FlightLog
 from flight.reference import Reference
 from flight.simulate import STEP, SUBSTEPS, Setup, Snapshot, steps
 from ltlplan.mtac import Progress
+from ltlplan.online.certified import CertifiedTeam
 from ltlplan.online.events import RobotJoins, RobotLeaves, WorldEvent, falls_on, in_order
 from ltlplan.online.team import PERIOD, Desired, OnlineTeam
 from verify.behaviour import judge_formula
 from verify.data import BadInput, InternalError, Letter, Mission, NotCertified, Unsatisfiable
 from verify.data.mission import Agent, Point
+from verify.pieces import Piece
 from verify.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
 from verify.verdict import Verdict
 
@@ -38,9 +40,11 @@ Floats = NDArray[np.float64]
 NOT_CERTIFIED = "Flown online: nothing about this flight was certified beforehand, and it cannot be exported."
 
 CERTIFIED = (
-    "Flown online in pieces, each certified for what was left of the formula; only the slowing down to a hover after a change of "
-    "the world was not. Such a flight cannot be exported."
+    "Flown online in pieces, each certified for what was left of the formula, with all that was flown before and with the slowing "
+    "down after changes of the world. Such a flight cannot be exported."
 )
+
+NOT_ALL_CERTIFIED = "Flown online in certified pieces, but not all of the flight is certified, and it cannot be exported."
 
 GIVE_UP = 3.0
 """s that a team which cannot finish goes on hovering before the flight is ended."""
@@ -66,7 +70,9 @@ class OnlineFlight:
         final_cost: Summed cost of the courses that were flown last.
         step_seconds: Computing time of each online step, s (not part of the flight's result). Shape (steps,).
         words: Each robot's flown word.
-        certified: Whether only certified pieces were flown (and the slowing down after changes of the world).
+        certified: Whether only certified pieces were flown, slowing down included, and inside their margin.
+        certificates: Digests of the certificates that were flown, in order.
+        pieces: What was proved to be flown, where the flight was a certified one.
     """
 
     mission: Mission
@@ -79,6 +85,8 @@ class OnlineFlight:
     step_seconds: Floats
     words: Mapping[str, tuple[Letter, ...]]
     certified: bool = False
+    certificates: tuple[str, ...] = ()
+    pieces: tuple[Piece, ...] = ()
 
     def require(self) -> OnlineFlight:
         """Return the flight if its words satisfy the formula.
@@ -93,9 +101,8 @@ class OnlineFlight:
     def summary(self) -> str:
         """Return a few sentences for a person."""
         done = "never" if self.satisfied_at is None else f"after {self.satisfied_at:.1f} s"
-        kind = CERTIFIED if self.certified else NOT_CERTIFIED
         return (
-            f"{kind} {self.mission.name} flew {self.duration:.1f} s (the 2022 paper's experiment: 127 s); the formula was "
+            f"{' '.join(self.log.notes)} {self.mission.name} flew {self.duration:.1f} s (the 2022 paper's experiment: 127 s); the formula was "
             f"satisfied {done}. Verdict on the flown words: {self.verdict.outcome}. {self.verdict.sentence}"
         )
 
@@ -137,8 +144,6 @@ def fly_online(
     ordered = in_order(mission, events)
     try:
         if certified:
-            from ltlplan.online.certified import CertifiedTeam
-
             team = CertifiedTeam(mission, seed=used_seed, rng=np.random.default_rng(used_seed))
         else:
             team = OnlineTeam(mission, rng=np.random.default_rng(used_seed))
@@ -147,7 +152,7 @@ def fly_online(
 
         assign(mission)  # says which parts cannot hold together
         raise
-    loop = _Loop(mission, team, ordered, certified)
+    loop = _Loop(mission, team, ordered)
     return loop.fly(used_seed, wind, noise, max_seconds, progress)
 
 
@@ -158,7 +163,6 @@ class _Loop:
     mission: Mission
     team: OnlineTeam
     pending: tuple[WorldEvent, ...]
-    certified: bool = False
     now: float = 0.0
     entries: list[Snapshot] = field(default_factory=list)
     desired: list[Floats] = field(default_factory=list)
@@ -308,7 +312,9 @@ class _Loop:
         position = np.array([entry.position for entry in self.entries]).transpose(0, 2, 1)
         wanted = np.array(self.desired)[frames].transpose(0, 2, 1)
         first = self.entries[0]
-        note = CERTIFIED if self.certified else NOT_CERTIFIED
+        proved = isinstance(self.team, CertifiedTeam)
+        lost = self.team.lost if isinstance(self.team, CertifiedTeam) else None
+        note = NOT_CERTIFIED if not proved else CERTIFIED if lost is None else f"{NOT_ALL_CERTIFIED} {lost}"
         self.said.append(
             Event(float(times[-1]), None, "formula", f"Verdict on the flown words: {verdict.outcome}. {verdict.sentence}")
         )
@@ -333,7 +339,9 @@ class _Loop:
         words = {name: _word([row[name] for row in self.letters]) for name in self.robots}
         return OnlineFlight(
             mission, log, verdict, float(times[-1]), self.satisfied_at, self.planned_cost, self.team.cost,
-            np.array(self.seconds), words, self.certified,
+            np.array(self.seconds), words, proved and lost is None,
+            self.team.certificates if isinstance(self.team, CertifiedTeam) else (),
+            self.team.all_pieces if isinstance(self.team, CertifiedTeam) else (),
         )  # fmt: skip
 
     def _timeline(self, name: str, times: Floats) -> Timeline:

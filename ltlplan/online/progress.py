@@ -184,6 +184,14 @@ def follow(standing: Standing, moves: Iterable[tuple[str, Letter]]) -> Standing:
     return standing
 
 
+def after_events(standing: Standing, events: Mapping[str, Letter]) -> Standing:
+    """Return the standing after events that were seen together: in any order, in groups of a handful."""
+    names = sorted(events)
+    for first in range(0, len(names), MAX_TOGETHER):
+        standing = standing.after_all({name: events[name] for name in names[first : first + MAX_TOGETHER]})
+    return standing
+
+
 def _finishing(standing: Standing, ahead: Ahead) -> Iterator[tuple[str, ...]]:
     busy = [robot for robot, letters in ahead.items() if letters]
     for order in itertools.islice(itertools.permutations(busy), MAX_ORDERS):

@@ -35,7 +35,7 @@ from ltlplan.mtac import metric
 from ltlplan.online.cross_entropy import OnlineSettings
 from ltlplan.online.events import HoopMoves, RobotJoins, RobotLeaves, WorldEvent
 from ltlplan.online.pilot import Pilot
-from ltlplan.online.progress import MAX_TOGETHER, Standing, admits, at_start, can_finish
+from ltlplan.online.progress import admits, after_events, at_start, can_finish
 from ltlplan.online.switch import Handover, better_hands, may_change
 from ltlplan.team_reader import Reader
 from ltlplan.team_walk import Options, Walker
@@ -99,12 +99,14 @@ class OnlineTeam:
         """Prepare a team at its starts.
 
         Raises:
-            BadInput: The trace is infinite, N <= 1 / rho, or a robot starts in two regions.
+            BadInput: The trace is infinite, there is a sequence, N <= 1 / rho, or a robot starts in two regions.
             Unsatisfiable: Nothing that these robots can fly satisfies the formula.
             Infeasible: No way between the hoops was found.
         """
         if mission.spec.trace == "infinite":
             raise BadInput("online MTAC-E shares tasks that end; an infinite trace is flown from a plan, without --online.")
+        if mission.sequence is not None:
+            raise BadInput("online MTAC-E chooses what is flown; a sequence is flown exactly from a plan, without --online.")
         self.mission, self.rng = mission, rng
         self.settings = settings or OnlineSettings(
             elite=mission.planner.elite, trajectories=mission.planner.samples, window=WINDOW, floor=FLOOR
@@ -219,7 +221,7 @@ class OnlineTeam:
         # the whole flown word counts: the new automaton reads it from its beginning
         self.standing = at_start(self.reader, self.first_letters, reading=self.mission.spec.team)
         for _, events in self.shown:
-            self.standing = _after(self.standing, events)
+            self.standing = after_events(self.standing, events)
         self.hold(f"at {now:.2f} s {event}")
 
     def hold(self, reason: str) -> None:
@@ -275,7 +277,7 @@ class OnlineTeam:
     def _note(self, now: float, events: dict[str, Letter]) -> None:
         """Remember letters that have changed, and where they lead."""
         self.shown.append((now, events))
-        self.standing = _after(self.standing, events)
+        self.standing = after_events(self.standing, events)
 
     def _labelled(self, positions: Mapping[str, Point]) -> tuple[dict[str, Letter], dict[str, str | None]]:
         """Return the letters that have changed, and the region that each robot is in; planned actions happen here."""
@@ -468,14 +470,6 @@ PATHS, MOST_PATHS = 72, 64
 
 WIDTH = 8
 """Walks side by side when sharing by straight lines; they cost next to nothing."""
-
-
-def _after(standing: Standing, events: Mapping[str, Letter]) -> Standing:
-    """Return the standing after events that were seen together: in any order, in groups of a handful."""
-    names = sorted(events)
-    for first in range(0, len(names), MAX_TOGETHER):
-        standing = standing.after_all({name: events[name] for name in names[first : first + MAX_TOGETHER]})
-    return standing
 
 
 def _distance(path: Floats, others: Floats) -> Floats:

@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.online.certified import progressed
 from ltlplan.online.events import HoopMoves, NewFormula, RobotLeaves
 from ltlplan.online.flight import NOT_CERTIFIED, fly_online
-from verify import check_word
-from verify.data import BadInput, NotCertified, Unsatisfiable, parse_formula, parse_mission
+from verify.data import BadInput, NotCertified, Unsatisfiable, parse_mission
 
 ONE = """
 format: 1
@@ -80,19 +78,6 @@ def test_bad_input_is_refused_before_take_off(one):
         fly_online(parse_mission(ONE.replace("start: [-0.2, 0, 1]", "start: [0.5, 1, 1]")))
 
 
-@pytest.mark.parametrize("letters", [[], [{"a"}], [set(), {"b"}], [{"a"}, {"c"}, set()]])
-@pytest.mark.parametrize(
-    "text", ["F a & F b", "G(a -> F c)", "!b U a", "(a | b) W c", "a R (b | !c)", "F(a & F b) xor G !c", "b M !a"]
-)
-def test_progression_asks_of_the_rest_what_the_formula_asks_of_the_whole(text, letters):
-    formula = parse_formula(text)
-    read = [frozenset(letter) for letter in letters]
-    left = progressed(formula, read)
-    for rest in ([set()], [{"a"}, {"b"}], [{"c"}, {"a"}, set()], [{"b"}], [set(), {"a", "c"}]):
-        whole = [*letters, *rest]
-        assert bool(check_word(left, rest)) == bool(check_word(formula, whole)), (str(left), whole)
-
-
 def test_certified_pieces_fly_the_mission(one):
     flight = fly_online(one, seed=1, certified=True, noise=0.001)
     assert flight.require().certified
@@ -118,13 +103,3 @@ def test_firefighting_in_simulation(events, certified):
     positions = flight.log.position
     nearest = min(np.linalg.norm(positions[:, i] - positions[:, j], axis=1).min() for i in range(3) for j in range(i))
     assert nearest > mission.separation
-
-
-@pytest.mark.slow
-def test_certified_robots_hold_when_what_is_left_is_no_mission():
-    # after the pick-up robots are in different internal states, and a mission has one for all
-    mission = ltlplan.load_mission("firefighting")
-    events = (NewFormula(time=4.0, formula="F loc1 & F loc2 & G(smoke -> carrying) & F water"),)
-    flight = fly_online(mission, seed=1, events=events, certified=True, max_seconds=20)
-    assert not flight.verdict
-    assert any("different internal states" in event.sentence for event in flight.log.events)

@@ -1,0 +1,187 @@
+"""Coming to rest on the way: polynomials that end a certified flight early, judged before they are handed to a robot.
+
+When the world changes, a robot flies on along its certified polynomials for a moment and then slows down along one more
+piece, to a hover that is clear of the edges of all regions. Velocity is the polynomial of degree 5 that begins with the robot's
+velocity, acceleration and jerk and ends with all three at zero; its integral has degree 7 at most and needs no optimiser. When and
+how quickly to slow down is tried out, soonest rest first, until the judge has no objection. Flying the certified trajectory to
+its end is among what is tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ltlplan.online.events import rim_distance
+from verify.claims import Claim
+from verify.data import Mission, Trajectory
+from verify.pieces import judge_stop
+
+Floats = NDArray[np.float64]
+
+REACTION = 0.2
+"""s that robots fly on before they slow down: time to compute how. The judge takes about 0.05 s for three robots."""
+
+LENGTHS = (0.5, 0.7, 1.0, 1.4, 2.0)
+"""s that slowing down takes."""
+
+LATER = 0.1
+"""s between the places at which slowing down may begin."""
+
+TRIES = 30
+"""Ways to come to rest together that are judged."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stop:
+    """How a team comes to rest.
+
+    Attributes:
+        team: A trajectory for each robot, the same as before up to where it slows down.
+        refused: Claims that do not hold; empty where the stop is proved.
+    """
+
+    team: Mapping[str, Trajectory]
+    refused: tuple[Claim, ...]
+
+
+def come_to_rest(mission: Mission, team: Mapping[str, Trajectory], now: Fraction, *, braking: bool) -> Stop:
+    """Find trajectories by which a team comes to rest soon, and prove them.
+
+    Args:
+        mission: The world as it is now; its agents are the robots in the air, with the starts of their trajectories.
+        team: What they fly, from rest to rest.
+        now: Time on the trajectories' clocks, s.
+        braking: They are slowing down already: what they fly comes first.
+
+    Returns:
+        The first that the judge accepts; where there is none the soonest of all, with what was said against the first try.
+    """
+    ways = {name: list(_ways(mission, trajectory, float(now), braking)) for name, trajectory in team.items()}
+    chosen = dict.fromkeys(team, 0)
+    objections: tuple[Claim, ...] = ()
+    for _ in range(TRIES):
+        tried = {name: ways[name][index] for name, index in chosen.items()}
+        refused = tuple(claim for claim in judge_stop(mission, tried, now) if claim.verdict != "holds")
+        if not refused:
+            return Stop(tried, ())
+        objections = objections or refused
+        if not _other_ways(chosen, ways, refused):
+            break
+    return Stop({name: _at_once(trajectory, float(now)) for name, trajectory in team.items()}, objections)
+
+
+def _at_once(trajectory: Trajectory, now: float) -> Trajectory:
+    """Return the soonest way to come to rest, clear or not: better than flying on where nothing is proved."""
+    found = (slow_down(trajectory, now + 0.02 * k, LENGTHS[0]) for k in range(1, 6))
+    slowed = next((way for way in found if way is not None), None)
+    return trajectory if slowed is None or slowed.duration >= trajectory.duration else slowed
+
+
+def _other_ways(chosen: dict[str, int], ways: Mapping[str, list[Trajectory]], refused: tuple[Claim, ...]) -> bool:
+    """Let robots that something was said against try their next way; return whether there is one."""
+    moved = False
+    for claim in refused:
+        for robot in (claim.robot, claim.other):
+            if robot is not None and chosen[robot] + 1 < len(ways[robot]):
+                chosen[robot] += 1
+                moved = True
+                break
+    return moved
+
+
+def _ways(mission: Mission, trajectory: Trajectory, now: float, braking: bool) -> Iterator[Trajectory]:
+    """Yield ways to come to rest that look clear at sampled instants, soonest rest first; what is flown is one.
+
+    Those that end outside all regions come before those that end inside: from within a ring there is no easy way on.
+    """
+    if now >= trajectory.duration:
+        yield trajectory
+        return
+    if braking:
+        yield trajectory
+    begin = np.arange(now + REACTION, trajectory.duration, LATER)
+    pairs = sorted(((float(at), length) for at in begin for length in LENGTHS), key=sum)
+    inside: list[Trajectory] = []
+    for at, length in pairs:
+        slowed = slow_down(trajectory, at, length) if at + length < trajectory.duration else None
+        if slowed is None or not _looks_clear(mission, slowed, now):
+            continue
+        if any(region.level(slowed.evaluate(slowed.duration)[:3]) <= 1 for region in mission.all_regions.values()):
+            inside.append(slowed)
+        else:
+            yield slowed
+    if not braking:
+        yield trajectory
+    yield from inside
+
+
+def slow_down(trajectory: Trajectory, at: float, length: float) -> Trajectory | None:
+    """Return a trajectory that is this one until about `at` and then comes to rest within `length`, all in float32.
+
+    Returns:
+        None where `at` is too near to the beginning of a piece, or to the end of the last.
+    """
+    piece = int(np.searchsorted(trajectory.knots, at, side="right")) - 1
+    if not 0 <= piece < len(trajectory):
+        return None
+    kept = float(np.float32(at - trajectory.knots[piece]))
+    if not 0.01 < kept <= trajectory.durations[piece] or length <= 0:
+        return None
+    state = np.stack([_at(trajectory.coefficients[piece], kept, order) for order in range(4)])
+    last = float(np.float32(length))
+    durations = np.concatenate([trajectory.durations[:piece], [kept, last]])
+    brake = _brake(state, last).astype(np.float32).astype(np.float64)
+    coefficients = np.concatenate([trajectory.coefficients[: piece + 1], brake[None]])
+    return Trajectory(durations, coefficients)
+
+
+def _at(coefficients: Floats, time: float, order: int) -> Floats:
+    return np.array([np.polynomial.polynomial.polyval(time, np.polynomial.polynomial.polyder(c, order)) for c in coefficients])
+
+
+def _brake(state: Floats, length: float) -> Floats:
+    """Return coefficients that begin in a state and end at rest.
+
+    Args:
+        state: Position to jerk of x, y, z, yaw. Shape (4, 4).
+        length: s.
+
+    Returns:
+        Shape (4, 8).
+    """
+    u, v = length, np.zeros((6, 4))
+    v[0], v[1], v[2] = state[1], state[2], state[3] / 2
+    # velocity, acceleration and jerk at the end are zero: three equations for the last three coefficients
+    powers = np.array([[u**3, u**4, u**5], [3 * u**2, 4 * u**3, 5 * u**4], [6 * u, 12 * u**2, 20 * u**3]])
+    known = np.stack([v[0] + v[1] * u + v[2] * u**2, v[1] + 2 * v[2] * u, 2 * v[2]])
+    v[3:] = np.linalg.solve(powers, -known)
+    result = np.zeros((4, 8))
+    result[:, 0] = state[0]
+    result[:, 1:7] = (v / np.arange(1, 7)[:, None]).T
+    return result
+
+
+def _looks_clear(mission: Mission, trajectory: Trajectory, now: float) -> bool:
+    """Tell at sampled instants whether a way keeps out of rims and walls and ends clear of edges: a filter, no claim."""
+    times = np.linspace(now, trajectory.duration, max(int((trajectory.duration - now) / 0.02), 2))
+    points = trajectory.evaluate(times)[:, :3]
+    margin = mission.margin
+    low, high = np.array(mission.workspace.min) + margin, np.array(mission.workspace.max) - margin
+    if np.any(points < low) or np.any(points > high):
+        return False
+    if np.linalg.norm(trajectory.evaluate(times, 1)[:, :3], axis=1).max() > mission.effective_limits.speed:
+        return False
+    need = mission.vehicle.radius + margin
+    for hoop in mission.hoops.values():
+        if min(rim_distance((float(x), float(y), float(z)), hoop) for x, y, z in points) <= need:
+            return False
+    for region in mission.all_regions.values():
+        level, slack = float(np.sqrt(region.level(points[-1]))), 1.05 * margin / min(region.radii)
+        if 1 - slack <= level <= 1 + slack:
+            return False
+    return True

@@ -1,0 +1,289 @@
+"""Flights in pieces: what a team that was given new tasks in the air shows in all, and where it may come to rest.
+
+A certificate speaks of one flight in one world. When the world changes (a region moves, a formula arrives, a robot leaves),
+robots come to rest and go on with another certified flight. The word that counts is the whole one, so the label
+timelines of all pieces are put end to end, each in the world as it then was, and judged against the whole formula: what may
+have been shown on the way counts as much as what must have been. A piece that was cut short is known by the same bits as
+before up to the cut; nothing here rests on measured positions.
+"""
+
+from __future__ import annotations
+
+import bisect
+import itertools
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+
+import numpy as np
+
+from verify.behaviour import judge_formula
+from verify.claims import (
+    Claim,
+    Evidence,
+    continuity_claims,
+    limit_claims,
+    rim_claims,
+    separation_claims,
+    workspace_claims,
+)
+from verify.data.errors import BadInput
+from verify.data.mission import Agent, Mission
+from verify.data.plan import Plan, RobotPlan, Waypoint
+from verify.data.trajectory import Trajectory
+from verify.data.word import Word
+from verify.labels import Mark, Span, levels, statuses
+from verify.paths import read_team
+from verify.regions import relations
+from verify.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
+from verify.transitions import judge_transitions
+from verify.verdict import Verdict
+
+SHIFT = 1e-9
+"""m; a cut trajectory's rounded coefficients are this near to the exact ones, and the margin is taken larger by it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A stretch of a flight in one world.
+
+    Attributes:
+        start: Flight time at which the trajectories' clocks begin, exact, in s.
+        since: Flight time from which the piece counts, until the next one does, exact, in s; not before `start`.
+        mission: The world: regions and margin.
+        team: Trajectories of the robots in the air.
+        actions: For each robot the internal changes that were made, on the trajectories' clocks.
+    """
+
+    start: Fraction
+    since: Fraction
+    mission: Mission
+    team: Mapping[str, Trajectory]
+    actions: Mapping[str, tuple[InternalChange, ...]] = field(default_factory=dict)
+
+    @property
+    def end(self) -> Fraction:
+        """Flight time at which the last robot has come to its end, exact, in s."""
+        return self.start + max((_duration(t) for t in self.team.values()), default=Fraction(0))
+
+
+@np.errstate(all="ignore")
+def judge_pieces(mission: Mission, pieces: Sequence[Piece]) -> list[Verdict]:
+    """Decide whether a flight in pieces satisfies the formula and keeps to the robots' transition systems, for all times.
+
+    Args:
+        mission: The whole formula, as it is asked now, and every robot that ever was in the air, as it began.
+        pieces: In order of `since`. A robot that is in no later piece has landed: its last letter is held. One that is in
+            no earlier piece hovered at its start.
+
+    Returns:
+        The verdict on the formula, then one on the transitions of each robot.
+    """
+    if not pieces or any(b.since < a.since for a, b in itertools.pairwise(pieces)):
+        raise BadInput("A flight has at least one piece, and its pieces are given in order of time.")
+    end = max(pieces[-1].end, pieces[-1].since)
+    timelines: dict[str, Timeline] = {}
+    for robot, agent in mission.agents.items():
+        joined = _joined(mission, robot, agent, pieces, end)
+        if isinstance(joined, str):
+            return [Verdict("undecided", joined, robot=robot)]
+        timelines[robot] = joined
+    known = _common(pieces)
+    return [*judge_formula(mission, timelines, known), *judge_transitions(mission, timelines, known)]
+
+
+@np.errstate(all="ignore")
+def judge_stop(mission: Mission, team: Mapping[str, Trajectory], since: Fraction) -> tuple[Claim, ...]:
+    """Judge trajectories by which a team comes to rest, whatever it had planned: all that is claimed but words.
+
+    The flight before `since` was judged before. From then on: workspace, separation and rims in this world, and an end that is in
+    each region for sure or out of it for sure. Continuity and limits are judged of the whole trajectories.
+
+    Args:
+        mission: The world as it is now; its agents are those in the air, with the starts of these trajectories.
+        team: One trajectory for each agent, from rest to rest.
+        since: Time on the trajectories' clocks, exact, in s.
+
+    Raises:
+        BadInput: Coefficients are so large that a trajectory cannot be cut.
+    """
+    agents = {name: agent.model_copy(update={"end": None}) for name, agent in mission.agents.items()}
+    whole = _evidence(mission, agents, team)
+    rest = {name: cut(trajectory, since) for name, trajectory in team.items()}
+    moved = {n: a.model_copy(update={"start": tuple(rest[n].coefficients[0, :3, 0].tolist())}) for n, a in agents.items()}
+    ahead = _evidence(mission, moved, rest)
+    margin = Fraction(mission.margin) + Fraction(SHIFT)
+    still = dict.fromkeys(agents, Fraction(0))
+    return (
+        *continuity_claims(whole),
+        *limit_claims(whole),
+        *rim_claims(ahead, margin),
+        *workspace_claims(ahead, margin),
+        *separation_claims(ahead, margin, still),
+        *(_rest_claim(ahead, robot, spans) for robot, spans in statuses(ahead.levels, margin).items()),
+    )
+
+
+def cut(trajectory: Trajectory, at: Fraction) -> Trajectory:
+    """Return what is left of a finite trajectory from a time on, within SHIFT of it at every time.
+
+    Raises:
+        BadInput: Rounding would move it further.
+    """
+    knots = [Fraction(0), *itertools.accumulate(map(Fraction, trajectory.durations.tolist()))]
+    if at >= knots[-1]:
+        hover = np.zeros((1, 4, trajectory.coefficients.shape[2]))
+        last = trajectory.coefficients[-1]
+        length = Fraction(float(trajectory.durations[-1]))
+        hover[0, :, 0] = [float(_shifted(row, length)[0]) for row in last.tolist()]
+        return Trajectory([1.0], hover)
+    index = max(bisect.bisect_right(knots, at) - 1, 0)
+    local, left = max(at, Fraction(0)) - knots[index], knots[index + 1] - max(at, Fraction(0))
+    coefficients, durations = trajectory.coefficients[index:].copy(), trajectory.durations[index:].copy()
+    durations[0] = float(left)
+    worst = Fraction(0)
+    for axis, row in enumerate(coefficients[0].tolist()):
+        exact = _shifted(row, local)
+        coefficients[0, axis] = [float(c) for c in exact]
+        # the rounded coefficients, and a rounded length that puts what follows a little earlier or later
+        error = sum(abs(Fraction(float(c)) - c) * left**k for k, c in enumerate(exact))
+        speed = sum(k * abs(c) * left ** (k - 1) for k, c in enumerate(exact) if k)
+        worst = max(worst, error + speed * abs(Fraction(float(left)) - left) * len(coefficients))
+    if 2 * worst > Fraction(SHIFT):  # of three axes at most twice one
+        raise BadInput("These coefficients are too large to cut a trajectory in flight.")
+    return Trajectory(durations, coefficients)
+
+
+def _shifted(row: Sequence[float], by: Fraction) -> list[Fraction]:
+    """Return the coefficients of p(t + by)."""
+    exact = [Fraction(c) for c in row]
+    return [
+        sum((exact[n] * math.comb(n, k) * by ** (n - k) for n in range(k, len(exact))), Fraction(0)) for k in range(len(exact))
+    ]
+
+
+def _duration(trajectory: Trajectory) -> Fraction:
+    return sum(map(Fraction, trajectory.durations.tolist()), Fraction(0))
+
+
+def _evidence(mission: Mission, agents: Mapping[str, Agent], team: Mapping[str, Trajectory]) -> Evidence:
+    """Return evidence about paths for which nothing was planned."""
+    world = mission.model_copy(update={"agents": dict(agents)})
+    word = Word((frozenset(),))
+    idle = {
+        name: RobotPlan(word=word, waypoints=(Waypoint(position=agent.start, role="start"),), times=(0.0,))
+        for name, agent in agents.items()
+    }
+    return Evidence(Plan(mission=world, robots=idle), read_team(world, team))
+
+
+def _rest_claim(evidence: Evidence, robot: str, spans: Mapping[str, tuple[Span, ...]]) -> Claim:
+    open_ = [region for region, row in spans.items() if row[-1].mark not in ("no", "must")]
+    end = float(evidence.paths.end)
+    if open_:
+        sentence = f"{robot} comes to rest at the edge of '{open_[0]}', where it may be in or out."
+        return Claim("rest", "fails", sentence, robot=robot, time=end)
+    return Claim("rest", "holds", f"{robot} comes to rest clear of every region's edge.", robot=robot, time=end)
+
+
+# -- timelines end to end -------------------------------------------------------------------------------------
+
+
+def _joined(mission: Mission, robot: str, agent: Agent, pieces: Sequence[Piece], end: Fraction) -> Timeline | str:
+    """Put one robot's timelines end to end, or say why they do not fit."""
+    initial: dict[str, Status] = {}
+    now: dict[str, Status] = {}
+    changes: list[Change] = []
+    actions: list[InternalChange] = []
+    first = next((i for i, piece in enumerate(pieces) if robot in piece.team), len(pieces))
+    flown: Trajectory | None = None
+    for index, piece in enumerate(pieces):
+        until = pieces[index + 1].since if index + 1 < len(pieces) else end
+        if robot in piece.team:
+            flown = piece.team[robot]
+        elif index > first:
+            break  # it has landed, and what it held it holds
+        else:
+            flown = _hover(agent)
+        rows = _rows(piece.mission, robot, agent, flown)
+        entered: dict[str, Status] = {region: _status_at(row, piece.since - piece.start) for region, row in rows.items()}
+        if index == 0:
+            initial, now = entered, dict(entered)
+        torn = _torn(pieces[index - 1].mission, piece.mission, now, entered) if index else ""
+        if torn:
+            return f"{torn} of {robot} at {float(piece.since):.3f} s, so the order of its letters cannot be told."
+        changes += _steps(piece.since, now, entered)
+        now = dict(entered)
+        for region, row in rows.items():
+            for start, status in row:
+                time = piece.start + start
+                last = index + 1 == len(pieces)
+                if piece.since < time and (time < until or (last and time == until)) and status != now[region]:
+                    changes.append(Change(Enclosure(time, time), region, status))
+                    now[region] = status
+        for action in piece.actions.get(robot, ()):
+            if piece.since <= piece.start + action.time <= until:
+                actions.append(replace(action, time=piece.start + action.time))
+    changes.sort(key=lambda change: change.time.low)
+    return Timeline(robot, initial, tuple(changes), end, mission.initial_letter(robot), tuple(actions))
+
+
+def _steps(time: Fraction, before: Mapping[str, Status], after: Mapping[str, Status]) -> Iterable[Change]:
+    return (Change(Enclosure(time, time), region, status) for region, status in after.items() if status != before[region])
+
+
+def _torn(old: Mission, new: Mission, before: Mapping[str, Status], after: Mapping[str, Status]) -> str:
+    """Say where a region that jumps and another one's edge come together: then two letters change with none between."""
+    jumped = [
+        name
+        for name, region in new.all_regions.items()
+        if (region.center, region.matrix) != (old.all_regions[name].center, old.all_regions[name].matrix)
+        and (before[name], after[name]) != ("no", "no")
+    ]
+    if not jumped:
+        return ""
+    others = [n for n in after if n != jumped[0] and ("may" in (before[n], after[n]) or before[n] != after[n])]
+    return f"{jumped[0]} jumps to or from the path while {others[0]} may change under it, in the flight" if others else ""
+
+
+def _rows(mission: Mission, robot: str, agent: Agent, trajectory: Trajectory) -> dict[str, list[tuple[Fraction, Status]]]:
+    """Return for each region (from when, status) along a trajectory, neighbours different; the last holds for ever."""
+    start: tuple[float, ...] = tuple(trajectory.coefficients[0, :3, 0].tolist())
+    own = agent.model_copy(update={"start": start, "end": None})
+    paths = read_team(mission.model_copy(update={"agents": {robot: own}}), {robot: trajectory})
+    result: dict[str, list[tuple[Fraction, Status]]] = {}
+    for region, spans in statuses(levels(paths), Fraction(mission.margin))[robot].items():
+        row: list[tuple[Fraction, Status]] = []
+        for span in spans:
+            status: Status = _as_status(span.mark)
+            if not row or row[-1][1] != status:
+                row.append((span.start, status))
+        result[region] = row
+    return result
+
+
+def _as_status(mark: Mark) -> Status:
+    return "may" if mark == "switch" else mark
+
+
+def _status_at(row: Sequence[tuple[Fraction, Status]], time: Fraction) -> Status:
+    found = row[0][1]
+    for start, status in row:
+        if start <= time:
+            found = status
+    return found
+
+
+def _hover(agent: Agent) -> Trajectory:
+    still = np.zeros((1, 4, 8))
+    still[0, :3, 0], still[0, 3, 0] = agent.start, agent.yaw
+    return Trajectory([1.0], still)
+
+
+def _common(pieces: Sequence[Piece]) -> Relations:
+    """Return what is proved of the regions in every world."""
+    found = [relations(piece.mission) for piece in pieces]
+    return Relations(
+        frozenset.intersection(*(one.disjoint for one in found)), frozenset.intersection(*(one.nested for one in found))
+    )
