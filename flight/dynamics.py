@@ -27,9 +27,6 @@ STATES = 17
 ANGLES = slice(6, 9)
 PAPER_STATES = 9
 
-SPIN = np.array([1.0, -1.0, 1.0, -1.0])
-"""Sign of the yaw torque that each rotor gives the body."""
-
 
 def paper_derivative(state: Floats, thrust: Floats, rates: Floats, mass: float) -> Floats:
     """Return the time derivative of the papers' state: eqs. (2) and (3).

@@ -14,6 +14,7 @@ from typing import Annotated
 
 import typer
 
+import ltlplan
 from ltlplan.commands import automaton, certify, check, export, fly, missions, plan, recheck, run, show
 
 app = typer.Typer(name="ltlplan", no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
@@ -35,9 +36,7 @@ INTERRUPTED = 128 + 2
 
 def _show_version(asked: bool) -> None:
     if asked:
-        from importlib.metadata import version
-
-        typer.echo(f"ltlplan {version('ltlplan')}")
+        typer.echo(f"ltlplan {ltlplan.__version__}")
         raise typer.Exit
 
 

@@ -19,7 +19,6 @@ from verify.data import Mission, RobotPlan
 
 Floats = NDArray[np.float64]
 
-_DENSE = 0.01  # m between the points at which arc length is measured
 _INSTANT = 0.05  # m between sampled instants, about
 _SLACK = 0.02  # m beyond the margin, where the nominal path has it
 _SPACING = 0.35  # m between points, about

@@ -66,13 +66,6 @@ def coefficients_of(states: Floats, durations: Floats) -> Floats:
     return np.matmul(HERMITE, unit).transpose(0, 2, 1) / powers[:, None, :]
 
 
-def states_of(coefficients: Floats, durations: Floats) -> tuple[Floats, Floats]:
-    """Return the states at the start and at the end of each piece, both of shape (pieces, 4, axes)."""
-    start = coefficients[:, :, :ORDER].transpose(0, 2, 1) * np.array([1.0, 1.0, 2.0, 6.0])[:, None]
-    end = np.stack([values(coefficients, durations[:, None], d)[:, 0] for d in range(ORDER)], axis=1)
-    return start, end
-
-
 def values(coefficients: Floats, at: Floats, derivative: int = 0) -> Floats:
     """Evaluate pieces at local times.
 

@@ -18,7 +18,7 @@ from fractions import Fraction
 from typing import Literal
 
 from verify.data.errors import InternalError
-from verify.data.word import Letter, Word
+from verify.data.word import Letter
 from verify.progression import OutOfBudget
 from verify.timeline import InternalChange, Relations, Status, Timeline
 
@@ -62,13 +62,6 @@ class RobotBehaviour:
     def constant(self) -> bool:
         """Tell whether the robot holds one letter all the time."""
         return len(self.letters) == 1 and not self.laps
-
-
-def from_word(robot: str, word: Word) -> RobotBehaviour:
-    """Return the behaviour of a robot that gives exactly this finite word, at any times."""
-    n = len(word.prefix)
-    following = tuple((i + 1,) if i + 1 < n else () for i in range(n))
-    return RobotBehaviour(robot, word.prefix, (ALWAYS,) * n, following, (0,), frozenset({n - 1}))
 
 
 def cut_timeline(timeline: Timeline, names: frozenset[str]) -> Timeline:

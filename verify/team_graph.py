@@ -14,6 +14,7 @@ import itertools
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, Protocol
 
 from verify.data.word import Letter
@@ -90,10 +91,8 @@ class _Clock:
         )
 
 
-class OwnGraph:
-    """Team words whose positions are one robot's letter at one time.
-
-    A state is (node of every robot, bits): bit r says that robot r's present letter has been read.
+class _TeamGraph:
+    """What both readings of a team share.
 
     Args:
         robots: The robots.
@@ -113,7 +112,18 @@ class OwnGraph:
         self.robots = tuple(robots)
         self.clock = _Clock(self.robots, timed=timed, clock_error=clock_error)
         self.permitted = permitted
-        self.all_read = (1 << len(self.robots)) - 1
+
+
+class OwnGraph(_TeamGraph):
+    """Team words whose positions are one robot's letter at one time.
+
+    A state is (node of every robot, bits): bit r says that robot r's present letter has been read.
+    """
+
+    @cached_property
+    def all_read(self) -> int:
+        """The bits of a state in which every robot's letter has been read."""
+        return (1 << len(self.robots)) - 1
 
     def signature(self) -> Hashable:
         """Return all that the team words depend on; None where something else limits them."""
@@ -151,20 +161,8 @@ class OwnGraph:
         return state
 
 
-class JointGraph:
+class JointGraph(_TeamGraph):
     """Team words whose positions are the union of what all robots hold; changes at one instant in any combination."""
-
-    def __init__(
-        self,
-        robots: Sequence[RobotBehaviour],
-        *,
-        timed: bool,
-        clock_error: Fraction = Fraction(0),
-        permitted: Callable[[tuple[int, ...]], bool] | None = None,
-    ) -> None:
-        self.robots = tuple(robots)
-        self.clock = _Clock(self.robots, timed=timed, clock_error=clock_error)
-        self.permitted = permitted
 
     def _look(self, nodes: tuple[int, ...]) -> Look:
         letters = (robot.letters[n] for n, robot in zip(nodes, self.robots, strict=True))

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ltlplan.commands.options import FolderArgument, JsonOption, MarginOption
-from verify.data.errors import BadInput
 
 if TYPE_CHECKING:
     from verify.data import Mission
@@ -93,6 +92,7 @@ def _planned_states(folder: Path, mission: Mission, times: list[float]) -> dict[
 
     A table of positions does not show internal states; the folder's certificate says when they were to change.
     """
+    from verify.data import BadInput
     from verify.recheck import read_certificate
 
     path = folder / "certificate.json"

@@ -7,25 +7,17 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands.options import (
-    CostOption,
-    FormulaOption,
-    JsonOption,
-    MissionArgument,
-    SeedOption,
-    SequenceOption,
-    read_mission,
-)
+from ltlplan.commands import options
 
 
 def command(
-    mission: MissionArgument,
+    mission: options.MissionArgument,
     out: Annotated[Path | None, typer.Option("--out", help="Folder to write; without it nothing is written.")] = None,
-    seed: SeedOption = None,
-    sequence: SequenceOption = None,
-    formula: FormulaOption = None,
-    cost: CostOption = None,
-    json: JsonOption = False,
+    seed: options.SeedOption = None,
+    sequence: options.SequenceOption = None,
+    formula: options.FormulaOption = None,
+    cost: options.CostOption = None,
+    json: options.JsonOption = False,
 ) -> None:
     """Plan a mission: each robot's word, visits and cost."""
     import json as json_text
@@ -35,7 +27,7 @@ def command(
     from ltlplan.output import check_target, write_folder, write_plan_files
     from ltlplan.pipeline import plan
 
-    asked = read_mission(mission, sequence=sequence, formula=formula, cost=cost)
+    asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost)
     if out is not None:
         check_target(out, certified=False)
     with progress_bar(quiet=json) as progress:

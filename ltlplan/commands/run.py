@@ -7,34 +7,25 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands.options import (
-    CostOption,
-    FormulaOption,
-    JsonOption,
-    MarginOption,
-    MissionArgument,
-    SeedOption,
-    SequenceOption,
-    read_mission,
-)
+from ltlplan.commands import options
 
 
 def command(
-    mission: MissionArgument,
+    mission: options.MissionArgument,
     out: Annotated[Path | None, typer.Option("--out", help="Folder to write (default: out/MISSION).")] = None,
-    seed: SeedOption = None,
-    sequence: SequenceOption = None,
-    formula: FormulaOption = None,
-    cost: CostOption = None,
-    margin: MarginOption = None,
-    json: JsonOption = False,
+    seed: options.SeedOption = None,
+    sequence: options.SequenceOption = None,
+    formula: options.FormulaOption = None,
+    cost: options.CostOption = None,
+    margin: options.MarginOption = None,
+    json: options.JsonOption = False,
 ) -> None:
     """Plan, refine, certify, fly in simulation and export a mission."""
     from ltlplan.commands.summary import summary_data, summary_lines
     from ltlplan.commands.terminal import print_json, progress_bar
     from ltlplan.pipeline import run
 
-    asked = read_mission(mission, sequence=sequence, formula=formula, cost=cost, margin=margin)
+    asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost, margin=margin)
     with progress_bar(quiet=json) as progress:
         result = run(asked, out or Path("out") / asked.name, seed=seed, progress=progress)
     if json:

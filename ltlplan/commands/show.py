@@ -7,26 +7,18 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands.options import (
-    CostOption,
-    FormulaOption,
-    JsonOption,
-    MissionArgument,
-    SeedOption,
-    SequenceOption,
-    read_mission,
-)
+from ltlplan.commands import options
 
 
 def command(
-    mission: MissionArgument,
+    mission: options.MissionArgument,
     out: Annotated[Path | None, typer.Option("--out", help="Page to write (default: MISSION.html).")] = None,
-    seed: SeedOption = None,
-    sequence: SequenceOption = None,
-    formula: FormulaOption = None,
-    cost: CostOption = None,
+    seed: options.SeedOption = None,
+    sequence: options.SequenceOption = None,
+    formula: options.FormulaOption = None,
+    cost: options.CostOption = None,
     shown_round: Annotated[int, typer.Option("--round", min=0, help="Which round of cross-entropy to draw, from 0.")] = 0,
-    json: JsonOption = False,
+    json: options.JsonOption = False,
 ) -> None:
     """Draw control points, primitives, the sampled paths of a round and the optimised path."""
     from ltlplan.commands.terminal import print_json
@@ -34,7 +26,7 @@ def command(
     from ltlplan.report.pictures import pictures_html
     from verify.data import BadInput
 
-    asked = read_mission(mission, sequence=sequence, formula=formula, cost=cost)
+    asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost)
     page = out or Path(f"{asked.name}.html")
     if page.is_dir():
         raise BadInput(f"{page} is a folder; name a page to write, such as {page / 'show.html'}.")
