@@ -19,7 +19,7 @@ from ltlplan.joint_guide import JointGuide
 from ltlplan.joint_parts import JointPart, Words
 from ltlplan.systems import TransitionSystem
 from ltlplan.team import Roads, Team
-from ltlplan.team_search import Checked, TeamRun, search_team, refine_until_kept
+from ltlplan.team_search import Checked, TeamRun, refine_until_kept, search_team
 
 MAX_REPEATS = 50_000  # states times letters of a conjunct up to which it is found out whether repeating letters matters
 MAX_CONTEXTS = 4096  # sets of propositions that the others may hold
@@ -35,7 +35,7 @@ def plan_joint(systems: Sequence[TransitionSystem], automata: Sequence[Automaton
     """
     joint = _Joint(systems, automata)
     share = replace(budget, states=max(1, budget.states // 10))
-    return refine_until_kept(joint.roads, joint.situations, joint.broken, joint.failing_order, range(len(joint.parts)), share)
+    return refine_until_kept(joint.roads, joint.situations, joint.broken, joint.failing_order, share)
 
 
 def joint_possible(systems: Sequence[TransitionSystem], automata: Sequence[Automaton], budget: Budget) -> bool:

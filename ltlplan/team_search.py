@@ -11,7 +11,7 @@ combination of kinds comes twice.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -129,7 +129,6 @@ def plan_team(team: Team, task: Task, budget: Budget) -> Checked:
         lambda apart: Situations(roads, task, apart),
         lambda run: check.failing_parts(kinds_of(run)),
         lambda run: check.failing_order(kinds_of(run)),
-        range(len(task.parts)),
         budget,
     )
 
@@ -139,7 +138,6 @@ def refine_until_kept(
     situations: Callable[[Sequence[int]], Situation],
     broken: Callable[[TeamRun], Sequence[int]],
     failing: Callable[[TeamRun], tuple[int, ...] | None],
-    parts: Sequence[int],
     budget: Budget,
 ) -> Checked:
     """Search, and search again with what words do to the conjuncts that were broken kept apart, until a run is kept by all.
@@ -153,7 +151,6 @@ def refine_until_kept(
         situations: What to remember when these conjuncts, by index, are kept apart.
         broken: The conjuncts that some order of a run's words breaks.
         failing: An order in which a run's words break the task; None where every order keeps it.
-        parts: All conjuncts.
         budget: Bounds on each search.
 
     Raises:
@@ -173,7 +170,7 @@ def refine_until_kept(
         first = first or found.run
         if found.stopped is not None:
             stopped = Checked(None, first, tried, refused, bound, found.stopped)
-            return _any_run(roads, situations, broken, (sorted(apart), parts), stopped, budget)
+            return _any_run(roads, situations, broken, apart, stopped, budget)
         if found.run is None or not more:
             return Checked(found.run, first, tried, refused, bound)
         refused = refused or failing(found.run)
@@ -184,37 +181,39 @@ def _any_run(
     roads: Roads,
     situations: Callable[[Sequence[int]], Situation],
     broken: Callable[[TeamRun], Sequence[int]],
-    keep: tuple[Sequence[int], Sequence[int]],
+    apart: Collection[int],
     stopped: Checked,
     budget: Budget,
 ) -> Checked:
     """Look for any run that every order keeps, where the search for a cheapest one was stopped.
 
     The estimate of the rest counts for more than what was spent (weighted A*, Pohl 1970), first with all robots, then with
-    each as the only one that flies; the cheapest run that is found is taken. `keep` are the conjuncts that were kept apart
-    until then, and all.
+    each as the only one that flies; the cheapest run that is found is taken. `apart` are the conjuncts that were kept apart
+    until then; more are added where an order breaks what is found.
 
     Raises:
         TooLarge: None was found; the error that stopped the search.
     """
     assert stopped.stopped is not None
     best: TeamRun | None = None
-    (near, far), (apart, parts) = GREEDY, keep
     third = replace(budget, states=max(1, budget.states // 3))
     small = replace(budget, states=max(1, third.states // len(roads.start)))
-    ways: list[tuple[float, frozenset[int] | None, Sequence[int], Budget]] = [
-        (near, None, apart, third),
-        (far, None, parts, third),
-    ]
+    ways: list[tuple[float, frozenset[int] | None, Budget]] = [(weight, None, third) for weight in GREEDY]
     if len(roads.start) <= MAX_SINGLES:
-        ways += [(far, frozenset({robot}), (), small) for robot in range(len(roads.start))]
-    for weight, flying, kept, limit in ways:
+        ways += [(max(GREEDY), frozenset({robot}), small) for robot in range(len(roads.start))]
+    for weight, flying, limit in ways:
+        kept = set(apart)
         try:
-            found = search_team(roads, situations(kept), limit, weight=weight, flying=flying).run
-            if found is not None and (best is None or found.cost < best.cost) and not broken(found):
-                best = found
+            while True:
+                found = search_team(roads, situations(sorted(kept)), limit, weight=weight, flying=flying).run
+                more = set() if found is None else set(broken(found))
+                if not more:
+                    break
+                kept |= more
         except TooLarge:  # of trying orders; another way may need fewer
             continue
+        if found is not None and (best is None or found.cost < best.cost):
+            best = found
     if best is None:
         raise stopped.stopped
     return replace(stopped, run=best, first=stopped.first or best)

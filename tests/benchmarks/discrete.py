@@ -1,4 +1,4 @@
-"""Times of discrete planning: the formula patterns of Spot, twelve goals, growing teams, an office grid.
+"""Times of discrete planning: the formula patterns of Spot, twelve goals, growing teams, an office grid, robots that interact.
 
 Run `python tests/benchmarks/discrete.py`, or through pytest with `-s`. Times are CPU seconds of this process (the few large
 formulas that are translated in a process of their own: wall-clock seconds), the least of several runs.
@@ -19,7 +19,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from ltlplan.automata import translate
-from ltlplan.budget import TooLarge
+from ltlplan.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.conjunction import Task, conjunct_automata
 from ltlplan.lasso import cheapest_lasso
 from ltlplan.missions import load_mission
@@ -29,6 +29,7 @@ from ltlplan.systems import Systems
 from ltlplan.team import Team
 from ltlplan.team_search import plan_team
 from tests.worlds import world
+from verify import check_team
 from verify.data import Formula, Mission, parse_formula
 
 PATTERNS = ("DAC", "EH", "HKRSS", "SB", "P")
@@ -86,18 +87,12 @@ def pattern_times(trace: str) -> list[tuple[float, str, str]]:
         start = time.perf_counter()
         if trace == "finite":
             team = Team([system])
-            run = plan_team(team, Task(conjunct_automata(formula, "finite"), team.letters), _budget()).run
+            run = plan_team(team, Task(conjunct_automata(formula, "finite"), team.letters), DEFAULT_BUDGET).run
         else:
             run = cheapest_lasso(system, conjunct_automata(formula, "infinite"))
         found.append((time.perf_counter() - start, "unsatisfiable" if run is None else "planned", str(pattern)))
     assert spot.version()
     return sorted(found, reverse=True)
-
-
-def _budget() -> Any:
-    from ltlplan.budget import DEFAULT_BUDGET
-
-    return DEFAULT_BUDGET
 
 
 def team_of(robots: int) -> Mission:
@@ -159,7 +154,17 @@ def test_growing_teams() -> None:
     assert times[-1] <= 0.060
 
 
-def test_office_grid() -> None:
+GRID_GOALS = "F n0_7 & F n5_5 & F n9_3 & F n13_7"
+GRID_FORMULAS = (
+    GRID_GOALS,
+    f"{GRID_GOALS} & F(n3_3 & F n12_1)",
+    f"{GRID_GOALS} & F(n3_3 & F n12_1) & (!n9_3 U n10_6)",
+    f"{GRID_GOALS} & F(n3_3 & F(n12_1 & F n3_3)) & (!n9_3 U n10_6) & (F n5_5 -> F(n5_5 & F n2_2))",
+)
+
+
+def office_grid(formula: str) -> Mission:
+    """Return a mission of six robots on a grid of 112 places with walls."""
     width, height = 14, 8
     regions = {f"n{x}_{y}": (float(x), float(y)) for x in range(width) for y in range(height)}
     edges = [f"[home, n{x}_0]" for x in range(0, width, 3)]
@@ -167,13 +172,55 @@ def test_office_grid() -> None:
         edges += [f"[n{x}_{y}, n{x + 1}_{y}]"] if x + 1 < width and not (x == 6 and y not in (0, 5)) else []
         edges += [f"[n{x}_{y}, n{x}_{y + 1}]"] if y + 1 < height else []
     starts = tuple((float(x), -1.0) for x in range(0, 18, 3))
+    extra = f"environment: {{start: home, edges: [{', '.join(edges)}]}}"
+    return world(formula, robots=6, regions=regions, starts=starts, extra=extra)
+
+
+def test_office_grid() -> None:
     print("\nSix robots on a grid of 112 places")
-    for formula in ("F n0_7 & F n5_5 & F n9_3 & F n13_7", "F n0_7 & F n5_5 & F n9_3 & F n13_7 & F(n3_3 & F n12_1)"):
-        extra = f"environment: {{start: home, edges: [{', '.join(edges)}]}}"
-        mission = world(formula, robots=6, regions=regions, starts=starts, extra=extra)
-        seconds = least(lambda mission=mission: assign(mission), 1)
-        print(f"  {seconds:6.2f} s, {assign(mission).tried} plans tried: {formula}")
-        assert seconds < 30
+    for formula in GRID_FORMULAS:
+        mission = office_grid(formula)
+        seconds = least(lambda mission=mission: assign(mission), 3)
+        plan = assign(mission)
+        print(f"  {seconds:6.3f} s, {plan.cost:.0f} m, {plan.tried} plans tried: {formula}")
+        assert plan.complete
+        assert seconds < 1.0
+
+
+INTERACTING = ("", " & G !(p1 & p2)", " & F(p1 & p2)", " & G !(p1 & p2) & F(p3 & p2)", " & F(p1 & p2) & F(p2 & p3)")
+
+
+def test_robots_that_interact() -> None:
+    print("\nteam: joint, N robots, F p1 & ... & F pN and more")
+    for more in INTERACTING:
+        for robots in (4, 6, 8, 10):
+            regions, starts = places(robots, robots)
+            goals = " & ".join(f"F p{i + 1}" for i in range(robots))
+            mission = world(goals + more, regions=regions, starts=starts, robots=robots, team="joint")
+            seconds = least(lambda mission=mission: assign(mission), 1)
+            plan = assign(mission)
+            gap = 0.0 if plan.complete or not plan.lower_bound else plan.cost / plan.lower_bound - 1
+            found = "cheapest" if plan.complete else f"within {gap:.1%} of the cheapest"
+            print(f"  {robots:3} robots {seconds:7.3f} s  {plan.cost:7.3f} m, {found}, {plan.tried} tried{more}")
+            words = {name: robot.word for name, robot in plan.robots.items()}
+            assert check_team(mission.formula, words, reading="joint").sequential
+
+
+def test_a_budget_that_ends_the_search() -> None:
+    print("\nteam: joint, 12 robots, F p1 & ... & F p12 and more: what a budget of states leaves")
+    more = " & F(p1 & p2) & F(p3 & p4) & G !(p2 & p5) & (!p1 U p7)"
+    regions, starts = places(12, 12)
+    goals = " & ".join(f"F p{i + 1}" for i in range(12))
+    mission = world(goals + more, regions=regions, starts=starts, robots=12, team="joint")
+    for states in (3_000_000, 1_000_000, 300_000):
+        start = time.process_time()
+        plan = assign(mission, budget=Budget(states=states))
+        seconds = time.process_time() - start
+        print(f"  {states:9,} states {seconds:6.2f} s  {plan.cost:.3f} m, at least {plan.lower_bound:.3f} m{more}")
+        words = {name: robot.word for name, robot in plan.robots.items()}
+        assert check_team(mission.formula, words, reading="joint").sequential
+        assert plan.lower_bound is not None
+        assert plan.lower_bound <= plan.cost
 
 
 if __name__ == "__main__":
@@ -181,3 +228,5 @@ if __name__ == "__main__":
     test_twelve_goals()
     test_growing_teams()
     test_office_grid()
+    test_robots_that_interact()
+    test_a_budget_that_ends_the_search()
