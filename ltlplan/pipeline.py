@@ -8,20 +8,23 @@ its witnesses, a handful of times at most.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ltlplan.missions import load_mission
 from ltlplan.planner import make_plan
 from ltlplan.waits import with_waits
-from verify.data import InternalError, Mission, NotCertified, Plan, Trajectory, Witness
+from verify.data import BadInput, InternalError, Mission, NotCertified, Plan, Trajectory, Witness
 
 if TYPE_CHECKING:
     from flight import FlightLog
     from verify import Certificate
 
 Progress = Callable[[str, float], None]
+Asked = Mission | str | os.PathLike[str]
 
 MAX_ROUNDS = 6
 """How often refinement may try to mend what the checker refused."""
@@ -50,21 +53,23 @@ class Result:
     files: tuple[Path, ...] = ()
 
 
-def plan(mission: Mission, *, seed: int | None = None, progress: Progress | None = None) -> Plan:
+def plan(mission: Asked, *, seed: int | None = None, progress: Progress | None = None) -> Plan:
     """Plan a mission and check the planned words, as words.
 
     Args:
-        mission: What is asked.
+        mission: What is asked: a mission, or the path or name that `load_mission` reads one by.
         seed: Source of every draw, instead of the mission's own.
         progress: Told a sentence and the share done, 0 to 1.
 
     Raises:
+        BadInput: There is no such mission, or its file is at fault.
         Unsatisfiable: No word that these robots can fly satisfies the formula.
         Infeasible: A word exists, but no way between the hoops was found.
         InternalError: The planner's words fail in the checker.
     """
     from verify import check_team, check_word
 
+    mission = as_mission(mission)
     made = make_plan(mission, seed=seed, progress=progress)
     words = made.words
     if mission.spec.trace == "infinite":
@@ -78,6 +83,19 @@ def plan(mission: Mission, *, seed: int | None = None, progress: Progress | None
         raise NotCertified(f"The sequence breaks the formula: {verdict.sentence}")
     vacuous = tuple(f"Holds only vacuously: {part}" for part in verdict.vacuous)
     return made.model_copy(update={"notes": (*made.notes, *vacuous)}) if vacuous else made
+
+
+def as_mission(mission: Asked) -> Mission:
+    """Return the mission that an argument means.
+
+    Raises:
+        BadInput: It means none.
+    """
+    if isinstance(mission, Mission):
+        return mission
+    if not isinstance(mission, str | os.PathLike):
+        raise BadInput(f"A mission is a Mission, a path, or the name of a shipped mission, not {type(mission).__name__}.")
+    return load_mission(mission)
 
 
 @dataclass(frozen=True)
@@ -133,7 +151,7 @@ def certified_team(made: Plan, *, margin: float | None = None, progress: Progres
 
 
 def run(
-    mission: Mission,
+    mission: Asked,
     out: str | Path | None = None,
     *,
     seed: int | None = None,
@@ -142,7 +160,7 @@ def run(
     """Plan, refine, certify, fly in simulation and, where `out` is given, write all files.
 
     Args:
-        mission: What is asked.
+        mission: What is asked: a mission, or the path or name that `load_mission` reads one by.
         out: Folder to write; it appears whole or not at all.
         seed: Source of every draw, instead of the mission's own.
         progress: Told a sentence and the share done, 0 to 1.
@@ -156,6 +174,7 @@ def run(
     def part(low: float, high: float) -> Progress:
         return lambda sentence, share: progress(sentence, low + (high - low) * share) if progress else None
 
+    mission = as_mission(mission)
     target = None if out is None else output.check_target(out)
     made = plan(mission, seed=seed, progress=part(0.0, 0.25))
     done = certified_team(made, progress=part(0.25, 0.7))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -30,6 +31,8 @@ def command(
     page = out or Path(f"{asked.name}.html")
     if page.is_dir():
         raise BadInput(f"{page} is a folder; name a page to write, such as {page / 'show.html'}.")
+    if not os.access(page.absolute().parent, os.W_OK):  # before minutes of work, not after
+        raise BadInput(f"{page.absolute().parent} is no folder that can be written to; name a page elsewhere with --out.")
     replace_file(page, pictures_html(asked, seed=seed, shown_round=shown_round))
     if json:
         print_json({"files": [str(page)]})

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import ltlplan.missions
 from ltlplan.cli import app
 from verify.data import BadInput, NotCertified
 
@@ -102,6 +103,22 @@ def test_an_online_flight_says_what_it_is() -> None:
     text = ok("fly", "firefighting", "--online", "--event", "3 quad0 fails")
     assert "nothing about this flight was certified beforehand" in text
     assert "Verdict on the flown words: holds" in text
+
+
+def test_the_library_takes_names_and_paths_as_the_command_line_does(tmp_path: Path) -> None:
+    by_name = ltlplan.plan("firefighting")
+    file = tmp_path / "mine.yaml"
+    file.write_text(ltlplan.missions.shipped_mission_text("firefighting"))
+    assert by_name == ltlplan.plan(file) == ltlplan.plan(ltlplan.load_mission("firefighting"))
+    with pytest.raises(BadInput, match="Did you mean 'firefighting'"):
+        ltlplan.run("firefightin")
+    with pytest.raises(BadInput, match="A mission is a Mission, a path, or the name of a shipped mission, not int"):
+        ltlplan.plan(3)  # type: ignore[arg-type]
+
+
+def test_a_page_that_cannot_be_written_is_refused_before_the_work(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="no folder that can be written to"):
+        ok("show", "hoops-sequence", "--out", str(tmp_path / "nowhere" / "page.html"))
 
 
 @pytest.mark.parametrize("event", ["fails", "x quad0 fails", "3 quad0 explodes", "3 water moves 1,2", "3 quad9 joins here"])

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from ltlplan.output import check_target, write_folder
+from ltlplan.output import check_target, replace_file, write_folder
 from verify.data import BadInput
 
 ROOT = Path(__file__).parents[2]
@@ -139,6 +139,15 @@ def test_a_disk_error_is_told_and_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="cannot be written: No space left on device"):
         write_folder(tmp_path / "run", full)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    (tmp_path / "page.html").mkdir()
+    with pytest.raises(BadInput, match=r"page\.html cannot be written"):
+        replace_file(tmp_path / "page.html", "text")
+    with pytest.raises(BadInput, match="cannot be written: No such file or directory"):
+        replace_file(tmp_path / "nowhere" / "page.html", "text")
+    assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
 
 
 def ltlplan(*arguments: str, cwd: Path, **options: object) -> subprocess.Popen[str]:
