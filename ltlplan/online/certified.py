@@ -107,7 +107,7 @@ class CertifiedTeam(OnlineTeam):
             proved = certified_team(plan(check_mission(left), seed=self.seed))
             present = self._proved(left, proved)
         except LtlplanError as error:
-            self.holding = f"No certified pieces for what is left: {error}"
+            self.holding = f"No certified pieces for what is left, so the robots hold their positions: {error}"
             raise
         self.pieces, self.present = self.all_pieces, present
         self._acted, self._braking = dict.fromkeys(self.pilots, 0), False
@@ -169,7 +169,10 @@ class CertifiedTeam(OnlineTeam):
         world = self.mission.model_copy(update={"agents": agents})
         stop = come_to_rest(world, tracks, self._now - start, braking=self._braking)
         if stop.refused and self.lost is None:
-            self.lost = f"The robots stopped in a way that is not certified: {stop.refused[0].sentence}"
+            said = stop.refused[0].sentence
+            self.lost = (
+                f"At {float(self._now):.2f} s the robots stopped in a way that is not certified (times from then): {said}"
+            )
         return Piece(start, self._now, world, stop.team)
 
     @property

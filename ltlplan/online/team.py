@@ -242,10 +242,11 @@ class OnlineTeam:
         if not self.pilots:
             self.holding = "No robot is left in the air."
             return
+        self.holding = None
         try:
             self.allocate()
         except LtlplanError as error:
-            self.holding = str(error)
+            self.holding = self.holding or str(error)
 
     def _rests(self, pilot: Pilot, now: float) -> bool:
         if self._replan and pilot.entered and not pilot.stop and not pilot.arrived:
