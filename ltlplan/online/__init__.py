@@ -4,7 +4,7 @@
 |---|---|
 | `flight` | a mission flown online in simulation, judged afterwards |
 | `team` | Algorithm 5, one step at a time |
-| `certified` | the same team flying certified pieces only |
+| `certified`, `residual`, `braking` | the same team flying certified pieces only: what is left, and how to come to rest |
 | `pilot`, `course` | one robot: what it still has to do, and the way that it flies while that changes |
 | `progress` | where the letters flown so far may have led, and which may come next |
 | `switch` | which part should change hands |
