@@ -1,7 +1,7 @@
 """Automata for formulas: finite ones for LTLf (2022 paper, Def. 2.2), Büchi ones for LTL (2019 paper, Def. 4).
 
-Spot, behind its door in `spot_engine`, makes a small nondeterministic automaton, quickly; what must be deterministic is made so here, in `determinise`, because Spot's
-own way can take minutes on a formula of twenty nested operators.
+Spot, behind its door in `spot_engine`, makes a small nondeterministic automaton, quickly; what must be deterministic is made so
+here, in `determinise`, because Spot's own way can take minutes on a formula of twenty nested operators.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Deterministic automata on finite words: subsets of states, and the smallest automaton of a language."""
+"""Deterministic automata on finite words: subsets of states, and the smallest automaton of a language.
+
+The subset construction is Rabin and Scott's (1959), the refinement of states Moore's (1956).
+"""
 
 from __future__ import annotations
 

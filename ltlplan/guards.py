@@ -1,4 +1,4 @@
-"""Conditions on letters, as shared decision diagrams.
+"""Conditions on letters, as shared decision diagrams (Bryant 1986).
 
 The edges of an automaton carry Boolean conditions over propositions. Spot keeps them in a library of its own whose values
 may not leave `automata`; here they are plain integers into a table of "if this proposition then ... else ..." nodes, so

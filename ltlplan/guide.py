@@ -2,8 +2,8 @@
 
 A leg into a region costs at least what the shortest leg into it costs. That much is shared out among the conjuncts whose
 automata the region's letter can change, so the amounts that the conjuncts need, each found in its own small automaton,
-may be added up without counting a leg twice. The sum never exceeds the true rest, and a state from which some conjunct
-can never accept with these letters is known to be lost.
+may be added up without counting a leg twice (cost partitioning; Katz and Domshlak 2010). The sum never exceeds the true
+rest, and a state from which some conjunct can never accept with these letters is known to be lost.
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ from ltlplan.automata import DEAD, Automaton
 from ltlplan.budget import TooLarge
 from ltlplan.conjunction import bits
 from ltlplan.guards import TRUE
+from ltlplan.kinds import robots_in_order
 
 MAX_IMAGES = 4096
 """States times contexts of a conjunct up to which what words do to it is kept apart."""
@@ -145,7 +146,7 @@ class Words:
         return self.part.image(act[self._contexts[context]], state)
 
     def failing_order(self, numbers: Sequence[int], *, waiting: int = 0, finished: bool = True) -> tuple[int, ...] | None:
-        """Return an order (indices into `numbers`) of flying in which the words break the conjunct; None where every order keeps it.
+        """Return an order of flying (indices into `numbers`) in which the words break the conjunct; None if every order keeps it.
 
         Robots whose letter never changes only hold it.
 
@@ -181,7 +182,7 @@ class Words:
                             context |= self.first[other]
                     after = self.apply(kind, state, context)
                     if after == DEAD:
-                        return _robots((*order, kind), numbers)
+                        return robots_in_order((*order, kind), numbers)
                     following.setdefault(((*used[:i], used[i] + 1, *used[i + 1 :]), after), (*order, kind))
             layer = following
             seen += len(layer)
@@ -190,7 +191,7 @@ class Words:
         if finished:
             for (_, state), order in layer.items():
                 if not part.accepting(state):
-                    return _robots(order, numbers)
+                    return robots_in_order(order, numbers)
         return None
 
     def _after(self, letter: int, act: tuple[tuple[int, ...], ...] | None) -> tuple[tuple[int, ...], ...]:
@@ -211,14 +212,3 @@ class Words:
             self.moved.append(moved)
             self._acts.append(act)
         return found
-
-
-def _robots(order: Sequence[int], numbers: Sequence[int]) -> tuple[int, ...]:
-    """Return robots whose words have these numbers in this order, then all others."""
-    left = list(range(len(numbers)))
-    found: list[int] = []
-    for number in order:
-        at = next(i for i in left if numbers[i] == number)
-        left.remove(at)
-        found.append(at)
-    return (*found, *left)

@@ -1,14 +1,14 @@
 """What words do to a task, and whether they keep it in every order of the robots: the property `sequential`.
 
-A word takes each state of a conjunct's automaton to another one. Words that do the same to all states are one kind, and
-words after one another compose as maps do, so every order of the robots is tried on kinds: by dynamic programming over
-how many words of each kind were read, not over all permutations.
+A word takes each state of a conjunct's automaton to another one. Words that do the same to all states are one kind (an
+element of the automaton's transition monoid), and words after one another compose as maps do. So every order of the robots
+is tried on kinds: by dynamic programming over how many words of each kind were read, not over all permutations.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 
 from ltlplan.automata import DEAD
 from ltlplan.budget import TooLarge
@@ -109,13 +109,7 @@ class OrderCheck:
         bad = self._known[key]
         if bad is None:
             return None
-        left = list(range(len(kinds)))
-        order: list[int] = []
-        for kind in bad:
-            at = next(i for i in left if kinds[i] == kind)
-            left.remove(at)
-            order.append(at)
-        return (*order, *left)
+        return robots_in_order(bad, kinds)
 
     def _search(
         self, part: Deterministic | Subsets, kinds: list[tuple[int, ...]], counts: list[int], finished: bool
@@ -152,3 +146,14 @@ class OrderCheck:
                 if not part.accepting(state):
                     return order
         return None
+
+
+def robots_in_order(order: Iterable[Hashable], kinds: Sequence[Hashable]) -> tuple[int, ...]:
+    """Return robots (indices into `kinds`, what their words do) whose kinds come in this order, then all others."""
+    left = list(range(len(kinds)))
+    found: list[int] = []
+    for kind in order:
+        at = next(i for i in left if kinds[i] == kind)
+        left.remove(at)
+        found.append(at)
+    return (*found, *left)

@@ -1,4 +1,4 @@
-"""The cheapest way to satisfy a formula for ever: a prefix and a cycle (2019 paper, Section III-B).
+"""The cheapest way to satisfy a formula for ever: a prefix and a cycle (2019 paper, Section III-B; Smith et al. 2011).
 
 A lasso is a path of the product of one robot's system with the Büchi automata of the conjuncts that comes back to where
 it was after each conjunct was seen to accept. Which conjuncts have accepted since the cycle began is part of the state, so

@@ -1,4 +1,7 @@
-"""What is needed, whatever is done: the propositions that every way to acceptance shows."""
+"""What is needed, whatever is done: the propositions that every way to acceptance shows.
+
+Classical planning calls them landmarks (Hoffmann, Porteous and Sebastia 2004); here they are read off a conjunct's automaton.
+"""
 
 from __future__ import annotations
 

@@ -111,7 +111,7 @@ def _sizes(systems: list[TransitionSystem], automata: Sequence[Automaton], found
 
 
 def _assignment(mission: Mission, systems: list[TransitionSystem], found: Checked, bound: float, exhausted: bool) -> Assignment:
-    """Return what the robots do; `bound` and `exhausted` are of a search for the cheapest dearest robot, where there was one."""
+    """Return what the robots do; `bound` and `exhausted` are of a search for the cheapest dearest robot, if any."""
     assert found.run is not None
     robots = {
         name: itinerary(system, path) for name, system, path in zip(mission.agents, systems, found.run.paths, strict=True)

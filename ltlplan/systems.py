@@ -387,8 +387,8 @@ def word_of(
             For a lasso: whether a hover is in that region.
 
     Raises:
-        BadInput: An unknown region, one whose middle lies in another, an action that its region or the internal state does not permit, a robot that starts
-            inside a region without visiting it.
+        BadInput: An unknown region, one whose middle lies in another, an action that its region or the internal state does not
+            permit, a robot that starts inside a region without visiting it.
     """
     regions = mission.all_regions
     start = np.array(mission.agents[agent].start)

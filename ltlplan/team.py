@@ -103,7 +103,7 @@ class Roads:
         return found
 
     def useless(self, robot: int, node: int, target: int, step: float) -> bool:
-        """Tell whether going to `target` gains nothing where its letter changes nothing: whatever follows is as near without."""
+        """Tell whether `target` is no short cut where its letter changes nothing: whatever follows is as near without it."""
         ways = self.ways(robot, node)
         found = ways._useless.get(target)
         if found is None:

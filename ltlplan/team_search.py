@@ -83,7 +83,7 @@ class Situation(Protocol):
         ...
 
     def handed_over(self, number: int) -> int:
-        """Return the situation when a robot's word has ended and the next one's has not begun; `DEAD` where some order is lost."""
+        """Return the situation between a robot's word and the next one's; `DEAD` where some order of the robots is lost."""
         ...
 
     def is_accepting(self, number: int) -> bool:
@@ -272,7 +272,7 @@ class Situations:
         return found
 
     def handed_over(self, number: int) -> int:
-        """Return the situation when a robot's word has ended and the next one's has not begun; `DEAD` where some order is lost."""
+        """Return the situation between a robot's word and the next one's; `DEAD` where some order of the robots is lost."""
         found = self._switched.get(number)
         if found is None:
             found, kind, done = DEAD, self._own[number], self._done[number]
@@ -321,7 +321,9 @@ def moves(roads: Roads, situations: Situation, robot: int, node: int, at: int) -
 def search_team(
     roads: Roads, situations: Situation, budget: Budget, *, weight: float = 1.0, flying: frozenset[int] | None = None
 ) -> Outcome:
-    """Return a cheapest run whose words keep in every order what the situations keep apart (A*).
+    """Return a cheapest run whose words keep in every order what the situations keep apart.
+
+    This is A* (Hart, Nilsson and Raphael 1968); the estimates never fall by more than a step costs, so no state comes twice.
 
     Args:
         roads: The team's graph.

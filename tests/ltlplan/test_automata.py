@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 import time
 
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import given, settings
 import ltlplan
 from ltlplan.automata import DEAD, Automaton, read_hoa, translate
 from ltlplan.budget import Budget, TooLarge
-from ltlplan.conjunction import Conjunction
+from ltlplan.conjunction import Conjunction, Task, conjunct_automata
 from ltlplan.determinise import determinise, intersection, minimise
 from tests.strategies import finite_words, formulas, lassos
 from verify.data import BadInput, Formula, FormulaError, Word
@@ -26,6 +27,27 @@ def test_finite_automata_accept_what_the_formula_means(formula: Formula, word: W
     assert isinstance(small, Automaton)
     assert small.accepts(word) == wanted
     assert small.determinised().accepts(word) == wanted
+
+
+SHORT_WORDS = tuple(
+    Word(word)
+    for length in range(1, 5)
+    for word in itertools.product((frozenset[str](), frozenset("a"), frozenset("b"), frozenset("ab")), repeat=length)
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(formulas(with_next=True, names=("a", "b"), size=5))
+def test_all_short_words_are_accepted_as_the_formula_means(formula: Formula) -> None:
+    """All 340 words of up to four letters, by the smallest automaton, a conjunction and a task that reads letters by number."""
+    automaton = translate(formula)
+    letters = (frozenset[str](), frozenset("a"), frozenset("b"), frozenset("ab"))
+    task = Task(conjunct_automata(formula, "finite"), letters)
+    for word in SHORT_WORDS:
+        meant = satisfies(formula, word)
+        assert automaton.accepts(word) == meant
+        after = task.run(letters.index(letter) for letter in word.prefix)
+        assert (after != DEAD and task.is_accepting(after)) == meant
 
 
 @settings(max_examples=60, deadline=None)

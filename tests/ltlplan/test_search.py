@@ -378,8 +378,9 @@ def test_the_longest_robot_is_never_longer_than_with_the_smallest_sum(formula: F
     assert sum(robot.cost for robot in plan.robots.values()) >= least.cost - 1e-7
 
 
-def test_six_robots_on_an_office_grid() -> None:
-    """112 places in a grid with walls, as in the published office scenarios, planned in seconds."""
+@pytest.mark.parametrize("more", ["", " & F(n3_3 & F n12_1) & (!n9_3 U n10_6)"])
+def test_six_robots_on_an_office_grid(more: str) -> None:
+    """112 places in a grid with walls, as in the published office scenarios; the cheapest plans fail in some orders."""
     width, height = 14, 8
     places = {f"n{x}_{y}": (float(x), float(y)) for x in range(width) for y in range(height)}
     edges = [f"[home, n{x}_0]" for x in range(0, width, 3)]
@@ -387,7 +388,7 @@ def test_six_robots_on_an_office_grid() -> None:
         edges += [f"[n{x}_{y}, n{x + 1}_{y}]"] if x + 1 < width and not (x == 6 and y not in (0, 5)) else []
         edges += [f"[n{x}_{y}, n{x}_{y + 1}]"] if y + 1 < height else []
     mission = world(
-        "F n0_7 & F n5_5 & F n9_3 & F n13_7",
+        "F n0_7 & F n5_5 & F n9_3 & F n13_7" + more,
         robots=6,
         regions=places,
         starts=tuple((float(x), -1.0) for x in range(0, 18, 3)),
@@ -396,3 +397,5 @@ def test_six_robots_on_an_office_grid() -> None:
     plan = assign(mission)
     assert_sound(mission, plan)
     assert plan.complete
+    assert (plan.tried > 1) == bool(more)
+    assert plan.lower_bound == plan.cost
