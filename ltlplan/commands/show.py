@@ -22,7 +22,7 @@ def command(
     json: options.JsonOption = False,
 ) -> None:
     """Draw control points, primitives, the sampled paths of a round and the optimised path."""
-    from ltlplan.commands.terminal import print_json
+    from ltlplan.commands.terminal import print_json, progress_bar
     from ltlplan.output import replace_file
     from ltlplan.report.pictures import pictures_html
     from verify.data import BadInput
@@ -33,7 +33,8 @@ def command(
         raise BadInput(f"{page} is a folder; name a page to write, such as {page / 'show.html'}.")
     if not os.access(page.absolute().parent, os.W_OK):  # before minutes of work, not after
         raise BadInput(f"{page.absolute().parent} is no folder that can be written to; name a page elsewhere with --out.")
-    replace_file(page, pictures_html(asked, seed=seed, shown_round=shown_round))
+    with progress_bar(quiet=json) as progress:
+        replace_file(page, pictures_html(asked, seed=seed, shown_round=shown_round, progress=progress))
     if json:
         print_json({"files": [str(page)]})
     else:

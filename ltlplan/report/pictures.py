@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,16 +25,20 @@ _NOTES = {
 """What is seen, by a part of the figure's heading."""
 
 
-def pictures_html(mission: Mission, *, seed: int | None = None, shown_round: int = 0) -> str:
+def pictures_html(
+    mission: Mission, *, seed: int | None = None, shown_round: int = 0, progress: Callable[[str, float], None] | None = None
+) -> str:
     """Return one page: control points, primitives, the sampled paths of a round, the optimised path.
 
     Args:
         mission: What is asked.
         seed: Source of every draw, instead of the mission's own.
         shown_round: Which round of cross-entropy to draw, from 0; the last one where there are fewer.
+        progress: Told a sentence and the share done, 0 to 1.
     """
     figures: dict[str, go.Figure] = {"Hoops and their control points": control_point_figure(mission)}
-    nominal = nominal_paths(mission)
+    say = progress or (lambda _sentence, _share: None)
+    nominal = nominal_paths(mission, progress=say)
     sentences: list[str] = []
     for name, rng in generators(mission, np.random.default_rng(mission.planner.seed if seed is None else seed)).items():
         before = nominal.robots[name]
@@ -46,6 +51,10 @@ def pictures_html(mission: Mission, *, seed: int | None = None, shown_round: int
             if len(rounds) <= shown_round:
                 rounds.append((problem.paths(candidates).position, np.isfinite(costs)))
 
+        say(
+            f"optimising the path of {name} by cross-entropy",
+            0.3 + 0.6 * list(mission.agents).index(name) / len(mission.agents),
+        )
         better = improve(mission, name, before, rng=rng, watch=watch)
         figures[f"{name}: motion primitives along the nominal path"] = primitives_figure(mission, before)
         if rounds:

@@ -133,6 +133,7 @@ def test_compressed_exports_have_a_certificate_of_their_own(folder: Path, tmp_pa
     arguments += ["--upload", "quad2=radio://0/80/2M/E7E7E7E703", "--dry-run"]
     text = ok("export", str(folder), "--format", "crazyflie-compressed", "--out", str(out), *arguments)
     assert f"would send {(out / 'quad0.bin').stat().st_size} bytes to quad0" in text
+    assert f"wrote {out / 'certificate.json'}" in text
     assert "every claim is proved again" in ok("recheck", str(out))
     own = json.loads((out / "certificate.json").read_text())
     assert own["trajectories"] != json.loads((folder / "certificate.json").read_text())["trajectories"]
