@@ -246,12 +246,11 @@ class Situations:
         self._guide = Guide(task, roads.entering)
         self._needs = Needs(task, roads)
         self._kinds, self._check = Kinds(task, apart), OrderCheck(task, apart)
-        self._letters = len(task.letters)
         self._states: list[int] = []
         self._own: list[Kind] = []
         self._done: list[tuple[Kind, ...]] = []
         self._numbers: dict[tuple[int, Kind, tuple[Kind, ...]], int] = {}
-        self._rows: list[list[int | None]] = []
+        self._after: list[dict[int, int]] = []
         self._switched: dict[int, int] = {}
         self._rest: list[float] = []
         self._missing: list[int] = []
@@ -259,8 +258,7 @@ class Situations:
 
     def after(self, number: int, letter: int) -> int:
         """Return the situation after a letter; `DEAD` where the task is lost, for this order of the robots or for another."""
-        row = self._rows[number]
-        found = row[letter]
+        found = self._after[number].get(letter)
         if found is None:
             found = DEAD
             state = self.task.row(self._states[number])[letter]
@@ -268,7 +266,7 @@ class Situations:
                 kind = self._kinds.read(self._own[number], letter)
                 if not self._kinds.loses(kind):
                     found = self._number(state, kind, self._done[number])
-            row[letter] = found
+            self._after[number][letter] = found
         return found
 
     def handed_over(self, number: int) -> int:
@@ -303,7 +301,7 @@ class Situations:
             self._states.append(state)
             self._own.append(own)
             self._done.append(done)
-            self._rows.append([None] * self._letters)
+            self._after.append({})
             self._rest.append(self._guide(state))
             self._missing.append(self._needs(state))
         return found
