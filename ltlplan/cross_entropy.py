@@ -10,7 +10,7 @@ returned.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,6 +61,7 @@ def minimise(
     search: Search,
     *,
     rng: np.random.Generator,
+    others: Sequence[Search] = (),
     progress: Progress | None = None,
     watch: Callable[[int, Floats, Floats], None] | None = None,
 ) -> tuple[Search, tuple[float, ...]]:
@@ -70,6 +71,7 @@ def minimise(
         cost: Takes candidates of shape (any number, size) and returns one cost each; infinite where one does not count.
         search: Where to begin, with its options.
         rng: Source of every draw.
+        others: Where populations beside the first one begin, if the options ask for several.
         progress: Told a sentence and the share of rounds done.
         watch: Told the number, candidates and costs of each round.
 
@@ -77,7 +79,7 @@ def minimise(
         The search after its last round (of several populations the best one's), and the best cost after each round.
     """
     history: list[float] = []
-    options, state = search.options, Tournament.start(search)
+    options, state = search.options, Tournament.start(search, others)
     for index in range(options.rounds):
         if state.best.best_cost <= options.target:
             break
@@ -141,7 +143,7 @@ def improve(
         return Improvement(plan, nominal, nominal, (), ())
     problem = path_problem(mission, plan, function, points=points)
     mean = problem.mean
-    search = Search.start(mean, problem.covariance(spread), chosen, float(problem.costs(mean[None])[0]))
+    search, *others = searches(problem, chosen, spread=spread)
     if not math.isfinite(search.best_cost) and len(plan.waypoints) * 3 > 2 * _LARGE:
         return Improvement(plan, nominal, nominal, (), ())  # so few points cannot show so long a word
     shortlist: list[tuple[float, Floats]] = [(search.best_cost, mean)]
@@ -155,7 +157,7 @@ def improve(
         if watch is not None:
             watch(index, problem, candidates, costs)
 
-    _, history = minimise(problem.costs, search, rng=rng, progress=progress, watch=look)
+    _, history = minimise(problem.costs, search, rng=rng, others=others, progress=progress, watch=look)
     best, value, most = plan, nominal, max(_PIECES, flown_pieces(mission, plan))
     for _, candidate in shortlist[:-_SHORTLIST:-1]:
         paths = problem.paths(candidate[None])
@@ -169,6 +171,14 @@ def improve(
             best = stretched[index].model_copy(update={"cost": value})
             break
     return Improvement(best, value, nominal, tuple(min(h, nominal) for h in history), tuple(kept))
+
+
+def searches(problem: PathProblem, options: Options, *, spread: float = 0.06) -> list[Search]:
+    """Return where the populations begin, the nominal path first; no others where the options ask for one."""
+    starts = problem.starts() if options.gaussians > 1 else (problem.mean,)
+    costs = problem.costs(np.array(starts))
+    covariance = problem.covariance(spread)
+    return [Search.start(mean, covariance, options, float(cost)) for mean, cost in zip(starts, costs, strict=True)]
 
 
 def options_of(mission: Mission) -> Options:

@@ -7,6 +7,7 @@ the nominal path's own times there, stretched so that its mean speed is the nomi
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,7 @@ _INSTANT = 0.05  # m between sampled instants, about
 _SLACK = 0.02  # m beyond the margin, where the nominal path has it
 _SPACING = 0.35  # m between points, about
 _POINTS = 20
+_HEIGHTS = (0.5, 0.35, 0.25, 0.15, 0.1)  # m by which a leg is raised or lowered, the first at which its path counts
 _BLOCK = 250  # paths sampled and costed at a time, so that the arrays stay in the cache
 _MOST_POINTS = 120  # more than that, and a covariance is too large to be worth its time
 
@@ -40,6 +42,7 @@ class PathProblem:
         keeps: Which paths count.
         length: Of the nominal path, m.
         slack: m that paths keep beyond the mission's margin, for refinement to use.
+        visits: s, when the nominal path is at the middle of each visit, in order. Shape (visits,).
     """
 
     spline: Spline
@@ -50,11 +53,34 @@ class PathProblem:
     keeps: WordFilter
     length: float
     slack: float
+    visits: Floats
 
     @property
     def mean(self) -> Floats:
         """The nominal path as a candidate. Shape (3 n,)."""
         return self.nominal[self.free].ravel()
+
+    def starts(self) -> tuple[Floats, ...]:
+        """Return candidates at which several populations may begin: the nominal path, and it raised and lowered between visits.
+
+        The planner passes a hoop on its left or right, at its own height (Fig. 2 of the 2019 paper). The cheapest way may
+        be over or under it, which is another valley of the costs. Each leg is moved as far as its path still counts.
+        """
+        if not np.isfinite(self.costs(self.mean[None])[0]):
+            return (self.mean,)
+        return (self.mean, self._moved_up(1.0), self._moved_up(-1.0))
+
+    def _moved_up(self, sign: float) -> Floats:
+        edges = np.concatenate([self.spline.times[:1], self.visits, self.spline.times[-1:]])
+        at, moved = self.spline.times[self.free], self.mean
+        for begin, end in itertools.pairwise(edges):
+            share = np.clip((at - begin) / max(end - begin, 1e-9), 0.0, 1.0)
+            tries = np.repeat(moved[None], len(_HEIGHTS), axis=0).reshape(len(_HEIGHTS), -1, 3)
+            tries[:, :, 2] += sign * np.array(_HEIGHTS)[:, None] * np.sin(np.pi * share) ** 2
+            tries = tries.reshape(len(_HEIGHTS), -1)
+            counts = np.flatnonzero(np.isfinite(self.costs(tries)))
+            moved = tries[counts[0]] if len(counts) else moved
+        return moved
 
     def covariance(self, spread: float) -> Floats:
         """Return a smooth initial covariance: the inverse of what the integral of |r'|^2 makes of a displacement.
@@ -125,6 +151,7 @@ def path_problem(
     if points is None:
         choices.append(_equidistant(nominal, waypoints, count * 7 // 5))
         choices += [(nominal.times, nominal.cycle)] if len(waypoints) <= _MOST_POINTS else []
+    visits = np.array([t for w, t in zip(plan.waypoints, plan.times, strict=True) if w.role == "centre"])
     problems = []
     for slack in (_SLACK, 0.0):
         keeps = word_filter(mission, plan, slack=slack)
@@ -132,7 +159,7 @@ def path_problem(
             knots = nominal.evaluate(waypoints, times)
             sampling = Sampling(Spline(times, cycle), instants or max(64, int(np.ceil(length / _INSTANT))))
             free = np.arange(1, len(times) - 1)
-            problems.append(PathProblem(sampling.spline, knots, free, cost, sampling, keeps, length, slack))
+            problems.append(PathProblem(sampling.spline, knots, free, cost, sampling, keeps, length, slack, visits))
             if keeps.keeps(sampling.paths(knots).axes(0))[0]:
                 return problems[-1]
     return problems[-1]

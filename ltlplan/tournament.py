@@ -1,13 +1,15 @@
-"""Several Gaussians that begin at one mean and share the candidates of each round; twice, the worse half of them leaves.
+"""Several Gaussians that share the candidates of each round; twice, the worse half of them leaves.
 
-A Gaussian that is fitted to its own elite settles in one valley of the costs, and which one depends on its first draws.
-Several that draw for themselves settle in several. Each batch of a round goes to one of them in turn, so that those that
+A Gaussian that is fitted to its own elite settles in one valley of the costs, and which one depends on its mean and its first
+draws. Several that draw for themselves, from means of their own, settle in several. Each batch of a round goes to one of them in turn, so that those that
 stay get more of every round: with four, a quarter each at first, then a half, then one gets all. The budget is the same as
 for one Gaussian (successive halving: Jamieson and Talwalkar, "Non-stochastic best arm identification", AISTATS 2016).
 """
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,8 +19,8 @@ from ltlplan.gaussian import Search
 
 Floats = NDArray[np.float64]
 
-_OPENING = 0.25  # share of the batches after which half of the populations leave for the first time
-_LAST = 0.6  # share of the batches after which the best one is alone
+_OPENING = 0.5  # share of the batches after which half of the populations leave for the first time
+_LAST = 0.75  # share of the batches after which the best one is alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +36,14 @@ class Tournament:
     told: int = 0
 
     @classmethod
-    def start(cls, search: Search) -> Tournament:
-        """Begin with as many populations as the options say, all of them at the same mean and covariance."""
-        return cls((search,) * search.options.gaussians)
+    def start(cls, search: Search, others: Sequence[Search] = ()) -> Tournament:
+        """Begin with as many populations as the options say.
+
+        Args:
+            search: The first population.
+            others: The next ones; where there are fewer than the options say, all begin again from the first.
+        """
+        return cls(tuple(itertools.islice(itertools.cycle((search, *others)), search.options.gaussians)))
 
     @property
     def best(self) -> Search:

@@ -23,7 +23,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import numpy as np
 
 from ltlplan.cost import WeightedCost
-from ltlplan.cross_entropy import Options, Search, minimise
+from ltlplan.cross_entropy import minimise, searches
+from ltlplan.gaussian import Options
 from ltlplan.path_search import PathProblem, path_problem
 from tests.courses import courses
 
@@ -34,9 +35,8 @@ def ours(problem: PathProblem, rounds: int, samples: int, seed: int) -> tuple[fl
     """Best cost and processor seconds of our search."""
     begin = time.process_time()
     options = Options(samples=samples, rounds=rounds)
-    start = float(problem.costs(problem.mean[None])[0])
-    search = Search.start(problem.mean, problem.covariance(0.06), options, start)
-    found, _ = minimise(problem.costs, search, rng=np.random.default_rng(seed))
+    search, *others = searches(problem, options)
+    found, _ = minimise(problem.costs, search, rng=np.random.default_rng(seed), others=others)
     return found.best_cost, time.process_time() - begin
 
 

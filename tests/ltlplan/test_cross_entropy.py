@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from ltlplan.cost import CostError, WeightedCost, plan_cost
-from ltlplan.cross_entropy import Options, Search, improve, minimise, options_of
+from ltlplan.cross_entropy import improve, minimise, options_of, searches
+from ltlplan.gaussian import Options, Search
 from ltlplan.hoops import route, route_sequence
 from ltlplan.missions import load_mission
 from ltlplan.path_result import flown_pieces
@@ -168,7 +169,7 @@ def test_the_worse_half_leaves_twice_and_the_best_cost_stays():
         state = state.tell(candidates, cost(candidates))
         left.append(len(state.searches))
         best.append(state.best.best_cost)
-    assert left == [4] * 9 + [2] * 14 + [1] * 17
+    assert left == [4] * 19 + [2] * 10 + [1] * 11
     assert best == sorted(best, reverse=True)
 
 
@@ -251,6 +252,26 @@ def test_every_returned_path_passes_the_judge():
         assert found.cost < found.nominal
         assert judged(mission, nominal) == []
         assert judged(mission, found.plan) == []
+
+
+def test_populations_begin_at_the_nominal_path_and_over_and_under_it():
+    mission = load_mission("hoops-sequence")
+    nominal = route_sequence(mission)
+    problem = path_problem(mission, nominal, EFFORT)
+    middle, raised, lowered = (problem.paths(start[None]).position[0] for start in problem.starts())
+    at = np.linspace(nominal.times[0], nominal.times[-1], len(middle))
+    for over, sign in ((raised, 1), (lowered, -1)):
+        assert np.isfinite(problem.costs(problem.starts()[1 if sign > 0 else 2][None])[0])
+        moved = over[:, 2] - middle[:, 2]
+        assert sign * moved[np.argmax(np.abs(moved))] > 0.09
+        assert np.allclose(over[:, :2], middle[:, :2], atol=1e-9)
+        for visit in problem.visits:
+            assert abs(moved[np.argmin(np.abs(at - visit))]) < 0.1
+    large, small = Options(samples=1000, rounds=200), Options()
+    assert [len(searches(problem, options)) for options in (large, small)] == [3, 1]
+    one = searches(problem, small)[0]
+    assert np.array_equal(one.mean, problem.mean)
+    assert one.best_cost == problem.costs(problem.mean[None])[0]
 
 
 def test_blocks_of_a_round_cost_what_the_round_costs():
