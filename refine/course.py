@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.obstacles import Ball, Obstacle, grown_region, ring
+from refine.obstacles import Ball, Disc, Obstacle, grown_region, ring
 from refine.roadmap import way_around
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Witness
 from verify.data.mission import Hoop, Region
@@ -329,7 +329,7 @@ def _deep_enough(mission: Mission, name: str, region_name: str, region: Region, 
 @dataclass(frozen=True)
 class _Bodies:
     regions: dict[str, Ball]
-    rings: dict[str, Obstacle]
+    rings: dict[str, Disc]
 
 
 def _bodies(mission: Mission, pad: float) -> _Bodies:
@@ -374,6 +374,9 @@ def _leg(
     for hoop, disc in bodies.rings.items():
         if hoop == passing or (hoop in visited and np.any(disc.clearance(ends) <= 0.0)):
             continue
+        near = float(disc.clearance(ends[0]))
+        if here.role == "start" and near <= 0.0:  # in front of an opening, where only the rim is as far as it must be
+            disc = replace(disc, growth=disc.growth + near - PAD)
         obstacles.append(disc)
     obstacles += [body for body in extra if np.all(body.clearance(ends) > 0.0)]
     tube = None if passing is None else _tube(mission, name, passing, pad)

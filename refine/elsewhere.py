@@ -7,20 +7,22 @@ import itertools
 import numpy as np
 
 from refine.course import DEEP, PAD
-from refine.obstacles import grown_region
+from refine.obstacles import Obstacle, grown_region, ring
 from verify.data import Mission, RobotPlan
 
 _UNIT_BALL = np.array([p for p in itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3) if np.linalg.norm(p) <= 1.0])
 
 
 def moved_into_the_clear(mission: Mission, robot: RobotPlan) -> RobotPlan:
-    """Return the plan with points of visits moved, where they lie in another region too, to where only theirs is.
+    """Return the plan with points of visits moved, where they lie in another region or a ring too, to where only theirs is.
 
     A visit takes place anywhere in its region, so the nearest point of it (less the margin) that is clear of all other
-    regions, or at least of those that are never visited, does as well as the planned one.
+    regions and rings, or at least of those regions that are never visited, does as well as the planned one.
     """
     visited = {visit.region for visit in robot.visits}
-    bodies = {name: grown_region(name, region, mission.margin + PAD) for name, region in mission.all_regions.items()}
+    grow = mission.margin + PAD
+    bodies: dict[str, Obstacle] = {name: grown_region(name, region, grow) for name, region in mission.all_regions.items()}
+    bodies |= {f"ring of {name}": ring(name, hoop, grow + mission.vehicle.radius) for name, hoop in mission.hoops.items()}
     waypoints = list(robot.waypoints)
     for index, waypoint in enumerate(waypoints):
         region = mission.regions.get(waypoint.region or "")

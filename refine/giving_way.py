@@ -1,9 +1,9 @@
-"""Two robots that cannot keep apart by departures alone: their paths are fitted again, each on its side of moving planes.
+"""Robots that cannot keep apart by departures alone: their paths are fitted again, each on its side of moving planes.
 
-At every instant of an encounter a plane is put between the two, whose normal turns with the encounter: first it faces along
+At every instant of an encounter a plane is put between each two, whose normal turns with the encounter: first it faces along
 the line between them, then aside, then along the line again. Each robot's part is a row for each Bernstein point of a short
 interval, so that the distance holds at all times and not at samples. The plane may run midway (both give way) or along one
-robot's path (only the other does). Nothing here knows limits: the caller slows the whole encounter, which keeps it as it is.
+robot's path (only the other does); where more than two meet, all give way by one rule. Nothing here knows limits: the caller slows the whole encounter, which keeps it as it is.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _CLEAR = 1.15
 
 @dataclass(frozen=True, eq=False)
 class Mover:
-    """One of the two robots.
+    """One of the robots.
 
     Attributes:
         course: Its points and rules.
@@ -88,6 +88,88 @@ def passing(
                 raise
             except Infeasible:
                 continue  # another side, or another one gives way
+
+
+def roundabout(movers: tuple[Mover, ...], distance: float, z_scale: float) -> Iterator[tuple[Spline, ...]]:
+    """Yield paths of several robots that all give way to each other, at the times of the present ones.
+
+    With one rule for all pairs the sides never contradict each other: everyone keeps right of the others (or left) along
+    the relative motion, as in a roundabout, or robots pass above each other in their order.
+
+    Args:
+        movers: Two robots or more; none flies a lasso.
+        distance: m between centres.
+        z_scale: Distances in z count this many times.
+    """
+    scale = np.array([1.0, 1.0, z_scale])
+    pairs = list(itertools.combinations(range(len(movers)), 2))
+    cut = list(movers)
+    for i, j in pairs:
+        near = _cut_where_near((movers[i], movers[j]), distance, scale)
+        for index, finer in ((i, near[0]), (j, near[1])):
+            cut[index] = max(cut[index], finer, key=lambda robot: len(robot.path))
+    spans = _spans(tuple(cut))
+    for rule in ("right", "left", "above"):
+        sides = [_ruled(rule, (cut[i], cut[j]), spans, scale) for i, j in pairs]
+        try:
+            yield _all_separated(tuple(cut), pairs, spans, sides, distance, scale)
+        except ClockRanOut:
+            raise
+        except Infeasible:
+            continue  # another rule
+
+
+def _ruled(rule: str, pair: tuple[Mover, Mover], spans: list[tuple[float, float]], scale: Floats) -> Floats:
+    """Return the direction in which a rule moves the first robot of a pair away from the second."""
+    if rule == "above":
+        return np.array([0.0, 0.0, 1.0])
+    gaps = _gaps(pair, (pair[0].path, pair[1].path), spans, scale)
+    nearest = int(np.argmin(np.linalg.norm(gaps, axis=1)))
+    axis = gaps[min(nearest + 1, len(gaps) - 1)] - gaps[max(nearest - 1, 0)]
+    side = np.cross(axis, [0.0, 0.0, 1.0])
+    if np.linalg.norm(side) < 1e-9:
+        side = np.array([1.0, 0.0, 0.0])
+    return side / np.linalg.norm(side) * (1.0 if rule == "right" else -1.0)
+
+
+def _all_separated(
+    movers: tuple[Mover, ...],
+    pairs: list[tuple[int, int]],
+    spans: list[tuple[float, float]],
+    sides: list[Floats],
+    distance: float,
+    scale: Floats,
+) -> tuple[Spline, ...]:
+    """Return paths with planes between all pairs wherever they are near.
+
+    Raises:
+        Infeasible: The planes contradict the courses.
+    """
+    paths = tuple(robot.path for robot in movers)
+    couples = [(movers[i], movers[j]) for i, j in pairs]
+    gaps = [_gaps(couple, (couple[0].path, couple[1].path), spans, scale) for couple in couples]
+    normals = [_facing(gap, side, distance) for gap, side in zip(gaps, sides, strict=True)]
+    active = [{int(k) for k in np.flatnonzero(np.linalg.norm(gap, axis=1) < distance + _NEAR)} for gap in gaps]
+    rules: tuple[Rules, ...] = tuple({} for _ in movers)
+    for _ in range(_ROUNDS):
+        rows: list[list[Row]] = [[] for _ in movers]
+        for (i, j), couple, normal, near in zip(pairs, couples, normals, active, strict=True):
+            first, second = _rows(couple, spans, normal, sorted(near), "both", distance, scale)
+            rows[i] += first
+            rows[j] += second
+        paths = tuple(_fitted(*each) for each in zip(movers, rows, rules, strict=True))
+        fresh = False
+        for index, (i, j) in enumerate(pairs):
+            least = _least(couples[index], (paths[i], paths[j]), spans, scale)
+            near = {int(k) for k in np.flatnonzero(least < distance)} - active[index]
+            if near:
+                after = _facing(_gaps(couples[index], (paths[i], paths[j]), spans, scale), sides[index], distance)
+                normals[index][sorted(near)] = after[sorted(near)]
+                active[index] |= near
+                fresh = True
+        if not fresh:
+            return paths
+    raise Infeasible("The paths still come too near each other.")
 
 
 def _separated(
@@ -185,9 +267,9 @@ def _sides(pair: tuple[Mover, Mover], spans: list[tuple[float, float]], scale: F
     return [np.cos(angle) * first + np.sin(angle) * second for angle in angles]
 
 
-def _spans(pair: tuple[Mover, Mover]) -> list[tuple[float, float]]:
-    """Return intervals in which both robots fly one piece or hover, none longer than _STEP."""
-    knots = np.unique(np.concatenate([[0.0], *(robot.start + robot.path.knots for robot in pair)]))
+def _spans(robots: tuple[Mover, ...]) -> list[tuple[float, float]]:
+    """Return intervals in which each robot flies one piece or hovers, none longer than _STEP."""
+    knots = np.unique(np.concatenate([[0.0], *(robot.start + robot.path.knots for robot in robots)]))
     knots = knots[np.concatenate([[True], np.diff(knots) > 1e-9])]
     spans: list[tuple[float, float]] = []
     for begin, end in itertools.pairwise(knots):

@@ -24,6 +24,8 @@ _STEPS = np.array([1e-3, 1e-3, 1e-3, np.radians(0.1)])
 _LARGEST, _LARGEST_UNSIGNED = 32767, 65535
 _NANOMETRE = Fraction(1, 10**9)
 """How far a lap's closing joint may stay open where the coordinate is so near zero that half an ulp is less than this."""
+_NUDGES = 4
+"""Ulps by which a coefficient may be moved to close a lap."""
 _FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
 
 
@@ -114,7 +116,26 @@ def _close(coefficients: Floats, duration: float, target: float) -> None:
         if abs(aim - exact_end(best, duration)) <= half:
             coefficients[:] = best
             return
+    for trial in _nudged(best, duration, float(aim - exact_end(best, duration))):
+        if abs(aim - exact_end(trial, duration)) <= half:
+            coefficients[:] = trial
+            return
     raise InternalError(f"The cycle's joint stays {float(abs(aim - exact_end(best, duration))):.3g} m open in float32.")
+
+
+def _nudged(coefficients: Floats, duration: float, miss: float) -> list[Floats]:
+    """Return coefficients moved by a few ulps together, those first whose end moves most nearly by `miss`.
+
+    Long pieces have coarse ulps at their ends, so closing them finely takes a combination of several.
+    """
+    powers = np.arange(2, SIZE)
+    steps = np.spacing(np.abs(coefficients[powers]).astype(np.float32)).astype(np.float64) * duration**powers
+    counts = np.array(np.meshgrid(*([np.arange(-_NUDGES, _NUDGES + 1)] * len(powers)), indexing="ij")).reshape(len(powers), -1)
+    off = np.abs(miss - steps @ counts)
+    best = np.argsort(off, kind="stable")[:16]
+    trials = np.repeat(coefficients[None], len(best), axis=0)
+    trials[:, powers] = round32(trials[:, powers] + (counts[:, best].T * steps) / duration**powers)
+    return list(trials)
 
 
 def on_grid(path: Spline) -> Trajectory:

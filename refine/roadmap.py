@@ -20,9 +20,11 @@ from refine.obstacles import Obstacle
 Floats = NDArray[np.float64]
 
 POINTS = 240
+_ABOUT = 0.6
+"""m around the two ends in which as many points again are spread."""
 _NEIGHBOURS = 16
 _CLEAR = 0.01
-"""m that points and edges of the roadmap keep from bodies, as far as samples tell."""
+"""m that points of the roadmap keep from bodies."""
 _SAMPLES = np.linspace(0.0, 1.0, 33)[:, None]
 _ROUNDS = 12
 
@@ -37,7 +39,9 @@ def way_around(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...], low: Float
         low: Lower corner of the space to stay in, m.
         high: Upper corner.
     """
-    spread = low + Halton(3, scramble=False, rng=0).random(POINTS) * (high - low)
+    unit = Halton(3, scramble=False, rng=0).random(POINTS)
+    about = np.maximum(low, np.minimum(a, b) - _ABOUT), np.minimum(high, np.maximum(a, b) + _ABOUT)
+    spread = np.concatenate([low + unit * (high - low), about[0] + unit * (about[1] - about[0])])
     clear = np.all([body.clearance(spread) >= _CLEAR for body in obstacles], axis=0)
     points = np.concatenate([[a, b], spread[clear]])
     lengths = np.linalg.norm(points[:, None] - points[None], axis=2)
@@ -47,7 +51,7 @@ def way_around(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...], low: Float
     first, second = np.array(sorted(edges)).T
     along = points[first][None] + _SAMPLES[:, :, None] * (points[second] - points[first])[None]
     inner = along[1:-1]  # an end may touch a body
-    kept = np.all([(body.clearance(inner) >= _CLEAR / 2).all(axis=0) for body in obstacles], axis=0)
+    kept = np.all([(body.clearance(inner) > 0.0).all(axis=0) for body in obstacles], axis=0)
     graph = np.zeros(lengths.shape)
     graph[first[kept], second[kept]] = lengths[first[kept], second[kept]]
     for _ in range(_ROUNDS):

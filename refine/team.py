@@ -6,7 +6,7 @@ heading; then the team's departures are chosen so that robots keep their distanc
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from refine.clock import ClockRanOut
 from refine.course import standing_course
-from refine.giving_way import Mover, Way, mover, passing
+from refine.giving_way import Mover, Way, mover, passing, roundabout
 from refine.labels import stays, troubles
 from refine.obstacles import Ball, keep_out
 from refine.quantise import quantise
@@ -127,7 +127,7 @@ def _kept_apart(plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: Ask) 
     """Return the team and departures at which robots keep their distance.
 
     Departures come first. Where none help, the two robots in conflict get paths that also keep clear of where the other
-    one starts and ends, for as long as that changes anything.
+    one starts and ends, for as long as that changes anything; then the robots in conflict give way to each other.
     """
     if len(robots) == 1:
         return robots, {name: robot.plan.hold for name, robot in robots.items()}
@@ -156,47 +156,100 @@ def _kept_apart(plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: Ask) 
             except Infeasible:
                 continue  # its own path stays; the other robot's may still move
         if not changed:
-            given_way = _given_way(plan, robots, wishes, found.pair, distance, z_scale)
-            if given_way is None:
-                raise _too_near(found, distance)
-            return given_way
+            return _given_way(plan, robots, wishes, found, distance, z_scale)
 
 
 def _given_way(
-    plan: Plan, robots: dict[str, Robot], wishes: Wishes, pair: tuple[str, str], distance: float, z_scale: float
-) -> tuple[dict[str, Robot], dict[str, float]] | None:
-    """Return the team with the paths of two robots fitted again, each on its side of the other; None where none were found.
+    plan: Plan, robots: dict[str, Robot], wishes: Wishes, conflict: Conflict, distance: float, z_scale: float
+) -> tuple[dict[str, Robot], dict[str, float]]:
+    """Return the team with the paths of robots in conflict fitted again, each on its side of the others.
 
-    The pair's encounter is slowed as a whole until both keep their limits; all others depart as it allows.
+    Two robots in conflict meet in an encounter of their own, which is slowed as a whole until all of it keeps its limits and
+    begins when the encounters before it allow; the robots that need none depart around them. A robot in conflict with an
+    encounter joins it. (A lasso belongs to a team of one, so none of this meets laps.)
+
+    Raises:
+        Infeasible: No order and no rule of giving way keeps the distance; names two robots, the time and their distance.
     """
-    one, other = (robots[name] for name in pair)
-    if one.name == other.name or one.cycle is not None or other.cycle is not None or one.course is other.course is None:
-        return None
-    starts = departures(
-        [_flight(plan, one), _flight(plan, other)], distance=-np.inf, z_scale=z_scale, precedences=_among(wishes, pair)
-    )
-    if isinstance(starts, Conflict):
-        return None
-    ways: tuple[Way, ...] = ("both", "first", "second")
-    if one.course is None or other.course is None:
-        ways = ("second", "both", "first") if one.course is None else ("first", "both", "second")
-    until = max(starts[robot.name] + robot.path.duration for robot in (one, other))
-    movers = (_mover(plan, one, starts, until), _mover(plan, other, starts, until))
-    for paths in passing(movers, distance + _BERTH, z_scale, ways):
-        fitted = tuple(_along(plan, robot, path) for robot, path in zip((one, other), paths, strict=True))
-        factor = max(by for _, by in fitted)
-        trial = {**robots, **{robot.name: _paced(robot, factor) for robot, _ in fitted}}
-        given = {name: factor * starts[name] for name in pair}
-        if any(troubles(trial[name].path, plan.mission, name, plan.robots[name]) for name in pair):
+    team, given, found = robots, {}, conflict
+    groups: list[tuple[str, ...]] = []
+    tried: set[frozenset[str]] = set()
+    while isinstance(found, Conflict):
+        met = set(found.pair).union(*(group for group in groups if set(group) & set(found.pair)))
+        while frozenset(met) in tried and len(groups) > 1:
+            met = met.union(*groups)
+        if found.pair[0] == found.pair[1] or frozenset(met) in tried:
+            raise _too_near(conflict, distance)
+        tried.add(frozenset(met))
+        names = tuple(name for name in robots if name in met)
+        groups = [group for group in groups if not set(group) & met]
+        given = {name: start for name, start in given.items() if name not in met}
+        team = {**team, **{name: robots[name] for name in names}}
+        answer = _encounter(plan, team, wishes, names, given, distance, z_scale)
+        if answer is None:
+            groups.append(names)  # to be joined by another group, or given up
             continue
-        flights = [_flight(plan, robot) for robot in trial.values()]
+        team, starts = answer
+        given |= starts
+        groups.append(names)
+        flights = [_flight(plan, robot) for robot in team.values()]
         found = departures(flights, distance=distance, z_scale=z_scale, precedences=wishes.precedences, given=given)
-        if not isinstance(found, Conflict):
-            return trial, found
+    return team, found
+
+
+def _encounter(
+    plan: Plan,
+    team: dict[str, Robot],
+    wishes: Wishes,
+    names: tuple[str, ...],
+    given: dict[str, float],
+    distance: float,
+    z_scale: float,
+) -> tuple[dict[str, Robot], dict[str, float]] | None:
+    """Return the team where these robots give way to each other, and when they depart so that the given ones are not met."""
+    group = tuple(team[name] for name in names)
+    starts = departures(
+        [_flight(plan, robot) for robot in group], distance=-np.inf, z_scale=z_scale, precedences=_among(wishes, names)
+    )
+    if isinstance(starts, Conflict) or all(robot.course is None for robot in group):
+        return None
+    until = max(starts[robot.name] + robot.path.duration for robot in group)
+    movers = tuple(_mover(plan, robot, starts, until) for robot in group)
+    busy = max((given[name] + team[name].path.duration for name in given), default=0.0)
+    known = (*given, *names)
+    for paths in _ways(movers, distance + _BERTH, z_scale):
+        fitted = tuple(_along(plan, robot, path) for robot, path in zip(group, paths, strict=True))
+        factor = max(by for _, by in fitted)
+        trial = {**team, **{robot.name: _paced(robot, factor) for robot, _ in fitted}}
+        if any(troubles(trial[name].path, plan.mission, name, plan.robots[name]) for name in names):
+            continue
+        flights = [_flight(plan, trial[name]) for name in known]
+        for late in np.arange(0.0, busy + 1.0):
+            begun = {name: factor * starts[name] + float(late) for name in names}
+            found = departures(
+                flights,
+                distance=distance,
+                z_scale=z_scale,
+                precedences=_among(wishes, known),
+                given={**given, **begun},
+            )
+            if not isinstance(found, Conflict):
+                return trial, begun
     return None
 
 
-def _among(wishes: Wishes, pair: tuple[str, str]) -> tuple[Precedence, ...]:
+def _ways(movers: tuple[Mover, ...], distance: float, z_scale: float) -> Iterator[tuple[Spline, ...]]:
+    """Yield paths of robots that give way to each other; whoever only hovers does so last."""
+    if len(movers) != 2:
+        yield from roundabout(movers, distance, z_scale)
+        return
+    one, other = movers
+    idle = [len({tuple(point) for point in robot.course.points}) == 1 for robot in movers]
+    ways: tuple[Way, ...] = ("second", "both", "first") if idle[0] else ("first", "both", "second")
+    yield from passing((one, other), distance, z_scale, ways if any(idle) else ("both", "first", "second"))
+
+
+def _among(wishes: Wishes, pair: tuple[str, ...]) -> tuple[Precedence, ...]:
     return tuple(p for p in wishes.precedences if p.first[0] in pair and p.then[0] in pair)
 
 
@@ -286,7 +339,7 @@ def _too_near(conflict: Conflict, distance: float) -> Infeasible:
         )
         return Infeasible(sentence, Witness(claim="formula", sentence=sentence, robot=a))
     sentence = (
-        f"No departure times keep {a} and {b} apart: they come within {conflict.distance:.3f} m at {conflict.time:.2f} s, "
+        f"No departure times keep {a} and {b} apart, and no giving way does: they come within {conflict.distance:.3f} m at {conflict.time:.2f} s, "
         f"{distance:.3f} m is needed (separation and twice the margin)."
     )
     witness = Witness(

@@ -62,7 +62,7 @@ def test_robots_that_look_ahead_swap_places_within_their_limits() -> None:
 
 def test_a_hall_too_narrow_for_two_is_refused() -> None:
     """Cross-section less the margin: 0.3 by 0.2 m, whose diagonal is shorter than the distance."""
-    with pytest.raises(Infeasible, match=r"No departure times keep .* apart") as caught:
+    with pytest.raises(Infeasible, match=r"No departure times keep .* apart, and no giving way does") as caught:
         refine(swap(0.2))
     assert caught.value.witness is not None
     assert caught.value.witness.claim == "separation"

@@ -32,11 +32,14 @@ def hold_to_it(seed: int, count: Count) -> None:
     witnesses: tuple[Witness, ...] = ()
     sentences: list[str] = []
     for attempt in range(ROUNDS):
+        refusal = None
         try:
             team = refine(plan, witnesses=witnesses)
         except (Infeasible, DoesNotFit) as error:
+            refusal = error
+        if refusal is not None:
             found = easy_answer(plan, np.random.default_rng(seed))
-            assert found is None, f"seed {seed}: refused ({error}), yet {found}"
+            assert found is None, f"seed {seed}: refused ({refusal}), yet {found}"
             count.refused += 1
             return
         claims = [claim for claim in verify.judge(plan, team, largest=False).claims if claim.verdict != "holds"]
