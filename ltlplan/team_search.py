@@ -23,7 +23,7 @@ from ltlplan.kinds import Kind, Kinds, OrderCheck
 from ltlplan.needs import Needs
 from ltlplan.team import Roads, Team, letter_classes
 
-GREEDY = (1.5, 3.0)  # how much the rest counts where any run will do: with the first, runs are near the cheapest
+GREEDY = (1.5, 3.0)  # how much the rest counts where any run will do; with the first, runs are nearer the cheapest
 MAX_SINGLES = 20  # robots up to which each is tried as the only one that flies
 
 
@@ -187,36 +187,34 @@ def _any_run(
 ) -> Checked:
     """Look for any run that every order keeps, where the search for a cheapest one was stopped.
 
-    The estimate of the rest counts for more than what was spent (weighted A*, Pohl 1970), first with all robots, then with
-    each as the only one that flies; the cheapest run that is found is taken. `apart` are the conjuncts that were kept apart
-    until then; more are added where an order breaks what is found.
+    The estimate of the rest counts for more than what was spent (weighted A*, Pohl 1970): first only the robots fly that do
+    so in the cheapest run of the fixed order, then all, at last each by itself. The first run that is found is taken.
+    `apart` are the conjuncts that were kept apart until then; more are added where an order breaks what is found.
 
     Raises:
         TooLarge: None was found; the error that stopped the search.
     """
     assert stopped.stopped is not None
-    best: TeamRun | None = None
     third = replace(budget, states=max(1, budget.states // 3))
     small = replace(budget, states=max(1, third.states // len(roads.start)))
-    ways: list[tuple[float, frozenset[int] | None, Budget]] = [(weight, None, third) for weight in GREEDY]
+    near, far = GREEDY
+    ways: list[tuple[float, frozenset[int] | None, Budget]] = [(near, None, third), (far, None, third)]
+    if stopped.first is not None:
+        active = frozenset(robot for robot, path in enumerate(stopped.first.paths) if len(path) > 1)
+        ways = [(near, active, third), *ways[:1], (far, active, third), *ways[1:]]
     if len(roads.start) <= MAX_SINGLES:
-        ways += [(max(GREEDY), frozenset({robot}), small) for robot in range(len(roads.start))]
+        ways += [(far, frozenset({robot}), small) for robot in range(len(roads.start))]
     for weight, flying, limit in ways:
         kept = set(apart)
         try:
-            while True:
-                found = search_team(roads, situations(sorted(kept)), limit, weight=weight, flying=flying).run
-                more = set() if found is None else set(broken(found))
+            while (found := search_team(roads, situations(sorted(kept)), limit, weight=weight, flying=flying).run) is not None:
+                more = broken(found)
                 if not more:
-                    break
-                kept |= more
+                    return replace(stopped, run=found, first=stopped.first or found)
+                kept.update(more)
         except TooLarge:  # of trying orders; another way may need fewer
             continue
-        if found is not None and (best is None or found.cost < best.cost):
-            best = found
-    if best is None:
-        raise stopped.stopped
-    return replace(stopped, run=best, first=stopped.first or best)
+    raise stopped.stopped
 
 
 def cheapest_path(team: Team, task: Task, budget: Budget) -> TeamRun | None:
