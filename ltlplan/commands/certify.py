@@ -10,6 +10,7 @@ import typer
 from ltlplan.commands.options import FolderArgument, JsonOption, MarginOption
 
 if TYPE_CHECKING:
+    from verify import Certificate
     from verify.data import Mission
 
 
@@ -46,7 +47,13 @@ def command(
         return
     for line in claim_lines(certificate):
         typer.echo(line)
-    typer.echo(f"certified at margin {certificate.margin:g} m; wrote {folder / 'certificate.json'}")
+    typer.echo(f"certified at margin {certificate.margin:g} m{below_asked(certificate)}; wrote {folder / 'certificate.json'}")
+
+
+def below_asked(certificate: Certificate) -> str:
+    """Say that a certificate has a smaller margin than its mission asks for; nothing where it has not."""
+    asked = certificate.mission.margin
+    return f" (the mission asks for {asked:g} m)" if certificate.margin < asked else ""
 
 
 def _judge_recording(folder: Path, recording: Path, max_speed: float | None, error: float, *, as_json: bool) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import typer
 
+from ltlplan.commands.certify import below_asked
 from ltlplan.commands.options import FolderArgument, JsonOption
 
 
@@ -21,4 +22,5 @@ def command(folder: FolderArgument, json: JsonOption = False) -> None:
         return
     for line in claim_lines(certificate):
         typer.echo(line)
-    typer.echo(f"{folder}: every claim is proved again at margin {certificate.margin:g} m, from the files alone")
+    margin = f"{certificate.margin:g} m{below_asked(certificate)}"
+    typer.echo(f"{folder}: every claim is proved again at margin {margin}, from the files alone")

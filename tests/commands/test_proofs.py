@@ -1,0 +1,78 @@
+"""`certify` and `recheck` on folders that were written by hand: margins below the mission's, tables of positions, hostile files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from ltlplan.cli import app
+from tests.flights import legs, plan_of, small_mission
+from tests.verify.test_recheck import write_folder
+from verify import certify
+from verify.data import BadInput
+from verify.data.mission import Action
+from verify.data.plan import Visit
+
+runner = CliRunner()
+TANK = "robot: {initial: dry, states: {dry: [], wet: [wet]}, actions: [{from: dry, to: wet, at: a}]}"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    mission = small_mission("F a & F wet", margin=0.02, extra=TANK)
+    fill = Action.model_validate({"from": "dry", "to": "wet", "at": "a"})
+    plan, team = plan_of(mission, {"r0": [Visit(region="a", actions=(fill,))]}), {"r0": legs([[0, 0, 1], [1, 0, 1]])}
+    return write_folder(tmp_path / "out", plan, team, certify(plan, team))
+
+
+def ok(*arguments: str) -> str:
+    done = runner.invoke(app, list(arguments), catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    return done.output
+
+
+def test_a_margin_below_the_missions_is_said_aloud(folder: Path) -> None:
+    assert "the mission asks" not in ok("recheck", str(folder))
+    assert "certified at margin 0.01 m (the mission asks for 0.02 m)" in ok("certify", str(folder), "--margin", "0.01")
+    assert "at margin 0.01 m (the mission asks for 0.02 m), from the files alone" in ok("recheck", str(folder))
+    assert "the mission asks" not in ok("certify", str(folder), "--margin", "0.03")
+
+
+@pytest.mark.parametrize("option", ["--margin", "--clock-error"])
+@pytest.mark.parametrize("value", ["nan", "inf", "1e300"])
+def test_numbers_that_are_none_are_bad_input(folder: Path, option: str, value: str) -> None:
+    done = runner.invoke(app, ["certify", str(folder), option, value])
+    assert isinstance(done.exception, BadInput) or done.exit_code == BadInput.exit_code
+
+
+def table(folder: Path) -> Path:
+    """Write the planned flight as a table of positions at 50 Hz."""
+    times = np.arange(0, 2.5, 0.02)
+    places = legs([[0, 0, 1], [1, 0, 1]]).evaluate(times)[:, :3]
+    rows = [f"{t:.3f},r0,{x:.6f},{y:.6f},{z:.6f}" for t, (x, y, z) in zip(times, places.tolist(), strict=True)]
+    path = folder / "capture.csv"
+    path.write_text("time,body,x,y,z\n" + "\n".join(rows) + "\n")
+    return path
+
+
+def test_states_that_a_table_does_not_show_are_the_planned_ones_and_that_is_said(folder: Path) -> None:
+    text = ok("certify", str(folder), "--flight", str(table(folder)), "--max-speed", "1.2")
+    assert "satisfied" in text
+    assert "Internal states are those of the certificate's planned actions" in text
+
+
+@pytest.mark.parametrize(
+    "actions", [[{}], [{"robot": "r0"}], [{"robot": "r9", "visit": 0, "time": 1.0, "source": "dry", "target": "wet"}],
+                [{"robot": "r0", "visit": 0, "time": 1.0, "source": "dry", "target": "steam"}], [1], "none"],
+)  # fmt: skip
+def test_a_hand_edited_certificate_gives_no_states(folder: Path, actions: object) -> None:
+    path = folder / "certificate.json"
+    data = json.loads(path.read_text())
+    data["actions"] = actions
+    path.write_text(json.dumps(data))
+    with pytest.raises(BadInput, match="action"):
+        ok("certify", str(folder), "--flight", str(table(folder)), "--max-speed", "1.2")
