@@ -14,12 +14,19 @@ from ltlplan.hoops.primitives import Kind
 from ltlplan.hoops.sequencer import segments
 from ltlplan.splines import Spline
 from verify.data import BadInput, Mission, RobotPlan
-from verify.data.mission import Region
+from verify.data.mission import Hoop, Region
 
 Floats = NDArray[np.float64]
 
 _COLOURS: Mapping[Kind, str] = {"STRAIGHT": "#1b9e77", "S_CURVE": "#7570b3", "U_TURN": "#d95f02", "TURN": "#e7298a"}
-_PREFIX, _CYCLE = "#1f4e9c", "#c62828"
+_ROLES: Mapping[str, tuple[str, str]] = {
+    "rear": ("#1f4e9c", "circle"),
+    "centre": ("#777777", "circle-open"),
+    "front": ("#1b9e77", "circle"),
+    "avoid": ("#c62828", "diamond"),
+}
+"""Colour and symbol of a hoop's control points."""
+_PREFIX, _CYCLE, _BEST = "#1f4e9c", "#c62828", "#f08c00"
 _MOST_PATHS = 200
 
 
@@ -87,16 +94,28 @@ def round_figure(
         raise BadInput(
             f"positions must have shape (paths, instants, 3) and counts (paths,), not {positions.shape}, {good.shape}."
         )
+    split = _cycle_begins(best, positions.shape[1])
     traces = _regions(mission)
-    for name, chosen, colour in (("does not count", ~good, "#bbbbbb"), ("satisfies the specification", good, _PREFIX)):
+    for name, chosen in (("does not count", ~good), ("satisfies the specification", good)):
         lines = positions[chosen][: _MOST_PATHS // 2]
-        gap = np.full((len(lines), 1, 3), np.nan)  # one trace for all paths: a gap between two
-        flat = np.concatenate([lines, gap], axis=1).reshape(-1, 3)
-        if len(lines):
-            traces.append(_line(flat, f"{name} ({int(chosen.sum())})", colour, width=1))
+        parts = [(f"{name} ({int(chosen.sum())})", lines[:, : split + 1], _PREFIX if chosen is good else "#bbbbbb")]
+        if split < positions.shape[1] - 1:
+            parts.append((f"{name}, its cycle", lines[:, split:], _CYCLE if chosen is good else "#bbbbbb"))
+        for label, part, colour in parts if len(lines) else []:
+            gap = np.full((len(lines), 1, 3), np.nan)  # one trace for all paths: a gap between two
+            flat = np.concatenate([part, gap], axis=1).reshape(-1, 3)
+            traces.append(_line(flat, label, colour, width=1, legend=chosen is good or label == parts[0][0]))
     if best is not None and len(best.waypoints) > 1:
-        traces.append(_line(_path(best), "best", _CYCLE))
+        traces.append(_line(_path(best), "the path in the end", _BEST))
     return _figure(mission, traces, "Sampled paths of one round")
+
+
+def _cycle_begins(plan: RobotPlan | None, instants: int) -> int:
+    """Return the sampled instant at which the paths' cycle begins; the last one where there is none."""
+    if plan is None or plan.cycle_waypoint is None:
+        return instants - 1
+    share = (plan.times[plan.cycle_waypoint] - plan.times[0]) / (plan.times[-1] - plan.times[0])
+    return round(share * (instants - 1))
 
 
 def _regions(mission: Mission) -> list[BaseTraceType]:
@@ -118,28 +137,52 @@ def _regions(mission: Mission) -> list[BaseTraceType]:
     for name, hoop in mission.hoops.items():
         points = ring(hoop)
         traces.append(_line(points, name, "#444444", width=8, legend=False))
+    if mission.all_regions:
+        tops = np.array([_top(region) for region in mission.all_regions.values()])
+        traces.append(
+            go.Scatter3d(
+                x=tops[:, 0],
+                y=tops[:, 1],
+                z=tops[:, 2],
+                mode="text",
+                name="names",
+                showlegend=False,
+                text=list(mission.all_regions),
+                hoverinfo="skip",
+            )
+        )
     return traces
+
+
+def _top(region: Region) -> tuple[float, float, float]:
+    """Where a region's name is written: above it, and above its ring."""
+    x, y, z = region.center
+    height = region.opening + region.rim if isinstance(region, Hoop) else 0.0
+    return x, y, z + max(height, region.radii[2]) + 0.08
 
 
 def _control_points(mission: Mission) -> list[BaseTraceType]:
     traces: list[BaseTraceType] = []
-    for index, (name, hoop) in enumerate(mission.hoops.items()):
-        points = control_points(hoop)
-        places = np.stack([points.rear, points.centre, points.front, *points.avoid])
-        traces.append(
-            go.Scatter3d(
-                x=places[:, 0],
-                y=places[:, 1],
-                z=places[:, 2],
-                mode="markers+text",
-                name="control points",
-                legendgroup="control points",
-                showlegend=index == 0,
-                marker={"size": 4, "color": "#c62828"},
-                text=[f"{name} {role}" for role in ("rear", "centre", "front", "avoid", "avoid")],
-                textfont={"size": 9},
+    points = {name: control_points(hoop) for name, hoop in mission.hoops.items()}
+    for role, (colour, symbol) in _ROLES.items():
+        places = [(name, place) for name, own in points.items() for place in np.atleast_2d(getattr(own, role))]
+        if places:
+            at = np.array([place for _, place in places])
+            traces.append(
+                go.Scatter3d(
+                    x=at[:, 0],
+                    y=at[:, 1],
+                    z=at[:, 2],
+                    mode="markers",
+                    name=role,
+                    marker={"size": 4, "color": colour, "symbol": symbol},
+                    text=[f"{name} {role}" for name, _ in places],
+                    hovertemplate="%{text}<extra></extra>",
+                )
             )
-        )
+    for name, own in points.items():
+        traces.append(_line(np.stack([own.rear, own.front]), f"{name}: rear to front", "#1b9e77", width=2, legend=False))
+        traces.append(_line(own.avoid, f"{name}: from side to side", "#c62828", width=1, dash="dot", legend=False))
     return traces
 
 
@@ -200,5 +243,9 @@ def _figure(mission: Mission, traces: Sequence[BaseTraceType], title: str) -> go
         f"{axis}axis": {"title": {"text": f"{axis} (m)"}, "range": [low[i], high[i]]} for i, axis in enumerate(("x", "y", "z"))
     }
     figure = go.Figure(data=list(traces))
-    figure.update_layout(title={"text": f"{mission.name}: {title}"}, scene={**axes, "aspectmode": "data"})
+    figure.update_layout(
+        title={"text": f"{mission.name}: {title}"},
+        scene={**axes, "aspectmode": "data"},
+        legend={"orientation": "h", "x": 0.0, "y": 1.0, "yanchor": "bottom"},  # beside the scene it would take its width
+    )
     return figure

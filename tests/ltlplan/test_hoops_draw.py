@@ -28,6 +28,10 @@ def test_control_points_are_drawn_for_every_hoop(published):
     for hoop in mission.hoops:
         assert {f"{hoop} rear", f"{hoop} centre", f"{hoop} front", f"{hoop} avoid"} <= set(texts)
     assert figure.layout.scene.xaxis.title.text == "x (m)"
+    written = next(trace for trace in figure.data if trace.name == "names")
+    assert list(written.text) == list(mission.hoops)
+    for hoop, z in zip(mission.hoops.values(), written.z, strict=True):
+        assert z > hoop.center[2] + hoop.opening + hoop.rim  # above the ring
 
 
 def test_primitives_are_drawn_in_order_and_named(published):
@@ -58,7 +62,9 @@ def test_a_round_and_the_optimised_path_are_drawn(published):
     )  # fmt: skip
     positions, counts = rounds[0]
     figure = round_figure(mission, positions, counts, best=found.plan)
-    assert any(n and n.startswith("satisfies the specification") for n in names(figure))
+    assert {"satisfies the specification, its cycle", "the path in the end"} <= names(figure)
+    drawn = next(trace for trace in figure.data if trace.name.startswith("satisfies the specification ("))
+    assert int(np.isnan(np.array(drawn.x, dtype=float)).sum()) == int(counts.sum())  # a gap after each path
     assert {"nominal path", "cycle"} <= names(path_figure(mission, found.plan, nominal=plan))
     assert len(figure.to_json()) > 1000
     with pytest.raises(BadInput, match="counts"):
