@@ -51,29 +51,41 @@ def _options(
 
 def main() -> None:
     """Run the command line; end with the exit code of the error, if any, and without a traceback for mistakes."""
-    from ltlplan.commands.terminal import close_output, report_bug, report_error, report_os_error, report_usage
-    from verify.data.errors import LtlplanError
+    from ltlplan.commands.terminal import close_output
 
-    as_json = "--json" in sys.argv
     _end_cleanly_on_sigterm()
     try:
-        code = app(standalone_mode=False)
+        code = _outcome(as_json="--json" in sys.argv)
         sys.stdout.flush()
-    except SystemExit as ended:  # typer's own word for a reader that has gone is 1, which is ours for a bug
-        code = BROKEN_PIPE if ended.code == 1 and not any(name.endswith("_COMPLETE") for name in os.environ) else ended.code
-        close_output()
     except BrokenPipeError:
         close_output()
         code = BROKEN_PIPE
-    except LtlplanError as error:
-        code = report_error(error, as_json=as_json)
-    except OSError as error:
-        code = report_os_error(error, as_json=as_json)
-    except Exception as error:  # the outermost door: every error becomes a message and an exit code
-        code = report_usage(error, as_json=as_json) if hasattr(error, "format_message") else report_bug(error)
     if code == INTERRUPTED:
         sys.stderr.write("interrupted; no file was left half-written.\n")
     sys.exit(code)
+
+
+def _outcome(*, as_json: bool) -> int | str | None:
+    """Run the command and return its exit code; errors have been told by then."""
+    from ltlplan.commands.terminal import report_bug, report_error, report_os_error, report_usage
+    from verify.data.errors import LtlplanError
+
+    try:
+        code = app(standalone_mode=False)
+        sys.stdout.flush()
+        return code
+    except SystemExit as ended:  # typer's own word for a reader that has gone is 1, which is ours for a bug
+        if ended.code == 1 and not any(name.endswith("_COMPLETE") for name in os.environ):
+            raise BrokenPipeError from None
+        return ended.code
+    except BrokenPipeError:
+        raise
+    except LtlplanError as error:
+        return report_error(error, as_json=as_json)
+    except OSError as error:
+        return report_os_error(error, as_json=as_json)
+    except Exception as error:  # the outermost door: every error becomes a message and an exit code
+        return report_usage(error, as_json=as_json) if hasattr(error, "format_message") else report_bug(error)
 
 
 def _end_cleanly_on_sigterm() -> None:

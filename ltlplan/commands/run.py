@@ -21,7 +21,7 @@ def command(
     json: options.JsonOption = False,
 ) -> None:
     """Plan, refine, certify, fly in simulation and export a mission."""
-    from ltlplan.commands.summary import summary_data, summary_lines
+    from ltlplan.commands.summary import holds, shortfall, summary_data, summary_lines
     from ltlplan.commands.terminal import print_json, progress_bar
     from ltlplan.pipeline import run
 
@@ -33,7 +33,9 @@ def command(
     else:
         for line in summary_lines(result):
             typer.echo(line)
-    if not summary_data(result)["holds"]:
+    if not holds(result):
         from verify.data import NotCertified
 
-        raise NotCertified("The simulated flight left the certificate's tube; see the summary.")
+        if json:  # the document says so already
+            raise typer.Exit(NotCertified.exit_code)
+        raise NotCertified(f"The simulated flight is not the certified one: {shortfall(result)}.")

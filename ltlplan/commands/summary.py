@@ -125,8 +125,20 @@ def flight_sentences(result: Result) -> tuple[str, ...]:
 
 def holds(result: Result) -> bool:
     """Tell whether everything holds: all claims, and the simulated flight inside its tube and by its formula."""
-    inside = all(flown["worst"] <= result.certificate.margin for flown in tracking(result).values())
-    return inside and result.log.satisfied is not False and all(claim.verdict == "holds" for claim in result.certificate.claims)
+    return not shortfall(result)
+
+
+def shortfall(result: Result) -> str:
+    """Return what does not hold of a run, with the figures that broke it; empty where everything holds."""
+    margin = result.certificate.margin
+    refused = [f"the claim {claim.name} {claim.verdict}" for claim in result.certificate.claims if claim.verdict != "holds"]
+    left = [
+        f"{name} strayed {1000 * flown['worst']:.1f} mm from its certified path, the margin is {1000 * margin:g} mm"
+        for name, flown in tracking(result).items()
+        if flown["worst"] > margin
+    ]
+    broken = ["the flown path breaks the formula"] if result.log.satisfied is False else []
+    return "; ".join([*refused, *left, *broken])
 
 
 def summary_data(result: Result) -> dict[str, Any]:

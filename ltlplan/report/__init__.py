@@ -84,14 +84,14 @@ def report_html(result: Result) -> str:
 
 
 def _page(result: Result, data: dict[str, Any], sections: list[str], end: float) -> str:
-    from ltlplan.commands.summary import certified_sentence, holds
+    from ltlplan.commands.summary import certified_sentence, holds, shortfall
 
     mission, certificate = result.mission, result.certificate
     good = holds(result)
     verdict = (
         f"{certified_sentence(result)}, and flown in simulation inside it."
         if good
-        else "Not everything holds; see the claims and the tracking error below."
+        else f"{certified_sentence(result)}, but not everything holds: {shortfall(result)}."
     )
     asked = [("asks", mission.spec.formula), ("flies exactly", mission.sequence)]
     warnings = [note for note in result.plan.notes if note.startswith("Holds only vacuously")]

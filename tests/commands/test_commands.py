@@ -34,6 +34,17 @@ def test_run_sums_up_what_holds(folder: Path) -> None:
         assert says in text
 
 
+def test_a_run_that_does_not_hold_prints_one_document(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from ltlplan.commands import summary
+
+    monkeypatch.setattr(summary, "holds", lambda _result: False)
+    done = runner.invoke(app, ["run", "hoops-published", "--out", str(tmp_path / "run"), "--json"])
+    assert done.exit_code == NotCertified.exit_code
+    assert json.loads(done.stdout)["holds"] is False
+    with pytest.raises(NotCertified, match="is not the certified one"):
+        runner.invoke(app, ["run", "hoops-published", "--out", str(tmp_path / "run")], catch_exceptions=False)
+
+
 def test_recheck_proves_it_again(folder: Path) -> None:
     assert "every claim is proved again" in ok("recheck", str(folder))
 

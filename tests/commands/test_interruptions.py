@@ -168,10 +168,11 @@ def test_ctrl_c_is_no_bug(tmp_path: Path) -> None:
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
 
 
-def test_a_reader_that_has_gone(tmp_path: Path) -> None:
+@pytest.mark.parametrize("arguments", [("automaton", "F a"), ("plan", "nowhere", "--json"), ("check", "G !b", "b")])
+def test_a_reader_that_has_gone(arguments: tuple[str, ...], tmp_path: Path) -> None:
     reading, writing = os.pipe()
     os.close(reading)
-    running = ltlplan("automaton", "F a", cwd=tmp_path, stdout=writing, stderr=subprocess.PIPE)
+    running = ltlplan(*arguments, cwd=tmp_path, stdout=writing, stderr=subprocess.PIPE)
     os.close(writing)
     _, said = running.communicate(timeout=60)
     assert (running.returncode, said) == (141, "")

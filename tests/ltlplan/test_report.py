@@ -1,12 +1,13 @@
 """The report as text: what its first screen says, and what it draws of a cycle. How it looks is for the browser's tests."""
 
+import dataclasses
 import json
 import re
 
 import pytest
 
 import ltlplan
-from ltlplan.commands.summary import visits_text
+from ltlplan.commands.summary import holds, visits_text
 from ltlplan.report import report_html
 from verify.data.plan import RobotPlan
 
@@ -59,6 +60,18 @@ def test_a_cycle_does_not_seem_to_stop_at_the_end_of_its_last_lap(lasso) -> None
     result, _ = lasso
     error = result.log.error[:, 0]
     assert error[-1] < 2 * error[-20:-1].max(), "the robot flies on into the next lap, and so does what it is held against"
+
+
+def test_a_flight_that_left_its_tube_is_told_with_its_figures(lasso) -> None:
+    result, _ = lasso
+    error = result.log.error.copy()
+    error[100, 0] = 0.0612
+    strayed = dataclasses.replace(result, log=dataclasses.replace(result.log, error=error, peak=error.max(axis=0)))
+    assert not holds(strayed)
+    page = report_html(strayed)
+    verdict = re.search(r'<p class="verdict fails">(.*?)</p>', page)
+    assert verdict is not None
+    assert "quad0 strayed 61.2 mm from its certified path, the margin is 50 mm" in verdict.group(1)
 
 
 def test_every_figure_says_what_it_is_to_those_who_cannot_see_it(lasso) -> None:
