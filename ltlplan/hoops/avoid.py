@@ -85,9 +85,10 @@ def _way(
     if hit.name == "workspace" or hit.name in passed:
         raise Blocked(hit.name, start, end, ["the line leaves the workspace"] if hit.name == "workspace" else [])
     for point in (start, end):
-        if blocked(point, point, where, permitted):
+        if met := blocked(point, point, where, permitted):
+            hint = "; if it is a control point, set a larger `reach`" if met.name in mission.hoops else ""
             raise Blocked(
-                hit.name, start, end, [f"{_show(point)} itself is nearer to it than the vehicle's radius and the margin"]
+                met.name, start, end, [f"{_show(point)} itself is nearer to it than the vehicle's radius and the margin{hint}"]
             )
     reasons: list[str] = []
     for points in _candidates(mission, where, hit.name, start, end):

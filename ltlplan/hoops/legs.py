@@ -194,7 +194,9 @@ class Legs:
         for name, obstacle in self.where.obstacles.items():
             if obstacle.holds(self.end) and name not in stays:
                 at = ", ".join(f"{x:g}" for x in self.end)
-                raise BadInput(f"The end waypoint ({at}) lies in or at '{name}', which is not the region visited last.")
+                last = i >= 0 and self.visits[i].region == name
+                why = "a hoop that is flown through, and so left again" if last else "which is not the region visited last"
+                raise BadInput(f"The end waypoint ({at}) lies in or at '{name}', {why}.")
         if np.allclose(self._exit(i, left)[0].position, self.end, atol=1e-9):
             return []
         return self._way(i, left, Stop(self.end, "end"))

@@ -513,6 +513,19 @@ def test_an_end_inside_the_last_region_is_reached_and_elsewhere_refused():
     assert plan.word.letters[-1] == frozenset()
 
 
+def test_an_end_in_the_hoop_that_is_flown_through_last_is_refused_with_that_reason():
+    mission = small_mission(agents="quad0: {start: [-1.2, 0, 1], end: [0.05, 0, 1]}")
+    with pytest.raises(BadInput, match="'h0', a hoop that is flown through, and so left again"):
+        route_sequence(mission)
+
+
+def test_control_points_too_near_their_own_ring_are_refused_with_what_to_change():
+    hoops = "h0: {center: [0, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02, reach: 0.05}"
+    with pytest.raises(Blocked, match="set a larger `reach`") as refused:
+        route_sequence(small_mission(hoops=hoops))
+    assert refused.value.region == "h0"
+
+
 def test_a_word_that_ends_in_free_flight_leads_out_of_a_plain_region() -> None:
     mission = load_mission("firefighting")
     site = Region(center=(-0.9, -0.8, 1.0), radii=(0.25, 0.25, 0.25))
