@@ -111,12 +111,12 @@ def fig13() -> None:
 
 def fig14() -> None:
     """Summed cost, online against offline, 1 to 5 robots (the columns `cost`)."""
-    race()
+    print(race()[2])
 
 
 def fig15() -> None:
     """Run time, online against offline, 1 to 5 robots (the columns in s)."""
-    race()
+    print(race()[3])
 
 
 def fig16() -> None:
