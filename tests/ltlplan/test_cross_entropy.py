@@ -254,6 +254,17 @@ def test_every_returned_path_passes_the_judge():
         assert judged(mission, found.plan) == []
 
 
+def test_paths_of_several_populations_pass_the_judge_and_give_the_same_bytes():
+    ((mission, nominal),) = courses(seed=22, count=1)
+    options = Options(samples=60, rounds=12, batch=20, populations=3)
+    once, again = (
+        improve(mission, "quad0", nominal, rng=np.random.default_rng(0), options=options, cost=EFFORT) for _ in range(2)
+    )
+    assert once.cost < once.nominal
+    assert once.plan == again.plan
+    assert judged(mission, once.plan) == []
+
+
 def test_populations_begin_at_the_nominal_path_and_over_and_under_it():
     mission = load_mission("hoops-sequence")
     nominal = route_sequence(mission)
