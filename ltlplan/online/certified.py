@@ -72,6 +72,7 @@ class CertifiedTeam(OnlineTeam):
         self._now = Fraction(0)
         self._acted: dict[str, int] = {}
         self._braking = False
+        self._proved_count: int | None = None
         super().__init__(mission, rng=rng)
 
     @property
@@ -85,8 +86,9 @@ class CertifiedTeam(OnlineTeam):
 
     @property
     def all_pieces(self) -> tuple[Piece, ...]:
-        """Everything that is proved to be flown, the present piece last."""
-        return self.pieces if self.present is None else (*self.pieces, self.present)
+        """What is proved of the flight, the present piece last; a stop that was refused ends it."""
+        every = self.pieces if self.present is None else (*self.pieces, self.present)
+        return every[: self._proved_count]
 
     @property
     def _tracks(self) -> Mapping[str, Trajectory]:
@@ -168,6 +170,8 @@ class CertifiedTeam(OnlineTeam):
         }
         world = self.mission.model_copy(update={"agents": agents})
         stop = come_to_rest(world, tracks, self._now - start, braking=self._braking)
+        if stop.refused and self._proved_count is None:
+            self._proved_count = len(self.pieces)
         if stop.refused and self.lost is None:
             said = stop.refused[0].sentence
             self.lost = (
