@@ -327,10 +327,11 @@ def _drifts(evidence: Evidence, clock_error: Fraction) -> dict[str, Fraction]:
         if not evidence.paths.trajectories[index].coefficients[:, :3, 1:].any() and evidence.meetings.jumps[index] == 0:
             result[robot] = Fraction(0)  # it never moves
             continue
-        if not math.isfinite(speeds[robot]):
+        jump = evidence.meetings.jumps[index]
+        if not (math.isfinite(speeds[robot]) and math.isfinite(jump)):
             raise BadInput(f"{robot}'s speed has no bound, so a clock error cannot be allowed for.")
         steps = sum(1 for s in evidence.paths.segments if s.robot == index and s.kind == "step")
-        result[robot] = Fraction(speeds[robot]) * clock_error + steps * Fraction(evidence.meetings.jumps[index])
+        result[robot] = Fraction(speeds[robot]) * clock_error + steps * Fraction(jump)
     return result
 
 

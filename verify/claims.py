@@ -260,7 +260,8 @@ def rim_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
     limit = margin + Fraction(evidence.plan.mission.vehicle.radius)
     for robot in evidence.paths.robots:
         near = min((c for c in evidence.rims if c.robot == robot), key=lambda c: c.low)
-        if math.isfinite(near.high) and Fraction(near.low) <= limit < Fraction(near.high):  # too near to call: look closer
+        clear = math.isfinite(near.low) and Fraction(near.low) > limit
+        if not clear and math.isfinite(near.high) and limit < Fraction(near.high):  # too near to call: look closer
             near = min((c for c in clearances(evidence.frames, 1e-9) if c.robot == robot), key=lambda c: c.low)
         verdict: Outcome = "undecided"
         if math.isfinite(near.low) and Fraction(near.low) > limit:

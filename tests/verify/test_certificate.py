@@ -163,6 +163,26 @@ def test_absurd_numbers_are_refused_without_a_traceback(size, power):
     assert {"continuity", "workspace"} <= found
 
 
+@pytest.mark.parametrize("numbers", [(1e38, 0.0), (1.7e308, 0.0), (5e-324, 0.0), (1.0, 1e150), (1.0, 1.7e308), (1e20, -1e20)])
+@pytest.mark.parametrize("clock_error", [0.0, 0.1])
+def test_absurd_numbers_of_one_robot_near_a_hoop_and_another_robot(numbers, clock_error):
+    """Bounds that are infinite on one side only, in every claim that there is."""
+    hoops = "h: {center: [1.0, 1.0, 1.0], radii: [0.2, 0.2, 0.2], opening: 0.3, rim: 0.05}"
+    mission = small_mission("F a", regions=BALL, hoops=hoops, starts=[[0, 0, 1], [0, 1, 1]])
+    duration, size = numbers
+    wild = legs([[0, 1, 1], [1, 1, 1]])
+    values = wild.coefficients.copy()
+    values[0, 0, 3] = size or values[0, 0, 3]
+    team = {"r0": legs([[0, 0, 1], [1, 0, 1]]), "r1": changed(wild, durations=[duration], coefficients=values)}
+    try:
+        found = refused(plan_of(mission, {"r0": [Visit(region="a")]}), team, clock_error=clock_error)
+    except BadInput as problem:
+        assert "speed has no bound" in str(problem)
+        assert clock_error
+    else:
+        assert found
+
+
 @pytest.mark.parametrize("duration", [1e-30, 1e-12, 1e12, 1e30])
 def test_absurd_durations_are_refused_or_judged_without_a_traceback(duration):
     mission = small_mission("F a", regions=BALL)
