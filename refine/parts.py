@@ -22,6 +22,8 @@ HOVER = 1.0
 def split(trajectory: Trajectory, max_pieces: int = 31) -> tuple[Trajectory, ...]:
     """Cut a finite flight at joints where it rests, into as few parts as fit.
 
+    A flight has such joints where its waypoints or its plan's waits make it rest; `refine(plan, too_long="rest")` puts them in.
+
     Each part is a flight of its own whose clock starts at zero: it begins and ends hovering, to be uploaded and flown one
     after the other, and certified one by one (visits that end in an earlier part are not seen by the certificate of a later
     one). Robots of a team hover for different times between their parts, so a team's parts keep its separation only if all
@@ -92,5 +94,5 @@ def _without_rest(trajectory: Trajectory, joints: list[int], cuts: list[int], ma
     return DoesNotFit(
         f"The flight has {len(trajectory)} pieces and would do in {parts} parts of at most {max_pieces}, but from piece {begin} "
         f"to piece {end - 1} ({end - begin} pieces, {trajectory.knots[begin]:.2f} to {trajectory.knots[end]:.2f} s) it never "
-        f"rests. Let it rest within, or use a target that holds {longest} pieces."
+        f"rests. Let it rest within (`refine(plan, too_long='rest')` does that), or use a target that holds {longest} pieces."
     )

@@ -29,6 +29,7 @@ from verify.data import Infeasible, Mission, Plan, RobotPlan
 
 Floats = NDArray[np.float64]
 Pace = Literal["nominal", "time", "blend"]
+TooLong = Literal["refuse", "rest"]
 
 HOVER = 1.0
 """s of the hover piece of a robot that goes nowhere, or of a cycle that is a hover."""
@@ -44,6 +45,8 @@ _ROOM = 1.03
 _INSTANTS = 12
 """Instants a piece at which these programmes keep the limits: what they miss is stretched away, and the dearer programmes
 of more instants do not end in shorter flights."""
+_STRETCHED = 1.02
+"""Stretch of an answer from which on rotor thrusts, which the first programmes leave out, are worth one of their own."""
 _PROGRAMMES = 24
 """Programmes that one hurried flight may take, each with a budget of iterations of its own."""
 
@@ -55,6 +58,7 @@ class Ask:
     pace: Pace
     weight: float
     max_pieces: int
+    too_long: TooLong = "refuse"
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +131,10 @@ def _moving(
     if hovering:
         course = replace(course, cycle=None)
     halts = {visit: _setting_out(course, visit) for visit in sorted(stops)}
-    fitted = _labelled(plan, name, course, limits, BUFFER + more, frozenset(halts.values()))
+    rest = frozenset(halts.values())
+    if ask.too_long == "rest" and course.cycle is None and len(course) >= ask.max_pieces:
+        rest |= frozenset(range(ask.max_pieces - 1, len(course), ask.max_pieces - 1))
+    fitted = _labelled(plan, name, course, limits, BUFFER + more, rest)
     path, yaw = fitted.path, fitted.yaw
     if ask.pace != "nominal":
         path, yaw = _raced(plan, name, course, limits, fitted, ask, BUFFER + more)
@@ -293,12 +300,12 @@ def _hurried(
 
     left = [_PROGRAMMES]
 
-    def solved(first: Spline, shift: float, steps: Steps = "plain") -> Spline:
+    def solved(first: Spline, shift: float, steps: Steps = "plain", kept: Limits = plain) -> Spline:
         if not left[0]:
             raise Infeasible(f"{_PROGRAMMES} programmes did not lead to a path that keeps the corridors and labels.")
         left[0] -= 1
         corridors = [(leg, plane) for (_, leg, _), planes in rules.items() for plane in planes]
-        return optimise(Timing(first, fixed, plain, "blend", shift, within, corridors, speeds, course.cycle, _INSTANTS, steps))
+        return optimise(Timing(first, fixed, kept, "blend", shift, within, corridors, speeds, course.cycle, _INSTANTS, steps))
 
     answers: list[Spline] = []
 
@@ -319,12 +326,28 @@ def _hurried(
         assert failure is not None
         raise failure
 
+    def within_rotors(path: Spline, yaw: Spline | None) -> tuple[Spline, Spline | None]:
+        """Return the path with rotor thrusts limited by the programme, where that beats stretching it for them."""
+        if path.duration <= answers[-1].duration * _STRETCHED:
+            return path, yaw
+        try:
+            first = answers[-1].stretched(_ROOM)
+            finer = until_kept(course, rules, lambda: solved(first, ease, kept=replace(limits, yaw_rate=np.inf)), buffer=buffer)
+            other, other_yaw = _slowed(plan, name, course, limits, finer, fitted.rest)
+        except ClockRanOut:
+            raise
+        except Infeasible:
+            return path, yaw
+        if other.duration >= path.duration or troubles(other, mission, name, robot):
+            return path, yaw
+        return other, other_yaw
+
     onward = fitted.onward
     while True:
         path, yaw = _slowed(plan, name, course, limits, until_kept(course, rules, attempt, buffer=buffer), fitted.rest)
         found = troubles(path, mission, name, robot)
         if not found:
-            return path, yaw
+            return within_rotors(path, yaw)
         more = onward | _legs_about(path, found[0].time)
         if more == onward:
             raise Infeasible(found[0].sentence, found[0])

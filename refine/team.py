@@ -19,7 +19,7 @@ from refine.labels import stays, troubles
 from refine.obstacles import Ball, keep_out
 from refine.quantise import quantise
 from refine.schedule import GRID, Conflict, Flight, departures
-from refine.single import HOVER, NONE, Ask, Pace, Robot, single, still
+from refine.single import HOVER, NONE, Ask, Pace, Robot, TooLong, single, still
 from refine.spline import Spline
 from refine.timing import stretch_to_limits
 from refine.wishes import Wishes, wishes_of
@@ -48,6 +48,7 @@ def refine(
     pace: Pace = "nominal",
     weight: float = 1000.0,
     max_pieces: int = PIECES,
+    too_long: TooLong = "refuse",
 ) -> dict[str, Trajectory]:
     """Turn a plan into polynomials that keep its labels, its limits and the team's separation.
 
@@ -59,10 +60,15 @@ def refine(
         progress: Told a sentence and a share of the work.
         pace: "nominal": the plan's times, longer where limits ask for it; "time": as fast as limits and labels allow;
             "blend": least of the integral of |snap|^2 plus `weight` times the duration. In the latter two the points of
-            visits may move within their regions and openings, less margin and radius; where no such flight is found, that
-            is an error: no other pace is taken in its place.
+            visits may move within their regions and openings, less margin and radius; where the programme with movable
+            points does not converge within its budget, the answer with the planned points stands. Where that is not found
+            either, it is an error: no other pace is taken in its place. Rotor thrusts enter the programme
+            where stretching the answer for them would cost more than 2 %.
         weight: For "blend", m^2/s^8.
-        max_pieces: Pieces that the target holds for one robot.
+        max_pieces: Pieces that the target holds for one robot. Points that only lead the way are left out, where straight legs
+            allow it, until a flight fits.
+        too_long: What becomes of a finite flight that still does not fit: "refuse" it, or let it "rest" at points so that
+            `split` can cut it into parts that fit. The rests cost time, and a lap is never cut.
 
     Returns:
         One flight for each robot, in the mission's order, in exact float32 values.
@@ -71,11 +77,11 @@ def refine(
         BadInput: The plan's numbers do not fit each other.
         Infeasible: A limit or a label cannot be kept; carries a witness.
         ClockRanOut: An engine's seconds ran out before its iterations.
-        DoesNotFit: A flight needs more than `max_pieces` pieces.
+        DoesNotFit: A flight needs more than `max_pieces` pieces, and is not to rest.
     """
     del previous
     wishes = wishes_of(plan, tuple(witnesses))
-    tell, ask = progress or _quiet, Ask(pace, weight, max_pieces)
+    tell, ask = progress or _quiet, Ask(pace, weight, max_pieces, too_long)
     robots: dict[str, Robot] = {}
     for index, name in enumerate(plan.robots):
         tell(f"smoothing the path of {name}", 0.7 * index / len(plan.robots))
@@ -94,10 +100,10 @@ def refine(
     laps = plan.mission.spec.repeat
     for name, flight in flights.items():
         flown = len(flight.flattened(laps))
-        if flown > max_pieces:
+        if flown > max_pieces and (too_long == "refuse" or flight.cycle is not None):
             of = f" for {laps} laps" if flight.cycle is not None and laps > 1 else ""
             raise DoesNotFit(
-                f"{name} needs {flown} pieces{of}; the target holds {max_pieces}. Split the flight (`refine.split`) or stream it."
+                f"{name} needs {flown} pieces{of}; the target holds {max_pieces}. Let it rest (too_long='rest') and split it (`refine.split`), or stream it."
             )
     tell("refined", 1.0)
     return flights

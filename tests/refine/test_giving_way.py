@@ -7,6 +7,9 @@ import pytest
 
 import verify
 from refine import refine
+from refine.corridor import fit
+from refine.course import course_of
+from refine.giving_way import mover, roundabout
 from tests.refine.test_team import ball, straight
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Trajectory
 from verify.data.mission import Agent, Box, Region, Spec
@@ -93,3 +96,61 @@ def test_visits_are_kept_while_giving_way_and_others_depart_later() -> None:
 def test_the_same_encounter_gives_the_same_bytes() -> None:
     first, second = refine(swap(0.4)), refine(swap(0.4))
     assert [flight.digest() for flight in first.values()] == [flight.digest() for flight in second.values()]
+
+
+def circle(robots: int, across: int) -> Plan:
+    """Robots on a circle, each bound for the place of the one so many further; straight ways meet in or near the middle."""
+    at = [(1.4 * np.cos(2 * np.pi * k / robots), 1.4 * np.sin(2 * np.pi * k / robots), 1.0) for k in range(robots)]
+    return hall(1.6, {f"r{k}": straight(at[k], at[(k + across) % robots]) for k in range(robots)})
+
+
+@pytest.mark.parametrize(("robots", "across"), [(3, 1), (4, 2), (5, 2), (6, 3)])
+def test_teams_swap_places_across_a_circle(robots: int, across: int) -> None:
+    """With even numbers all straight ways cross at one point and each end is another one's start: departures cannot do."""
+    plan = circle(robots, across)
+    team = certified(plan)
+    for name, robot in plan.robots.items():
+        np.testing.assert_allclose(team[name].evaluate(100.0)[:3], robot.waypoints[-1].position, atol=1e-5)
+
+
+def test_three_robots_give_way_to_each_other_at_once() -> None:
+    """Two pairs that swap places share a robot's way: whoever meets an encounter joins it."""
+    at = [(1.4 * np.cos(a), 1.4 * np.sin(a), 1.0) for a in (0.0, 2.1, 4.2)]
+    flown = {f"r{k}": straight(at[k], at[(k + 1) % 3]) for k in range(3)}
+    movers = tuple(
+        mover(course_of(plan.mission, name, robot), fit(course_of(plan.mission, name, robot)), 0.0, frozenset())
+        for plan in [hall(1.6, flown)]
+        for name, robot in plan.robots.items()
+    )
+    tight = next(roundabout(movers, 1.6, 1.0))
+    times = np.linspace(0.0, 1.0, 400)
+    where = [path.sample(times).reshape(-1, 3) for path in tight]
+    assert len({len(points) for points in where}) == 1
+    gaps = [np.linalg.norm(a - b, axis=1).min() for i, a in enumerate(where) for b in where[:i]]
+    assert min(gaps) >= 1.6 - 1e-3
+    straight_gaps = [
+        np.linalg.norm(a.path.sample(times).reshape(-1, 3) - b.path.sample(times).reshape(-1, 3), axis=1).min()
+        for i, a in enumerate(movers)
+        for b in movers[:i]
+    ]
+    assert min(straight_gaps) < 1.6
+
+
+def test_robots_with_the_same_goal_region_take_turns_in_it() -> None:
+    regions = {"goal": ball(0.0, 0.0, 0.3)}
+    robots = {
+        f"r{k}": straight((1.4 * x, 1.4 * y, 1), (0.1 * x, 0.1 * y, 1), (-1.4 * y, 1.4 * x, 1.05), visits={1: "goal"})
+        for k, (x, y) in enumerate([(1.0, 0.1), (-0.1, 1.0), (-1.0, -0.1), (0.3, -1.0)])
+    }
+    certified(hall(1.8, robots, regions))
+
+
+def test_a_team_too_large_for_its_hall_is_refused_with_names_time_and_distance() -> None:
+    crowd = {"p": straight((-1.5, 0, 1), (1.5, 0, 1)), "q": straight((1.5, 0, 1), (-1.5, 0, 1)), "r": straight((0, 0, 1))}
+    with pytest.raises(Infeasible, match=r"they come within [\d.]+ m at [\d.]+ s, 0\.401 m is needed") as caught:
+        refine(hall(0.2, crowd))
+    witness = caught.value.witness
+    assert witness is not None
+    assert {witness.robot, witness.other} <= {"p", "q", "r"}
+    assert witness.time is not None
+    assert witness.limit == pytest.approx(0.401)

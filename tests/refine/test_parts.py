@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import verify
-from refine import minimum_snap, quantise, split
+from refine import minimum_snap, quantise, refine, split
 from refine.parts import rests
 from refine.spline import Spline
-from tests.refine.test_team import ball, room, straight
+from tests.refine.test_team import ball, room, sequence_plan, straight
 from verify.data import BadInput, DoesNotFit, Plan, Trajectory
 from verify.data.mission import Agent
 
@@ -60,3 +60,15 @@ def test_where_rests_are_missing_the_error_says_how_many_parts_would_do() -> Non
         split(flight(), 1)
     with pytest.raises(BadInput, match="flatten"):
         split(Trajectory(flight().durations, flight().coefficients, cycle=3), 9)
+
+
+def test_a_flight_too_long_may_rest_on_the_way_and_be_split() -> None:
+    plan = sequence_plan()
+    with pytest.raises(DoesNotFit, match="Let it rest"):
+        refine(plan, max_pieces=6)
+    whole = refine(plan, max_pieces=6, too_long="rest")["quad0"]
+    assert verify.judge(plan, {"quad0": whole}, largest=False).holds
+    parts = split(whole, 6)
+    assert len(parts) > 1
+    assert max(len(part) for part in parts) <= 6
+    assert sum(part.duration for part in parts) >= whole.duration

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 
 from refine import Spline, jumps, minimum_snap, on_grid, quantise
 from refine.qp import Programme, rest_to_rest, solve
+from refine.quantise import exact_end
 from tests.benchmarks.refinement_courses import HOOP6
 from verify.data import DoesNotFit
 
@@ -75,3 +78,25 @@ def test_what_the_compressed_format_cannot_hold_is_refused() -> None:
         on_grid(far)
     with pytest.raises(DoesNotFit, match=r"65\.535"):
         on_grid(minimum_snap([[0.0, 0, 1, 0], [1.0, 0, 1, 0]], [0.0, 70.0]))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_laps_of_long_pieces_close_too(seed: int) -> None:
+    """Ulps of the last coefficients count for micrometres at the end of a piece of 20 s, half an ulp of a small coordinate does not."""
+    rng = np.random.default_rng(seed)
+    points = np.concatenate([rng.normal(size=(4, 3)), np.zeros((1, 3))])
+    points[1, 0] = 3e-3
+    points[-1] = points[1]
+    durations = rng.uniform(15.0, 30.0, size=4)
+    path = solve(Programme(durations, rest_to_rest(points, cycle=1), (), 1))
+    flight = quantise(Spline(durations, np.concatenate([path.states, np.zeros((5, 4, 1))], axis=2)), cycle=1)
+    assert flight.is_float32
+    for axis in range(4):
+        begin = float(flight.coefficients[1, axis, 0])
+        gap = abs(exact_end(flight.coefficients[-1, axis], float(flight.durations[-1])) - Fraction(begin))
+        assert gap <= max(float(np.spacing(np.float32(abs(begin)))) / 2, 1e-9)
+    np.testing.assert_allclose(flight.evaluate(flight.knots[:-1] + 5.0)[:, :3], _at(path, 5.0), atol=2e-4)
+
+
+def _at(path: Spline, local: float) -> np.ndarray:
+    return np.array([path.sample(np.array([local / duration]))[piece, 0] for piece, duration in enumerate(path.durations)])
