@@ -175,9 +175,11 @@ def test_absurd_numbers_of_one_robot_near_a_hoop_and_another_robot(numbers, cloc
     values[0, 0, 3] = size or values[0, 0, 3]
     team = {"r0": legs([[0, 0, 1], [1, 0, 1]]), "r1": changed(wild, durations=[duration], coefficients=values)}
     try:
-        found = refused(plan_of(mission, {"r0": [Visit(region="a")]}), team, clock_error=clock_error)
-    except BadInput as problem:
-        assert "speed has no bound" in str(problem)
+        found, problem = refused(plan_of(mission, {"r0": [Visit(region="a")]}), team, clock_error=clock_error), ""
+    except BadInput as error:
+        found, problem = set(), str(error)
+    if problem:
+        assert "speed has no bound" in problem
         assert clock_error
     else:
         assert bool(found) == (duration >= 1)  # in no time at all it stays where it starts, which is allowed
