@@ -220,3 +220,14 @@ def test_a_change_at_a_random_second(firefighting):
 @pytest.mark.parametrize("seed", range(1, 9))
 def test_changes_at_random_seconds(firefighting, kind, seed):
     assert through(firefighting, kind, seed).duration > 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("second", range(9))
+@pytest.mark.parametrize("robot", ["quad0", "quad2"])
+def test_a_robot_may_fail_at_any_second(firefighting, robot, second):
+    flight = flown(firefighting, RobotLeaves(time=float(second), robot=robot))
+    if flight.verdict:
+        assert check_word(flight.mission.formula, a_team_word(flight))
+    else:
+        assert any("No certified pieces" in event.sentence for event in flight.log.events)

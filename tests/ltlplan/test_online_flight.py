@@ -67,6 +67,12 @@ def test_a_region_that_moves_onto_the_robot_is_said_and_the_robot_holds(one):
     assert any("inside it at once" in event.sentence for event in flight.log.events)
 
 
+def test_a_robot_that_fails_at_once_leaves_nobody(one):
+    flight = fly_online(one, seed=2, events=[RobotLeaves(time=0.0, robot="quad0")], max_seconds=10)
+    assert flight.verdict.outcome == "fails"
+    assert flight.words["quad0"] == (frozenset(),)
+
+
 def test_bad_input_is_refused_before_take_off(one):
     with pytest.raises(BadInput, match="max_seconds"):
         fly_online(one, max_seconds=0)
