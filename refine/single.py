@@ -40,6 +40,10 @@ _EASE = 3e4
 _SHIFTS = (0.1, 10.0, 0.01)
 """Weights of time, in units of the one that is asked for, whose answers are other starts of a programme that did not
 converge from the nominal path."""
+_UNEVEN = 1.1
+"""How much longer than planned a flight may become before other shares of its time are tried."""
+_SHARES = (1.0, 0.5)
+"""Powers of the legs' lengths that the other shares go by."""
 _ROOM = 1.03
 """Stretch of such an answer, so that the programme starts away from its limits."""
 _INSTANTS = 12
@@ -204,8 +208,39 @@ def _legs_about(path: Spline, time: float | None) -> frozenset[int]:
 def _timed(
     plan: Plan, name: str, course: Course, limits: Limits, buffer: float, rest: frozenset[int], onward: frozenset[int]
 ) -> tuple[Spline, Spline | None]:
-    """Return path and yaw with durations long enough for the limits, the legs' own ones first."""
-    durations = course.durations
+    """Return path and yaw with durations long enough for the limits: the plan's own ones where they do.
+
+    A plan may give a leg far less time than its neighbours; slowing such a flight as a whole keeps the uneven shares, and the
+    swings that come from them. Then shares that go by the legs' lengths are tried as well, and the shortest flight is taken.
+    """
+    first = _paced(plan, name, course, limits, buffer, rest, onward, course.durations)
+    total = float(course.durations.sum())
+    if first[0].duration <= _UNEVEN * total:
+        return first
+    found = [first]
+    lengths = np.linalg.norm(np.diff(course.points, axis=0), axis=1)
+    for power in _SHARES:
+        shares = lengths**power
+        try:
+            found.append(_paced(plan, name, course, limits, buffer, rest, onward, total * shares / shares.sum()))
+        except ClockRanOut:
+            raise
+        except Infeasible:
+            continue  # the plan's own times stand
+    return min(found, key=lambda flown: flown[0].duration)
+
+
+def _paced(
+    plan: Plan,
+    name: str,
+    course: Course,
+    limits: Limits,
+    buffer: float,
+    rest: frozenset[int],
+    onward: frozenset[int],
+    durations: Floats,
+) -> tuple[Spline, Spline | None]:
+    """Return path and yaw with at least these durations, made longer where a leg's or the flight's limits ask for it."""
     path = fit(course, durations, buffer=buffer, rest=rest, onward=onward)
     for _ in range(_LEG_ROUNDS):
         slow = _slow_legs(plan.mission, plan.robots[name], course, path)

@@ -394,3 +394,29 @@ def test_departures_that_cannot_be_are_reported() -> None:
     found = departures(same, distance=0.4, z_scale=1.0)
     assert isinstance(found, Conflict)
     assert found.pair in (("a", "b"), ("b", "a"))
+
+
+def test_uneven_times_do_not_slow_a_whole_flight() -> None:
+    room = Region(center=(0.0, 0.0, 1.6), radii=(0.4, 0.4, 0.4))
+    mission = Mission(
+        name="climb",
+        spec=Spec(formula="F room"),
+        regions={"room": room},
+        agents={"quad0": Agent(start=(-1.0, -1.0, 0.8))},
+        vehicle=load_vehicle("crazyflie-2.1"),
+        limits=Limits(speed=1.2),
+        workspace=Box(min=(-3.0, -3.0, 0.2), max=(3.0, 3.0, 2.5)),
+    )
+    shares = (0.0, 0.17, 0.33, 0.5, 0.67, 0.71, 1.0)
+    times = (0.0, 1.8, 2.24, 2.6, 2.94, 3.02, 4.61)  # the last leg but one is given less than a tenth of a second
+    start, goal = np.array(mission.agents["quad0"].start), np.array(room.center)
+    points = [tuple((start + share * (goal - start)).tolist()) for share in shares]
+    waypoints = tuple(Waypoint(position=p, role="via" if k else "start") for k, p in enumerate(points[:-1]))
+    last = Waypoint(position=points[-1], role="centre", region="room", visit=0)
+    robot = RobotPlan(word=Word.of([[], ["room"]]), visits=(Visit(region="room"),), waypoints=(*waypoints, last), times=times)
+    plan = Plan(mission=mission, robots={"quad0": robot})
+    team = refine(plan)
+    assert verify.certify(plan, team)
+    assert team["quad0"].duration <= 1.2 * times[-1]
+    heights = team["quad0"].evaluate(np.linspace(0.0, team["quad0"].duration, 400))[:, 2]
+    assert heights.min() > 0.8 - 0.01  # no swing behind the start
