@@ -407,13 +407,17 @@ def test_uneven_times_do_not_slow_a_whole_flight() -> None:
         limits=Limits(speed=1.2),
         workspace=Box(min=(-3.0, -3.0, 0.2), max=(3.0, 3.0, 2.5)),
     )
-    shares = (0.0, 0.17, 0.33, 0.5, 0.67, 0.71, 1.0)
-    times = (0.0, 1.8, 2.24, 2.6, 2.94, 3.02, 4.61)  # the last leg but one is given less than a tenth of a second
+    shares = (0.0, 1 / 6, 1 / 3, 1 / 2, 2 / 3, 0.7038, 1.0)
+    times = (0.0, 1.79, 2.235, 2.59, 2.93, 3.01, 4.61)  # the leg into the room is given less than a tenth of a second
     start, goal = np.array(mission.agents["quad0"].start), np.array(room.center)
     points = [tuple((start + share * (goal - start)).tolist()) for share in shares]
-    waypoints = tuple(Waypoint(position=p, role="via" if k else "start") for k, p in enumerate(points[:-1]))
-    last = Waypoint(position=points[-1], role="centre", region="room", visit=0)
-    robot = RobotPlan(word=Word.of([[], ["room"]]), visits=(Visit(region="room"),), waypoints=(*waypoints, last), times=times)
+    waypoints = (
+        Waypoint(position=points[0], role="start"),
+        *(Waypoint(position=point, role="via") for point in points[1:5]),
+        Waypoint(position=points[5], role="via", region="room", visit=0),
+        Waypoint(position=points[6], role="centre", region="room", visit=0),
+    )
+    robot = RobotPlan(word=Word.of([[], ["room"]]), visits=(Visit(region="room"),), waypoints=waypoints, times=times)
     plan = Plan(mission=mission, robots={"quad0": robot})
     team = refine(plan)
     assert verify.certify(plan, team)
