@@ -48,6 +48,8 @@ def recheck(folder: str | Path) -> Certificate:
         BadInput: A file is missing, unreadable or of a later format.
     """
     folder = Path(folder)
+    if not folder.is_dir():
+        raise BadInput(f"{folder} is no folder; name one that `ltlplan run` or `ltlplan certify` wrote.")
     written = read_certificate(folder / CERTIFICATE_FILE)
     mission = load_mission_file(folder / MISSION_FILE)
     if mission.digest() != written["mission"]:
@@ -167,7 +169,9 @@ def read_certificate(path: Path) -> dict[str, Any]:
     Raises:
         BadInput: The file is unreadable, no certificate, or one of another format.
     """
-    if path.exists() and not path.is_file():
+    if not path.exists():
+        raise BadInput(f"{path.parent} has no {path.name}; name a folder that `ltlplan run` or `ltlplan certify` wrote.")
+    if not path.is_file():
         raise BadInput(f"{path} cannot be read: it is no file.")
     try:
         with path.open("rb") as file:

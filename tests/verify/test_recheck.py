@@ -385,3 +385,10 @@ def test_unreadable_files_are_bad_input(tmp_path):
 def load_and_back(folder):
     (folder / "b.csv").write_text("\ufeff" + GOOD + row() + "\n\n")
     return load_csv(folder / "b.csv").duration
+
+
+def test_a_folder_without_a_certificate_is_named(tmp_path):
+    with pytest.raises(BadInput, match=r"has no certificate.json; name a folder"):
+        recheck(tmp_path)
+    with pytest.raises(BadInput, match=r"absent is no folder"):
+        recheck(tmp_path / "absent")
