@@ -164,8 +164,11 @@ class CertifiedTeam(OnlineTeam):
         start = self._now if self.present is None else self.present.start
         tracks = {name: self._tracks.get(name) or _hovering(pilot.where.position, self.mission.agents[name])
                   for name, pilot in self.pilots.items()}  # fmt: skip
+        # where and how each one hovered when its present trajectory began: that is where continuity is judged from
         agents = {
-            name: self.mission.agents[name].model_copy(update={"start": _point(track.coefficients[0, :3, 0])})
+            name: self.mission.agents[name].model_copy(
+                update={"start": _point(track.coefficients[0, :3, 0]), "yaw_deg": math.degrees(track.coefficients[0, 3, 0])}
+            )
             for name, track in tracks.items()
         }
         world = self.mission.model_copy(update={"agents": agents})

@@ -4,6 +4,7 @@ What is held: references sampled densely (limits, separation, rims), the log of 
 its letters as a team word), and verify's checker of recorded flights.
 """
 
+import itertools
 import math
 
 import numpy as np
@@ -64,6 +65,20 @@ def held_against_samples(flight):
             assert np.linalg.norm(log.position[rows, k] - wanted, axis=1).max() < mission.margin
 
 
+    pieces_meet(flight.pieces)
+
+
+def pieces_meet(pieces):
+    """What is handed to a robot begins where and as the robot then flies, heading included."""
+    for before, after in itertools.pairwise(pieces):
+        for name in before.team.keys() & after.team.keys():
+            left, right = (
+                sampled(piece.team[name], [float(after.since) - float(piece.start)])[:, 0] for piece in (before, after)
+            )
+            for order, allowed in enumerate((1e-4, 1e-3, 1e-2, 1e-1)):
+                assert np.abs(left[order] - right[order]).max() < allowed, (name, float(after.since), order)
+
+
 def sampled(track: Trajectory, times):
     """Derivatives 0 to 4 of a trajectory by numpy's own polynomials; it hovers after its end. Shape (5, n, 4)."""
     result = np.zeros((5, len(times), 4))
@@ -121,6 +136,28 @@ def dump(mission):
     from verify.data import mission_to_yaml
 
     return mission_to_yaml(mission)
+
+
+TURNING = """
+format: 1
+name: turning
+spec: {formula: F a}
+regions: {a: {center: [0.8, 0, 1], radii: [0.2, 0.2, 0.2]}, b: {center: [0.2, 0.9, 1], radii: [0.2, 0.2, 0.2]}}
+agents: {quad0: {start: [-0.3, 0, 1], yaw_deg: 60, heading: path}}
+vehicle: crazyflie-2.1
+workspace: {min: [-2, -2, 0.2], max: [2, 2, 2]}
+"""
+
+
+def test_a_robot_that_looks_along_its_path_goes_on_from_the_heading_that_it_has():
+    # the second change comes while it flies what was planned after the first, from another heading than the mission's
+    events = NewFormula(time=0.8, formula="F b"), NewFormula(time=3.0, formula="F a & F b")
+    flight = finished(flown(parse_mission(TURNING), *events))
+    assert len(flight.pieces) == 5
+    begun = [piece.mission.agents["quad0"].yaw_deg for piece in flight.pieces]
+    assert abs(begun[2] - 60) > 5
+    assert begun[3] == pytest.approx(begun[2], abs=1e-4)
+    assert abs(begun[4] - begun[3]) > 5
 
 
 def test_where_coming_to_rest_cannot_be_proved_the_team_holds_for_good(firefighting):
