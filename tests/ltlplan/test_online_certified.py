@@ -81,15 +81,19 @@ def pieces_meet(pieces):
 
 def sampled(track: Trajectory, times):
     """Derivatives 0 to 4 of a trajectory by numpy's own polynomials; it hovers after its end. Shape (5, n, 4)."""
+    times = np.asarray(times, dtype=float)
     result = np.zeros((5, len(times), 4))
     starts = np.concatenate([[0.0], np.cumsum(track.durations)])
-    for i, time in enumerate(times):
-        piece = min(int(np.searchsorted(starts, time, side="right")) - 1, len(track) - 1)
-        local, over = min(time - starts[piece], track.durations[piece]), time > starts[-1]
+    pieces = np.clip(np.searchsorted(starts, times, side="right") - 1, 0, len(track) - 1)
+    for piece in np.unique(pieces):
+        rows = pieces == piece
+        local = np.minimum(times[rows] - starts[piece], track.durations[piece])
         for axis in range(4):
             curve = np.polynomial.Polynomial(track.coefficients[piece, axis])
             for order in range(5):
-                result[order, i, axis] = 0.0 if over and order else (curve.deriv(order) if order else curve)(local)
+                result[order, rows, axis] = curve(local)
+                curve = curve.deriv()
+    result[1:, times > starts[-1]] = 0.0
     return result
 
 
