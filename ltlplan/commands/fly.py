@@ -187,10 +187,12 @@ def _online(
     lines += [*flown.log.verdicts, flown.summary()]
 
     def write(folder: Path) -> None:
+        from ltlplan.report.online import online_html
         from verify.data import mission_to_yaml
 
         (folder / "mission.yaml").write_text(mission_to_yaml(flown.mission), encoding="utf-8")
         (folder / "flight.csv").write_text(flown.log.to_csv(), encoding="utf-8")
+        (folder / "report.html").write_text(online_html(flown), encoding="utf-8")
         (folder / "summary.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
     files = () if out is None else write_folder(out, write)
@@ -201,6 +203,7 @@ def _online(
         "satisfied_at": flown.satisfied_at,
         "verdict": flown.verdict.outcome,
         "sentence": flown.verdict.sentence,
+        "note": flown.log.notes[0],
         "certified": flown.certified,
         "certificates": list(flown.certificates),
         "planned_cost": flown.planned_cost,

@@ -37,14 +37,18 @@ from verify.verdict import Verdict
 
 Floats = NDArray[np.float64]
 
-NOT_CERTIFIED = "Flown online: nothing about this flight was certified beforehand, and it cannot be exported."
-
-CERTIFIED = (
-    "Flown online in pieces, each certified for what was left of the formula, with all that was flown before and with the slowing "
-    "down after changes of the world. Such a flight cannot be exported."
+NOT_CERTIFIED = (
+    "Flown online, in simulation only: nothing about this flight was certified beforehand, and it cannot be exported."
 )
 
-NOT_ALL_CERTIFIED = "Flown online in certified pieces, but not all of the flight is certified, and it cannot be exported."
+CERTIFIED = (
+    "Flown online, in simulation only, in pieces, each certified for what was left of the formula, with all that was flown "
+    "before and with the slowing down after changes of the world. Such a flight cannot be exported."
+)
+
+NOT_ALL_CERTIFIED = (
+    "Flown online, in simulation only, in certified pieces, but not all of the flight is certified, and it cannot be exported."
+)
 
 GIVE_UP = 3.0
 """s that a team which cannot finish goes on hovering before the flight is ended."""
@@ -98,13 +102,17 @@ class OnlineFlight:
             raise NotCertified(f"The flown words do not keep the formula: {self.verdict.sentence}", [self.verdict.witness()])
         return self
 
+    def sentences(self) -> list[str]:
+        """Return how long was flown and what the checker says, a sentence each."""
+        done = "never" if self.satisfied_at is None else f"after {self.satisfied_at:.1f} s"
+        return [
+            f"{self.mission.name} flew {self.duration:.1f} s (the 2022 paper's experiment: 127 s); the formula was satisfied {done}.",
+            f"Verdict on the flown words: {self.verdict.outcome}. {self.verdict.sentence}",
+        ]
+
     def summary(self) -> str:
         """Return a few sentences for a person."""
-        done = "never" if self.satisfied_at is None else f"after {self.satisfied_at:.1f} s"
-        return (
-            f"{' '.join(self.log.notes)} {self.mission.name} flew {self.duration:.1f} s (the 2022 paper's experiment: 127 s); the formula was "
-            f"satisfied {done}. Verdict on the flown words: {self.verdict.outcome}. {self.verdict.sentence}"
-        )
+        return " ".join([*self.log.notes, *self.sentences()])
 
 
 def fly_online(
@@ -264,7 +272,7 @@ class _Loop:
         """Let the world change; a hoop on a robot ends the mission in a hover."""
         flying = {name: positions[name] for name in self.team.pilots}
         trouble = falls_on(self.team.mission, event, flying)
-        self.said.append(Event(self.now, getattr(event, "robot", None), "note", f"At {self.now:.2f} s {event}."))
+        self.said.append(Event(self.now, getattr(event, "robot", None), "note", f"{event}."))
         if isinstance(event, RobotLeaves):
             letter, inside = self.team.standing.held[event.robot], self.team.pilots[event.robot].where.inside
             if self.letters:  # from the very first moment on, what was seen last

@@ -51,7 +51,7 @@ def report_html(result: Result) -> str:
         ),
     ]
     if mission.spec.formula is not None:
-        figures["truth"] = truth_chart(result, readings, end, cycle)
+        figures["truth"] = truth_chart(mission.formula, readings, end, cycle)
         sections.append(
             _section(
                 "Sub-formulas over time",

@@ -16,6 +16,7 @@ from verify.data.word import show_letter
 if TYPE_CHECKING:
     from ltlplan.pipeline import Result
     from verify import Certificate
+    from verify.data import Formula, Mission
 
 _INTERNAL = "#6b7280"
 _TRUE = "#2f8d57"
@@ -75,9 +76,34 @@ def _laps(
     return repeated
 
 
-def truth_chart(result: Result, readings: list[Reading], end: float, cycle: float | None) -> go.Figure:
+def shown_chart(mission: Mission, letters: Mapping[str, Sequence[Spell]], end: float) -> go.Figure:
+    """Draw what each robot showed: regions and propositions of its internal states, as they were seen.
+
+    Args:
+        mission: Gives the regions.
+        letters: Each robot's letters over time.
+        end: s, when the drawn flight ends.
+    """
+    colours = region_colours(mission)
+    rows: list[tuple[str, float, float, str, str]] = []
+    order: list[str] = []
+    for robot, mine in letters.items():
+        seen = frozenset[str]().union(*(spell.letter for spell in mine))
+        for name in (*(region for region in colours if region in seen), *sorted(seen - set(colours))):
+            order.append(f"{robot} {name}")
+            rows += [
+                (order[-1], spell.start, spell.end, colours.get(name, _INTERNAL), f"{robot}: {show_letter(spell.letter)}")
+                for spell in mine
+                if name in spell.letter
+            ]
+    figure = spells(rows, order)
+    figure.update_xaxes(range=[0, end])
+    return figure
+
+
+def truth_chart(formula: Formula, readings: list[Reading], end: float, cycle: float | None) -> go.Figure:
     """Draw when each sub-formula holds, on the readings of the team."""
-    truth = truth_spells(result.mission.formula, readings, end, cycle)
+    truth = truth_spells(formula, readings, end, cycle)
     rows = [
         (_shorten(name), spell.start, spell.end, _TRUE, f"{html.escape(name)} holds: {spell.start:.2f} to {spell.end:.2f} s")
         for name, mine in truth.items()

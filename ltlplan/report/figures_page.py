@@ -19,6 +19,7 @@ def figures_page(
     *,
     notes: Mapping[str, str] | None = None,
     height: int = 520,
+    warning: str | None = None,
 ) -> str:
     """Return the page. The keys of `figures` are their headings; nothing is fetched when the page is opened.
 
@@ -28,6 +29,7 @@ def figures_page(
         figures: Heading: figure, in order.
         notes: Heading: a sentence that says what the figure shows.
         height: Of each figure, in pixels.
+        warning: What a reader must know before anything else.
     """
     parts: list[str] = []
     shown: dict[str, dict[str, Any]] = {}
@@ -44,12 +46,13 @@ def figures_page(
             + (f'<p class="note">{html.escape(note)}</p>' if note else "")
             + f'<div id="figure{index}" class="figure" role="img" aria-label="{label}"></div></section>'
         )
+    first = f'<p class="warning" role="note">{html.escape(warning)}</p>' if warning else ""
     listed = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in sentences)
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1"><meta name="color-scheme" content="light dark">'
         f"<title>{html.escape(title)}</title><style>{package_text('style.css')}</style></head><body>"
-        f"<header><h1>{html.escape(title)}</h1><ul>{listed}</ul></header><main>"
+        f"<header><h1>{html.escape(title)}</h1>{first}<ul>{listed}</ul></header><main>"
         '<noscript><p class="warning">The pictures need JavaScript, which is switched off.</p></noscript>'
         f"{''.join(parts)}</main><script>{plotly_script()}</script>"
         f'<script id="data" type="application/json">{script_data({"figures": shown})}</script>'

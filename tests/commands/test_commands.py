@@ -1,6 +1,8 @@
 """Every command used as a person would, on one run's folder."""
 
+import html
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -110,10 +112,21 @@ def test_check_and_plan(tmp_path: Path) -> None:
     assert (tmp_path / "p" / "plan.json").exists()
 
 
-def test_an_online_flight_says_what_it_is() -> None:
-    text = ok("fly", "firefighting", "--online", "--event", "3 quad0 fails")
-    assert "nothing about this flight was certified beforehand" in text
-    assert "Verdict on the flown words: holds" in text
+def test_an_online_flight_says_what_it_is(tmp_path: Path) -> None:
+    out = tmp_path / "online"
+    text = ok("fly", "firefighting", "--online", "--event", "3 quad0 fails", "--out", str(out))
+    note = "in simulation only: nothing about this flight was certified beforehand, and it cannot be exported"
+    page = (out / "report.html").read_text()
+    header = html.unescape(re.sub(r"<[^>]*>", " ", page[page.index("<header>") : page.index("</header>")]))
+    for said in (text, (out / "summary.txt").read_text(), header):
+        assert note in said
+        assert "Verdict on the flown words: holds" in said
+        assert "(the 2022 paper's experiment: 127 s)" in said
+        assert "quad0 fails and lands" in said
+    # there is no certificate, and so nothing to export
+    with pytest.raises((BadInput, NotCertified)):
+        ok("export", str(out), "--format", "crazyflie", "--out", str(tmp_path / "sent"))
+    assert not (tmp_path / "sent").exists()
 
 
 def test_the_library_takes_names_and_paths_as_the_command_line_does(tmp_path: Path) -> None:

@@ -1,11 +1,15 @@
 """Online flights with dynamics, motion capture and the checker's verdict: short here, the long ones are slow tests."""
 
+import json
+import re
+
 import numpy as np
 import pytest
 
 import ltlplan
 from ltlplan.online.events import HoopMoves, NewFormula, RobotLeaves
 from ltlplan.online.flight import NOT_CERTIFIED, fly_online
+from ltlplan.report.online import online_html
 from verify.data import BadInput, NotCertified, Unsatisfiable, parse_mission
 
 ONE = """
@@ -34,11 +38,33 @@ def test_a_short_flight_holds_and_says_that_it_was_not_certified(one):
     assert not flight.certified
     assert flight.log.notes == (NOT_CERTIFIED,)
     assert flight.log.certificate is None
+    assert "simulation only" in NOT_CERTIFIED
     assert flight.log.satisfied is True
     assert "not" in NOT_CERTIFIED
     assert "127 s" in flight.summary()
     assert flight.log.worst_error() < 0.1
     assert flight.log.position.shape == (len(flight.log.times), 1, 3)
+
+
+def test_the_page_says_what_the_flight_is_not_and_draws_what_was_flown(one):
+    flight = fly_online(one, seed=2, noise=0.001, events=[NewFormula(time=0.5, formula="F a & G !b & F !a")])
+    page = online_html(flight)
+    assert page == online_html(flight)
+    header = page[page.index("<header>") : page.index("</header>")]
+    assert header.index(NOT_CERTIFIED) < header.index("Verdict on the flown words: ")
+    assert "0.50 s: the formula is now F a &amp; G !b &amp; F !a." in header
+    found = re.search(r'<script id="data" type="application/json">(.*?)</script>', page, re.DOTALL)
+    assert found is not None
+    figures = json.loads(found.group(1).replace("<\\/", "</"))["figures"]
+    seen = [time for time, row in zip(flight.log.times, flight.log.letters, strict=True) if "a" in row[0]]
+    (bars,) = figures["figure1"]["data"]
+    assert set(bars["y"]) == {"quad0 a"}
+    assert bars["base"][0] == pytest.approx(seen[0], abs=1e-3)
+    assert sum(bars["x"]) == pytest.approx(0.01 * len(seen), abs=0.011)
+    (line,) = [trace for trace in figures["figure0"]["data"] if trace.get("mode") == "lines" and trace.get("name") == "quad0"]
+    assert [line[axis][-1] for axis in "xyz"] == pytest.approx(flight.log.position[::5, 0][-1].tolist(), abs=1e-3)
+    truths = figures["figure2"]["data"][0]
+    assert "F a" in truths["y"]
 
 
 def test_the_same_seed_gives_the_same_log(one):
