@@ -24,13 +24,14 @@ import math
 import zlib
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.random import Generator
 
 from ltlplan.allocation import Part, World
 from ltlplan.cost import WeightedCost, cost_of, plan_cost
-from ltlplan.cross_entropy import Search, improve, minimise, options_of
+from ltlplan.cross_entropy import Search, Watch, improve, minimise, options_of
 from ltlplan.hoops import route
 from ltlplan.path_result import candidate_plans
 from ltlplan.path_search import path_problem
@@ -38,6 +39,9 @@ from ltlplan.team_reader import Reader
 from ltlplan.team_walk import Options, Walker
 from verify.data import BadInput, Infeasible, Letter, Mission, Plan, RobotPlan, Word
 from verify.data.mission import Point
+
+if TYPE_CHECKING:
+    from ltlplan.search import Itinerary
 
 Progress = Callable[[str, float], None]
 
@@ -171,19 +175,22 @@ class _Paths:
         return np.random.default_rng([self.seed, zlib.crc32(f"{robot} {word}".encode())])
 
     def by_exact_search(self, consulted: tuple[dict[tuple[str, str], float], ...]) -> Allocation:
-        """Return the exact assignment with optimised paths, where no walk of the beam was finished.
+        """Return the cheapest assignment whose paths can be laid, optimised, where no walk of the beam was finished.
 
         Raises:
             Unsatisfiable: There is none.
             Infeasible: There is one, but no way between the hoops.
         """
-        from ltlplan.search import assign
+        from ltlplan.alternatives import lay_cheapest
 
-        exact = assign(self.mission)
-        shares = {}
-        for index, (robot, itinerary) in enumerate(exact.robots.items()):
-            nominal = route(self.mission, robot, itinerary.visits, itinerary.cycle_visit, word=itinerary.word)
-            shares[robot] = improved(self.mission, robot, nominal, lambda i=index: np.random.default_rng([self.seed, i]))
+        def lay(robot: str, itinerary: Itinerary) -> RobotPlan:
+            return route(self.mission, robot, itinerary.visits, itinerary.cycle_visit, word=itinerary.word)
+
+        nominal = lay_cheapest(self.mission, lay).robots
+        shares = {
+            robot: improved(self.mission, robot, path, lambda i=index: np.random.default_rng([self.seed, i]))
+            for index, (robot, path) in enumerate(nominal.items())
+        }
         cost = objective(self.mission, [share.plan.cost for share in shares.values()])
         flown = tuple(robot for robot, share in shares.items() if share.plan.visits)
         return Allocation(shares, flown, cost, len(self.tried) + len(shares), consulted)
@@ -201,15 +208,17 @@ def searched_cost(mission: Mission, robot: str, nominal: RobotPlan, rng: Generat
     return min(known, minimise(problem.costs, search, rng=rng)[0].best_cost)
 
 
-def improved(mission: Mission, robot: str, nominal: RobotPlan, draws: Callable[[], Generator]) -> Share:
+def improved(
+    mission: Mission, robot: str, nominal: RobotPlan, draws: Callable[[], Generator], watch: Watch | None = None
+) -> Share:
     """Return the path that the mission's rounds of cross-entropy make of a nominal one, judged for all times.
 
     The search begins at the calmed path. Where nothing better that keeps clear is found it begins at the nominal path
-    itself, which was judged.
+    itself, which was judged. `watch` is told of each round, for pictures.
     """
     function = cost_of(mission, robot)
     calm = calmed(nominal, function)
-    found = improve(mission, robot, calm, rng=draws(), options=options_of(mission))
+    found = improve(mission, robot, calm, rng=draws(), options=options_of(mission), watch=watch)
     if calm is nominal or found.cost < found.nominal:
         return Share(found.plan, found.history)
     problem = path_problem(mission, calm, function)
@@ -217,7 +226,7 @@ def improved(mission: Mission, robot: str, nominal: RobotPlan, draws: Callable[[
     if judged:
         best = min(judged, key=lambda plan: plan_cost(plan, function))
         return Share(best.model_copy(update={"cost": plan_cost(best, function)}), found.history)
-    found = improve(mission, robot, nominal, rng=draws(), options=options_of(mission))
+    found = improve(mission, robot, nominal, rng=draws(), options=options_of(mission), watch=watch)
     return Share(found.plan, found.history)
 
 

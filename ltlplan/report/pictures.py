@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import plotly.graph_objects as go
 
-from ltlplan.cross_entropy import improve
+from ltlplan.hoops import route
 from ltlplan.hoops.draw import control_point_figure, path_figure, primitives_figure, round_figure
-from ltlplan.planner import generators, nominal_paths
+from ltlplan.mtac import improved
+from ltlplan.planner import generators, make_plan
 from ltlplan.report.figures_page import figures_page
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ def pictures_html(
 ) -> str:
     """Return one page: control points, primitives, the sampled paths of a round, the optimised path.
 
+    The paths are those of the plan that `ltlplan plan` makes with the same seed.
+
     Args:
         mission: What is asked.
         seed: Source of every draw, instead of the mission's own.
@@ -38,32 +41,29 @@ def pictures_html(
     """
     figures: dict[str, go.Figure] = {"Hoops and their control points": control_point_figure(mission)}
     say = progress or (lambda _sentence, _share: None)
-    nominal = nominal_paths(mission, progress=say)
+    used_seed = mission.planner.seed if seed is None else seed
+    plan = make_plan(mission, seed=used_seed, progress=lambda sentence, share: say(sentence, 0.5 * share))
     sentences: list[str] = []
-    for name, rng in generators(mission, np.random.default_rng(mission.planner.seed if seed is None else seed)).items():
-        before = nominal.robots[name]
-        if len(before.waypoints) < 2:
+    for index, (name, rng) in enumerate(generators(mission, np.random.default_rng(used_seed)).items()):
+        flown = plan.robots[name]
+        if len(flown.waypoints) < 2:
             sentences.append(f"{name} stays at its start.")
             continue
+        nominal = route(mission, name, flown.visits, flown.cycle_visit, word=flown.word)
         rounds: list[tuple[Any, Any]] = []
 
         def watch(_index: int, problem: Any, candidates: Any, costs: Any, rounds: list[tuple[Any, Any]] = rounds) -> None:
             if len(rounds) <= shown_round:
                 rounds.append((problem.paths(candidates).position, np.isfinite(costs)))
 
-        say(
-            f"optimising the path of {name} by cross-entropy",
-            0.3 + 0.6 * list(mission.agents).index(name) / len(mission.agents),
-        )
-        better = improve(mission, name, before, rng=rng, watch=watch)
-        figures[f"{name}: motion primitives along the nominal path"] = primitives_figure(mission, before)
+        say(f"drawing the rounds of {name}", 0.5 + 0.4 * index / len(mission.agents))
+        improved(mission, name, nominal, lambda own=rng: own, watch)
+        figures[f"{name}: motion primitives along the nominal path"] = primitives_figure(mission, nominal)
         if rounds:
             positions, counts = rounds[-1]
-            figures[f"{name}: sampled paths of round {len(rounds)}"] = round_figure(
-                mission, positions, counts, best=better.plan
-            )
-        figures[f"{name}: optimised path"] = path_figure(mission, better.plan, nominal=before)
-        sentences.append(f"{name}: nominal cost {better.nominal:.3f}, after cross-entropy {better.cost:.3f}.")
+            figures[f"{name}: sampled paths of round {len(rounds)}"] = round_figure(mission, positions, counts, best=flown)
+        figures[f"{name}: optimised path"] = path_figure(mission, flown, nominal=nominal)
+        sentences.append(f"{name}: nominal cost {nominal.cost:.3f}, after cross-entropy {flown.cost:.3f}.")
     asked = [f"Asks: {text}" for text in (mission.spec.formula, mission.sequence) if text is not None]
     notes = {heading: sentence for heading in figures for end, sentence in _NOTES.items() if end in heading}
     return figures_page(f"{mission.name}: planning", [*asked, *sentences], figures, notes=notes)
