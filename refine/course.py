@@ -51,7 +51,7 @@ class Leg:
     Attributes:
         obstacles: Bodies to stay out of.
         tube: Cylinder to stay in, during a passage.
-        visit: The visit that is being approached or made; None after the last one.
+        visit: The visit that is being approached or made; None after the last one and between points that belong to no visit.
     """
 
     obstacles: tuple[Obstacle, ...]

@@ -404,9 +404,19 @@ def _leg_speeds(mission: Mission, robot: RobotPlan, course: Course) -> Floats | 
 
 
 def _on_the_way(robot: RobotPlan, course: Course, visit: int) -> NDArray[np.bool_]:
-    """Tell which legs lead from the previous visit to this one, the one that leaves the previous hoop included."""
+    """Tell which legs lead from the previous visit to this one, the one that leaves the previous region or hoop included."""
     serves = np.array([-1 if leg.visit is None else leg.visit for leg in course.legs])
     legs = serves == visit
+    if not legs.any():
+        return legs
+    ends = [int(np.flatnonzero(legs)[0])] + ([len(serves)] if visit == robot.cycle_visit else [])
+    for end in ends:  # back over legs between points that belong to no visit, to the one that leaves the previous visit
+        index = end - 1
+        while index >= 0 and serves[index] == -1:
+            legs[index] = True
+            index -= 1
+        if 0 <= index < end - 1:
+            legs[index] = True
     before = [visit - 1] + ([len(robot.visits) - 1] if visit == robot.cycle_visit else [])
     for earlier in before:
         passages = [index for index, leg in enumerate(course.legs) if leg.visit == earlier and leg.tube is not None]

@@ -157,6 +157,21 @@ def leg_claims(evidence: Evidence, matchings: Mapping[str, Matching]) -> Iterabl
                 yield _limit_claim(extreme, planned.region, visit)
 
 
+def braking_claims(evidence: Evidence, towards: Mapping[str, tuple[Fraction, str]]) -> Iterable[Claim]:
+    """Limits of legs that are not flown to their ends: from when a robot slows down, on its way to a region, until it rests.
+
+    Args:
+        evidence: Of trajectories that end at rest.
+        towards: For each robot that slows down: when it begins to, exact, in s, and the region that it was on its way to.
+    """
+    for robot, (begin, region) in towards.items():
+        wanted = evidence.plan.mission.limits.legs.get(region)
+        if wanted is not None:
+            index = evidence.paths.robots.index(robot)
+            for extreme in leg_extremes(evidence.paths, index, [(begin, evidence.paths.end)], wanted):
+                yield _limit_claim(extreme, region)
+
+
 def _limit_claim(extreme: Extreme, region: str | None = None, visit: int | None = None) -> Claim:
     """Word one limit; a region makes it the limit of the leg there."""
     least = extreme.name.endswith("_min")

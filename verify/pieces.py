@@ -15,6 +15,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from types import MappingProxyType
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from verify.behaviour import judge_formula
 from verify.claims import (
     Claim,
     Evidence,
+    braking_claims,
     continuity_claims,
     limit_claims,
     rim_claims,
@@ -39,6 +41,7 @@ from verify.regions import relations
 from verify.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
 from verify.transitions import judge_transitions
 from verify.verdict import Verdict
+from verify.visits import match, stays
 
 SHIFT = 1e-9
 """m; a cut trajectory's rounded coefficients are this near to the exact ones, and the margin is taken larger by it."""
@@ -94,7 +97,26 @@ def judge_pieces(mission: Mission, pieces: Sequence[Piece]) -> list[Verdict]:
 
 
 @np.errstate(all="ignore")
-def judge_stop(mission: Mission, team: Mapping[str, Trajectory], since: Fraction) -> tuple[Claim, ...]:
+def arrivals(plan: Plan, team: Mapping[str, Trajectory]) -> dict[str, tuple[tuple[Fraction, str], ...]]:
+    """Return for each robot when it is first in the region of each planned visit for sure, exact, in s, and which that is.
+
+    Of certified trajectories, that is every planned visit.
+    """
+    evidence = Evidence.of(plan, team)
+    found: dict[str, tuple[tuple[Fraction, str], ...]] = {}
+    for robot, spans in statuses(evidence.levels, Fraction(plan.mission.margin)).items():
+        matched = match(plan.robots[robot], stays(spans)).stays
+        found[robot] = tuple((stay.must[0][0], stay.region) for stay in matched if stay.must)
+    return found
+
+
+@np.errstate(all="ignore")
+def judge_stop(
+    mission: Mission,
+    team: Mapping[str, Trajectory],
+    since: Fraction,
+    towards: Mapping[str, tuple[Fraction, str]] = MappingProxyType({}),
+) -> tuple[Claim, ...]:
     """Judge trajectories by which a team comes to rest, whatever it had planned: all that is claimed but words.
 
     The flight before `since` was judged before. From then on: workspace, separation and rims in this world, and an end that is in
@@ -104,6 +126,8 @@ def judge_stop(mission: Mission, team: Mapping[str, Trajectory], since: Fraction
         mission: The world as it is now; its agents are those in the air, with the starts of these trajectories.
         team: One trajectory for each agent, from rest to rest.
         since: Time on the trajectories' clocks, exact, in s.
+        towards: For each robot that slows down: when it begins to, and the region that it is on its way to; the limits of that
+            leg are judged from then on. What was flown of a leg before was judged with the leg.
 
     Raises:
         BadInput: Coefficients are so large that a trajectory cannot be cut.
@@ -118,6 +142,7 @@ def judge_stop(mission: Mission, team: Mapping[str, Trajectory], since: Fraction
     return (
         *continuity_claims(whole),
         *limit_claims(whole),
+        *braking_claims(whole, towards),
         *rim_claims(ahead, margin),
         *workspace_claims(ahead, margin),
         *separation_claims(ahead, margin, still),

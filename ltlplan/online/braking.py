@@ -9,9 +9,11 @@ its end is among what is tried.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +21,13 @@ from numpy.typing import NDArray
 from ltlplan.online.events import rim_distance
 from verify.claims import Claim
 from verify.data import Mission, Trajectory
+from verify.data.mission import LegLimits
 from verify.pieces import judge_stop
 
 Floats = NDArray[np.float64]
+
+Arrivals = Mapping[str, tuple[tuple[Fraction | float, str], ...]]
+"""For each robot: when it is in the next regions for sure, on its trajectory's clock in s (inf: never), and which they are."""
 
 REACTION = 0.2
 """s that robots fly on before they slow down: time to compute how. The judge takes about 0.05 s for three robots."""
@@ -43,13 +49,22 @@ class Stop:
     Attributes:
         team: A trajectory for each robot, the same as before up to where it slows down.
         refused: Claims that do not hold; empty where the stop is proved.
+        arrivals: What was given, less the regions that are not reached any more: who slowed down stays on its way to the next.
     """
 
     team: Mapping[str, Trajectory]
     refused: tuple[Claim, ...]
+    arrivals: Arrivals
 
 
-def come_to_rest(mission: Mission, team: Mapping[str, Trajectory], now: Fraction, *, braking: bool) -> Stop:
+def come_to_rest(
+    mission: Mission,
+    team: Mapping[str, Trajectory],
+    now: Fraction,
+    *,
+    braking: bool,
+    arrivals: Arrivals = MappingProxyType({}),
+) -> Stop:
     """Find trajectories by which a team comes to rest soon, and prove them.
 
     Args:
@@ -57,22 +72,44 @@ def come_to_rest(mission: Mission, team: Mapping[str, Trajectory], now: Fraction
         team: What they fly, from rest to rest.
         now: Time on the trajectories' clocks, s.
         braking: They are slowing down already: what they fly comes first.
+        arrivals: At which regions they would arrive when; the limits of a leg hold for slowing down on it as well.
 
     Returns:
         The first that the judge accepts; where there is none the soonest of all, with what was said against the first try.
     """
-    ways = {name: list(_ways(mission, trajectory, float(now), braking)) for name, trajectory in team.items()}
+    ways = {
+        name: list(_ways(mission, trajectory, float(now), braking, arrivals.get(name, ()))) for name, trajectory in team.items()
+    }
     chosen = dict.fromkeys(team, 0)
     objections: tuple[Claim, ...] = ()
     for _ in range(TRIES):
         tried = {name: ways[name][index] for name, index in chosen.items()}
-        refused = tuple(claim for claim in judge_stop(mission, tried, now) if claim.verdict != "holds")
+        towards: dict[str, tuple[Fraction, str]] = {}
+        for name, trajectory in tried.items():
+            begin = _slows(trajectory)
+            region = _next_region(arrivals.get(name, ()), begin)
+            if trajectory is not team[name] and region is not None:
+                towards[name] = (begin, region)
+        refused = tuple(claim for claim in judge_stop(mission, tried, now, towards) if claim.verdict != "holds")
         if not refused:
-            return Stop(tried, ())
+            cut_short = {
+                name: (*(one for one in arrivals[name] if one[0] <= begin), (math.inf, region))
+                for name, (begin, region) in towards.items()
+            }
+            return Stop(tried, (), {**arrivals, **cut_short})
         objections = objections or refused
         if not _other_ways(chosen, ways, refused):
             break
-    return Stop({name: _at_once(trajectory, float(now)) for name, trajectory in team.items()}, objections)
+    return Stop({name: _at_once(trajectory, float(now)) for name, trajectory in team.items()}, objections, arrivals)
+
+
+def _slows(trajectory: Trajectory) -> Fraction:
+    """Return when the last piece begins, exact, in s."""
+    return sum(map(Fraction, trajectory.durations[:-1].tolist()), Fraction(0))
+
+
+def _next_region(arrivals: tuple[tuple[Fraction | float, str], ...], at: Fraction) -> str | None:
+    return next((region for time, region in arrivals if time > at), None)
 
 
 def _at_once(trajectory: Trajectory, now: float) -> Trajectory:
@@ -94,7 +131,13 @@ def _other_ways(chosen: dict[str, int], ways: Mapping[str, list[Trajectory]], re
     return moved
 
 
-def _ways(mission: Mission, trajectory: Trajectory, now: float, braking: bool) -> Iterator[Trajectory]:
+def _ways(
+    mission: Mission,
+    trajectory: Trajectory,
+    now: float,
+    braking: bool,
+    arrivals: tuple[tuple[Fraction | float, str], ...],
+) -> Iterator[Trajectory]:
     """Yield ways to come to rest that look clear at sampled instants, soonest rest first; what is flown is one.
 
     Those that end outside all regions come before those that end inside: from within a ring there is no easy way on.
@@ -110,6 +153,9 @@ def _ways(mission: Mission, trajectory: Trajectory, now: float, braking: bool) -
     for at, length in pairs:
         slowed = slow_down(trajectory, at, length) if at + length < trajectory.duration else None
         if slowed is None or not _looks_clear(mission, slowed, now):
+            continue
+        region = _next_region(arrivals, _slows(slowed))
+        if region is not None and not _looks_gentle(mission.limits.legs.get(region), slowed):
             continue
         if any(region.level(slowed.evaluate(slowed.duration)[:3]) <= 1 for region in mission.all_regions.values()):
             inside.append(slowed)
@@ -164,6 +210,15 @@ def _brake(state: Floats, length: float) -> Floats:
     result[:, 0] = state[0]
     result[:, 1:7] = (v / np.arange(1, 7)[:, None]).T
     return result
+
+
+def _looks_gentle(leg: LegLimits | None, trajectory: Trajectory) -> bool:
+    """Tell at sampled instants whether slowing down keeps a leg's limits: a filter, no claim."""
+    times = np.linspace(float(trajectory.knots[-2]), trajectory.duration, 40)
+    for order, limit in () if leg is None else ((1, leg.speed), (2, leg.acceleration)):
+        if limit is not None and np.linalg.norm(trajectory.evaluate(times, order)[:, :3], axis=1).max() > limit:
+            return False
+    return True
 
 
 def _looks_clear(mission: Mission, trajectory: Trajectory, now: float) -> bool:

@@ -6,6 +6,7 @@ its letters as a team word), and verify's checker of recorded flights.
 
 import itertools
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from tests import dense_sampler
 from verify import check_samples, check_word
 from verify.data import BadInput, Trajectory, parse_mission
 from verify.data.mission import Agent
+from verify.pieces import judge_stop
 
 WATER = "F loc1 & F loc2 & G(smoke -> carrying) & F water"
 
@@ -63,7 +65,6 @@ def held_against_samples(flight):
             k = log.robots.index(name)
             wanted = sampled(piece.team[name], log.times[rows] - float(piece.start))[0, :, :3]
             assert np.linalg.norm(log.position[rows, k] - wanted, axis=1).max() < mission.margin
-
 
     pieces_meet(flight.pieces)
 
@@ -162,6 +163,27 @@ def test_a_robot_that_looks_along_its_path_goes_on_from_the_heading_that_it_has(
     assert abs(begun[2] - 60) > 5
     assert begun[3] == pytest.approx(begun[2], abs=1e-4)
     assert abs(begun[4] - begun[3]) > 5
+
+
+def test_slowing_down_keeps_the_limits_of_the_leg_that_it_ends():
+    mission = parse_mission(TURNING + "limits: {legs: {a: {speed: 0.4, acceleration: 1.0}}}\n")
+    flight = finished(flown(mission, NewFormula(time=1.0, formula="F b")))
+    before, stop = (piece.team["quad0"] for piece in flight.pieces[:2])
+    begin = sum(map(Fraction, stop.durations[:-1].tolist()))
+
+    def hardest(track):
+        braking = sampled(track, np.linspace(track.knots[-2], track.duration, 400))
+        return np.linalg.norm(braking[2, :, :3], axis=1).max()
+
+    assert hardest(stop) < 1.0
+    # as soon and as hard as the flight's own limits allow would break the leg's, and the judge says so
+    hard = slow_down(before, float(begin), 0.5)
+    assert 1.0 < hardest(hard) < mission.effective_limits.acceleration
+    world = flight.pieces[0].mission
+    assert all(claim.verdict == "holds" for claim in judge_stop(world, {"quad0": hard}, Fraction(1)))
+    said = judge_stop(world, {"quad0": hard}, Fraction(1), {"quad0": (begin, "a")})
+    assert [claim.name for claim in said if claim.verdict != "holds"] == ["limits.legs.acceleration"]
+    assert all(claim.verdict == "holds" for claim in judge_stop(world, {"quad0": stop}, Fraction(1), {"quad0": (begin, "a")}))
 
 
 def test_where_coming_to_rest_cannot_be_proved_the_team_holds_for_good(firefighting):
