@@ -30,6 +30,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ltlplan.allocation import Part, Whereabouts, World
+from ltlplan.automata import DEAD
 from ltlplan.hoops import route
 from ltlplan.mtac import metric
 from ltlplan.online.cross_entropy import OnlineSettings
@@ -222,7 +223,9 @@ class OnlineTeam:
         self.standing = at_start(self.reader, self.first_letters, reading=self.mission.spec.team)
         for _, events in self.shown:
             self.standing = after_events(self.standing, events)
-        self.hold(f"at {now:.2f} s {event}")
+        # no matter how: that is known at once, whatever else turns out when what is left is shared
+        lost = ", and what was flown cannot be completed to satisfy what is asked now" if DEAD in self.standing.states else ""
+        self.hold(f"at {now:.2f} s {event}{lost}")
 
     def hold(self, reason: str) -> None:
         """Let everybody wait on their courses; what is left is shared again once all have come to rest."""

@@ -129,6 +129,31 @@ def test_an_online_flight_says_what_it_is(tmp_path: Path) -> None:
     assert not (tmp_path / "sent").exists()
 
 
+SMALL = """
+format: 1
+name: small
+spec: {formula: F a}
+regions: {a: {center: [0.5, 0, 1], radii: [0.2, 0.2, 0.2]}, b: {center: [0.5, 1, 1], radii: [0.2, 0.2, 0.2]}}
+agents: {quad0: {start: [-0.2, 0, 1]}}
+vehicle: crazyflie-2.1
+workspace: {min: [-2, -2, 0.2], max: [2, 2, 2]}
+"""
+
+
+def test_an_online_flight_that_does_not_hold_ends_with_five_and_says_so_on_its_page(tmp_path: Path) -> None:
+    file, out = tmp_path / "small.yaml", tmp_path / "online"
+    file.write_text(SMALL)
+    done = runner.invoke(app, ["fly", str(file), "--online", "--event", "0.3 formula G b", "--out", str(out), "--json"])
+    assert done.exit_code == 5
+    told = json.loads(done.stdout)
+    assert told["holds"] is False
+    assert told["verdict"] == "fails"
+    assert "in simulation only" in told["note"]
+    page = (out / "report.html").read_text()
+    assert "Verdict on the flown words: fails." in page[: page.index("</header>")]
+    assert not (out / "certificate.json").exists()
+
+
 def test_the_library_takes_names_and_paths_as_the_command_line_does(tmp_path: Path) -> None:
     by_name = ltlplan.plan("firefighting")
     file = tmp_path / "mine.yaml"

@@ -87,6 +87,19 @@ def test_a_formula_that_became_impossible_ends_in_a_hover_and_a_refusal(one):
     assert np.abs(flight.log.velocity[-1]).max() < 0.05
 
 
+@pytest.mark.parametrize("certified", [False, True])
+def test_what_no_flight_can_complete_any_more_is_said_at_once(one, certified):
+    flight = fly_online(one, seed=2, certified=certified, events=[NewFormula(time=1.5, formula="a & F b")])
+    said = next(event for event in flight.log.events if "cannot be completed" in event.sentence)
+    # still in flight, before it has come to rest
+    assert said.time == pytest.approx(1.5)
+    assert not flight.verdict
+    assert np.abs(flight.log.velocity[-1]).max() < 0.05
+    # one that can is not said to be lost
+    calm = fly_online(one, seed=2, events=[NewFormula(time=1.5, formula="!a & F b")], max_seconds=1.6)
+    assert not any("cannot be completed" in event.sentence for event in calm.log.events)
+
+
 def test_a_region_that_moves_onto_the_robot_is_said_and_the_robot_holds(one):
     flight = fly_online(one, seed=2, events=[HoopMoves(time=0.4, region="b", center=(-0.2, 0.0, 1.0))])
     assert not flight.verdict
