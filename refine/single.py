@@ -50,7 +50,10 @@ _INSTANTS = 12
 """Instants a piece at which these programmes keep the limits: what they miss is stretched away, and the dearer programmes
 of more instants do not end in shorter flights."""
 _STRETCHED = 1.02
-"""Stretch of an answer from which on rotor thrusts, which the first programmes leave out, are worth one of their own."""
+"""Stretch of an answer from which on rotor thrusts, which the first programmes leave out, are worth more programmes."""
+_EASED = (0.1, 0.01)
+"""Shares of the weight of time that these take for `pace="time"`: a little more regard for snap costs the path less than one
+percent and leaves rotors far more room; rotor thrusts in the programme itself take ten times as long and often do not converge."""
 _PROGRAMMES = 24
 """Programmes that one hurried flight may take, each with a budget of iterations of its own."""
 
@@ -279,7 +282,7 @@ def _raced(
     for roomy in (False, True) if any(course.rooms) else (False,):
         first = start if best is None else best[0].stretched(_ROOM)
         try:
-            found = _hurried(plan, name, course, limits, fitted, first, ease, buffer, rules, roomy=roomy)
+            found = _hurried(plan, name, course, limits, fitted, first, ease, buffer, rules, ask, roomy=roomy)
         except ClockRanOut:
             raise
         except Infeasible as error:
@@ -311,6 +314,7 @@ def _hurried(
     ease: float,
     buffer: float,
     rules: Rules,
+    ask: Ask,
     *,
     roomy: bool,
 ) -> tuple[Spline, Spline | None]:
@@ -362,20 +366,27 @@ def _hurried(
         raise failure
 
     def within_rotors(path: Spline, yaw: Spline | None) -> tuple[Spline, Spline | None]:
-        """Return the path with rotor thrusts limited by the programme, where that beats stretching it for them."""
+        """Return the path with rotor thrusts considered by further programmes, where that beats stretching it for them."""
+        best = path, yaw
         if path.duration <= answers[-1].duration * _STRETCHED:
-            return path, yaw
-        try:
-            first = answers[-1].stretched(_ROOM)
-            finer = until_kept(course, rules, lambda: solved(first, ease, kept=replace(limits, yaw_rate=np.inf)), buffer=buffer)
-            other, other_yaw = _slowed(plan, name, course, limits, finer, fitted.rest)
-        except ClockRanOut:
-            raise
-        except Infeasible:
-            return path, yaw
-        if other.duration >= path.duration or troubles(other, mission, name, robot):
-            return path, yaw
-        return other, other_yaw
+            return best
+        first = answers[-1].stretched(_ROOM)
+        runs = [lambda: solved(first, ease, kept=replace(limits, yaw_rate=np.inf))]
+        if ask.pace == "time":
+            runs = [lambda share=share: solved(first, share * ease) for share in _EASED]
+        for run in runs:
+            try:
+                finer = until_kept(course, rules, run, buffer=buffer)
+                other, other_yaw = _slowed(plan, name, course, limits, finer, fitted.rest)
+            except ClockRanOut:
+                raise
+            except Infeasible:
+                continue
+            if other.duration < best[0].duration and not troubles(other, mission, name, robot):
+                best = other, other_yaw
+            if best[0].duration <= answers[-1].duration * _STRETCHED:
+                break
+        return best
 
     onward = fitted.onward
     while True:

@@ -62,8 +62,8 @@ def refine(
             "blend": least of the integral of |snap|^2 plus `weight` times the duration. In the latter two the points of
             visits may move within their regions and openings, less margin and radius; where the programme with movable
             points does not converge within its budget, the answer with the planned points stands. Where that is not found
-            either, it is an error: no other pace is taken in its place. Rotor thrusts enter the programme
-            where stretching the answer for them would cost more than 2 %.
+            either, it is an error: no other pace is taken in its place. Where stretching the answer for rotor
+            thrusts would cost more than 2 %, "blend" takes them into the programme and "time" gives snap more weight.
         weight: For "blend", m^2/s^8.
         max_pieces: Pieces that the target holds for one robot. Points that only lead the way are left out, where straight legs
             allow it, until a flight fits.

@@ -1,4 +1,4 @@
-"""Refinement beside other tools: fixed times, shortest times with limits, the Split-S race course.
+"""Refinement beside other tools: fixed times, shortest times with limits, the Split-S race course, hurried missions.
 
     python tests/benchmarks/refinement.py            # all tables
     python -m pytest tests/benchmarks/refinement.py -s
@@ -20,11 +20,14 @@ from typing import Any
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from refine import Limits, minimum_snap, time_optimal
+import ltlplan
+import verify
+from refine import Limits, minimum_snap, refine, time_optimal
 from refine.limits import rotors_of
 from refine.minimum_snap import banded_problem
 from refine.nlp import forget
 from refine.obstacles import Plane
+from refine.single import Pace
 from refine.turning import with_least_spin
 from tests.benchmarks.refinement_courses import (
     HOOP6,
@@ -42,9 +45,11 @@ from tests.benchmarks.refinement_courses import (
     passes_points,
     racer,
 )
-from verify.data import GRAVITY
+from verify.data import GRAVITY, Trajectory
 
 SIZES = (6, 30, 100, 300, 1000)
+HURRIED = ("hoops-ltl", "hoops-sequence")
+"""Missions whose hurried flights are measured."""
 
 
 def least(run: Callable[[], Any], seconds: float = 0.4) -> float:
@@ -205,6 +210,37 @@ def split_s(yaw_rate: float) -> dict[str, Any]:
     }
 
 
+def hurried() -> list[dict[str, Any]]:
+    """Refine missions at each pace, first (compiled anew) and again, and have each answer judged for all times."""
+    rows = []
+    for mission in HURRIED:
+        plan = ltlplan.plan(ltlplan.load_mission(mission), seed=0)
+        paces: tuple[tuple[Pace, float], ...] = (("nominal", 100.0), ("time", 100.0), ("blend", 100.0))
+        for pace, weight in paces:
+            seconds = []
+            forget()
+            team: dict[str, Trajectory] = {}
+            for _ in range(2):
+                begin = time.process_time()
+                team = refine(plan, pace=pace, weight=weight)
+                seconds.append(time.process_time() - begin)
+            row: dict[str, Any] = {"mission": mission, "pace": pace, "weight": weight if pace == "blend" else None}
+            row |= {"flight": max(flight.duration for flight in team.values()), "first": seconds[0], "again": seconds[1]}
+            rows.append(row | {"certified": verify.judge(plan, team, largest=False).holds})
+    return rows
+
+
+def test_hurried() -> None:
+    """Missions at the plan's pace, hurried, and hurried with regard for snap."""
+    rows = hurried()
+    for row in rows:
+        print(row)
+    assert all(row["certified"] for row in rows)
+    for nominal, fast, blend in zip(rows[::3], rows[1::3], rows[2::3], strict=True):
+        assert fast["flight"] <= blend["flight"]
+        assert fast["flight"] <= nominal["flight"]
+
+
 def test_fixed_times() -> None:
     """Snap to nine digits; at most 1.5 times the bare band; 300 points in a millisecond; linear growth."""
     rows = fixed_times()
@@ -247,6 +283,6 @@ def test_split_s() -> None:
 
 if __name__ == "__main__":
     print(f"g = {GRAVITY} m/s^2; times in ms for fixed times, in s elsewhere")
-    for check in (test_fixed_times, test_shortest_times, test_split_s):
+    for check in (test_fixed_times, test_shortest_times, test_split_s, test_hurried):
         print(f"\n{check.__name__}: {check.__doc__}")
         check()
