@@ -215,6 +215,17 @@ def test_a_formula_that_became_impossible_is_said_and_nobody_moves_again(turning
     assert np.abs(flight.log.velocity[-1]).max() < 0.05
 
 
+@pytest.mark.parametrize(("region", "said"), [("b", "inside it at once"), ("ring", "The rim of ring moves onto quad0")])
+def test_a_hoop_that_moves_onto_a_robot_is_said_at_once_and_the_robot_holds(turning, region, said):
+    at = CertifiedTeam(turning, seed=1, rng=np.random.default_rng(1)).present.team["quad0"].evaluate(0.8)[:3]
+    center = (float(at[0]), float(at[1]), float(at[2]) + (0.26 if region == "ring" else 0.0))
+    flight = fly_online(turning, seed=1, certified=True, events=[HoopMoves(time=0.8, region=region, center=center)])
+    assert [event.time for event in flight.log.events if said in event.sentence] == pytest.approx([0.8])
+    assert not flight.verdict
+    assert np.abs(flight.log.velocity[-1]).max() < 0.05
+    assert np.linalg.norm(flight.log.position[-1, 0] - at) < 0.5
+
+
 def test_a_robot_pushed_out_of_its_tube_is_not_called_certified(turning):
     flight = fly_online(turning, seed=1, certified=True, wind=6.0, max_seconds=2)
     assert flight.log.worst_error() > turning.margin

@@ -115,6 +115,10 @@ def test_a_robot_that_fails_at_once_leaves_nobody(one):
 def test_bad_input_is_refused_before_take_off(one):
     with pytest.raises(BadInput, match="max_seconds"):
         fly_online(one, max_seconds=0)
+    with pytest.raises(BadInput, match="more than 1 / elite"):
+        fly_online(parse_mission(ONE.replace("samples: 50, elite: 0.1", "samples: 20, elite: 0.05")))
+    with pytest.raises(BadInput, match="agents"):
+        parse_mission(ONE.replace("{quad0: {start: [-0.2, 0, 1]}}", "{}"))
     with pytest.raises(BadInput, match="nobody"):
         fly_online(one, events=[RobotLeaves(time=0.0, robot="nobody")])
     with pytest.raises(Unsatisfiable):
