@@ -176,6 +176,18 @@ def test_legs_keep_limits_of_their_own() -> None:
     assert speed.max() > 0.3  # the other leg is not held back to 0.25
 
 
+@pytest.mark.parametrize("visits", [{3: "b"}, {1: "a", 4: "b"}])
+def test_a_leg_with_points_on_the_way_keeps_its_limits_from_where_it_begins(visits: dict[int, str]) -> None:
+    slow = Limits(legs={"b": LegLimits(speed=0.25, acceleration=0.5)})
+    points = np.linspace(-1.5, 1.5, max(visits) + 1)
+    regions = {name: ball(float(points[index]), 0) for index, name in visits.items()}
+    mission = room(regions, {"q": Agent(start=(-1.5, 0.0, 1.0))}, limits=slow)
+    plan = Plan(mission=mission, robots={"q": straight(*((float(x), 0, 1) for x in points), visits=visits)})
+    flight = refine(plan)["q"]
+    certificate = verify.judge(plan, {"q": flight}, largest=False)
+    assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
+
+
 def test_a_hurried_flight_is_found_from_another_start_or_refused_aloud(monkeypatch: pytest.MonkeyPatch) -> None:
     mission = room({"a": ball(0, 0)}, {"q": Agent(start=(-1.5, 0.0, 1.0))})
     plan = Plan(mission=mission, robots={"q": straight((-1.5, 0, 1), (0, 0, 1), (1.0, 1.0, 1), visits={1: "a"})})
