@@ -138,7 +138,7 @@ def _nudged(coefficients: Floats, duration: float, miss: float) -> list[Floats]:
     return list(trials)
 
 
-def on_grid(path: Spline) -> Trajectory:
+def on_grid(path: Spline | Trajectory) -> Trajectory:
     """Return a flight on the grid of the compressed trajectory format: ms, and Bezier points in mm and tenths of a degree.
 
     The pieces share their joints' points, so position and yaw are continuous, but every other point is off by up to half a
@@ -146,7 +146,7 @@ def on_grid(path: Spline) -> Trajectory:
     pieces (see `jumps`). It is this flight that has to be certified, not the one that it was made from.
 
     Args:
-        path: x, y, z and yaw: four axes.
+        path: x, y, z and yaw: four axes; or a flight, whose cycle is kept.
 
     Raises:
         DoesNotFit: A coordinate is beyond 32.767 m, or a piece lasts less than 1 ms or more than 65.535 s.
@@ -164,9 +164,12 @@ def on_grid(path: Spline) -> Trajectory:
             f"piece {where[0]} reaches {value:.3f} on axis {where[1]}; the compressed format holds 16-bit millimetres and 0.1 degrees."
         )
     points[1:, :, 0] = points[:-1, :, -1]
+    cycle = path.cycle if isinstance(path, Trajectory) else None
+    if cycle is not None:
+        points[-1, :3, -1] = points[cycle, :3, 0]  # the heading may have gained whole turns
     coefficients = np.linalg.solve(bernstein_matrix(), (points * _STEPS[:, None]).transpose(0, 2, 1)).transpose(0, 2, 1)
     seconds = durations / 1e3
-    return Trajectory(seconds, coefficients / seconds[:, None, None] ** np.arange(SIZE))
+    return Trajectory(seconds, coefficients / seconds[:, None, None] ** np.arange(SIZE), cycle=cycle)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from numbers import Integral, Real
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +26,7 @@ from refine.spline import Spline
 from refine.timing import stretch_to_limits
 from refine.wishes import Wishes, wishes_of
 from refine.yaw import heading_spline
-from verify.data import DoesNotFit, Infeasible, Mission, Plan, Trajectory, Witness
+from verify.data import BadInput, DoesNotFit, Infeasible, Mission, Plan, Trajectory, Witness
 from verify.data.plan import Precedence
 
 Floats = NDArray[np.float64]
@@ -33,6 +35,8 @@ Progress = Callable[[str, float], None]
 PIECES = 31
 """Pieces that a Crazyflie's trajectory memory holds."""
 
+_LONGEST = 86400.0
+"""s, a day: the longest flight that a plan may ask for."""
 _BERTH = 0.04
 """m on top of the distance in an encounter: what sampling it in the schedule cannot see."""
 _STEPS = 8
@@ -71,15 +75,17 @@ def refine(
             `split` can cut it into parts that fit. The rests cost time, and a lap is never cut.
 
     Returns:
-        One flight for each robot, in the mission's order, in exact float32 values.
+        One flight for each robot, in the mission's order, in exact float32 values. For the compressed format, `on_grid` puts
+        each on that format's grid; it is that flight which has to be certified then.
 
     Raises:
-        BadInput: The plan's numbers do not fit each other.
+        BadInput: Something asked is no plan, no pace or no positive number, or the plan's numbers do not fit each other.
         Infeasible: A limit or a label cannot be kept; carries a witness.
         ClockRanOut: An engine's seconds ran out before its iterations.
         DoesNotFit: A flight needs more than `max_pieces` pieces, and is not to rest.
     """
     del previous
+    _check(plan, pace, weight, max_pieces, too_long)
     wishes = wishes_of(plan, tuple(witnesses))
     tell, ask = progress or _quiet, Ask(pace, weight, max_pieces, too_long)
     robots: dict[str, Robot] = {}
@@ -107,6 +113,22 @@ def refine(
             )
     tell("refined", 1.0)
     return flights
+
+
+def _check(plan: object, pace: object, weight: object, max_pieces: object, too_long: object) -> None:
+    """Refuse what is no question; whoever has no type checker gets a sentence as well."""
+    if not isinstance(plan, Plan):
+        raise BadInput(f"refine takes a Plan, not {type(plan).__name__} (points without a mission: refine.minimum_snap).")
+    for name, value, allowed in (("pace", pace, get_args(Pace)), ("too_long", too_long, get_args(TooLong))):
+        if value not in allowed:
+            raise BadInput(f"{name} is {value!r}; it must be one of {', '.join(map(repr, allowed))}.")
+    if not isinstance(weight, Real) or not 0.0 < float(weight) < np.inf:
+        raise BadInput(f"weight is {weight!r}; it must be a positive number, in m^2/s^8.")
+    if not isinstance(max_pieces, Integral) or int(max_pieces) < 1:
+        raise BadInput(f"max_pieces is {max_pieces!r}; it must be a whole number of at least 1.")
+    for name, robot in plan.robots.items():
+        if robot.times[-1] > _LONGEST:
+            raise BadInput(f"{name} would fly for {robot.times[-1]:.3g} s; plans of up to {_LONGEST:.0f} s are refined.")
 
 
 def _quiet(_sentence: str, _share: float) -> None:
