@@ -52,8 +52,9 @@ of more instants do not end in shorter flights."""
 _STRETCHED = 1.02
 """Stretch of an answer from which on rotor thrusts, which the first programmes leave out, are worth more programmes."""
 _EASED = (0.1, 0.01)
-"""Shares of the weight of time that these take for `pace="time"`: a little more regard for snap costs the path less than one
-percent and leaves rotors far more room; rotor thrusts in the programme itself take ten times as long and often do not converge."""
+"""Shares of the weight of time that these take for `pace="time"`: more regard for snap makes the path a little longer before it
+is stretched and leaves rotors far more room; with rotor thrusts in it, a programme takes several times as long and often does not
+converge."""
 _PROGRAMMES = 24
 """Programmes that one hurried flight may take, each with a budget of iterations of its own."""
 
