@@ -60,7 +60,8 @@ def test_two_robots_swap_places_through_a_hall(half: float) -> None:
 
 
 def test_robots_that_look_ahead_swap_places_within_their_limits() -> None:
-    certified(swap(0.45, heading="path"))
+    team = certified(swap(0.45, heading="path"))
+    np.testing.assert_allclose(team["p"].evaluate(100.0)[:3], [1.5, 0, 1], atol=1e-6)
 
 
 def test_a_hall_too_narrow_for_two_is_refused() -> None:
@@ -142,7 +143,10 @@ def test_robots_with_the_same_goal_region_take_turns_in_it() -> None:
         f"r{k}": straight((1.4 * x, 1.4 * y, 1), (0.1 * x, 0.1 * y, 1), (-1.4 * y, 1.4 * x, 1.05), visits={1: "goal"})
         for k, (x, y) in enumerate([(1.0, 0.1), (-0.1, 1.0), (-1.0, -0.1), (0.3, -1.0)])
     }
-    certified(hall(1.8, robots, regions))
+    team = certified(hall(1.8, robots, regions))
+    times = np.linspace(0.0, max(flight.duration for flight in team.values()), 4000)
+    inside = [np.linalg.norm(flight.evaluate(times)[:, :3] - [0.0, 0.0, 1.0], axis=1) <= 0.3 for flight in team.values()]
+    assert all(np.any(one) for one in inside)
 
 
 def test_a_team_too_large_for_its_hall_is_refused_with_names_time_and_distance() -> None:
