@@ -51,13 +51,13 @@ def _options(
 
 def main() -> None:
     """Run the command line; end with the exit code of the error, if any, and without a traceback for mistakes."""
-    from ltlplan.commands.terminal import close_output
-
     _end_cleanly_on_sigterm()
     try:
         code = _outcome(as_json="--json" in sys.argv)
         sys.stdout.flush()
     except BrokenPipeError:
+        from ltlplan.commands.terminal import close_output
+
         close_output()
         code = BROKEN_PIPE
     if code == INTERRUPTED:
@@ -67,9 +67,6 @@ def main() -> None:
 
 def _outcome(*, as_json: bool) -> int | str | None:
     """Run the command and return its exit code; errors have been told by then."""
-    from ltlplan.commands.terminal import report_bug, report_error, report_os_error, report_usage
-    from verify.data.errors import LtlplanError
-
     try:
         code = app(standalone_mode=False)
         sys.stdout.flush()
@@ -80,12 +77,10 @@ def _outcome(*, as_json: bool) -> int | str | None:
         return ended.code
     except BrokenPipeError:
         raise
-    except LtlplanError as error:
-        return report_error(error, as_json=as_json)
-    except OSError as error:
-        return report_os_error(error, as_json=as_json)
     except Exception as error:  # the outermost door: every error becomes a message and an exit code
-        return report_usage(error, as_json=as_json) if hasattr(error, "format_message") else report_bug(error)
+        from ltlplan.commands.terminal import report
+
+        return report(error, as_json=as_json)
 
 
 def _end_cleanly_on_sigterm() -> None:

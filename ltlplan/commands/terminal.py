@@ -60,12 +60,23 @@ def print_json(data: Any) -> None:
     sys.stdout.write(json.dumps(data, indent=1, allow_nan=False) + "\n")
 
 
-def report_error(error: LtlplanError, *, as_json: bool) -> int:
+def report(error: Exception, *, as_json: bool) -> int:
+    """Tell an error in its own way, a bug of ours alone with a traceback; return the exit code."""
+    if isinstance(error, LtlplanError):
+        return _report_error(error, as_json=as_json)
+    if isinstance(error, OSError):
+        return _report_os_error(error, as_json=as_json)
+    if hasattr(error, "format_message"):
+        return _report_usage(error, as_json=as_json)
+    return _report_bug(error)
+
+
+def _report_error(error: LtlplanError, *, as_json: bool) -> int:
     """Tell a user's mistake or an honest refusal, without a traceback; return the exit code."""
     return _report(type(error).__name__, _kind(error), str(error), error.exit_code, as_json=as_json)
 
 
-def report_os_error(error: OSError, *, as_json: bool) -> int:
+def _report_os_error(error: OSError, *, as_json: bool) -> int:
     """Tell what the system refused, such as a full disk; return the exit code."""
     what = f"{error.filename}" if error.filename else "The output"
     sentence = f"{what} cannot be read or written: {error.strerror or error}."
@@ -73,7 +84,7 @@ def report_os_error(error: OSError, *, as_json: bool) -> int:
     return _report(type(error).__name__, "bad input", sentence, BadInput.exit_code, as_json=as_json and bool(error.filename))
 
 
-def report_usage(error: Exception, *, as_json: bool) -> int:
+def _report_usage(error: Exception, *, as_json: bool) -> int:
     """Tell what is wrong with the command's words (an error of typer's); return the exit code."""
     code = getattr(error, "exit_code", BadInput.exit_code)
     if as_json:
@@ -82,7 +93,7 @@ def report_usage(error: Exception, *, as_json: bool) -> int:
     return code
 
 
-def report_bug(error: Exception) -> int:
+def _report_bug(error: Exception) -> int:
     """Tell a bug of ours, with its traceback; return the exit code."""
     traceback.print_exception(error, file=sys.stderr)
     sys.stderr.write(f"This is a bug of ltlplan ({type(error).__name__}); please report it with the text above.\n")
