@@ -67,6 +67,8 @@ class Ask:
     weight: float
     max_pieces: int
     too_long: TooLong = "refuse"
+    even: bool = True
+    """Whether other shares of a flight's time are tried where the plan's own would slow it much."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +144,7 @@ def _moving(
     rest = frozenset(halts.values())
     if ask.too_long == "rest" and course.cycle is None and len(course) >= ask.max_pieces:
         rest |= frozenset(range(ask.max_pieces - 1, len(course), ask.max_pieces - 1))
-    fitted = _labelled(plan, name, course, limits, BUFFER + more, rest)
+    fitted = _labelled(plan, name, course, limits, BUFFER + more, rest, even=ask.even)
     path, yaw = fitted.path, fitted.yaw
     if ask.pace != "nominal":
         path, yaw = _raced(plan, name, course, limits, fitted, ask, BUFFER + more)
@@ -159,7 +161,9 @@ def _setting_out(course: Course, visit: int) -> int:
     return next((index for index, leg in enumerate(course.legs) if leg.visit == visit), 0)
 
 
-def _labelled(plan: Plan, name: str, course: Course, limits: Limits, buffer: float, halts: frozenset[int]) -> _Fitted:
+def _labelled(
+    plan: Plan, name: str, course: Course, limits: Limits, buffer: float, halts: frozenset[int], *, even: bool
+) -> _Fitted:
     """Return a path whose stays are the plan's visits, and its yaw.
 
     A path may cut back into a region that it has just left. Then the legs concerned never go back, and if that is not
@@ -167,12 +171,12 @@ def _labelled(plan: Plan, name: str, course: Course, limits: Limits, buffer: flo
     """
     mission, robot = plan.mission, plan.robots[name]
     try:
-        path, yaw = _timed(plan, name, course, limits, buffer, halts, NONE)
+        path, yaw = _timed(plan, name, course, limits, buffer, halts, NONE, even=even)
     except ClockRanOut:
         raise
     except Infeasible:  # the corridors are too tight for a curve; the polyline keeps them
         everywhere = frozenset(range(len(course) + 1))
-        path, yaw = _timed(plan, name, course, limits, buffer, everywhere, NONE)
+        path, yaw = _timed(plan, name, course, limits, buffer, everywhere, NONE, even=even)
         found = troubles(path, mission, name, robot)
         if found:
             raise Infeasible(found[0].sentence, found[0]) from None
@@ -182,7 +186,7 @@ def _labelled(plan: Plan, name: str, course: Course, limits: Limits, buffer: flo
         return _Fitted(path, yaw, halts, NONE)
     onward = _legs_about(path, found[0].time)
     try:
-        straight, straight_yaw = _timed(plan, name, course, limits, buffer, halts, onward)
+        straight, straight_yaw = _timed(plan, name, course, limits, buffer, halts, onward, even=even)
         if not troubles(straight, mission, name, robot):
             return _Fitted(straight, straight_yaw, halts, onward)
     except ClockRanOut:
@@ -196,7 +200,7 @@ def _labelled(plan: Plan, name: str, course: Course, limits: Limits, buffer: flo
         if more == rest:
             raise Infeasible(found[0].sentence, found[0])
         rest = more
-        path, yaw = _timed(plan, name, course, limits, buffer, rest, NONE)
+        path, yaw = _timed(plan, name, course, limits, buffer, rest, NONE, even=even)
         found = troubles(path, mission, name, robot)
     return _Fitted(path, yaw, rest, NONE)
 
@@ -210,7 +214,15 @@ def _legs_about(path: Spline, time: float | None) -> frozenset[int]:
 
 
 def _timed(
-    plan: Plan, name: str, course: Course, limits: Limits, buffer: float, rest: frozenset[int], onward: frozenset[int]
+    plan: Plan,
+    name: str,
+    course: Course,
+    limits: Limits,
+    buffer: float,
+    rest: frozenset[int],
+    onward: frozenset[int],
+    *,
+    even: bool,
 ) -> tuple[Spline, Spline | None]:
     """Return path and yaw with durations long enough for the limits: the plan's own ones where they do.
 
@@ -219,7 +231,7 @@ def _timed(
     """
     first = _paced(plan, name, course, limits, buffer, rest, onward, course.durations)
     total = float(course.durations.sum())
-    if first[0].duration <= _UNEVEN * total:
+    if not even or first[0].duration <= _UNEVEN * total:
         return first
     found = [first]
     lengths = np.linalg.norm(np.diff(course.points, axis=0), axis=1)

@@ -88,19 +88,18 @@ def refine(
     _check(plan, pace, weight, max_pieces, too_long)
     wishes = wishes_of(plan, tuple(witnesses))
     tell, ask = progress or _quiet, Ask(pace, weight, max_pieces, too_long)
-    robots: dict[str, Robot] = {}
-    for index, name in enumerate(plan.robots):
-        tell(f"smoothing the path of {name}", 0.7 * index / len(plan.robots))
-        try:
-            robots[name] = single(plan, name, wishes, _idle_others(plan, name, wishes), ask)
-        except ClockRanOut:
-            raise
-        except Infeasible:
-            if not _idle_others(plan, name, wishes):
-                raise
-            robots[name] = single(plan, name, wishes, (), ask)  # whoever hovers in the way may have to step aside
+    robots = _alone(plan, wishes, ask, tell)
     tell("choosing departures", 0.7)
-    robots, starts = _kept_apart(plan, robots, wishes, ask)
+    try:
+        robots, starts = _kept_apart(plan, robots, wishes, ask)
+    except ClockRanOut:
+        raise
+    except Infeasible:  # other shares of time bend paths otherwise; the plan's own ones may keep robots apart
+        ask = replace(ask, even=False)
+        slower = _alone(plan, wishes, ask, tell)
+        if all(slower[name].path.duration == robot.path.duration for name, robot in robots.items()):
+            raise
+        robots, starts = _kept_apart(plan, slower, wishes, ask)
     tell("rounding to the vehicle's numbers", 0.95)
     flights = {name: _assemble(robot, plan.mission.agents[name].yaw, starts[name]) for name, robot in robots.items()}
     laps = plan.mission.spec.repeat
@@ -113,6 +112,23 @@ def refine(
             )
     tell("refined", 1.0)
     return flights
+
+
+def _alone(plan: Plan, wishes: Wishes, ask: Ask, tell: Progress) -> dict[str, Robot]:
+    """Return each robot's flight as if the others were not there, but for those that never move."""
+    robots: dict[str, Robot] = {}
+    for index, name in enumerate(plan.robots):
+        tell(f"smoothing the path of {name}", 0.7 * index / len(plan.robots))
+        idle = _idle_others(plan, name, wishes)
+        try:
+            robots[name] = single(plan, name, wishes, idle, ask)
+        except ClockRanOut:
+            raise
+        except Infeasible:
+            if not idle:
+                raise
+            robots[name] = single(plan, name, wishes, (), ask)  # whoever hovers in the way may have to step aside
+    return robots
 
 
 def _check(plan: object, pace: object, weight: object, max_pieces: object, too_long: object) -> None:

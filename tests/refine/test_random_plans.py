@@ -85,3 +85,9 @@ def test_the_dense_search_finds_what_is_there_and_knows_a_fault_when_it_flies_on
     assert "visits ['wall', 'goal']" in faults(mission, plan.robots["q"], through)
     low = sampled(np.array([[-1.5, 0, 1.0], [0.0, 1.5, 0.1], [1.5, 0, 1.0]]), 0.2)
     assert {"leaves the workspace", "breaks speed"} <= set(faults(mission, plan.robots["q"], low))
+
+
+def test_shares_of_time_that_suit_each_robot_do_not_cost_the_team_its_flight() -> None:
+    count = Count()
+    hold_to_it(52, count)
+    assert count.certified == 1
