@@ -57,7 +57,7 @@ def scaled(values: list[float], length: float) -> list[Fraction]:
 def test_a_piece_lies_in_its_balls(values, length):
     balls = from_power(np.array([values]), np.array([length]))
     assert holds(balls, bernstein(scaled(values, length)))
-    assert np.all(balls.rad <= 1e-14 * np.sum(np.abs(values) * length ** np.arange(8.0)) + 1e-280)
+    assert np.all(balls.rad <= 2.4e-15 * np.sum(np.abs(values) * length ** np.arange(8.0)) + 1e-280)
 
 
 @pytest.mark.parametrize("length", [1e-60, 1e-45, 1e-20, 1e30])
