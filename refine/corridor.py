@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.basis import bernstein_matrix
-from refine.course import Course, Tube
+from refine.course import Course
+from refine.legs import Tube
 from refine.obstacles import Plane
 from refine.qp import Programme, Row, rest_to_rest, solve
 from refine.spline import Spline
@@ -107,12 +108,13 @@ def _broken(course: Course, path: Spline, known: Rules, buffer: float) -> Rules:
                     raise Infeasible(f"{course.robot}: '{body.name}' meets the straight leg {index}.")
                 slack = min(float(plane.normal @ a), float(plane.normal @ b)) - plane.offset
                 fresh["body", index, number] = (Plane(plane.normal, plane.offset + min(buffer, 0.9 * slack)),)
-        if leg.tube is not None and ("tube", index, 0) not in known and _outside(leg.tube, points[index]):
-            fresh["tube", index, 0] = _prism(leg.tube, a, b)
-        if leg.tube is not None and ("onward", index, 0) not in known:
-            onward = leg.tube.normal * np.sign((b - a) @ leg.tube.normal)
-            if np.min(np.diff(points[index] @ onward)) < 0.0:
-                fresh["onward", index, 0] = (Plane(onward, 0.0, onward=True),)
+        tubes = leg.bays if leg.tube is None else (leg.tube, *leg.bays)
+        for number, tube in enumerate(tubes):
+            if ("tube", index, number) not in known and _outside(tube, points[index]):
+                fresh["tube", index, number] = _prism(tube, a, b)
+            onward = tube.normal * np.sign((b - a) @ tube.normal)
+            if ("onward", index, number) not in known and np.min(np.diff(points[index] @ onward)) < 0.0:
+                fresh["onward", index, number] = (Plane(onward, 0.0, onward=True),)
         for axis in range(3):
             unit = np.eye(3)[axis]
             if ("low", index, axis) not in known and points[index, :, axis].min() < course.low[axis]:

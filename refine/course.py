@@ -13,16 +13,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.obstacles import Ball, Disc, Obstacle, grown_region, ring
-from refine.roadmap import way_around
+from refine.bays import through_bays
+from refine.detours import blocking
+from refine.legs import PAD, PASSAGE, Leg, Stop, bodies_of, leg_between, refused, show
+from refine.obstacles import Ball, grown_region
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Witness
-from verify.data.mission import Hoop, Region
-from verify.data.plan import Role
+from verify.data.mission import Region
 
 Floats = NDArray[np.float64]
 
-PAD = 1e-3
-"""m kept on top of the margin, so that rounding and engine tolerances cannot use the margin up."""
 SHORTEST = 0.1
 """Least nominal duration of a leg, s: the coefficients of much shorter ones drown in float32."""
 _CROWDED = 0.04
@@ -32,31 +31,6 @@ DEEP = 0.9
 """Share of a region less the margin in which a visit's point lies, so that the visit takes some time."""
 _ACROSS = 0.03
 """m by which a passage's point may move along the hoop's axis."""
-_PASSAGE: tuple[Role, ...] = ("rear", "centre", "front")  # along the normal
-
-
-@dataclass(frozen=True, eq=False)
-class Tube:
-    """The cylinder that a passage stays in: within `radius` of the axis through `centre` along `normal`."""
-
-    centre: Floats
-    normal: Floats
-    radius: float
-
-
-@dataclass(frozen=True, eq=False)
-class Leg:
-    """What one leg must keep.
-
-    Attributes:
-        obstacles: Bodies to stay out of.
-        tube: Cylinder to stay in, during a passage.
-        visit: The visit that is being approached or made; None after the last one and between points that belong to no visit.
-    """
-
-    obstacles: tuple[Obstacle, ...]
-    tube: Tube | None
-    visit: int | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,15 +64,6 @@ class Course:
         return len(self.legs)
 
 
-@dataclass(frozen=True)
-class _Stop:
-    position: Floats
-    time: float
-    role: Role
-    region: str | None
-    visit: int | None
-
-
 def course_of(mission: Mission, name: str, robot: RobotPlan, *, pad: float = PAD, extra: tuple[Ball, ...] = ()) -> Course:
     """Return the course of one robot of a plan.
 
@@ -119,30 +84,30 @@ def course_of(mission: Mission, name: str, robot: RobotPlan, *, pad: float = PAD
     low, high = low + mission.margin + min(pad, 1e-4), high - mission.margin - min(pad, 1e-4)
     for stop in stops:
         if np.any(stop.position < low - 1e-3) or np.any(stop.position > high + 1e-3):
-            raise _infeasible(
+            raise refused(
                 "workspace",
                 name,
                 stop,
-                f"{name}: waypoint {_show(stop.position)} leaves the workspace less the margin {mission.margin:g} m.",
+                f"{name}: waypoint {show(stop.position)} leaves the workspace less the margin {mission.margin:g} m.",
             )
-    bodies = _bodies(mission, pad)
+    bodies = bodies_of(mission, pad)
     points, durations, legs, needed = [stops[0].position], [], [], [True]
     rooms: list[Ball | None] = [None]
     cycle_point = 0 if cycle == 0 else None
     for index, (here, there) in enumerate(itertools.pairwise(stops)):
-        leg = _leg(mission, name, robot, bodies, here, there, extra, pad)
-        inner = [] if leg.tube is not None else _detour(name, here, there, leg.obstacles, low, high)
-        chain = [here.position, *inner, there.position]
-        lengths = np.array([np.linalg.norm(q - p) for p, q in itertools.pairwise(chain)])
+        leg = leg_between(mission, name, robot, bodies, here, there, extra, pad)
+        chain = [(here.position, leg), *through_bays(mission, name, bodies, leg, here, there, low, high, pad)]
+        lengths = np.array([np.linalg.norm(q - p) for (p, _), (q, _) in itertools.pairwise(chain)])
         nominal = there.time - here.time
         if nominal <= 0.0:
             nominal = float(lengths.sum()) / mission.planner.speed
         straight = float(np.linalg.norm(there.position - here.position))
+        inner = len(chain) - 2
         durations += list(nominal * lengths / max(straight, 1e-9) if inner else [nominal])
-        points += chain[1:]
-        needed += [False] * len(inner) + [_needed(mission, robot, there) or index == len(stops) - 2 or cycle == index + 1]
-        rooms += [None] * len(inner) + [_room(mission, robot, there, pad)]
-        legs += [leg] * len(lengths)
+        points += [point for point, _ in chain[1:]]
+        needed += [False] * inner + [_needed(mission, robot, there) or index == len(stops) - 2 or cycle == index + 1]
+        rooms += [None] * inner + [_room(mission, robot, there, pad)]
+        legs += [part for _, part in chain[1:]]
         if cycle == index + 1:
             cycle_point = len(points) - 1
     times = np.maximum(np.array(durations), SHORTEST)
@@ -152,7 +117,7 @@ def course_of(mission: Mission, name: str, robot: RobotPlan, *, pad: float = PAD
 
 def standing_course(mission: Mission, name: str, point: Floats, pieces: int, *, pad: float = PAD) -> Course:
     """Return the course of a robot that hovers and may be asked to step aside and come back, keeping out of all regions."""
-    bodies = _bodies(mission, pad)
+    bodies = bodies_of(mission, pad)
     outside = [body for body in (*bodies.regions.values(), *bodies.rings.values()) if body.clearance(point) > 0.0]
     low, high = (np.array(corner) for corner in (mission.workspace.min, mission.workspace.max))
     shrink = mission.margin + min(pad, 1e-4)
@@ -215,7 +180,7 @@ def _without(course: Course, node: int) -> Course | None:
     if (before.tube is None) != (after.tube is None):
         return None
     obstacles = (*before.obstacles, *(body for body in after.obstacles if all(body is not other for other in before.obstacles)))
-    if _blocking(course.points[node - 1], course.points[node + 1], obstacles) is not None:
+    if blocking(course.points[node - 1], course.points[node + 1], obstacles) is not None:
         return None
     leg = Leg(obstacles, before.tube, before.visit if before.visit == after.visit else after.visit)
     cycle = course.cycle
@@ -232,7 +197,7 @@ def _without(course: Course, node: int) -> Course | None:
     )
 
 
-def _needed(mission: Mission, robot: RobotPlan, stop: _Stop) -> bool:
+def _needed(mission: Mission, robot: RobotPlan, stop: Stop) -> bool:
     """Tell whether a stop makes a visit; a passage is made by its two outer points, the tube sees to the rest."""
     if stop.role in ("avoid", "via") and stop.visit is None:
         return False
@@ -242,13 +207,13 @@ def _needed(mission: Mission, robot: RobotPlan, stop: _Stop) -> bool:
     return not (through and stop.role == "centre")
 
 
-def _stops(mission: Mission, name: str, robot: RobotPlan) -> tuple[list[_Stop], int | None]:
+def _stops(mission: Mission, name: str, robot: RobotPlan) -> tuple[list[Stop], int | None]:
     """Return the waypoints without coincident neighbours, visits moved deep enough into their regions."""
     if len(robot.times) != len(robot.waypoints):
         raise BadInput(f"{name}: {len(robot.times)} times for {len(robot.waypoints)} waypoints.")
     if any(later < earlier for earlier, later in itertools.pairwise(robot.times)):
         raise BadInput(f"{name}: nominal times go back.")
-    stops: list[_Stop] = []
+    stops: list[Stop] = []
     cycle = None
     for index, (waypoint, time) in enumerate(zip(robot.waypoints, robot.times, strict=True)):
         position = np.array(waypoint.position, dtype=np.float64)
@@ -257,7 +222,7 @@ def _stops(mission: Mission, name: str, robot: RobotPlan) -> tuple[list[_Stop], 
             visited = robot.visits[waypoint.visit].region == waypoint.region
             if visited and waypoint.role != "start":
                 position = _deep_enough(mission, name, waypoint.region or "", region, position)
-        stop = _Stop(position, float(time), waypoint.role, waypoint.region, waypoint.visit)
+        stop = Stop(position, float(time), waypoint.role, waypoint.region, waypoint.visit)
         if stops and np.linalg.norm(position - stops[-1].position) < _COINCIDENT:
             if stops[-1].visit is None:
                 stops[-1] = replace(stops[-1], visit=stop.visit, region=stop.region, role=stop.role)
@@ -269,8 +234,8 @@ def _stops(mission: Mission, name: str, robot: RobotPlan) -> tuple[list[_Stop], 
 
 
 def _leaving_out(
-    mission: Mission, robot: RobotPlan, stops: list[_Stop], cycle: int | None, extra: tuple[Ball, ...]
-) -> tuple[list[_Stop], int | None]:
+    mission: Mission, robot: RobotPlan, stops: list[Stop], cycle: int | None, extra: tuple[Ball, ...]
+) -> tuple[list[Stop], int | None]:
     """Leave out points that only lead the way and lie where another robot hovers: the detour leads around it."""
     kept = [
         index
@@ -282,7 +247,7 @@ def _leaving_out(
     return [stops[index] for index in kept], None if cycle is None else kept.index(cycle)
 
 
-def _room(mission: Mission, robot: RobotPlan, stop: _Stop, pad: float) -> Ball | None:
+def _room(mission: Mission, robot: RobotPlan, stop: Stop, pad: float) -> Ball | None:
     """Return where the point of a visit may lie instead; None where it must not move."""
     if stop.visit is None or stop.visit >= len(robot.visits) or stop.region is None:
         return None
@@ -296,7 +261,7 @@ def _room(mission: Mission, robot: RobotPlan, stop: _Stop, pad: float) -> Ball |
             return None
         whole = grown_region(stop.region, region, 0.0)
         return replace(whole, root=whole.root / inner)
-    if not through or stop.role not in _PASSAGE:
+    if not through or stop.role not in PASSAGE:
         return None
     radius = DEEP * (hoop.opening - mission.margin - mission.vehicle.radius - pad)
     if stop.role == "centre":
@@ -324,152 +289,3 @@ def _deep_enough(mission: Mission, name: str, region_name: str, region: Region, 
         return position
     centre = np.array(region.center)
     return centre + (position - centre) * depth / level
-
-
-@dataclass(frozen=True)
-class _Bodies:
-    regions: dict[str, Ball]
-    rings: dict[str, Disc]
-
-
-def _bodies(mission: Mission, pad: float) -> _Bodies:
-    grow = mission.margin + pad
-    return _Bodies(
-        {name: grown_region(name, region, grow) for name, region in mission.all_regions.items()},
-        {name: ring(name, hoop, grow + mission.vehicle.radius) for name, hoop in mission.hoops.items()},
-    )
-
-
-def _leg(
-    mission: Mission,
-    name: str,
-    robot: RobotPlan,
-    bodies: _Bodies,
-    here: _Stop,
-    there: _Stop,
-    extra: tuple[Ball, ...],
-    pad: float,
-) -> Leg:
-    """Return the rules of the leg from one stop to the next."""
-    visit = there.visit if there.visit is not None else here.visit
-    passing = _passing(mission, robot, here, there)
-    ends = np.stack([here.position, there.position])
-    visited = {robot.visits[v].region for v in (here.visit, there.visit) if v is not None and v < len(robot.visits)}
-    everywhere = {visit.region for visit in robot.visits}  # regions may overlap: which of them come when, the stays tell
-    obstacles: list[Obstacle] = []
-    for region, body in bodies.regions.items():
-        inside = body.clearance(ends) <= 0.0
-        planned = inside[0] <= (region in everywhere or here.role == "start") and inside[1] <= (region in everywhere)
-        if region == passing or (inside.any() and planned):
-            continue
-        if inside.any():
-            stop = there if inside[1] else here
-            raise _infeasible(
-                "visits",
-                name,
-                stop,
-                f"{name}: waypoint {_show(stop.position)} lies within the margin of '{region}', which is not visited there.",
-            )
-        obstacles.append(body)
-    for hoop, disc in bodies.rings.items():
-        if hoop == passing or (hoop in visited and np.any(disc.clearance(ends) <= 0.0)):
-            continue
-        near = float(disc.clearance(ends[0]))
-        if here.role == "start" and near <= 0.0:  # in front of an opening, where only the rim is as far as it must be
-            disc = replace(disc, growth=disc.growth + near - PAD)
-        obstacles.append(disc)
-    obstacles += [body for body in extra if np.all(body.clearance(ends) > 0.0)]
-    tube = None if passing is None else _tube(mission, name, passing, pad)
-    return Leg(tuple(obstacles), tube, visit)
-
-
-def _passing(mission: Mission, robot: RobotPlan, here: _Stop, there: _Stop) -> str | None:
-    """Return the hoop that a leg flies through, if any."""
-    if here.visit is None or here.visit != there.visit or here.role not in _PASSAGE or there.role not in _PASSAGE:
-        return None
-    visit = robot.visits[here.visit]
-    onward = _PASSAGE.index(there.role) - _PASSAGE.index(here.role)  # a lap's last leg leads back to the same hoop
-    if visit.direction is None or visit.region not in mission.hoops or (onward > 0) != (visit.direction == "F"):
-        return None
-    return visit.region
-
-
-def _tube(mission: Mission, name: str, hoop_name: str, pad: float) -> Tube:
-    hoop: Hoop = mission.hoops[hoop_name]
-    radius = hoop.opening - mission.margin - mission.vehicle.radius - pad
-    if radius <= 0.0:
-        raise Infeasible(
-            f"'{hoop_name}' has an opening of {hoop.opening:g} m; vehicle radius {mission.vehicle.radius:g} m and margin "
-            f"{mission.margin:g} m leave no room in it.",
-            Witness(claim="passages", sentence="opening too small", robot=name, region=hoop_name),
-        )
-    return Tube(np.array(hoop.center), np.array(hoop.normal), radius)
-
-
-_DEPTH = 3
-_ANGLES = np.arange(16) * (np.pi / 8)
-_BESIDE = 0.05
-"""m by which a detour passes clear of what it goes around."""
-
-
-def _detour(name: str, here: _Stop, there: _Stop, obstacles: tuple[Obstacle, ...], low: Floats, high: Floats) -> list[Floats]:
-    """Return points to put between two stops so that straight lines meet no obstacle."""
-    blocked = _blocking(here.position, there.position, obstacles)
-    if blocked is None:
-        return []
-    found = _around(here.position, there.position, obstacles, low, high, _DEPTH)
-    if found is None:
-        found = way_around(here.position, there.position, obstacles, low, high)
-    if found is None:
-        raise _infeasible(
-            "visits",
-            name,
-            there,
-            f"{name}: '{blocked.name}' is in the way from {_show(here.position)} to {_show(there.position)}, and no way around was found.",
-        )
-    return found
-
-
-def _blocking(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...]) -> Obstacle | None:
-    return next((body for body in obstacles if body.plane(a, b) is None), None)
-
-
-def _around(
-    a: Floats, b: Floats, obstacles: tuple[Obstacle, ...], low: Floats, high: Floats, depth: int
-) -> list[Floats] | None:
-    """Return via points from a to b, the shortest of the sides that work first; None where none does."""
-    body = _blocking(a, b, obstacles)
-    if body is None:
-        return []
-    if depth == 0:
-        return None
-    step = (b - a) / max(float(np.linalg.norm(b - a)), 1e-9)
-    foot = a + np.clip((body.centre - a) @ step, 0.0, np.linalg.norm(b - a)) * step
-    first = np.cross(step, [0.0, 0.0, 1.0] if abs(step[2]) < 0.9 else [1.0, 0.0, 0.0])
-    first /= np.linalg.norm(first)
-    second = np.cross(step, first)
-    sides = np.cos(_ANGLES)[:, None] * first + np.sin(_ANGLES)[:, None] * second
-    reach = np.arange(1, 61) * 0.05
-    options: list[tuple[float, int, Floats]] = []
-    for index, side in enumerate(sides):
-        line = foot + reach[:, None] * side
-        clear = np.all((line >= low) & (line <= high), axis=1)
-        for other in obstacles:
-            clear &= other.clearance(line) >= _BESIDE
-        if clear.any():
-            via = line[int(np.argmax(clear))]
-            options.append((float(np.linalg.norm(via - a) + np.linalg.norm(b - via)), index, via))
-    for _, _, via in sorted(options, key=lambda option: option[:2])[:6]:
-        before = _around(a, via, obstacles, low, high, depth - 1)
-        after = None if before is None else _around(via, b, obstacles, low, high, depth - 1)
-        if before is not None and after is not None:
-            return [*before, via, *after]
-    return None
-
-
-def _infeasible(claim: str, name: str, stop: _Stop, sentence: str) -> Infeasible:
-    return Infeasible(sentence, Witness(claim=claim, sentence=sentence, robot=name, region=stop.region, visit=stop.visit))
-
-
-def _show(point: Floats) -> str:
-    return "(" + ", ".join(f"{x:.3f}" for x in point) + ")"

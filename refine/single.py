@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from refine.clock import ClockRanOut
 from refine.corridor import BUFFER, Rules, fit, fixed_states, onward_rules, until_kept
-from refine.course import PAD, Course, course_of, thinned
+from refine.course import Course, course_of, thinned
 from refine.elsewhere import moved_into_the_clear
 from refine.labels import troubles
+from refine.legs import PAD
 from refine.limits import Limits
 from refine.nlp import Steps, Timing, optimise
 from refine.obstacles import Ball
@@ -94,11 +95,6 @@ class Robot:
     """Visit: the node at which the robot rests when it sets out for it."""
 
 
-def still(robot: RobotPlan) -> bool:
-    """Tell whether a robot never leaves its start."""
-    return len({waypoint.position for waypoint in robot.waypoints}) == 1
-
-
 def single(plan: Plan, name: str, wishes: Wishes, extra: tuple[Ball, ...], ask: Ask, stops: frozenset[int] = NONE) -> Robot:
     """Return one robot's flight without waits, at rest where it sets out for each visit of `stops`."""
     mission, robot = plan.mission, plan.robots[name]
@@ -106,7 +102,7 @@ def single(plan: Plan, name: str, wishes: Wishes, extra: tuple[Ball, ...], ask: 
     for (who, limit), factor in wishes.limits.items():
         if who == name:
             limits = limits.tightened(limit, factor)
-    if still(robot):
+    if robot.still:
         return Robot(
             name,
             robot,

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from refine.clock import ClockRanOut
 from refine.course import standing_course
+from refine.elsewhere import moved_apart
 from refine.giving_way import Mover, Way, mover, passing, roundabout
 from refine.labels import stays, troubles
 from refine.obstacles import Ball, keep_out
 from refine.quantise import quantise
 from refine.schedule import GRID, Conflict, Flight, departures
-from refine.single import HOVER, NONE, Ask, Pace, Robot, TooLong, single, still
+from refine.single import HOVER, NONE, Ask, Pace, Robot, TooLong, single
 from refine.spline import Spline
 from refine.timing import stretch_to_limits
 from refine.wishes import Wishes, wishes_of
@@ -39,6 +40,8 @@ _LONGEST = 86400.0
 """s, a day: the longest flight that a plan may ask for."""
 _BERTH = 0.04
 """m on top of the distance in an encounter: what sampling it in the schedule cannot see."""
+_HOVERING = 0.02
+"""m on top of the distance around a robot that hovers."""
 _STEPS = 8
 """Pieces of a robot that steps aside for another one."""
 
@@ -87,6 +90,7 @@ def refine(
     del previous
     _check(plan, pace, weight, max_pieces, too_long)
     wishes = wishes_of(plan, tuple(witnesses))
+    plan = _with_room(plan, wishes)
     tell, ask = progress or _quiet, Ask(pace, weight, max_pieces, too_long)
     robots = _alone(plan, wishes, ask, tell)
     tell("choosing departures", 0.7)
@@ -112,6 +116,12 @@ def refine(
             )
     tell("refined", 1.0)
     return flights
+
+
+def _with_room(plan: Plan, wishes: Wishes) -> Plan:
+    """Return the plan with visits moved away from where other robots hover in the end."""
+    distance, z_scale = _distance(plan.mission, wishes)
+    return moved_apart(plan, distance + _HOVERING, z_scale) if len(plan.robots) > 1 else plan
 
 
 def _alone(plan: Plan, wishes: Wishes, ask: Ask, tell: Progress) -> dict[str, Robot]:
@@ -154,9 +164,11 @@ def _quiet(_sentence: str, _share: float) -> None:
 def _idle_others(plan: Plan, name: str, wishes: Wishes) -> tuple[Ball, ...]:
     """Return the places of robots that never move, to be kept clear of."""
     distance, z_scale = _distance(plan.mission, wishes)
-    idle = [other for other, robot in plan.robots.items() if other != name and still(robot)]
+    idle = [other for other, robot in plan.robots.items() if other != name and robot.still]
     return tuple(
-        keep_out(f"{other}, which hovers there", np.array(plan.robots[other].waypoints[0].position), distance + 0.02, z_scale)
+        keep_out(
+            f"{other}, which hovers there", np.array(plan.robots[other].waypoints[0].position), distance + _HOVERING, z_scale
+        )
         for other in idle
     )
 
@@ -372,7 +384,7 @@ def _flight(plan: Plan, robot: Robot) -> Flight:
 def _hovers(robot: Robot, distance: float, z_scale: float) -> tuple[Ball, ...]:
     """Return where a robot hovers before and after its flight, to be kept clear of."""
     ends = (("starts", robot.path.nodes[0]), ("ends", robot.path.nodes[-1]))
-    return tuple(keep_out(f"{robot.name}, which {what} there", place, distance + 0.02, z_scale) for what, place in ends)
+    return tuple(keep_out(f"{robot.name}, which {what} there", place, distance + _HOVERING, z_scale) for what, place in ends)
 
 
 def _too_near(conflict: Conflict, distance: float) -> Infeasible:

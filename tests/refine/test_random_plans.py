@@ -52,12 +52,9 @@ def hold_to_it(seed: int, count: Count) -> None:
     pytest.fail(f"seed {seed}: not certified after {ROUNDS} rounds: {sentences}")
 
 
-SOME = (0, 2, 8, 10, 15, 19, 22, 28, 30, 33)
-"""Seeds of the default run: laps, teams, plans whose points lie in each other's regions, three that are refused."""
-
-
-MISSED = (226, 230, 244)
-"""Seeds that are refused although the dense search finds an answer: one way around a ring, two teams that could part."""
+SOME = (0, 2, 8, 10, 15, 19, 22, 28, 30, 33, 226, 230, 244)
+"""Seeds of the default run: laps, teams, plans whose points lie in each other's regions, three that are refused, a bay in
+front of an opening, robots that would hover too near each other."""
 
 
 def test_random_plans_are_certified_or_refused_for_good() -> None:
@@ -71,7 +68,7 @@ def test_random_plans_are_certified_or_refused_for_good() -> None:
 @pytest.mark.slow
 def test_hundreds_of_random_plans_are_certified_or_refused_for_good() -> None:
     count = Count()
-    for seed in sorted(set(range(300)) - set(MISSED)):
+    for seed in range(300):
         hold_to_it(seed, count)
     print(count)
     assert count.certified > 4 * count.refused > 0

@@ -81,6 +81,11 @@ class RobotPlan(_Value):
     hold: NotNegative = 0.0
     cost: Number = 0.0
 
+    @property
+    def still(self) -> bool:
+        """Whether the robot never leaves its start."""
+        return len({waypoint.position for waypoint in self.waypoints}) == 1
+
 
 class Precedence(_Value):
     """`first` must have left its visit before `then` enters its own. Each is (robot, index of visit)."""

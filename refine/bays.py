@@ -1,0 +1,148 @@
+"""Bays: places right in front of an opening that is not flown through, nearer to the ring's disc than the rim demands, yet
+clear of rim and opening.
+
+No plane parts such a place from the disc that stands for the whole ring, so a flight comes and goes straight along the hoop's
+axis, in a tube, until it is clear of that disc; a passage of another hoop goes on as it is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refine.detours import blocking, detour
+from refine.legs import Bodies, Leg, Stop, Tube, refused, show
+from refine.obstacles import Disc, ring
+from verify.data import Mission
+from verify.data.mission import Hoop
+
+Floats = NDArray[np.float64]
+
+_CLEAR = 0.01
+"""m from the ring's disc at which a bay is left."""
+_STEPS = np.arange(0.05, 1.5, 0.01)
+"""m from the place in the bay at which it may be left."""
+
+
+def through_bays(
+    mission: Mission,
+    name: str,
+    bodies: Bodies,
+    leg: Leg,
+    here: Stop,
+    there: Stop,
+    low: Floats,
+    high: Floats,
+    pad: float,
+) -> list[tuple[Floats, Leg]]:
+    """Return the points after one stop up to the next, each with the rules of the straight leg that leads there.
+
+    A stop that is too near a ring, and in no bay, is refused.
+
+    Args:
+        mission: Gives hoops, margin and vehicle radius.
+        name: The robot's.
+        bodies: Regions and rings, grown.
+        leg: The rules between the two stops.
+        here: The stop that is left.
+        there: The next one.
+        low: Lower corner of the space to stay in, m.
+        high: Upper corner.
+        pad: m on top of the margin.
+
+    Raises:
+        Infeasible: One of them is too near a ring, or no way was found around what is between them.
+    """
+    for stop in (here, there):
+        _refuse_too_near(mission, name, leg, bodies, stop, pad)
+    out = _way_out(mission, bodies, leg, here.position, there.position, low, high, pad)
+    back = _way_out(mission, bodies, leg, there.position, here.position, low, high, pad)
+    a, b = here.position if out is None else out[0], there.position if back is None else back[0]
+    if (
+        out is not None
+        and back is not None
+        and _same(out[1], back[1])
+        and blocking(here.position, there.position, out[1].obstacles) is None
+    ):
+        return [(there.position, out[1])]
+    if leg.tube is not None and (b - a) @ (there.position - here.position) <= 0.0:
+        return [(there.position, leg)]  # the bays meet: nothing is between them
+    inner = [] if leg.tube is not None else detour(name, a, b, leg.obstacles, low, high, to=there)
+    chain = [] if out is None else [out]
+    chain += [(point, leg) for point in (*inner, b)]
+    return chain if back is None else [*chain, (there.position, back[1])]
+
+
+def _way_out(
+    mission: Mission, bodies: Bodies, leg: Leg, point: Floats, other: Floats, low: Floats, high: Floats, pad: float
+) -> tuple[Floats, Leg] | None:
+    """Return where the bay around one end of a leg is left, and the rules up to there; None where there is no bay."""
+    within = _within(bodies, leg, point)
+    if not within:
+        return None
+    grow = mission.margin + pad
+    flat = {name: ring(name, mission.hoops[name], grow) for name in within}
+    obstacles = (*(body for body in leg.obstacles if all(body is not disc for disc in within.values())), *flat.values())
+    for towards in _directions(mission, leg, tuple(within), point, other):
+        places = point + _STEPS[:, None] * towards
+        clear = np.all([disc.clearance(places) >= _CLEAR for disc in within.values()], axis=0)
+        clear &= np.all((places >= low) & (places <= high), axis=1)
+        if leg.tube is not None:
+            clear &= np.linalg.norm(other - point) > _STEPS
+        if not clear.any():
+            continue
+        place = places[int(np.argmax(clear))]
+        way = np.linspace(point, place, 33)
+        if any(np.any(_to_rim(mission.hoops[name], way) < grow + mission.vehicle.radius) for name in within):
+            continue
+        if blocking(point, place, obstacles) is None:
+            tubes = tuple(_bay(mission.hoops[name], grow + mission.vehicle.radius) for name in within)
+            return place, Leg(obstacles, leg.tube, leg.visit, tubes)
+    return None
+
+
+def _refuse_too_near(mission: Mission, name: str, leg: Leg, bodies: Bodies, stop: Stop, pad: float) -> None:
+    """Raise where a stop is nearer to the rim or the opening of a hoop than it may be."""
+    for hoop in _within(bodies, leg, stop.position):
+        rim, radius = float(_to_rim(mission.hoops[hoop], stop.position)), mission.vehicle.radius
+        opening = float(ring(hoop, mission.hoops[hoop], 0.0).clearance(stop.position))
+        for what, distance, least in (("rim", rim, mission.margin + radius), ("opening", opening, mission.margin)):
+            if distance < least + pad:
+                sentence = f"{name}: waypoint {show(stop.position)} is {distance:.3f} m from the {what} of '{hoop}'; {least + pad:.3f} m are needed there."
+                raise refused("passages", name, stop, sentence)
+
+
+def _within(bodies: Bodies, leg: Leg, point: Floats) -> dict[str, Disc]:
+    """Return the rings that a leg keeps out of and one of its ends lies in."""
+    return {
+        name: disc
+        for name, disc in bodies.rings.items()
+        if disc.clearance(point) <= 0.0 and any(disc is body for body in leg.obstacles)
+    }
+
+
+def _same(one: Leg, other: Leg) -> bool:
+    """Tell whether two legs are in the bays of the same hoops."""
+    return [tuple(tube.centre) for tube in one.bays] == [tuple(tube.centre) for tube in other.bays]
+
+
+def _directions(mission: Mission, leg: Leg, within: tuple[str, ...], point: Floats, other: Floats) -> list[Floats]:
+    """Return unit vectors along which a bay may be left: a passage goes on, others follow an axis of the hoops."""
+    if leg.tube is not None:
+        return [(other - point) / max(float(np.linalg.norm(other - point)), 1e-9)]
+    normals = [np.array(mission.hoops[name].normal) for name in within]
+    sides = [(point - np.array(mission.hoops[name].center)) @ normal for name, normal in zip(within, normals, strict=True)]
+    return [normal if side >= 0.0 else -normal for side, normal in zip(sides, normals, strict=True)]
+
+
+def _bay(hoop: Hoop, growth: float) -> Tube:
+    return Tube(np.array(hoop.center), np.array(hoop.normal), max(hoop.opening - growth, 0.0))
+
+
+def _to_rim(hoop: Hoop, points: Floats) -> Floats:
+    """Return the distance of points to a hoop's rim, m. Shape (..., 3) to (...)."""
+    offset, normal = points - np.array(hoop.center), np.array(hoop.normal)
+    along = offset @ normal
+    across = np.linalg.norm(offset - along[..., None] * normal, axis=-1)
+    beside = np.maximum(np.maximum(hoop.opening - across, across - hoop.opening - hoop.rim), 0.0)
+    return np.hypot(beside, np.maximum(np.abs(along) - hoop.rim / 2, 0.0))
