@@ -1,19 +1,25 @@
-"""Minimum snap with inequalities: a quadratic programme over node states, solved by OSQP (its only importer).
+"""Minimum snap with inequalities: a quadratic programme over node states (OSQP's only importer).
 
 The unknowns are the states at the nodes, less what is fixed or shared. The snap form is factorised once per axis and
-the unknowns are taken in its own metric (z = L'(x - x0)), in which the objective is |z|^2 / 2: OSQP then only has to
+the unknowns are taken in its own metric (z = L'(x - x0)), in which the objective is |z|^2 / 2: what is left is to
 project the unconstrained optimum onto the rows that bind, whatever the durations' sizes.
+
+Such a least-distance programme is the dual of non-negative least squares (Lawson and Hanson, Solving Least Squares Problems,
+chapter 23). That active-set method ends after finitely many steps, with the answer or with the knowledge that there is none;
+OSQP, which only approaches either, takes over where it runs out of steps.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 import osqp
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import cholesky, solve_triangular
+from scipy.optimize import nnls
 
 from refine.basis import HERMITE, ORDER, SNAP
 from refine.clock import ClockRanOut
@@ -22,11 +28,15 @@ from verify.data import Infeasible, InternalError
 
 Floats = NDArray[np.float64]
 
+Engine = Literal["nnls", "osqp"]
+
 ITERATIONS = 20_000
 SECONDS = 120.0
 """The clock only ends a solve with an error."""
 TOLERANCE = 1e-4
 """m by which a recomputed row may be off; far below the clearance that rows are given on top of the margin."""
+_NO_POINT = 1e-9
+"""Residual of the dual below which there is no point that keeps all rows: its inverse square would be the point's distance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +85,12 @@ def rest_to_rest(points: Floats, cycle: int | None = None) -> Floats:
     return fixed
 
 
-def solve(programme: Programme) -> Spline:
+def solve(programme: Programme, engine: Engine = "nnls") -> Spline:
     """Return the spline of least snap that keeps every row.
+
+    Args:
+        programme: The problem.
+        engine: "nnls": exact but for rounding, with OSQP behind it; "osqp": only that.
 
     Raises:
         Infeasible: The rows contradict each other or the engine's budget of iterations ran out; says by how much the
@@ -99,7 +113,7 @@ def solve(programme: Programme) -> Spline:
         low = np.array([row.low for row in programme.rows]) - at_start
         high = np.array([row.high for row in programme.rows]) - at_start
         if np.any(low > 1e-9) or np.any(high < -1e-9):
-            z = _project(matrix, low, high).reshape(axes, -1).T
+            z = _project(matrix, low, high, engine).reshape(axes, -1).T
             free = free + solve_triangular(factor.T, z)
     states = (basis @ free + offset).reshape(programme.fixed.shape)
     answer = Spline(programme.durations, states)
@@ -174,11 +188,33 @@ def _whitened(programme: Programme, white: Floats, start: Floats) -> tuple[Float
     return np.array(matrix), np.array(values)
 
 
-def _project(matrix: Floats, low: Floats, high: Floats) -> Floats:
+def _project(matrix: Floats, low: Floats, high: Floats, engine: Engine) -> Floats:
     """Return the point nearest to the origin with low <= matrix @ z <= high."""
     size = np.linalg.norm(matrix, axis=1)
     moving = size > 1e-12
     matrix, low, high = matrix[moving] / size[moving, None], low[moving] / size[moving], high[moving] / size[moving]
+    if engine == "osqp":
+        return _by_osqp(matrix, low, high)
+    below, above = np.isfinite(low), np.isfinite(high)
+    try:
+        return _by_nnls(np.concatenate([matrix[below], -matrix[above]]), np.concatenate([low[below], -high[above]]))
+    except RuntimeError:  # out of steps
+        return _by_osqp(matrix, low, high)
+
+
+def _by_nnls(matrix: Floats, low: Floats) -> Floats:
+    """Return the point nearest to the origin with matrix @ z >= low (Lawson and Hanson, 23.27)."""
+    system = np.concatenate([matrix.T, low[None]])
+    target = np.zeros(len(system))
+    target[-1] = 1.0
+    weights, distance = nnls(system, target)
+    if distance < _NO_POINT:
+        raise Infeasible(f"The corridors contradict each other ({len(low)} rows).")
+    left = system @ weights - target
+    return -left[:-1] / left[-1]
+
+
+def _by_osqp(matrix: Floats, low: Floats, high: Floats) -> Floats:
     solver = osqp.OSQP()
     unknowns = matrix.shape[1]
     solver.setup(

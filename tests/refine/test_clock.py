@@ -24,6 +24,16 @@ def test_ipopts_clock_is_an_error_and_no_fallback(monkeypatch: pytest.MonkeyPatc
 
 
 def test_osqps_clock_is_an_error_and_no_fallback(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is asked where non-negative least squares runs out of steps."""
+    usual = refine.refine(sequence_plan())["quad0"]
+
+    def out_of_steps(_matrix: np.ndarray, _target: np.ndarray) -> None:
+        raise RuntimeError("Maximum number of iterations reached.")
+
+    monkeypatch.setattr(qp, "nnls", out_of_steps)
+    flight = refine.refine(sequence_plan())["quad0"]
+    np.testing.assert_allclose(flight.durations, usual.durations, rtol=1e-3)
+    np.testing.assert_allclose(flight.evaluate(flight.knots), usual.evaluate(usual.knots), atol=1e-2)
     monkeypatch.setattr(qp, "SECONDS", 1e-9)
     with pytest.raises(ClockRanOut, match="OSQP"):
         refine.refine(sequence_plan())
