@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.detours import blocking, detour
-from refine.legs import Bodies, Leg, Stop, Tube, refused, show
+from refine.legs import Bodies, Leg, Stop, Tube, eased, refused, show
 from refine.obstacles import Disc, ring
 from verify.data import Mission
 from verify.data.mission import Hoop
@@ -54,7 +54,7 @@ def through_bays(
         Infeasible: One of them is too near a ring, or no way was found around what is between them.
     """
     for stop in (here, there):
-        _refuse_too_near(mission, name, leg, bodies, stop, pad)
+        _refuse_too_near(mission, name, leg, bodies, stop)
     out = _way_out(mission, bodies, leg, here.position, there.position, low, high, pad)
     back = _way_out(mission, bodies, leg, there.position, here.position, low, high, pad)
     a, b = here.position if out is None else out[0], there.position if back is None else back[0]
@@ -81,7 +81,7 @@ def _way_out(
     if not within:
         return None
     grow = mission.margin + pad
-    flat = {name: ring(name, mission.hoops[name], grow) for name in within}
+    flat = {name: eased(ring(name, mission.hoops[name], grow), point[None], pad) for name in within}
     obstacles = (*(body for body in leg.obstacles if all(body is not disc for disc in within.values())), *flat.values())
     for towards in _directions(mission, leg, tuple(within), point, other):
         places = point + _STEPS[:, None] * towards
@@ -93,7 +93,8 @@ def _way_out(
             continue
         place = places[int(np.argmax(clear))]
         way = np.linspace(point, place, 33)
-        if any(np.any(_to_rim(mission.hoops[name], way) < grow + mission.vehicle.radius) for name in within):
+        least = mission.margin + mission.vehicle.radius
+        if any(np.any(_to_rim(mission.hoops[name], way) < least) for name in within):
             continue
         if blocking(point, place, obstacles) is None:
             tubes = tuple(_bay(mission.hoops[name], grow + mission.vehicle.radius) for name in within)
@@ -101,23 +102,24 @@ def _way_out(
     return None
 
 
-def _refuse_too_near(mission: Mission, name: str, leg: Leg, bodies: Bodies, stop: Stop, pad: float) -> None:
+def _refuse_too_near(mission: Mission, name: str, leg: Leg, bodies: Bodies, stop: Stop) -> None:
     """Raise where a stop is nearer to the rim or the opening of a hoop than it may be."""
     for hoop in _within(bodies, leg, stop.position):
         rim, radius = float(_to_rim(mission.hoops[hoop], stop.position)), mission.vehicle.radius
         opening = float(ring(hoop, mission.hoops[hoop], 0.0).clearance(stop.position))
         for what, distance, least in (("rim", rim, mission.margin + radius), ("opening", opening, mission.margin)):
-            if distance < least + pad:
-                sentence = f"{name}: waypoint {show(stop.position)} is {distance:.3f} m from the {what} of '{hoop}'; {least + pad:.3f} m are needed there."
+            if distance < least:
+                sentence = f"{name}: waypoint {show(stop.position)} is {distance:.3f} m from the {what} of '{hoop}'; {least:.3f} m are needed there."
                 raise refused("passages", name, stop, sentence)
 
 
 def _within(bodies: Bodies, leg: Leg, point: Floats) -> dict[str, Disc]:
     """Return the rings that a leg keeps out of and one of its ends lies in."""
+    rings = {disc.name: name for name, disc in bodies.rings.items()}
     return {
-        name: disc
-        for name, disc in bodies.rings.items()
-        if disc.clearance(point) <= 0.0 and any(disc is body for body in leg.obstacles)
+        rings[body.name]: body
+        for body in leg.obstacles
+        if isinstance(body, Disc) and body.name in rings and body.clearance(point) <= 0.0
     }
 
 

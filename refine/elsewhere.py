@@ -75,18 +75,70 @@ def _movable(mission: Mission, robot: RobotPlan, waypoint: Waypoint) -> bool:
     )
 
 
+def spread(
+    mission: Mission, robot: RobotPlan, taken: tuple[Ball, ...], at_the_end: tuple[Ball, ...], count: int
+) -> list[RobotPlan]:
+    """Return the plan with all points of visits at other places of their regions, as far from each other as they can be.
+
+    Args:
+        mission: Gives regions, rings, margin and workspace.
+        robot: Its plan; no lasso.
+        taken: Places where other robots hover.
+        at_the_end: Places that are no good to stay at, if there are others.
+        count: Of plans, at most; none where no visit's point may move.
+    """
+    places: dict[int, list[list[float]]] = {}
+    for index, waypoint in enumerate(robot.waypoints):
+        if _movable(mission, robot, waypoint):
+            points = _places(mission, robot, waypoint, taken)
+            good = _places(mission, robot, waypoint, at_the_end) if index == len(robot.waypoints) - 1 else points
+            places[index] = _far_apart(np.array(waypoint.position), good if len(good) else points, count)
+    plans = []
+    for choice in range(count if any(len(found) for found in places.values()) else 0):
+        waypoints = list(robot.waypoints)
+        for index, found in places.items():
+            if len(found):
+                waypoints[index] = waypoints[index].model_copy(update={"position": tuple(found[choice % len(found)])})
+        plans.append(robot.model_copy(update={"waypoints": tuple(waypoints)}))
+    return plans
+
+
+def _far_apart(planned: Floats, points: Floats, count: int) -> list[list[float]]:
+    """Return points, each the farthest from the planned one and those before it."""
+    chosen: list[list[float]] = []
+    distance = np.linalg.norm(points - planned, axis=1)
+    while len(chosen) < count and len(points) and distance.max() > 0.0:
+        point = points[int(np.argmax(distance))]
+        chosen.append(point.tolist())
+        distance = np.minimum(distance, np.linalg.norm(points - point, axis=1))
+    return chosen
+
+
 def _moved(mission: Mission, robot: RobotPlan, waypoint: Waypoint, taken: tuple[Ball, ...]) -> Waypoint | None:
     """Return a visit's point at the nearest place of its region that is clear and not taken; None where there is none."""
+    planned = np.array(waypoint.position)
+    places = _places(mission, robot, waypoint, taken)
+    if not len(places):
+        return None
+    nearest = places[int(np.argmin(np.linalg.norm(places - planned, axis=1)))]
+    return waypoint.model_copy(update={"position": tuple(nearest.tolist())})
+
+
+def _places(mission: Mission, robot: RobotPlan, waypoint: Waypoint, taken: tuple[Ball, ...]) -> Floats:
+    """Return where a visit's point may lie: within the region less the margin and the workspace, and not taken.
+
+    Only places that are clear of all other regions and rings, or where there are none, those clear of rings and of regions
+    that are never visited. Shape (places, 3).
+    """
     region, visited = mission.regions[waypoint.region or ""], {visit.region for visit in robot.visits}
     inner = DEEP * (1.0 - (mission.margin + PAD) / min(region.radii))
     if inner <= 0.0:
-        return None
+        return np.zeros((0, 3))
     grow = mission.margin + PAD
     bodies: dict[str, Obstacle] = {name: grown_region(name, region, grow) for name, region in mission.all_regions.items()}
     bodies |= {f"ring of {name}": ring(name, hoop, grow + mission.vehicle.radius) for name, hoop in mission.hoops.items()}
-    planned = np.array(waypoint.position)
     cloud = np.array(region.center) + inner * _UNIT_BALL @ np.linalg.inv(grown_region("", region, 0.0).root)
-    points = np.concatenate([planned[None], cloud[np.argsort(np.linalg.norm(cloud - planned, axis=1), kind="stable")]])
+    points = np.concatenate([np.array(waypoint.position)[None], cloud])
     free = np.all(
         (points >= np.array(mission.workspace.min) + grow) & (points <= np.array(mission.workspace.max) - grow), axis=1
     )
@@ -96,6 +148,5 @@ def _moved(mission: Mission, robot: RobotPlan, waypoint: Waypoint, taken: tuple[
     for names in (set(others), set(others) - visited):
         clear = free & np.all([others[name] for name in names], axis=0) if names else free
         if clear.any():
-            point = tuple(float(x) for x in points[int(np.argmax(clear))])
-            return waypoint.model_copy(update={"position": point})
-    return None
+            return points[clear]
+    return np.zeros((0, 3))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +14,14 @@ from verify.data.mission import Hoop
 from verify.data.plan import Role
 
 Floats = NDArray[np.float64]
+Body = TypeVar("Body", Ball, Disc)
 
 PAD = 1e-3
 """m kept on top of the margin, so that rounding and engine tolerances cannot use the margin up."""
+HOVERING = 0.02
+"""m on top of the distance around a robot that hovers."""
+_SLIVER = 1e-4
+"""m that a fixed point may use up of a pad, less than all of it."""
 PASSAGE: tuple[Role, ...] = ("rear", "centre", "front")  # along the normal
 
 
@@ -89,7 +95,8 @@ def leg_between(
     ends = np.stack([here.position, there.position])
     everywhere = {visit.region for visit in robot.visits}  # regions may overlap: which of them come when, the stays tell
     obstacles: list[Obstacle] = []
-    for region, body in bodies.regions.items():
+    for region, grown in bodies.regions.items():
+        body = eased(grown, ends, pad)
         inside = body.clearance(ends) <= 0.0
         planned = inside[0] <= (region in everywhere or here.role == "start") and inside[1] <= (region in everywhere)
         if region == passing or (inside.any() and planned):
@@ -103,10 +110,20 @@ def leg_between(
                 f"{name}: waypoint {show(stop.position)} lies within the margin of '{region}', which is not visited there.",
             )
         obstacles.append(body)
-    obstacles += [disc for hoop, disc in bodies.rings.items() if hoop != passing]
-    obstacles += [body for body in extra if np.all(body.clearance(ends) > 0.0)]
+    obstacles += [eased(disc, ends, pad) for hoop, disc in bodies.rings.items() if hoop != passing]
+    obstacles += [body for body in (eased(place, ends, HOVERING) for place in extra) if np.all(body.clearance(ends) > 0.0)]
     tube = None if passing is None else _tube(mission, name, passing, pad)
     return Leg(tuple(obstacles), tube, visit)
+
+
+def eased(body: Body, ends: Floats, pad: float) -> Body:
+    """Return a body, shrunk where an end of a leg lies in its outermost `pad` m, so that the end is just outside.
+
+    The pad is there for curves; a given point is where it is.
+    """
+    near = body.clearance(ends)
+    slivers = near[(near <= 0.0) & (near >= _SLIVER - pad)]
+    return body.grown(float(slivers.min()) - _SLIVER) if len(slivers) else body
 
 
 def _passing(mission: Mission, robot: RobotPlan, here: Stop, there: Stop) -> str | None:

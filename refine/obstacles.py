@@ -7,7 +7,7 @@ leg and a convex body keeps the leg's whole curve outside once all its Bernstein
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -61,6 +61,10 @@ class Ball:
         """Return how far points are outside, in m (a lower bound of the distance), negative inside. Shape (..., 3) to (...)."""
         return (np.linalg.norm((points - self.centre) @ self.root.T, axis=-1) - 1.0) * self.least_radius
 
+    def grown(self, by: float) -> Ball:
+        """Return it with its smallest half-axis longer by `by` m, the others in proportion."""
+        return Ball(self.name, self.centre, self.root / (1.0 + by / self.least_radius))
+
     def plane(self, a: Floats, b: Floats) -> Plane | None:
         """Return a plane with the body on one side and the segment a b on the other; None where they meet."""
         start, end = self.root @ (a - self.centre), self.root @ (b - self.centre)
@@ -105,6 +109,10 @@ class Disc:
     def clearance(self, points: Floats) -> Floats:
         """Return how far points are outside, in m; -growth for points of the cylinder itself."""
         return np.linalg.norm(points - self._nearest(points), axis=-1) - self.growth
+
+    def grown(self, by: float) -> Disc:
+        """Return it grown by `by` m more."""
+        return replace(self, growth=self.growth + by)
 
     def plane(self, a: Floats, b: Floats) -> Plane | None:
         """Return a plane with the body on one side and the segment a b on the other; None where they meet."""

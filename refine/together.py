@@ -1,0 +1,207 @@
+"""A team's flights together: who departs when, and what else is tried where no departures keep robots apart.
+
+In this order, until one succeeds: departures; paths that also keep clear of where the others hover; the plan's own shares of
+time instead of even ones; other places for visits within their regions; giving way to each other.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from refine.clock import ClockRanOut
+from refine.elsewhere import moved_apart, spread
+from refine.encounters import among, given_way
+from refine.legs import HOVERING
+from refine.obstacles import Ball, keep_out
+from refine.schedule import Conflict, departures
+from refine.single import Ask, Robot, single
+from refine.spacing import Spacing, flight_of, hovers_of, idle_others, spacing_of
+from refine.waits import with_waits
+from refine.wishes import Wishes
+from verify.data import Infeasible, Plan
+
+Progress = Callable[[str, float], None]
+Together = tuple[dict[str, Robot], dict[str, float]]
+"""Robots with their paths, and departures in s by robot."""
+
+_PLACES = 3
+"""Other places that each visit of a robot in conflict is tried at."""
+_COMBINATIONS = 64
+
+
+def together(plan: Plan, wishes: Wishes, ask: Ask, tell: Progress) -> Together:
+    """Return the team's robots and their departures, with all robots kept apart.
+
+    Args:
+        plan: Who visits what.
+        wishes: What witnesses asked for.
+        ask: What the caller asked for.
+        tell: Told a sentence and a share of the work.
+
+    Raises:
+        Infeasible: A robot cannot fly as planned even alone, or nothing that was tried keeps two of them apart.
+        ClockRanOut: An engine's seconds ran out.
+    """
+    spacing = spacing_of(plan.mission, wishes)
+    if len(plan.robots) > 1:
+        plan = moved_apart(plan, spacing.distance + HOVERING, spacing.z_scale)
+    teams = [_alone(plan, wishes, ask, spacing, tell)]
+    tell("choosing departures", 0.7)
+    if len(plan.robots) == 1:
+        return teams[0], {name: robot.plan.hold for name, robot in teams[0].items()}
+    found = [_departing(plan, teams[0], wishes, ask, spacing)]
+    if isinstance(found[0][1], Conflict):  # other shares of time bend paths otherwise; the plan's own may keep robots apart
+        even = _plans_own(plan, teams[0], wishes, replace(ask, even=False), spacing, tell)
+        if even is not None:
+            found.append(_departing(plan, even, wishes, replace(ask, even=False), spacing))
+    for robots, starts in found:
+        if not isinstance(starts, Conflict):
+            return robots, starts
+    tell("trying other places for visits", 0.75)
+    moved = _at_other_places(plan, teams[0], wishes, ask, spacing)
+    if moved is not None:
+        return moved
+    tell("letting robots give way", 0.8)
+    failure: Infeasible | None = None
+    for robots, starts in found:
+        assert isinstance(starts, Conflict)
+        try:
+            return given_way(plan, robots, wishes, starts, spacing)
+        except ClockRanOut:
+            raise
+        except Infeasible as error:
+            failure = failure or error
+    assert failure is not None
+    raise failure
+
+
+def _alone(plan: Plan, wishes: Wishes, ask: Ask, spacing: Spacing, tell: Progress) -> dict[str, Robot]:
+    """Return each robot's flight as if the others were not there, but for those that never move."""
+    robots: dict[str, Robot] = {}
+    for index, name in enumerate(plan.robots):
+        tell(f"smoothing the path of {name}", 0.7 * index / len(plan.robots))
+        idle = idle_others(plan, name, spacing)
+        try:
+            robots[name] = single(plan, name, wishes, idle, ask)
+        except ClockRanOut:
+            raise
+        except Infeasible:
+            if not idle:
+                raise
+            robots[name] = single(plan, name, wishes, (), ask)  # whoever hovers in the way may have to step aside
+    return robots
+
+
+def _plans_own(
+    plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: Ask, spacing: Spacing, tell: Progress
+) -> dict[str, Robot] | None:
+    """Return the robots with the plan's own shares of time; None where that changes nothing or is not possible."""
+    try:
+        slower = _alone(plan, wishes, ask, spacing, tell)
+    except ClockRanOut:
+        raise
+    except Infeasible:
+        return None
+    return None if all(slower[name].path.duration == robot.path.duration for name, robot in robots.items()) else slower
+
+
+def _departing(
+    plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: Ask, spacing: Spacing
+) -> tuple[dict[str, Robot], dict[str, float] | Conflict]:
+    """Return the team and departures at which robots keep their distance, or who cannot be kept apart.
+
+    Where no departures help, the two robots in conflict get paths that also keep clear of where the other one starts and ends,
+    for as long as that changes anything.
+    """
+    clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
+    waiting = False
+    while True:
+        found = _departures(plan, robots, wishes, spacing)
+        if not isinstance(found, Conflict):
+            return robots, found
+        if found.pair[0] == found.pair[1] and not waiting:
+            robots, waiting = with_waits(plan, robots, wishes, ask, spacing), True
+            continue
+        changed = False
+        for name, other in (found.pair, found.pair[::-1]):
+            if name == other or other in clear_of[name]:
+                continue
+            clear_of[name] = (*clear_of[name], other)
+            places = [place for who in clear_of[name] for place in hovers_of(robots[who], spacing)]
+            try:
+                robots = {**robots, name: single(plan, name, wishes, (*idle_others(plan, name, spacing), *places), ask)}
+                changed, waiting = True, False
+            except ClockRanOut:
+                raise
+            except Infeasible:
+                continue  # its own path stays; the other robot's may still move
+        if not changed:
+            return robots, found
+
+
+def _departures(plan: Plan, robots: dict[str, Robot], wishes: Wishes, spacing: Spacing) -> dict[str, float] | Conflict:
+    flights = [flight_of(plan, robot) for robot in robots.values()]
+    precedences = among(wishes, tuple(robots))
+    return departures(flights, distance=spacing.distance, z_scale=spacing.z_scale, precedences=precedences)
+
+
+def _at_other_places(plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: Ask, spacing: Spacing) -> Together | None:
+    """Return the team with visits of robots in conflict made elsewhere in their regions; None where that does not part them.
+
+    Combinations are tried from the planned places outwards; one in which some two robots cannot be parted even by themselves
+    is passed over.
+    """
+    apart: dict[tuple[str, int, str, int], bool] = {}
+    options = {name: [robot] for name, robot in robots.items()}
+
+    def parted(one: str, i: int, other: str, j: int) -> bool:
+        key = (one, i, other, j)
+        if key not in apart:
+            pair = {one: options[one][i], other: options[other][j]}
+            apart[key] = not isinstance(_departures(plan, pair, wishes, spacing), Conflict)
+        return apart[key]
+
+    pairs = list(itertools.combinations(robots, 2))
+    met = {name for one, other in pairs if not parted(one, 0, other, 0) for name in (one, other)}
+    for name in (name for name in robots if name in met or not met):
+        idle = idle_others(plan, name, spacing)
+        ways = [place for other in robots if other != name for place in _passages(plan, other, spacing)]
+        for elsewhere in spread(plan.mission, plan.robots[name], idle, (*idle, *ways), _PLACES):
+            changed = plan.model_copy(update={"robots": {**plan.robots, name: elsewhere}})
+            try:
+                options[name].append(single(changed, name, wishes, idle, ask))
+            except ClockRanOut:
+                raise
+            except Infeasible:
+                continue  # the other places may do
+    choices = sorted(itertools.product(*(range(len(options[name])) for name in robots)), key=lambda each: (sum(each), each))
+    tried = 0
+    for choice in choices[1:]:
+        at = dict(zip(robots, choice, strict=True))
+        if tried == _COMBINATIONS or not all(parted(one, at[one], other, at[other]) for one, other in pairs):
+            continue
+        tried += 1
+        team = {name: options[name][index] for name, index in at.items()}
+        found = _departures(plan, team, wishes, spacing)
+        if not isinstance(found, Conflict):
+            return team, found
+    return None
+
+
+def _passages(plan: Plan, name: str, spacing: Spacing) -> list[Ball]:
+    """Return the places that a robot cannot but fly through: where it passes hoops."""
+    points = plan.robots[name].waypoints
+    through = [
+        (np.array(a.position), np.array(b.position))
+        for a, b in itertools.pairwise(points)
+        if a.visit is not None and a.visit == b.visit and a.region in plan.mission.hoops
+    ]
+    return [
+        keep_out(f"the passage of {name}", a + share * (b - a), spacing.distance + HOVERING, spacing.z_scale)
+        for a, b in through
+        for share in (0.0, 0.5, 1.0)
+    ]
