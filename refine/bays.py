@@ -7,6 +7,8 @@ axis, in a tube, until it is clear of that disc; a passage of another hoop goes 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -67,9 +69,16 @@ def through_bays(
         return [(there.position, out[1])]
     if leg.tube is not None and (b - a) @ (there.position - here.position) <= 0.0:
         return [(there.position, leg)]  # the bays meet: nothing is between them
-    inner = [] if leg.tube is not None else detour(name, a, b, leg.obstacles, low, high, to=there)
     chain = [] if out is None else [out]
-    chain += [(point, leg) for point in (*inner, b)]
+    if leg.tube is not None:
+        chain.append((b, leg))
+    else:
+        kept = {body.name for body in leg.obstacles}
+        around = [body for region, body in bodies.regions.items() if region not in kept]
+        left = tuple(body for body in around if body.clearance(a) <= 0.0 < body.clearance(b))
+        entered = tuple(body for body in around if body.clearance(b) <= 0.0 < body.clearance(a))
+        legs = detour(name, a, b, leg.obstacles, left, entered, low, high, to=there)
+        chain += [(point, replace(leg, obstacles=obstacles)) for point, obstacles in legs]
     return chain if back is None else [*chain, (there.position, back[1])]
 
 

@@ -44,13 +44,20 @@ def stays(path: Spline, regions: dict[str, Region], margin: float) -> tuple[Stay
     return tuple(sorted(found, key=lambda stay: (stay.start, stay.region)))
 
 
-def troubles(path: Spline, mission: Mission, name: str, robot: RobotPlan) -> tuple[Witness, ...]:
-    """Return what the judge would refuse about a robot's visits, as far as samples show it."""
-    found = stays(path, mission.all_regions, mission.margin)
-    seen, wanted = [stay.region for stay in found], [visit.region for visit in robot.visits]
-    if seen != wanted:
+def troubles(path: Spline, mission: Mission, name: str, robot: RobotPlan, pad: float = 0.0) -> tuple[Witness, ...]:
+    """Return what the judge would refuse about a robot's visits, as far as samples show it.
+
+    Stays are counted with the margin, and with `pad` m more and less of it: a path that just about leaves a region and comes
+    back may be one stay or two.
+    """
+    found, wanted = stays(path, mission.all_regions, mission.margin), [visit.region for visit in robot.visits]
+    for by in (0.0, pad, -pad) if pad else (0.0,):
+        counted = found if by == 0.0 else stays(path, mission.all_regions, mission.margin + by)
+        seen = [stay.region for stay in counted]
+        if seen == wanted:
+            continue
         index = next((i for i, (s, w) in enumerate(zip(seen, wanted, strict=False)) if s != w), min(len(seen), len(wanted)))
-        extra = found[index] if index < len(found) else None
+        extra = counted[index] if index < len(counted) else None
         sentence = f"{name}: the path comes within the margin of {', '.join(seen) or 'no region'}; the plan visits {', '.join(wanted) or 'none'}."
         return (
             Witness(

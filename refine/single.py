@@ -41,6 +41,8 @@ _EASE = 3e4
 _SHIFTS = (0.1, 10.0, 0.01)
 """Weights of time, in units of the one that is asked for, whose answers are other starts of a programme that did not
 converge from the nominal path."""
+_UNSURE = 5e-4
+"""m of margin, more or less, that must not change which visits a path shows."""
 _UNEVEN = 1.1
 """How much longer than planned a flight may become before other shares of its time are tried."""
 _SHARES = (1.0, 0.5)
@@ -140,7 +142,7 @@ def _moving(
     rest = frozenset(halts.values())
     if ask.too_long == "rest" and course.cycle is None and len(course) >= ask.max_pieces:
         rest |= frozenset(range(ask.max_pieces - 1, len(course), ask.max_pieces - 1))
-    fitted = _labelled(plan, name, course, limits, BUFFER + more, rest, even=ask.even)
+    fitted = _labelled(plan, name, course, limits, more, rest, even=ask.even)
     path, yaw = fitted.path, fitted.yaw
     if ask.pace != "nominal":
         path, yaw = _raced(plan, name, course, limits, fitted, ask, BUFFER + more)
@@ -158,14 +160,15 @@ def _setting_out(course: Course, visit: int) -> int:
 
 
 def _labelled(
-    plan: Plan, name: str, course: Course, limits: Limits, buffer: float, halts: frozenset[int], *, even: bool
+    plan: Plan, name: str, course: Course, limits: Limits, pad: float, halts: frozenset[int], *, even: bool
 ) -> _Fitted:
     """Return a path whose stays are the plan's visits, and its yaw.
 
     A path may cut back into a region that it has just left. Then the legs concerned never go back, and if that is not
-    enough, the flight rests at their ends and is straight between: at worst it is the planner's own polyline.
+    enough, the flight rests at their ends and is straight between: at worst it is the planner's own polyline. What comes
+    back within `pad` m of that counts as well, if that can be helped: the judge may not be able to tell it apart.
     """
-    mission, robot = plan.mission, plan.robots[name]
+    mission, robot, buffer = plan.mission, plan.robots[name], BUFFER + pad
     try:
         path, yaw = _timed(plan, name, course, limits, buffer, halts, NONE, even=even)
     except ClockRanOut:
@@ -177,13 +180,13 @@ def _labelled(
         if found:
             raise Infeasible(found[0].sentence, found[0]) from None
         return _Fitted(path, yaw, everywhere, NONE)
-    found = troubles(path, mission, name, robot)
+    found = troubles(path, mission, name, robot, _UNSURE + pad)
     if not found:
         return _Fitted(path, yaw, halts, NONE)
     onward = _legs_about(path, found[0].time)
     try:
         straight, straight_yaw = _timed(plan, name, course, limits, buffer, halts, onward, even=even)
-        if not troubles(straight, mission, name, robot):
+        if not troubles(straight, mission, name, robot, _UNSURE + pad):
             return _Fitted(straight, straight_yaw, halts, onward)
     except ClockRanOut:
         raise
@@ -194,10 +197,13 @@ def _labelled(
         legs = _legs_about(path, found[0].time)
         more = rest | legs | {leg + 1 for leg in legs}
         if more == rest:
-            raise Infeasible(found[0].sentence, found[0])
+            found = troubles(path, mission, name, robot)
+            if found:
+                raise Infeasible(found[0].sentence, found[0])
+            break  # no straight leg keeps the pad as well
         rest = more
         path, yaw = _timed(plan, name, course, limits, buffer, rest, NONE, even=even)
-        found = troubles(path, mission, name, robot)
+        found = troubles(path, mission, name, robot, _UNSURE + pad)
     return _Fitted(path, yaw, rest, NONE)
 
 
