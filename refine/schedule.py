@@ -55,8 +55,8 @@ class Conflict:
 class _Track:
     points: Floats
     """At multiples of _STEP from departure to arrival, z scaled. Shape (samples, 3)."""
-    reach: float
-    """How far it may go in half a step, m."""
+    reach: Floats
+    """How far it may be from each point within half a step, m. Shape (samples,)."""
 
 
 def departures(
@@ -105,8 +105,16 @@ def _track(flight: Flight, z_scale: float) -> _Track:
     for power in range(7, -1, -1):
         points = points * local[:, None] + coefficients[:, :3, power]
     points[:, 2] *= z_scale
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    return _Track(points, 0.55 * float(steps.max(initial=0.0)))
+    return _Track(points, reach_of(points))
+
+
+def reach_of(points: Floats) -> Floats:
+    """Return how far from each sample of a path it may be within half a step, m. Shape (samples, 3) to (samples,).
+
+    Half the way to the neighbours, and a tenth for what is not straight or even in between.
+    """
+    steps = np.concatenate([[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1), [0.0]])
+    return 0.55 * np.maximum(steps[:-1], steps[1:])
 
 
 def _in_order(
@@ -161,10 +169,10 @@ def _conflict(
         shift, other_shift = round(departure / _STEP), round(other_departure / _STEP)
         count = max(shift + len(mine.points), other_shift + len(theirs.points))
         index = np.arange(count)
-        a = mine.points[np.clip(index - shift, 0, len(mine.points) - 1)]
-        b = theirs.points[np.clip(index - other_shift, 0, len(theirs.points) - 1)]
-        gap = np.linalg.norm(a - b, axis=1)
-        nearest = int(np.argmin(gap))
-        if gap[nearest] - mine.reach - theirs.reach < distance:
+        here = np.clip(index - shift, 0, len(mine.points) - 1)
+        there = np.clip(index - other_shift, 0, len(theirs.points) - 1)
+        gap = np.linalg.norm(mine.points[here] - theirs.points[there], axis=1)
+        nearest = int(np.argmin(gap - mine.reach[here] - theirs.reach[there]))
+        if gap[nearest] - mine.reach[here[nearest]] - theirs.reach[there[nearest]] < distance:
             return Conflict((name, other), float(gap[nearest]), nearest * _STEP)
     return None

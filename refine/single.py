@@ -72,6 +72,8 @@ class Ask:
     too_long: TooLong = "refuse"
     even: bool = True
     """Whether other shares of a flight's time are tried where the plan's own would slow it much."""
+    rests: bool = False
+    """Whether the flight rests at every point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +144,8 @@ def _moving(
     rest = frozenset(halts.values())
     if ask.too_long == "rest" and course.cycle is None and len(course) >= ask.max_pieces:
         rest |= frozenset(range(ask.max_pieces - 1, len(course), ask.max_pieces - 1))
+    if ask.rests and course.cycle is None:
+        rest = frozenset(range(len(course) + 1))
     fitted = _labelled(plan, name, course, limits, more, rest, even=ask.even)
     path, yaw = fitted.path, fitted.yaw
     if ask.pace != "nominal":

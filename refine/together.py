@@ -1,13 +1,13 @@
 """A team's flights together: who departs when, and what else is tried where no departures keep robots apart.
 
 In this order, until one succeeds: departures; paths that also keep clear of where the others hover; the plan's own shares of
-time instead of even ones; other places for visits within their regions; giving way to each other.
+time instead of even ones; other places for visits within their regions; giving way to each other; waits at every point.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from refine.obstacles import Ball, keep_out
 from refine.schedule import Conflict, departures
 from refine.single import Ask, Robot, single
 from refine.spacing import Spacing, flight_of, hovers_of, idle_others, spacing_of
+from refine.stop_and_go import stop_and_go
 from refine.waits import with_waits
 from refine.wishes import Wishes
 from verify.data import Infeasible, Plan
@@ -30,7 +31,10 @@ Together = tuple[dict[str, Robot], dict[str, float]]
 
 _PLACES = 3
 """Other places that each visit of a robot in conflict is tried at."""
+_LOOKED_AT = 4096
 _COMBINATIONS = 64
+_RESTING = 16
+"""Combinations of places that are tried with waits on the way."""
 
 
 def together(plan: Plan, wishes: Wishes, ask: Ask, tell: Progress) -> Together:
@@ -76,7 +80,12 @@ def together(plan: Plan, wishes: Wishes, ask: Ask, tell: Progress) -> Together:
         except Infeasible as error:
             failure = failure or error
     assert failure is not None
-    raise failure
+    tell("letting robots wait on the way", 0.9)
+    resting = _resting(plan, wishes, replace(ask, pace="nominal", rests=True), spacing)
+    found = None if wishes.precedences else stop_and_go(plan, resting, spacing, ask.max_pieces)
+    if found is None:
+        raise failure
+    return found
 
 
 def _alone(plan: Plan, wishes: Wishes, ask: Ask, spacing: Spacing, tell: Progress) -> dict[str, Robot]:
@@ -168,20 +177,9 @@ def _at_other_places(plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: 
     pairs = list(itertools.combinations(robots, 2))
     met = {name for one, other in pairs if not parted(one, 0, other, 0) for name in (one, other)}
     for name in (name for name in robots if name in met or not met):
-        idle = idle_others(plan, name, spacing)
-        ways = [place for other in robots if other != name for place in _passages(plan, other, spacing)]
-        for elsewhere in spread(plan.mission, plan.robots[name], idle, (*idle, *ways), _PLACES):
-            changed = plan.model_copy(update={"robots": {**plan.robots, name: elsewhere}})
-            try:
-                options[name].append(single(changed, name, wishes, idle, ask))
-            except ClockRanOut:
-                raise
-            except Infeasible:
-                continue  # the other places may do
-    choices = sorted(itertools.product(*(range(len(options[name])) for name in robots)), key=lambda each: (sum(each), each))
+        options[name] += _elsewhere(plan, name, wishes, ask, spacing)
     tried = 0
-    for choice in choices[1:]:
-        at = dict(zip(robots, choice, strict=True))
+    for at in itertools.islice(_choices(options), 1, _LOOKED_AT):
         if tried == _COMBINATIONS or not all(parted(one, at[one], other, at[other]) for one, other in pairs):
             continue
         tried += 1
@@ -190,6 +188,54 @@ def _at_other_places(plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: 
         if not isinstance(found, Conflict):
             return team, found
     return None
+
+
+def _elsewhere(plan: Plan, name: str, wishes: Wishes, ask: Ask, spacing: Spacing) -> list[Robot]:
+    """Return flights of one robot whose visits are made at other places of their regions."""
+    idle = idle_others(plan, name, spacing)
+    ways = [place for other in plan.robots if other != name for place in _passages(plan, other, spacing)]
+    flights = []
+    for elsewhere in spread(plan.mission, plan.robots[name], idle, (*idle, *ways), _PLACES):
+        changed = plan.model_copy(update={"robots": {**plan.robots, name: elsewhere}})
+        try:
+            flights.append(single(changed, name, wishes, idle, ask))
+        except ClockRanOut:
+            raise
+        except Infeasible:
+            continue  # the other places may do
+    return flights
+
+
+def _choices(options: dict[str, list[Robot]]) -> Iterator[dict[str, int]]:
+    """Yield combinations of options, those nearest to everyone's first one first."""
+    sizes = [len(each) for each in options.values()]
+    for total in range(sum(sizes) - len(sizes) + 1):
+        for choice in _summing_to(total, sizes):
+            yield dict(zip(options, choice, strict=True))
+
+
+def _summing_to(total: int, sizes: list[int]) -> Iterator[tuple[int, ...]]:
+    """Yield tuples of indices below these sizes with a given sum, in order."""
+    if not sizes:
+        yield from [()] if total == 0 else []
+        return
+    for first in range(min(total, sizes[0] - 1) + 1):
+        for others in _summing_to(total - first, sizes[1:]):
+            yield (first, *others)
+
+
+def _resting(plan: Plan, wishes: Wishes, ask: Ask, spacing: Spacing) -> list[dict[str, Robot]]:
+    """Return teams whose robots rest at every point, with visits at the planned places and at others."""
+    options: dict[str, list[Robot]] = {}
+    for name in plan.robots:
+        options[name] = _elsewhere(plan, name, wishes, ask, spacing)
+        try:
+            options[name].insert(0, single(plan, name, wishes, idle_others(plan, name, spacing), ask))
+        except ClockRanOut:
+            raise
+        except Infeasible:
+            continue  # the other places may do
+    return [{name: options[name][index] for name, index in at.items()} for at in itertools.islice(_choices(options), _RESTING)]
 
 
 def _passages(plan: Plan, name: str, spacing: Spacing) -> list[Ball]:
