@@ -17,6 +17,7 @@ _DEPTH = 3
 _ANGLES = np.arange(16) * (np.pi / 8)
 _BESIDE = 0.05
 """m by which a detour passes clear of what it goes around."""
+_REACH = np.arange(1, 61) * 0.05
 _EXITS = 6
 _TURNS = np.arange(64) + 0.5
 _DIRECTIONS = np.stack(
@@ -93,7 +94,7 @@ def _without_return(
     last = len(nodes) - 1
     bodies = [obstacles] * last
     for region in (*left, *entered):
-        meets = [region.plane(nodes[leg], nodes[leg + 1]) is None for leg in range(last)]
+        meets = [region.meets(nodes[leg], nodes[leg + 1]) for leg in range(last)]
         inside = [float(region.clearance(node)) <= 0.0 for node in nodes]
         if region in entered:
             meets, inside = meets[::-1], inside[::-1]
@@ -125,7 +126,7 @@ def _outside(
 
 def blocking(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...]) -> Obstacle | None:
     """Return the first body that a straight leg meets."""
-    return next((body for body in obstacles if body.plane(a, b) is None), None)
+    return next((body for body in obstacles if body.meets(a, b)), None)
 
 
 def _around(
@@ -143,17 +144,14 @@ def _around(
     first /= np.linalg.norm(first)
     second = np.cross(step, first)
     sides = np.cos(_ANGLES)[:, None] * first + np.sin(_ANGLES)[:, None] * second
-    reach = np.arange(1, 61) * 0.05
-    options: list[tuple[float, int, Floats]] = []
-    for index, side in enumerate(sides):
-        line = foot + reach[:, None] * side
-        clear = np.all((line >= low) & (line <= high), axis=1)
-        for other in obstacles:
-            clear &= other.clearance(line) >= _BESIDE
-        if clear.any():
-            via = line[int(np.argmax(clear))]
-            options.append((float(np.linalg.norm(via - a) + np.linalg.norm(b - via)), index, via))
-    for _, _, via in sorted(options, key=lambda option: option[:2])[:6]:
+    lines = foot + _REACH[:, None] * sides[:, None, :]
+    clear = np.all((lines >= low) & (lines <= high), axis=2)
+    for other in obstacles:
+        clear &= other.clearance(lines) >= _BESIDE
+    vias = [lines[index, int(np.argmax(clear[index]))] for index in np.flatnonzero(clear.any(axis=1))]
+    lengths = [float(np.linalg.norm(via - a) + np.linalg.norm(b - via)) for via in vias]
+    for index in np.argsort(lengths, kind="stable")[:6]:
+        via = vias[index]
         before = _around(a, via, obstacles, low, high, depth - 1)
         after = None if before is None else _around(via, b, obstacles, low, high, depth - 1)
         if before is not None and after is not None:

@@ -61,6 +61,10 @@ class Ball:
         """Return how far points are outside, in m (a lower bound of the distance), negative inside. Shape (..., 3) to (...)."""
         return (np.linalg.norm((points - self.centre) @ self.root.T, axis=-1) - 1.0) * self.least_radius
 
+    def meets(self, a: Floats, b: Floats) -> bool:
+        """Tell whether the segment a b has no plane between it and the body."""
+        return self.plane(a, b) is None
+
     def grown(self, by: float) -> Ball:
         """Return it with its smallest half-axis longer by `by` m, the others in proportion."""
         return Ball(self.name, self.centre, self.root / (1.0 + by / self.least_radius))
@@ -109,6 +113,11 @@ class Disc:
     def clearance(self, points: Floats) -> Floats:
         """Return how far points are outside, in m; -growth for points of the cylinder itself."""
         return np.linalg.norm(points - self._nearest(points), axis=-1) - self.growth
+
+    def meets(self, a: Floats, b: Floats) -> bool:
+        """Tell whether the segment a b has no plane between it and the body."""
+        far = float(np.linalg.norm(_nearest_on_segment(a - self.centre, b - self.centre)))
+        return far <= np.hypot(self.radius, self.half) + self.growth and self.plane(a, b) is None
 
     def grown(self, by: float) -> Disc:
         """Return it grown by `by` m more."""

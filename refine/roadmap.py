@@ -72,7 +72,7 @@ def way_around(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...], low: Float
 
 def free(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...]) -> bool:
     """Tell whether a straight leg has every body on the far side of some plane."""
-    return all(body.plane(a, b) is not None for body in obstacles)
+    return not any(body.meets(a, b) for body in obstacles)
 
 
 def _shortened(way: list[Floats], obstacles: tuple[Obstacle, ...]) -> list[Floats]:

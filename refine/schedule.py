@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from refine.spline import Spline
 from verify.data.plan import Precedence
@@ -21,6 +22,8 @@ Floats = NDArray[np.float64]
 GRID = 1 / 8
 """s between two departures that are tried; exact in float32."""
 _STEP = 1 / 64
+COARSE = 8
+"""Samples that a first look goes on by."""
 _ORDERS = 48
 _LATEST = 600.0
 
@@ -57,6 +60,8 @@ class _Track:
     """At multiples of _STEP from departure to arrival, z scaled. Shape (samples, 3)."""
     reach: Floats
     """How far it may be from each point within half a step, m. Shape (samples,)."""
+    wide: Floats
+    """The same within half of COARSE steps."""
 
 
 def departures(
@@ -76,13 +81,13 @@ def departures(
         precedences: Visits that must be over before others begin.
         given: Departures that are settled; they are checked too.
     """
-    tracks = {flight.name: _track(flight, z_scale) for flight in flights}
+    pairs = _Pairs({flight.name: _track(flight, z_scale) for flight in flights}, distance)
     best: tuple[float, float, dict[str, float]] | None = None
     conflict: Conflict | None = None
     settled = [flight for flight in flights if given is not None and flight.name in given]
     others = [flight for flight in flights if flight not in settled]
     for order in itertools.islice(itertools.permutations(others), _ORDERS):
-        found = _in_order((*settled, *order), tracks, distance, precedences, given or {})
+        found = _in_order((*settled, *order), pairs, precedences, given or {})
         if isinstance(found, Conflict):
             conflict = conflict or found
             continue
@@ -105,7 +110,8 @@ def _track(flight: Flight, z_scale: float) -> _Track:
     for power in range(7, -1, -1):
         points = points * local[:, None] + coefficients[:, :3, power]
     points[:, 2] *= z_scale
-    return _Track(points, reach_of(points))
+    reach = reach_of(points)
+    return _Track(points, reach, wider(reach))
 
 
 def reach_of(points: Floats) -> Floats:
@@ -117,10 +123,58 @@ def reach_of(points: Floats) -> Floats:
     return 0.55 * np.maximum(steps[:-1], steps[1:])
 
 
+def wider(reach: Floats) -> Floats:
+    """Return the reach within half of COARSE steps, for looks at every so many samples only. Shape (samples,)."""
+    return COARSE * maximum_filter1d(reach, 2 * COARSE + 1, mode="nearest")
+
+
+class _Pairs:
+    """Who meets whom at which departures: that depends on the difference of two departures alone, and is looked at once."""
+
+    def __init__(self, tracks: dict[str, _Track], distance: float) -> None:
+        self._tracks, self._distance = tracks, distance
+        self._apart: dict[tuple[str, str, int], bool] = {}
+
+    def met(self, name: str, departure: float, chosen: Mapping[str, float]) -> str | None:
+        """Return who a robot departing then comes too near to; None where it meets nobody."""
+        for other, departed in chosen.items():
+            key = (name, other, round(departure / _STEP) - round(departed / _STEP))
+            if key not in self._apart:
+                self._apart[key] = self._are_apart(*key)
+            if not self._apart[key]:
+                return other
+        return None
+
+    def conflict(self, name: str, departure: float, other: str, departed: float) -> Conflict:
+        """Return how near two robots come to each other, and when."""
+        gap, _, _ = self._gaps(name, other, round(departure / _STEP) - round(departed / _STEP), 1)
+        nearest = int(np.argmin(gap))
+        return Conflict((name, other), float(gap[nearest]), nearest * _STEP + min(departure, departed))
+
+    def _are_apart(self, name: str, other: str, late: int) -> bool:
+        """Tell whether two robots keep the distance; a coarse look settles most cases."""
+        gap, reach, wide = self._gaps(name, other, late, COARSE)
+        if (gap - reach).min() < self._distance:
+            return False
+        if (gap - wide).min() >= self._distance:
+            return True
+        gap, reach, _ = self._gaps(name, other, late, 1)
+        return bool((gap - reach).min() >= self._distance)
+
+    def _gaps(self, name: str, other: str, late: int, every: int) -> tuple[Floats, Floats, Floats]:
+        """Return distances and both reaches together, from the first departure to the last arrival."""
+        mine, theirs = self._tracks[name], self._tracks[other]
+        shift, other_shift = max(late, 0), max(-late, 0)
+        index = np.arange(0, max(shift + len(mine.points), other_shift + len(theirs.points)) + every - 1, every)
+        here = np.clip(index - shift, 0, len(mine.points) - 1)
+        there = np.clip(index - other_shift, 0, len(theirs.points) - 1)
+        gap = np.linalg.norm(mine.points[here] - theirs.points[there], axis=1)
+        return gap, mine.reach[here] + theirs.reach[there], mine.wide[here] + theirs.wide[there]
+
+
 def _in_order(
     order: Sequence[Flight],
-    tracks: dict[str, _Track],
-    distance: float,
+    pairs: _Pairs,
     precedences: Sequence[Precedence],
     given: Mapping[str, float],
 ) -> dict[str, float] | Conflict:
@@ -138,41 +192,30 @@ def _in_order(
                 latest = min(latest, chosen[then] + by_name[then].visits[right][0] - flight.visits[left][1] - GRID / 2)
         if flight.name in given:
             departure = given[flight.name]
-            worst = _conflict(flight.name, departure, chosen, tracks, distance)
-            if worst is not None or not least - GRID / 2 <= departure <= latest + GRID / 2:
-                return worst or Conflict((flight.name, flight.name), 0.0, 0.0)
+            other = pairs.met(flight.name, departure, chosen)
+            if other is not None:
+                return pairs.conflict(flight.name, departure, other, chosen[other])
+            if not least - GRID / 2 <= departure <= latest + GRID / 2:
+                return Conflict((flight.name, flight.name), 0.0, 0.0)
             chosen[flight.name] = departure
             continue
         earliest = np.ceil(least / GRID) * GRID
         busy = max((chosen[other] + by_name[other].path.duration for other in chosen), default=0.0)
         last = min(latest, max(earliest, busy) + 2 * GRID)
-        found: float | None = None
-        worst: Conflict | None = None
-        for departure in np.arange(earliest, last + GRID / 4, GRID):
-            worst = _conflict(flight.name, float(departure), chosen, tracks, distance)
-            if worst is None:
-                found = float(departure)
-                break
-        if found is None:
-            return worst or Conflict((flight.name, flight.name), 0.0, 0.0)
+        found = _earliest(flight.name, earliest, last, chosen, pairs)
+        if isinstance(found, Conflict):
+            return found
         chosen[flight.name] = found
     return chosen
 
 
-def _conflict(
-    name: str, departure: float, chosen: dict[str, float], tracks: dict[str, _Track], distance: float
-) -> Conflict | None:
-    """Return where a robot departing then comes too near one of the others; None where it does not."""
-    mine = tracks[name]
-    for other, other_departure in chosen.items():
-        theirs = tracks[other]
-        shift, other_shift = round(departure / _STEP), round(other_departure / _STEP)
-        count = max(shift + len(mine.points), other_shift + len(theirs.points))
-        index = np.arange(count)
-        here = np.clip(index - shift, 0, len(mine.points) - 1)
-        there = np.clip(index - other_shift, 0, len(theirs.points) - 1)
-        gap = np.linalg.norm(mine.points[here] - theirs.points[there], axis=1)
-        nearest = int(np.argmin(gap - mine.reach[here] - theirs.reach[there]))
-        if gap[nearest] - mine.reach[here[nearest]] - theirs.reach[there[nearest]] < distance:
-            return Conflict((name, other), float(gap[nearest]), nearest * _STEP)
-    return None
+def _earliest(name: str, earliest: float, last: float, chosen: Mapping[str, float], pairs: _Pairs) -> float | Conflict:
+    """Return a robot's first departure on the grid that meets nobody, or whom the last one meets."""
+    departure, other = earliest, None
+    for departure in np.arange(earliest, last + GRID / 4, GRID).tolist():
+        other = pairs.met(name, departure, chosen)
+        if other is None:
+            return departure
+    if other is None:  # nothing lies between the planned precedences
+        return Conflict((name, name), 0.0, 0.0)
+    return pairs.conflict(name, departure, other, chosen[other])

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from refine.schedule import GRID, Conflict, departures, reach_of
+from refine.schedule import COARSE, GRID, Conflict, departures, reach_of, wider
 from refine.single import Robot
 from refine.spacing import Spacing, flight_of
 from refine.spline import Spline
@@ -163,12 +163,17 @@ def _leg_clear(leg: Floats, tracks: list[tuple[Floats, Floats]], steps: int, dis
     """Tell for each time of the grid whether a leg that sets out then keeps the distance. Shape (steps + 1,)."""
     clear, mine = np.ones(steps + 1, dtype=bool), reach_of(leg)
     for track, reach in tracks:
-        padded = np.concatenate([track, np.repeat(track[-1:], len(leg), axis=0)])
-        theirs = np.concatenate([reach, np.zeros(len(leg))])
-        windows = sliding_window_view(padded, len(leg), axis=0)[: len(track) : _PER_GRID]
-        gaps = np.linalg.norm(windows.transpose(0, 2, 1) - leg, axis=2) - mine
-        gaps -= sliding_window_view(theirs, len(leg))[: len(track) : _PER_GRID]
-        clear &= gaps.min(axis=1) >= distance + _CLEAR
+        points = np.concatenate([track, np.repeat(track[-1:], len(leg), axis=0)])
+        reaches = np.concatenate([reach, np.zeros(len(leg))])
+        at = sliding_window_view(points, len(leg), axis=0)[: len(track) : _PER_GRID].transpose(0, 2, 1)
+        within = sliding_window_view(reaches, len(leg))[: len(track) : _PER_GRID]
+        wide = sliding_window_view(wider(reaches), len(leg))[: len(track) : _PER_GRID, ::COARSE]
+        gaps = np.linalg.norm(at[:, ::COARSE] - leg[::COARSE], axis=2)  # a coarse look settles most times
+        clear &= (gaps - mine[::COARSE] - within[:, ::COARSE]).min(axis=1) >= distance + _CLEAR
+        unsure = clear & ((gaps - wider(mine)[::COARSE] - wide).min(axis=1) < distance + _CLEAR)
+        if unsure.any():
+            finer = np.linalg.norm(at[unsure] - leg, axis=2) - mine - within[unsure]
+            clear[unsure] = finer.min(axis=1) >= distance + _CLEAR
     return clear
 
 
