@@ -19,6 +19,17 @@ Floats = NDArray[np.float64]
 _UNIT_BALL = np.array([p for p in itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3) if np.linalg.norm(p) <= 1.0])
 
 
+def movable(mission: Mission, robot: RobotPlan, waypoint: Waypoint) -> bool:
+    """Tell whether a point makes a visit that might as well be made elsewhere in its region."""
+    visited = {visit.region for visit in robot.visits}
+    return (
+        waypoint.region in mission.regions
+        and waypoint.visit is not None
+        and waypoint.role != "start"
+        and waypoint.region in visited
+    )
+
+
 def moved_into_the_clear(mission: Mission, robot: RobotPlan) -> RobotPlan:
     """Return the plan with points of visits moved, where they lie in another region or a ring too, to where only theirs is.
 
@@ -26,7 +37,7 @@ def moved_into_the_clear(mission: Mission, robot: RobotPlan) -> RobotPlan:
     regions and rings, or at least of those regions that are never visited, does as well as the planned one.
     """
     waypoints = [
-        (_moved(mission, robot, waypoint, ()) if _movable(mission, robot, waypoint) else None) or waypoint
+        (_moved(mission, robot, waypoint, ()) if movable(mission, robot, waypoint) else None) or waypoint
         for waypoint in robot.waypoints
     ]
     if robot.cycle_waypoint is not None:
@@ -48,7 +59,7 @@ def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
     """
     mission, robots = plan.mission, dict(plan.robots)
     still = [name for name, robot in robots.items() if robot.still]
-    firm = [name for name, robot in robots.items() if not _movable(mission, robot, robot.waypoints[-1])]
+    firm = [name for name, robot in robots.items() if not movable(mission, robot, robot.waypoints[-1])]
     ends: dict[str, Ball] = {}
     for name in dict.fromkeys((*still, *firm, *robots)):
         robot = robots[name]
@@ -57,22 +68,11 @@ def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
         for index, waypoint in enumerate(waypoints):
             taken = tuple(ends.values()) if index == len(waypoints) - 1 else hovering
             meets = any(place.clearance(np.array(waypoint.position)) <= 0.0 for place in taken)
-            if name not in still and meets and _movable(mission, robot, waypoint):
+            if name not in still and meets and movable(mission, robot, waypoint):
                 waypoints[index] = _moved(mission, robot, waypoint, taken) or waypoint
         robots[name] = robot.model_copy(update={"waypoints": tuple(waypoints)})
         ends[name] = keep_out(name, np.array(waypoints[-1].position), distance, z_scale)
     return plan.model_copy(update={"robots": {name: robots[name] for name in plan.robots}})
-
-
-def _movable(mission: Mission, robot: RobotPlan, waypoint: Waypoint) -> bool:
-    """Tell whether a point makes a visit that might as well be made elsewhere in its region."""
-    visited = {visit.region for visit in robot.visits}
-    return (
-        waypoint.region in mission.regions
-        and waypoint.visit is not None
-        and waypoint.role != "start"
-        and waypoint.region in visited
-    )
 
 
 def spread(
@@ -89,7 +89,7 @@ def spread(
     """
     places: dict[int, list[list[float]]] = {}
     for index, waypoint in enumerate(robot.waypoints):
-        if _movable(mission, robot, waypoint):
+        if movable(mission, robot, waypoint):
             points = _places(mission, robot, waypoint, taken)
             good = _places(mission, robot, waypoint, at_the_end) if index == len(robot.waypoints) - 1 else points
             places[index] = _far_apart(np.array(waypoint.position), good if len(good) else points, count)

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from refine.clock import ClockRanOut
-from refine.elsewhere import moved_apart, spread
+from refine.elsewhere import movable, moved_apart, spread
 from refine.encounters import among, given_way
 from refine.legs import HOVERING
 from refine.obstacles import Ball, keep_out
@@ -23,7 +23,7 @@ from refine.spacing import Spacing, flight_of, hovers_of, idle_others, spacing_o
 from refine.stop_and_go import stop_and_go
 from refine.waits import with_waits
 from refine.wishes import Wishes
-from verify.data import Infeasible, Plan
+from verify.data import Infeasible, Plan, Witness
 
 Progress = Callable[[str, float], None]
 Together = tuple[dict[str, Robot], dict[str, float]]
@@ -47,12 +47,14 @@ def together(plan: Plan, wishes: Wishes, ask: Ask, tell: Progress) -> Together:
         tell: Told a sentence and a share of the work.
 
     Raises:
-        Infeasible: A robot cannot fly as planned even alone, or nothing that was tried keeps two of them apart.
+        Infeasible: A robot cannot fly as planned even alone, two of them start or end too near each other, or nothing that was
+            tried keeps them apart.
         ClockRanOut: An engine's seconds ran out.
     """
     spacing = spacing_of(plan.mission, wishes)
     if len(plan.robots) > 1:
         plan = moved_apart(plan, spacing.distance + HOVERING, spacing.z_scale)
+        _refuse_what_no_flight_mends(plan, spacing)
     teams = [_alone(plan, wishes, ask, spacing, tell)]
     tell("choosing departures", 0.7)
     if len(plan.robots) == 1:
@@ -86,6 +88,25 @@ def together(plan: Plan, wishes: Wishes, ask: Ask, tell: Progress) -> Together:
     if found is None:
         raise failure
     return found
+
+
+def _refuse_what_no_flight_mends(plan: Plan, spacing: Spacing) -> None:
+    """Raise where two robots start or end nearer to each other than they may, and no visit can be moved."""
+    scale = np.array([1.0, 1.0, spacing.z_scale])
+    for (name, one), (other_name, other) in itertools.combinations(plan.robots.items(), 2):
+        for index, what in ((0, "start"), (-1, "end")):
+            a, b = one.waypoints[index], other.waypoints[index]
+            gap = float(np.linalg.norm((np.array(a.position) - np.array(b.position)) * scale))
+            fixed = index == 0 or not (movable(plan.mission, one, a) or movable(plan.mission, other, b))
+            if gap < spacing.distance and fixed:
+                sentence = (
+                    f"{name} and {other_name} {what} {gap:.3f} m from each other; {spacing.distance:.3f} m is needed to keep them "
+                    "apart (separation and twice the margin)."
+                )
+                witness = Witness(
+                    claim="separation", sentence=sentence, robot=name, other=other_name, bound=gap, limit=spacing.distance
+                )
+                raise Infeasible(sentence, witness)
 
 
 def _alone(plan: Plan, wishes: Wishes, ask: Ask, spacing: Spacing, tell: Progress) -> dict[str, Robot]:
