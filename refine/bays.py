@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.detours import blocking, detour
+from refine.detours import detour
 from refine.legs import Bodies, Leg, Stop, Tube, eased, refused, show
-from refine.obstacles import Disc, ring
+from refine.obstacles import Disc, blocking, ring
 from verify.data import Mission
 from verify.data.mission import Hoop
 
@@ -57,18 +57,14 @@ def through_bays(
     """
     for stop in (here, there):
         _refuse_too_near(mission, name, leg, bodies, stop)
-    out = _way_out(mission, bodies, leg, here.position, there.position, low, high, pad)
-    back = _way_out(mission, bodies, leg, there.position, here.position, low, high, pad)
+    within, beyond = _within(bodies, leg, here.position), _within(bodies, leg, there.position)
+    if within and beyond and (leg.tube is not None or within.keys() == beyond.keys()):
+        inside = _inside(mission, leg, {**within, **beyond}, here.position, there.position, pad)
+        if inside is not None:
+            return [(there.position, inside)]
+    out = _way_out(mission, within, leg, here.position, there.position, low, high, pad)
+    back = _way_out(mission, beyond, leg, there.position, here.position, low, high, pad)
     a, b = here.position if out is None else out[0], there.position if back is None else back[0]
-    if (
-        out is not None
-        and back is not None
-        and _same(out[1], back[1])
-        and blocking(here.position, there.position, out[1].obstacles) is None
-    ):
-        return [(there.position, out[1])]
-    if leg.tube is not None and (b - a) @ (there.position - here.position) <= 0.0:
-        return [(there.position, leg)]  # the bays meet: nothing is between them
     chain = [] if out is None else [out]
     if leg.tube is not None:
         chain.append((b, leg))
@@ -83,15 +79,18 @@ def through_bays(
 
 
 def _way_out(
-    mission: Mission, bodies: Bodies, leg: Leg, point: Floats, other: Floats, low: Floats, high: Floats, pad: float
+    mission: Mission,
+    within: dict[str, Disc],
+    leg: Leg,
+    point: Floats,
+    other: Floats,
+    low: Floats,
+    high: Floats,
+    pad: float,
 ) -> tuple[Floats, Leg] | None:
     """Return where the bay around one end of a leg is left, and the rules up to there; None where there is no bay."""
-    within = _within(bodies, leg, point)
     if not within:
         return None
-    grow = mission.margin + pad
-    flat = {name: eased(ring(name, mission.hoops[name], grow), point[None], pad) for name in within}
-    obstacles = (*(body for body in leg.obstacles if all(body is not disc for disc in within.values())), *flat.values())
     for towards in _directions(mission, leg, tuple(within), point, other):
         places = point + _STEPS[:, None] * towards
         clear = np.all([disc.clearance(places) >= _CLEAR for disc in within.values()], axis=0)
@@ -101,14 +100,25 @@ def _way_out(
         if not clear.any():
             continue
         place = places[int(np.argmax(clear))]
-        way = np.linspace(point, place, 33)
-        least = mission.margin + mission.vehicle.radius
-        if any(np.any(_to_rim(mission.hoops[name], way) < least) for name in within):
-            continue
-        if blocking(point, place, obstacles) is None:
-            tubes = tuple(_bay(mission.hoops[name], grow + mission.vehicle.radius) for name in within)
-            return place, Leg(obstacles, leg.tube, leg.visit, tubes)
+        inside = _inside(mission, leg, within, point, place, pad)
+        if inside is not None:
+            return place, inside
     return None
+
+
+def _inside(mission: Mission, leg: Leg, within: dict[str, Disc], a: Floats, b: Floats, pad: float) -> Leg | None:
+    """Return the rules of a straight leg in the bays of some hoops; None where it is too near a rim or meets something."""
+    radius = mission.vehicle.radius
+    way = np.linspace(a, b, 33)
+    if any(np.any(_to_rim(mission.hoops[name], way) < mission.margin + radius) for name in within):
+        return None
+    flat = [ring(name, mission.hoops[name], mission.margin + pad) for name in within]
+    kept = [body for body in leg.obstacles if all(body is not disc for disc in within.values())]
+    obstacles = (*kept, *(eased(disc, np.stack([a, b]), pad) for disc in flat))
+    if blocking(a, b, obstacles) is not None:
+        return None
+    tubes = tuple(_bay(mission.hoops[name], mission.margin + pad + radius) for name in within)
+    return Leg(obstacles, leg.tube, leg.visit, tubes)
 
 
 def _refuse_too_near(mission: Mission, name: str, leg: Leg, bodies: Bodies, stop: Stop) -> None:
@@ -130,11 +140,6 @@ def _within(bodies: Bodies, leg: Leg, point: Floats) -> dict[str, Disc]:
         for body in leg.obstacles
         if isinstance(body, Disc) and body.name in rings and body.clearance(point) <= 0.0
     }
-
-
-def _same(one: Leg, other: Leg) -> bool:
-    """Tell whether two legs are in the bays of the same hoops."""
-    return [tuple(tube.centre) for tube in one.bays] == [tuple(tube.centre) for tube in other.bays]
 
 
 def _directions(mission: Mission, leg: Leg, within: tuple[str, ...], point: Floats, other: Floats) -> list[Floats]:

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.bays import through_bays
-from refine.detours import blocking
 from refine.legs import PAD, PASSAGE, Leg, Stop, bodies_of, leg_between, refused, show
-from refine.obstacles import Ball, grown_region
+from refine.obstacles import Ball, blocking, grown_region
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Witness
 from verify.data.mission import Region
 
@@ -27,6 +26,8 @@ SHORTEST = 0.1
 _CROWDED = 0.04
 """m from a neighbour at which a point that is not needed is left out."""
 _COINCIDENT = 1e-6
+_PARTS = 64
+"""Parts of a leg whose ends are looked at for a place to wait."""
 DEEP = 0.9
 """Share of a region less the margin in which a visit's point lies, so that the visit takes some time."""
 _ACROSS = 0.03
@@ -136,6 +137,45 @@ def standing_course(mission: Mission, name: str, point: Floats, pieces: int, *, 
     )
 
 
+def with_stops(course: Course, mission: Mission, visits: frozenset[int]) -> tuple[Course, dict[int, int]]:
+    """Return the course with a point at which to wait for each of these visits, and which point that is.
+
+    It is where the robot sets out for the visit, or where that lies in a region, the first place on the way that does not:
+    others may have to wait until it has left.
+    """
+    bodies = bodies_of(mission, PAD)
+    outside = (*bodies.regions.values(), *bodies.rings.values())
+    first = {visit: next((i for i, leg in enumerate(course.legs) if leg.visit == visit), 0) for visit in visits}
+    stops: dict[int, int] = {}
+    for visit in sorted(visits, key=lambda each: (-first[each], each)):
+        node = first[visit]
+        shares = np.linspace(0.0, 1.0, _PARTS + 1)[:-1]
+        places = course.points[node] + shares[:, None] * (course.points[node + 1] - course.points[node])
+        clear = np.all([body.clearance(places) > 0.0 for body in outside], axis=0) if outside else np.ones(_PARTS, dtype=bool)
+        share = float(shares[int(np.argmax(clear))]) if clear.any() and course.legs[node].tube is None else 0.0
+        if share > 0.0:
+            course = _cut(course, node, share)
+            stops = {other: place + 1 for other, place in stops.items()}
+        stops[visit] = node + (share > 0.0)
+    return course, stops
+
+
+def _cut(course: Course, leg: int, share: float) -> Course:
+    """Return the course with one more point on a leg."""
+    a, b, duration = course.points[leg], course.points[leg + 1], course.durations[leg]
+    return replace(
+        course,
+        points=np.insert(course.points, leg + 1, a + share * (b - a), axis=0),
+        durations=np.concatenate(
+            [course.durations[:leg], [share * duration, (1.0 - share) * duration], course.durations[leg + 1 :]]
+        ),
+        legs=(*course.legs[: leg + 1], *course.legs[leg:]),
+        needed=(*course.needed[: leg + 1], True, *course.needed[leg + 1 :]),
+        rooms=(*course.rooms[: leg + 1], None, *course.rooms[leg + 1 :]),
+        cycle=None if course.cycle is None else course.cycle + (course.cycle > leg),
+    )
+
+
 def thinned(course: Course, pieces: int, laps: int = 1) -> Course:
     """Return the course with points left out, where straight legs allow it, until at most so many legs are flown.
 
@@ -182,7 +222,8 @@ def _without(course: Course, node: int) -> Course | None:
     obstacles = (*before.obstacles, *(body for body in after.obstacles if all(body is not other for other in before.obstacles)))
     if blocking(course.points[node - 1], course.points[node + 1], obstacles) is not None:
         return None
-    leg = Leg(obstacles, before.tube, before.visit if before.visit == after.visit else after.visit)
+    bays = tuple(tube for tube in before.bays if any(np.array_equal(tube.centre, other.centre) for other in after.bays))
+    leg = Leg(obstacles, before.tube, before.visit if before.visit == after.visit else after.visit, bays)
     cycle = course.cycle
     return replace(
         course,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.legs import Stop, refused, show
-from refine.obstacles import Ball, Obstacle
+from refine.obstacles import Ball, Obstacle, blocking
 from refine.roadmap import way_around
 
 Floats = NDArray[np.float64]
@@ -122,11 +122,6 @@ def _outside(
     lengths = np.linalg.norm(places - point, axis=1) + np.linalg.norm(places - other, axis=1)
     order = [int(k) for k in np.argsort(lengths, kind="stable") if clear[k]]
     return [places[k] for k in order if blocking(point, places[k], obstacles) is None][:_EXITS]
-
-
-def blocking(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...]) -> Obstacle | None:
-    """Return the first body that a straight leg meets."""
-    return next((body for body in obstacles if body.meets(a, b)), None)
 
 
 def _around(

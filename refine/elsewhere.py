@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.course import DEEP
-from refine.legs import PAD
-from refine.obstacles import Ball, Obstacle, grown_region, keep_out, ring
+from refine.legs import PAD, bodies_of
+from refine.obstacles import Ball, Obstacle, grown_region, keep_out
 from verify.data import Mission, Plan, RobotPlan, Waypoint
 
 Floats = NDArray[np.float64]
@@ -135,8 +135,8 @@ def _places(mission: Mission, robot: RobotPlan, waypoint: Waypoint, taken: tuple
     if inner <= 0.0:
         return np.zeros((0, 3))
     grow = mission.margin + PAD
-    bodies: dict[str, Obstacle] = {name: grown_region(name, region, grow) for name, region in mission.all_regions.items()}
-    bodies |= {f"ring of {name}": ring(name, hoop, grow + mission.vehicle.radius) for name, hoop in mission.hoops.items()}
+    grown = bodies_of(mission, PAD)
+    bodies: dict[str, Obstacle] = {**grown.regions, **{disc.name: disc for disc in grown.rings.values()}}
     cloud = np.array(region.center) + inner * _UNIT_BALL @ np.linalg.inv(grown_region("", region, 0.0).root)
     points = np.concatenate([np.array(waypoint.position)[None], cloud])
     free = np.all(

@@ -129,7 +129,9 @@ def among(wishes: Wishes, pair: tuple[str, ...]) -> tuple[Precedence, ...]:
 def _mover(plan: Plan, robot: Robot, starts: dict[str, float], until: float) -> Mover:
     """Return a robot as the encounter sees it; one that hovers is free to step aside and come back."""
     if robot.course is not None:
-        return mover(robot.course, robot.path, starts[robot.name], frozenset(robot.halts.values()))
+        hovers = np.flatnonzero(np.all(robot.path.nodes[1:] == robot.path.nodes[:-1], axis=1))
+        rests = frozenset(robot.halts.values()).union(hovers.tolist(), (hovers + 1).tolist())
+        return mover(robot.course, robot.path, starts[robot.name], rests)
     place = robot.path.nodes[0]
     course = standing_course(plan.mission, robot.name, place, _STEPS)
     path = Spline(np.full(_STEPS, until / _STEPS), np.repeat(robot.path.states[:1], _STEPS + 1, axis=0))

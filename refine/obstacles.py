@@ -160,6 +160,11 @@ def keep_out(name: str, point: Floats, distance: float, z_scale: float) -> Ball:
     return Ball(name, np.array(point), np.diag([1.0, 1.0, z_scale]) / distance)
 
 
+def blocking(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...]) -> Obstacle | None:
+    """Return the first body that a straight leg meets."""
+    return next((body for body in obstacles if body.meets(a, b)), None)
+
+
 def _nearest_on_segment(a: Floats, b: Floats) -> Floats:
     """Return the segment's point nearest to the origin."""
     step = b - a

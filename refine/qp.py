@@ -36,7 +36,8 @@ SECONDS = 120.0
 TOLERANCE = 1e-4
 """m by which a recomputed row may be off; far below the clearance that rows are given on top of the margin."""
 _NO_POINT = 1e-9
-"""Residual of the dual below which there is no point that keeps all rows: its inverse square would be the point's distance."""
+"""Residual of the dual below which there is no point that keeps all rows: its inverse would be the point's distance, in units of
+the greatest bound."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,6 +194,8 @@ def _project(matrix: Floats, low: Floats, high: Floats, engine: Engine) -> Float
     size = np.linalg.norm(matrix, axis=1)
     moving = size > 1e-12
     matrix, low, high = matrix[moving] / size[moving, None], low[moving] / size[moving], high[moving] / size[moving]
+    if not len(matrix):
+        return np.zeros(matrix.shape[1])  # nothing can move: the recomputed rows tell whether they hold
     if engine == "osqp":
         return _by_osqp(matrix, low, high)
     below, above = np.isfinite(low), np.isfinite(high)
@@ -204,14 +207,15 @@ def _project(matrix: Floats, low: Floats, high: Floats, engine: Engine) -> Float
 
 def _by_nnls(matrix: Floats, low: Floats) -> Floats:
     """Return the point nearest to the origin with matrix @ z >= low (Lawson and Hanson, 23.27)."""
-    system = np.concatenate([matrix.T, low[None]])
+    scale = max(float(np.abs(low).max()), 1e-12)
+    system = np.concatenate([matrix.T, low[None] / scale])
     target = np.zeros(len(system))
     target[-1] = 1.0
     weights, distance = nnls(system, target)
-    if distance < _NO_POINT:
-        raise Infeasible(f"The corridors contradict each other ({len(low)} rows).")
     left = system @ weights - target
-    return -left[:-1] / left[-1]
+    if distance < _NO_POINT or left[-1] >= 0.0:
+        raise Infeasible(f"The corridors contradict each other ({len(low)} rows).")
+    return -scale * left[:-1] / left[-1]
 
 
 def _by_osqp(matrix: Floats, low: Floats, high: Floats) -> Floats:

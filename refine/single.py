@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from refine.clock import ClockRanOut
 from refine.corridor import BUFFER, Rules, fit, fixed_states, onward_rules, until_kept
-from refine.course import Course, course_of, thinned
+from refine.course import Course, course_of, thinned, with_stops
 from refine.elsewhere import moved_into_the_clear
 from refine.labels import troubles
 from refine.legs import PAD
@@ -140,7 +140,7 @@ def _moving(
     hovering = course.cycle is not None and course.cycle == len(course)
     if hovering:
         course = replace(course, cycle=None)
-    halts = {visit: _setting_out(course, visit) for visit in sorted(stops)}
+    course, halts = with_stops(course, mission, stops)
     rest = frozenset(halts.values())
     if ask.too_long == "rest" and course.cycle is None and len(course) >= ask.max_pieces:
         rest |= frozenset(range(ask.max_pieces - 1, len(course), ask.max_pieces - 1))
@@ -156,11 +156,6 @@ def _moving(
         path = Spline(np.append(path.durations, HOVER), np.concatenate([path.states, path.states[-1:]]))
         yaw = None if yaw is None else Spline(path.durations, np.concatenate([yaw.states, yaw.states[-1:]]))
     return Robot(name, robot, limits, course, path, yaw, cycle, halts)
-
-
-def _setting_out(course: Course, visit: int) -> int:
-    """Return the node from which the first leg towards a visit starts."""
-    return next((index for index, leg in enumerate(course.legs) if leg.visit == visit), 0)
 
 
 def _labelled(

@@ -97,11 +97,20 @@ def _check(plan: object, pace: object, weight: object, max_pieces: object, too_l
             raise BadInput(f"{name} is {value!r}; it must be one of {', '.join(map(repr, allowed))}.")
     if not isinstance(weight, Real) or not 0.0 < float(weight) < np.inf:
         raise BadInput(f"weight is {weight!r}; it must be a positive number, in m^2/s^8.")
-    if not isinstance(max_pieces, Integral) or int(max_pieces) < 1:
-        raise BadInput(f"max_pieces is {max_pieces!r}; it must be a whole number of at least 1.")
+    if not isinstance(max_pieces, Integral) or int(max_pieces) < 2:
+        raise BadInput(
+            f"max_pieces is {max_pieces!r}; it must be a whole number of at least 2, as every flight has two pieces."
+        )
     for name, robot in plan.robots.items():
-        if robot.times[-1] > _LONGEST:
-            raise BadInput(f"{name} would fly for {robot.times[-1]:.3g} s; plans of up to {_LONGEST:.0f} s are refined.")
+        if robot.hold + robot.times[-1] > _LONGEST:
+            raise BadInput(
+                f"{name} would fly for {robot.hold + robot.times[-1]:.3g} s; plans of up to {_LONGEST:.0f} s are refined."
+            )
+    for precedence in plan.precedences:
+        for name, visit in (precedence.first, precedence.then):
+            visits = len(plan.robots[name].visits) if name in plan.robots else 0
+            if not 0 <= visit < visits:
+                raise BadInput(f"A precedence names visit {visit} of {name}, which has {visits} visits (counted from 0).")
 
 
 def _quiet(_sentence: str, _share: float) -> None:

@@ -55,39 +55,39 @@ def together(plan: Plan, wishes: Wishes, ask: Ask, tell: Progress) -> Together:
     if len(plan.robots) > 1:
         plan = moved_apart(plan, spacing.distance + HOVERING, spacing.z_scale)
         _refuse_what_no_flight_mends(plan, spacing)
-    teams = [_alone(plan, wishes, ask, spacing, tell)]
+    alone = _alone(plan, wishes, ask, spacing, tell)
     tell("choosing departures", 0.7)
     if len(plan.robots) == 1:
-        return teams[0], {name: robot.plan.hold for name, robot in teams[0].items()}
-    found = [_departing(plan, teams[0], wishes, ask, spacing)]
-    if isinstance(found[0][1], Conflict):  # other shares of time bend paths otherwise; the plan's own may keep robots apart
-        even = _plans_own(plan, teams[0], wishes, replace(ask, even=False), spacing, tell)
-        if even is not None:
-            found.append(_departing(plan, even, wishes, replace(ask, even=False), spacing))
-    for robots, starts in found:
-        if not isinstance(starts, Conflict):
-            return robots, starts
+        return alone, {name: robot.plan.hold for name, robot in alone.items()}
+    met: list[tuple[dict[str, Robot], Conflict]] = []
+    uneven = replace(ask, even=False)  # other shares of time bend paths otherwise; the plan's own may keep robots apart
+    for shares in (ask, uneven):
+        robots = alone if shares is ask else _plans_own(plan, alone, wishes, uneven, spacing, tell)
+        if robots is not None:
+            robots, starts = _departing(plan, robots, wishes, shares, spacing)
+            if not isinstance(starts, Conflict):
+                return robots, starts
+            met.append((robots, starts))
     tell("trying other places for visits", 0.75)
-    moved = _at_other_places(plan, teams[0], wishes, ask, spacing)
+    moved = _at_other_places(plan, alone, wishes, ask, spacing)
     if moved is not None:
         return moved
     tell("letting robots give way", 0.8)
-    failure: Infeasible | None = None
-    for robots, starts in found:
-        assert isinstance(starts, Conflict)
+    failures: list[Infeasible] = []
+    for robots, conflict in met:
         try:
-            return given_way(plan, robots, wishes, starts, spacing)
+            return given_way(plan, robots, wishes, conflict, spacing)
         except ClockRanOut:
             raise
         except Infeasible as error:
-            failure = failure or error
-    assert failure is not None
-    tell("letting robots wait on the way", 0.9)
-    resting = _resting(plan, wishes, replace(ask, pace="nominal", rests=True), spacing)
-    found = None if wishes.precedences else stop_and_go(plan, resting, spacing, ask.max_pieces)
-    if found is None:
-        raise failure
-    return found
+            failures.append(error)
+    if not wishes.precedences and ask.pace == "nominal":  # no other pace is taken for the one that was asked for
+        tell("letting robots wait on the way", 0.9)
+        resting = _resting(plan, wishes, replace(ask, rests=True), spacing)
+        waiting = stop_and_go(plan, resting, spacing, ask.max_pieces if ask.too_long == "refuse" else None)
+        if waiting is not None:
+            return waiting
+    raise failures[0]
 
 
 def _refuse_what_no_flight_mends(plan: Plan, spacing: Spacing) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -41,20 +43,57 @@ def with_waits(plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: Ask, s
                 late = True
         if not late:
             return held
-    sentence = "The planned precedences go round in a circle: no waits keep them all."
+    sentence = (
+        "No waits keep all planned precedences: they go round in a circle, or a robot would have to wait within a region "
+        "that it is to have left by then."
+    )
     raise Infeasible(sentence, Witness(claim="formula", sentence=sentence))
 
 
 def _holding(robot: Robot, waits: dict[tuple[str, int], float]) -> Robot:
-    """Return a robot with hover pieces put in where it waits for a visit."""
-    path, yaw, cycle = robot.path, robot.yaw, robot.cycle
-    for visit, node in sorted(robot.halts.items(), key=lambda item: -item[1]):
-        wait = waits.get((robot.name, visit), 0.0)
-        if wait > 0.0:
-            path, yaw = _hover_at(path, node, wait), None if yaw is None else _hover_at(yaw, node, wait)
-            cycle = None if cycle is None else cycle + (node <= cycle)
-    return replace(robot, path=path, yaw=yaw, cycle=cycle)
+    """Return a robot that hovers where it waits for a visit."""
+    return with_hovers(robot, {node: waits.get((robot.name, visit), 0.0) for visit, node in robot.halts.items()})
 
 
-def _hover_at(path: Spline, node: int, duration: float) -> Spline:
-    return Spline(np.insert(path.durations, node, duration), np.insert(path.states, node, path.states[node], axis=0))
+def with_hovers(robot: Robot, waits: dict[int, float]) -> Robot:
+    """Return a robot that rests longer at some of its points, with a leg of its own for each hover.
+
+    Args:
+        robot: It does move.
+        waits: Point at which it rests: s that it waits there, or 0.
+    """
+    nodes = sorted(node for node, wait in waits.items() if wait > 0.0)
+    course, cycle = robot.course, robot.cycle
+    if not nodes or course is None:
+        return robot
+    longer = [waits[node] for node in nodes]
+    leaving = [min(node, len(course) - 1) for node in nodes]
+    hovering = replace(
+        course,
+        points=np.insert(course.points, nodes, course.points[nodes], axis=0),
+        durations=np.insert(course.durations, nodes, longer),
+        legs=_inserted(course.legs, nodes, [replace(course.legs[leg], tube=None, bays=()) for leg in leaving]),
+        needed=_inserted(course.needed, nodes, [True] * len(nodes)),
+        rooms=_inserted(course.rooms, nodes, [None] * len(nodes)),
+        cycle=None if course.cycle is None else course.cycle + sum(node <= course.cycle for node in nodes),
+    )
+    return replace(
+        robot,
+        course=hovering,
+        path=_resting(robot.path, nodes, longer),
+        yaw=None if robot.yaw is None else _resting(robot.yaw, nodes, longer),
+        cycle=None if cycle is None else cycle + sum(node <= cycle for node in nodes),
+        halts={visit: node + sum(other <= node for other in nodes) for visit, node in robot.halts.items()},
+    )
+
+
+def _inserted(values: Sequence[Any], nodes: list[int], more: Sequence[Any]) -> tuple[Any, ...]:
+    """Return values with others put in before these places."""
+    found = list(values)
+    for node, value in reversed(list(zip(nodes, more, strict=True))):
+        found.insert(node, value)
+    return tuple(found)
+
+
+def _resting(path: Spline, nodes: list[int], longer: list[float]) -> Spline:
+    return Spline(np.insert(path.durations, nodes, longer), np.insert(path.states, nodes, path.states[nodes], axis=0))

@@ -62,6 +62,21 @@ def test_the_control_points_of_a_short_reach_lie_in_the_bay_of_their_own_hoop() 
     certified(mission, Plan(mission=mission, robots={"q": through(mission, "q", [("gate", "F")])}))
 
 
+def test_a_passage_between_two_bays_that_meet() -> None:
+    """Three gates in a row, so near each other that the passage of the middle one is all in the bays of the others."""
+    gates = {
+        name: Hoop(center=(x, 0.0, 1.2), radii=(0.013, 0.013, 0.013), opening=0.4, rim=0.02, reach=0.06)
+        for name, x in (("first", 0.0), ("middle", 0.12), ("last", 0.205))
+    }
+    start = (0.06, 0.0, 1.2)
+    mission = room({"goal": ball(2.0, 0.5)}, {"q": Agent(start=start)}, hoops=gates, margin=0.01)
+    plan = Plan(mission=mission, robots={"q": through(mission, "q", [("middle", "F")])})
+    assert [len(leg.bays) for leg in course_of(mission, "q", plan.robots["q"]).legs] == [2, 1]
+    path = refine(plan)["q"].evaluate(np.linspace(0.0, 3.0, 999))[:, :3]
+    assert np.linalg.norm(path[:, 1:] - start[1:], axis=1).max() < 1e-3
+    assert (path[0, 0], path[-1, 0]) == pytest.approx((0.06, 0.18), abs=1e-3)
+
+
 @pytest.mark.parametrize(
     ("place", "said"),
     [((0.02, 0.1, 1.2), "0.010 m from the opening of 'gate'"), ((0.05, 0.0, 1.55), "from the rim of 'gate'")],

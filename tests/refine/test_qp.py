@@ -1,4 +1,4 @@
-"""Minimum snap with inequalities: the two engines agree, and both are held to a linear programme and to KKT's conditions."""
+"""Minimum snap with inequalities: the two engines agree, and a linear programme says whether there is an answer."""
 
 from __future__ import annotations
 
@@ -85,3 +85,29 @@ def test_both_engines_find_the_same_path(seed: int, tight: float) -> None:
     exact = solve(programme)
     assert exact.snap_cost() == pytest.approx(approached.snap_cost(), rel=1e-3)
     np.testing.assert_allclose(exact.nodes, approached.nodes, atol=1e-3)
+
+
+@pytest.mark.parametrize("slow", [30.0, 1500.0])
+def test_slow_flights_keep_the_same_walls_as_fast_ones(slow: float) -> None:
+    """Stretching time scales the cost by its seventh power and leaves the path as it is, however large the numbers become."""
+    fixed = rest_to_rest(np.array([[-1.5, 0.3, 1.0], [0.0, 0.6, 1.0], [1.5, 0.3, 1.0]]))
+    wall = tuple(Row(1, weights, np.array([0.0, -1.0, 0.0]), -0.61) for weights in bernstein_matrix())
+    fast = Programme(np.array([1.0, 1.2]), fixed, wall)
+    late = Programme(slow * fast.durations, fixed, wall)
+    quick, calm = solve(fast), solve(late)
+    assert residual(late, calm).max() <= 1e-9
+    np.testing.assert_allclose(calm.sample(np.linspace(0, 1, 9)), quick.sample(np.linspace(0, 1, 9)), atol=1e-7)
+    assert calm.snap_cost() * slow**7 == pytest.approx(quick.snap_cost(), rel=1e-7)
+    assert quick.snap_cost() > 1.001 * solve(Programme(fast.durations, fixed)).snap_cost()
+
+
+def test_rows_on_fixed_states_alone_are_kept_or_refused() -> None:
+    fixed = rest_to_rest(np.array([[0.0, 0, 1], [1.0, 0, 1], [2.0, 0, 1], [3.0, 0.5, 1]]))
+    fixed[1, 1:] = 0.0
+    across = np.array([0.0, 1.0, 0.0])
+    kept = Programme(np.ones(3), fixed, tuple(Row(0, weights, across, -0.1) for weights in bernstein_matrix()))
+    assert residual(kept, solve(kept)).max() == 0.0
+    broken = Programme(np.ones(3), fixed, tuple(Row(0, weights, across, 0.1) for weights in bernstein_matrix()))
+    for engine in ("nnls", "osqp"):
+        with pytest.raises(Infeasible, match="piece 0"):
+            solve(broken, engine=engine)

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 import verify
-from refine import refine, stop_and_go
-from refine.schedule import GRID
+from refine import refine, split, stop_and_go
+from refine.schedule import GRID, Orders
 from refine.single import Ask, Robot, single
 from refine.spacing import Spacing
 from refine.wishes import wishes_of
 from tests.refine.random_plans import random_plan
-from tests.refine.test_team import ball, room, straight
-from verify.data import Infeasible, Plan
-from verify.data.mission import Agent
+from tests.refine.test_team import ball, robot_plan, room, straight, through
+from verify.data import Infeasible, Plan, Waypoint
+from verify.data.mission import Agent, Hoop
 
 SPACING = Spacing(0.4, 1.0)
 WAITS = np.arange(12) * 4 * GRID
@@ -91,3 +91,60 @@ def test_a_plan_that_no_waits_can_mend_is_refused() -> None:
     plan = Plan(mission=mission, robots={name: straight(start, (1.0, 0.0, 1.0)) for name, start in starts.items()})
     with pytest.raises(Infeasible, match="apart"):
         refine(plan)
+
+
+@pytest.mark.slow
+def test_hurried_flights_are_not_slowed_to_waiting_ones() -> None:
+    with pytest.raises(Infeasible, match="apart"):
+        refine(random_plan(979), pace="time")
+
+
+def test_flights_that_may_rest_are_split_where_they_wait() -> None:
+    plan = random_plan(979)
+    team = refine(plan, max_pieces=8, too_long="rest")
+    assert max(len(flight) for flight in team.values()) > 8
+    parts = {name: split(flight, 8) for name, flight in team.items()}
+    assert all(len(part) <= 8 for cut in parts.values() for part in cut)
+    assert verify.judge(plan, team, largest=False).holds
+
+
+def test_one_that_hovers_with_a_hold_of_its_own_is_no_obstacle() -> None:
+    starts = {"a": (-1.5, 0.0, 1.0), "b": (1.5, 1.5, 1.0)}
+    mission = room({"far": ball(2.5, 2.5)}, {name: Agent(start=start) for name, start in starts.items()})
+    idle = straight(starts["b"]).model_copy(update={"hold": 2.0})
+    plan = Plan(mission=mission, robots={"a": straight(starts["a"], (1.0, 0.0, 1.0)), "b": idle})
+    alone = {name: single(plan, name, wishes_of(plan, ()), (), RESTS) for name in starts}
+    found = stop_and_go.stop_and_go(plan, [alone], SPACING, 31)
+    assert found is not None
+    assert found[1] == {"a": 0.0, "b": 2.0}
+
+
+def test_robots_far_away_do_not_keep_two_from_parting() -> None:
+    """One ends in front of a gate that the other has to pass first; a plan of many robots has too many orders to try all."""
+    gate = Hoop(center=(0.0, 0.0, 1.2), radii=(0.05, 0.05, 0.05), opening=0.4, rim=0.02)
+    starts = {"q0": (1.5, 1.5, 1.2), "q1": (-2.0, 0.0, 1.2)}
+    starts |= {f"far{i}": (-2.0 + i, -2.5, 1.2) for i in range(4)}
+    mission = room(
+        {"far": ball(2.5, 2.5)}, {name: Agent(start=start) for name, start in starts.items()}, hoops={"gate": gate}, margin=0.02
+    )
+    robots = {name: straight(start, (start[0], -2.0, 1.2)) for name, start in starts.items()}
+    robots["q0"] = straight(starts["q0"], (0.3, 0.0, 1.2))
+    passing = through(mission, "q1", [("gate", "F")])
+    points = [*passing.waypoints, Waypoint(position=(2.0, -0.3, 1.2), role="end")]
+    robots["q1"] = robot_plan(points, passing.visits)
+    plan = Plan(mission=mission, robots={name: robots[name] for name in starts})
+    assert verify.judge(plan, refine(plan), largest=False).holds
+
+
+def test_of_many_robots_whoever_is_stuck_goes_first() -> None:
+    names = tuple("abcdefg")
+    orders = Orders(names, 20)
+    seen = []
+    for order in orders:
+        seen.append(order)
+        if len(seen) == 1:
+            orders.stuck(order, "e")
+    assert seen[0] == names
+    assert seen[1] == tuple("eabcdfg")
+    assert len(set(seen)) == len(seen) == 7
+    assert set(Orders(names[:4], 48)) == set(itertools.permutations(names[:4]))
