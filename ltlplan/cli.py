@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from types import FrameType
 from typing import Annotated
 
 import typer
@@ -52,8 +53,9 @@ def _options(
 def main() -> None:
     """Run the command line; end with the exit code of the error, if any, and without a traceback for mistakes."""
     _end_cleanly_on_sigterm()
+    interrupts = _told_of_interrupts()
     try:
-        code = _outcome(as_json="--json" in sys.argv)
+        code = _outcome(as_json="--json" in sys.argv, interrupts=interrupts)
         sys.stdout.flush()
     except BrokenPipeError:
         from ltlplan.commands.terminal import close_output
@@ -62,10 +64,12 @@ def main() -> None:
         code = BROKEN_PIPE
     if code == INTERRUPTED:
         sys.stderr.write("interrupted; no file was left half-written.\n")
+        sys.stderr.flush()
+        os._exit(INTERRUPTED)  # the interpreter's own end may turn it into a death by signal, if a library was being loaded
     sys.exit(code)
 
 
-def _outcome(*, as_json: bool) -> int | str | None:
+def _outcome(*, as_json: bool, interrupts: list[int]) -> int | str | None:
     """Run the command and return its exit code; errors have been told by then."""
     try:
         code = app(standalone_mode=False)
@@ -78,9 +82,24 @@ def _outcome(*, as_json: bool) -> int | str | None:
     except BrokenPipeError:
         raise
     except Exception as error:  # the outermost door: every error becomes a message and an exit code
+        if interrupts:  # whatever the interrupt became on its way here, such as an ImportError of a library
+            return INTERRUPTED
         from ltlplan.commands.terminal import report
 
         return report(error, as_json=as_json)
+
+
+def _told_of_interrupts() -> list[int]:
+    """Return a list that Ctrl-C will be entered in, besides raising KeyboardInterrupt; where it is ignored it stays ignored."""
+    interrupts: list[int] = []
+
+    def note(number: int, frame: FrameType | None) -> None:
+        interrupts.append(number)
+        signal.default_int_handler(number, frame)
+
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, note)
+    return interrupts
 
 
 def _end_cleanly_on_sigterm() -> None:

@@ -155,11 +155,13 @@ def ltlplan(*arguments: str, cwd: Path, **options: object) -> subprocess.Popen[s
     return subprocess.Popen([sys.executable, "-m", "ltlplan.cli", *arguments], cwd=cwd, env=environment, text=True, **options)  # type: ignore[call-overload]
 
 
-def test_ctrl_c_is_no_bug(tmp_path: Path) -> None:
+@pytest.mark.parametrize("delay", [0.0, 0.1, 0.38, 0.6])
+def test_ctrl_c_is_no_bug(delay: float, tmp_path: Path) -> None:
+    """Neither in the work nor while a library is being loaded, which may make of it an ImportError or a death by signal."""
     running = ltlplan("run", "firefighting", cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert running.stderr is not None
     assert "searching" in running.stderr.readline()
-    time.sleep(0.1)  # into the work, not only into its first line
+    time.sleep(delay)
     running.send_signal(signal.SIGINT)
     _, said = running.communicate(timeout=60)
     assert running.returncode == 130
