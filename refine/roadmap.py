@@ -8,12 +8,12 @@ on the shortest way are then held against each body for good.
 from __future__ import annotations
 
 import itertools
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
-from scipy.stats.qmc import Halton
 
 from refine.obstacles import Obstacle, blocking
 
@@ -39,7 +39,7 @@ def way_around(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...], low: Float
         low: Lower corner of the space to stay in, m.
         high: Upper corner.
     """
-    unit = Halton(3, scramble=False, rng=0).random(POINTS)
+    unit = _spread_evenly()
     about = np.maximum(low, np.minimum(a, b) - _ABOUT), np.minimum(high, np.maximum(a, b) + _ABOUT)
     spread = np.concatenate([low + unit * (high - low), about[0] + unit * (about[1] - about[0])])
     clear = np.all([body.clearance(spread) >= _CLEAR for body in obstacles], axis=0)
@@ -68,6 +68,14 @@ def way_around(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...], low: Float
         for i, j in blocked:
             graph[min(i, j), max(i, j)] = 0.0
     return None
+
+
+@cache
+def _spread_evenly() -> Floats:
+    """Return points of the unit cube. Shape (POINTS, 3)."""
+    from scipy.stats.qmc import Halton  # half a second that flights without crowded places need not wait for
+
+    return Halton(3, scramble=False, rng=0).random(POINTS)
 
 
 def _shortened(way: list[Floats], obstacles: tuple[Obstacle, ...]) -> list[Floats]:
