@@ -39,6 +39,14 @@ _OUT_OF_TIME = ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded")
 SHORTEST = 5e-2
 """Least duration of a piece, s: shorter ones lose their precision in float32."""
 TOLERANCE = 1e-5
+_SETTLED = {
+    "ipopt.acceptable_iter": 10,
+    "ipopt.acceptable_obj_change_tol": 1e-4,
+    "ipopt.acceptable_constr_viol_tol": 1e-7,
+    "ipopt.acceptable_compl_inf_tol": 1e-2,
+    "ipopt.acceptable_tol": 1e3,  # together with the multipliers, which may be far off
+}
+"""Ten steps in a row that keep the constraints and change the objective by less than a ten-thousandth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +67,8 @@ class Timing:
         instants: A piece.
         steps: IPOPT's step in the multipliers: "plain" as long as the one in the unknowns, "cautious" as long as lowers the
             dual infeasibility, which converges on some programmes where the other does not, and the other way round.
+        settled: Whether an answer that keeps all constraints and no longer gets better is enough, even if its multipliers do not
+            come to rest: they may go back and forth for ever where points are free in bodies that they share with limits.
     """
 
     start: Spline
@@ -72,6 +82,7 @@ class Timing:
     cycle: int | None = None
     instants: int = INSTANTS
     steps: Steps = "plain"
+    settled: bool = False
 
 
 @dataclass(frozen=True)
@@ -86,6 +97,7 @@ class _Shape:
     planes: tuple[int, ...]
     cycle: int | None
     steps: Steps
+    settled: bool
 
 
 def optimise(problem: Timing) -> Spline:
@@ -134,7 +146,9 @@ def _shape(problem: Timing) -> _Shape:
     limited = tuple(name for name, there in present.items() if there)
     planes = tuple(piece for piece, _ in problem.corridors)
     balls = tuple(node for node, _ in problem.within)
-    return _Shape(pieces, problem.objective, limited, problem.instants, balls, planes, problem.cycle, problem.steps)
+    return _Shape(
+        pieces, problem.objective, limited, problem.instants, balls, planes, problem.cycle, problem.steps, problem.settled
+    )
 
 
 # The unknowns of a node are scaled so that all are of the order of one: m, m/s, and tenths and hundredths of the rest.
@@ -288,6 +302,8 @@ def _solver(shape: _Shape, seconds: float) -> Any:
         "ipopt.mu_strategy": "monotone" if shape.objective == "time" else "adaptive",
         "ipopt.alpha_for_y": "primal" if shape.steps == "plain" else "safer-min-dual-infeas",
     }
+    if shape.settled:
+        options |= _SETTLED
     return ca.nlpsol("timing", "ipopt", {"x": x, "f": objective, "g": every, "p": given}, options)
 
 

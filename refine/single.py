@@ -358,7 +358,22 @@ def _hurried(
             raise Infeasible(f"{_PROGRAMMES} programmes did not lead to a path that keeps the corridors and labels.")
         left[0] -= 1
         corridors = [(leg, plane) for (_, leg, _), planes in rules.items() for plane in planes]
-        return optimise(Timing(first, fixed, kept, "blend", shift, within, corridors, speeds, course.cycle, _INSTANTS, steps))
+        return optimise(
+            Timing(
+                first,
+                fixed,
+                kept,
+                "blend",
+                shift,
+                within,
+                corridors,
+                speeds,
+                course.cycle,
+                _INSTANTS,
+                steps,
+                settled=roomy,
+            )
+        )
 
     answers: list[Spline] = []
 
