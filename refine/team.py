@@ -60,8 +60,8 @@ def refine(
             `split` can cut it into parts that fit. The rests cost time, and a lap is never cut.
 
     Returns:
-        One flight for each robot, in the mission's order, in exact float32 values. For the compressed format, `on_grid` puts
-        each on that format's grid; it is that flight which has to be certified then.
+        One flight for each robot, in the mission's order, in exact float32 values. For the compressed format, `flight.quantised`
+        fits flights to that format's grid whose joints stay smooth; those are the ones to certify then. `on_grid` only rounds.
 
     Raises:
         BadInput: Something asked is no plan, no pace or no positive number, or the plan's numbers do not fit each other.
