@@ -15,7 +15,7 @@ from verify.data.mission import Agent, Hoop
 GATE = Hoop(center=(0.0, 0.0, 1.2), radii=(0.05, 0.05, 0.05), opening=0.4, rim=0.02)  # flown through along x
 
 
-def certified(mission: Mission, plan: Plan) -> None:
+def assert_certified(mission: Mission, plan: Plan) -> None:
     certificate = verify.judge(plan, refine(plan), largest=False)
     assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
 
@@ -32,7 +32,7 @@ def test_a_flight_may_begin_in_front_of_an_opening(side: int) -> None:
     course = course_of(mission, "q", plan.robots["q"])
     assert course.points[1][0] * side > 0.1  # straight out first, whichever way the goal is
     np.testing.assert_allclose(course.points[1][1:], start[1:])
-    certified(mission, plan)
+    assert_certified(mission, plan)
 
 
 def test_a_flight_may_end_there_and_turn_within_it() -> None:
@@ -41,7 +41,7 @@ def test_a_flight_may_end_there_and_turn_within_it() -> None:
     plan = Plan(mission=mission, robots={"q": straight(start, first, last)})
     legs = course_of(mission, "q", plan.robots["q"]).legs
     assert [len(leg.bays) for leg in legs][-2:] == [1, 1]
-    certified(mission, plan)
+    assert_certified(mission, plan)
 
 
 def test_a_passage_may_set_out_from_the_bay_of_another_hoop() -> None:
@@ -52,14 +52,14 @@ def test_a_passage_may_set_out_from_the_bay_of_another_hoop() -> None:
     mission = hall(start, second=second)
     plan = Plan(mission=mission, robots={"q": through(mission, "q", [("second", "F")])})
     assert any(leg.bays and leg.tube is not None for leg in course_of(mission, "q", plan.robots["q"]).legs)
-    certified(mission, plan)
+    assert_certified(mission, plan)
 
 
 def test_the_control_points_of_a_short_reach_lie_in_the_bay_of_their_own_hoop() -> None:
     start = (-2.0, 0.0, 1.0)
     short = GATE.model_copy(update={"reach": 0.09})
     mission = room({"goal": ball(2.0, 0.5)}, {"q": Agent(start=start)}, hoops={"gate": short}, margin=0.02)
-    certified(mission, Plan(mission=mission, robots={"q": through(mission, "q", [("gate", "F")])}))
+    assert_certified(mission, Plan(mission=mission, robots={"q": through(mission, "q", [("gate", "F")])}))
 
 
 def test_a_passage_between_two_bays_that_meet() -> None:
