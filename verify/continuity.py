@@ -42,8 +42,13 @@ class Jump:
 
 
 @np.errstate(all="ignore")
-def jumps(paths: TeamPaths) -> list[Jump]:
-    """Bound every jump of every robot; the hovers before the start and after the end count as pieces."""
+def jumps(paths: TeamPaths, *, ends: bool = True) -> list[Jump]:
+    """Bound every jump of every robot, the seam of a cycle included.
+
+    Args:
+        paths: The team.
+        ends: Whether the hovers before the start and after the end count as pieces; without them only joints are judged.
+    """
     derivatives = [paths.derivative(order) for order in range(4)]
     result: list[Jump] = []
     offset = 0
@@ -77,6 +82,9 @@ def jumps(paths: TeamPaths) -> list[Jump]:
                 for joint in (0, -1):
                     gap[joint, 3] = _modulo_turns(float(gap[joint, 3]))
             error = (left_error + right_error + 1e-15 * (np.abs(left) + np.abs(right))) * (1 + 2.0**-40) + 1e-290
+            if not ends:
+                open_ends = [0] if trajectory.cycle is not None else [0, -1]
+                gap[open_ends], error[open_ends] = 0.0, 0.0
             worst = _worse(worst, name, paths.knots[robot], order, gap, error)
         assert worst is not None
         result.append(worst)
