@@ -1,0 +1,32 @@
+"""Plant faults in the judge and print those that no test notices."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from tests.mutation.equivalent import EQUIVALENT
+from tests.mutation.sites import draw
+from tests.mutation.trial import try_faults
+
+
+def main() -> int:
+    """Print what became of each fault; the exit code counts survivors that are not known to change nothing."""
+    parser = argparse.ArgumentParser(prog="python -m tests.mutation", description=__doc__)
+    parser.add_argument("--count", type=int, default=200, help="how many faults")
+    parser.add_argument("--seed", type=int, default=0, help="which faults")
+    parser.add_argument("--only", default="", help="only faults whose name holds this text")
+    parser.add_argument("--jobs", type=int, default=2, help="processes at once")
+    given = parser.parse_args()
+    findings = try_faults([fault for fault in draw(given.count, given.seed) if given.only in fault.name], jobs=given.jobs)
+    survivors = [finding for finding in findings if not finding.noticed]
+    for finding in findings:
+        what = finding.noticed or ("changes nothing" if finding.fault.name in EQUIVALENT else "SURVIVES")
+        print(f"{finding.fault.path}:{finding.fault.line} {finding.fault.name}\n    {what} ({finding.tried} tests)")
+    unknown = [finding for finding in survivors if finding.fault.name not in EQUIVALENT]
+    print(f"{len(findings)} faults, {len(findings) - len(survivors)} noticed, {len(unknown)} survive that are not equivalent")
+    return len(unknown)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

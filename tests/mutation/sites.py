@@ -1,0 +1,160 @@
+"""Where a small fault can be planted in the judge: comparisons, signs, operators, constants and conditions.
+
+A draw orders all sites by a hash of what stands there (not of its line), so that a change elsewhere in the code leaves the
+other faults of a draw as they were.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+
+COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
+    ast.Lt: (ast.LtE, ast.GtE),
+    ast.LtE: (ast.Lt, ast.Gt),
+    ast.Gt: (ast.GtE, ast.LtE),
+    ast.GtE: (ast.Gt, ast.Lt),
+    ast.Eq: (ast.NotEq,),
+    ast.NotEq: (ast.Eq,),
+    ast.Is: (ast.IsNot,),
+    ast.IsNot: (ast.Is,),
+    ast.In: (ast.NotIn,),
+    ast.NotIn: (ast.In,),
+}
+OPERATORS: dict[type[ast.operator], tuple[type[ast.operator], ...]] = {
+    ast.Add: (ast.Sub,),
+    ast.Sub: (ast.Add,),
+    ast.Mult: (ast.Div,),
+    ast.Div: (ast.Mult,),
+    ast.Pow: (ast.Mult,),
+    ast.FloorDiv: (ast.Mult,),
+    ast.Mod: (ast.Mult,),
+    ast.BitAnd: (ast.BitOr,),
+    ast.BitOr: (ast.BitAnd,),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One fault that can be planted.
+
+    Attributes:
+        path: File, relative to the repository.
+        line: Line of the changed expression, from 1.
+        function: Function or method that holds it, outermost; empty at the level of a module or class.
+        before: The expression as it stands.
+        after: The expression with the fault.
+        same: How many equal expressions with the same fault stand before it in the same function.
+        place: The how-manieth expression of the file it is, and the how-manieth change of that.
+    """
+
+    path: str
+    line: int
+    function: str
+    before: str
+    after: str
+    same: int
+    place: tuple[int, int]
+
+    @property
+    def name(self) -> str:
+        """What tells this fault from others, whatever stands elsewhere in the file."""
+        number = f" #{self.same}" if self.same else ""
+        return f"{self.path}:{self.function or 'module'}: {self.before} -> {self.after}{number}"
+
+
+_Found = tuple[ast.expr, str, bool, Callable[[ast.expr], None]]
+"""An expression, the function that holds it, whether it alone decides a branch, and how to put another in its place."""
+
+
+def draw(count: int, seed: int, package: str = "verify") -> list[Fault]:
+    """Draw faults at random: the same ones for a seed wherever the code around them is the same."""
+    found = [fault for path in sorted((ROOT / package).rglob("*.py")) for fault in faults(path)]
+    found.sort(key=lambda fault: hashlib.sha256(f"{seed}:{fault.name}".encode()).digest())
+    return found[:count]
+
+
+def faults(path: Path) -> Iterator[Fault]:
+    """Yield every fault that can be planted in a module."""
+    seen: dict[tuple[str, str, str], int] = {}
+    for index, (node, function, decides, _) in enumerate(_expressions(ast.parse(path.read_text()), "")):
+        before = ast.unparse(node)
+        for number, changed in enumerate(_changes(node, decides)):
+            key = (function, before, ast.unparse(changed))
+            seen[key] = seen.get(key, -1) + 1
+            yield Fault(str(path.relative_to(ROOT)), node.lineno, *key, seen[key], (index, number))
+
+
+def plant(fault: Fault) -> ast.Module:
+    """Return the fault's module with the fault in it, every line where it was."""
+    tree = ast.parse((ROOT / fault.path).read_text())
+    index, number = fault.place
+    node, _, decides, put = list(_expressions(tree, ""))[index]
+    put(ast.copy_location(list(_changes(node, decides))[number], node))
+    return ast.fix_missing_locations(tree)
+
+
+def _expressions(node: ast.AST, function: str, owner: str = "") -> Iterator[_Found]:
+    """Walk a tree's expressions that decide something: no annotations, decorators, texts or errors' messages."""
+    for name, value in ast.iter_fields(node):
+        if name in ("annotation", "returns", "decorator_list"):
+            continue
+        for index, child in enumerate(value if isinstance(value, list) else [value]):
+            if not isinstance(child, ast.AST) or isinstance(child, ast.JoinedStr | ast.Raise | ast.ImportFrom):
+                continue
+            if isinstance(child, ast.ClassDef):
+                yield from _expressions(child, function, f"{owner}{child.name}.")
+                continue
+            if isinstance(child, ast.FunctionDef):
+                yield from _expressions(child, function or f"{owner}{child.name}", owner)
+                continue
+            if isinstance(child, ast.expr):
+
+                def put(changed: ast.expr, value: object = value, index: int = index, name: str = name) -> None:
+                    if isinstance(value, list):
+                        value[index] = changed
+                    else:
+                        setattr(node, name, changed)
+
+                yield child, function, name in ("test", "ifs"), put
+            yield from _expressions(child, function, owner)
+
+
+def _changes(node: ast.expr, decides: bool) -> Iterator[ast.expr]:
+    if decides and isinstance(node, ast.Name | ast.Attribute | ast.Call | ast.Subscript):
+        yield ast.UnaryOp(ast.Not(), node)
+        return
+    match node:
+        case ast.Compare(left, [operator], [right]):
+            for other in COMPARISONS[type(operator)]:
+                yield ast.Compare(left, [other()], [right])
+        case ast.Compare(left, operators, rights):
+            for index, operator in enumerate(operators):
+                other = COMPARISONS[type(operator)][0]()
+                yield ast.Compare(left, [*operators[:index], other, *operators[index + 1 :]], rights)
+        case ast.BinOp(left, operator, right) if type(operator) in OPERATORS and not _is_text(left):
+            for other in OPERATORS[type(operator)]:
+                yield ast.BinOp(left, other(), right)
+        case ast.UnaryOp(ast.USub() | ast.Not(), operand):
+            yield operand
+        case ast.BoolOp(ast.And(), values):
+            yield ast.BoolOp(ast.Or(), values)
+        case ast.BoolOp(ast.Or(), values):
+            yield ast.BoolOp(ast.And(), values)
+        case ast.IfExp(test, body, other):
+            yield ast.IfExp(test, other, body)
+        case ast.Constant(bool() as value):
+            yield ast.Constant(not value)
+        case ast.Constant(int() | float() as value):
+            yield ast.Constant(value + 1 if isinstance(value, int) else value * 2)
+        case _:
+            return
+
+
+def _is_text(node: ast.expr) -> bool:
+    return isinstance(node, ast.JoinedStr) or (isinstance(node, ast.Constant) and isinstance(node.value, str))

@@ -1,0 +1,278 @@
+"""Plant faults in the loaded judge, each in a process of its own, and run the tests that reach it until one fails.
+
+Tests are collected once. A first child process runs all of them and notes which functions each one enters; then for every
+fault a child is forked, its function's code is replaced, and the tests that enter the function run, quick ones first. A fault
+outside of functions is planted while its module is loaded, in a new process.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import gc
+import json
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from types import CodeType, FrameType, FunctionType
+from typing import Any
+
+import pytest
+from _pytest.runner import runtestprotocol
+
+from tests.mutation.sites import ROOT, Fault, plant
+
+TESTS = ("tests/verify", "tests/test_end_to_end.py")
+"""The judge's own tests."""
+
+SECONDS = 120.0
+"""How much processor time the tests of one fault may take; a fault that is not noticed by then survives."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What became of a fault.
+
+    Attributes:
+        fault: What was planted.
+        noticed: The test that failed; "hangs" where tests ran far longer than without the fault; empty where it survives.
+        tried: How many tests ran.
+    """
+
+    fault: Fault
+    noticed: str
+    tried: int
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """What one test enters.
+
+    Attributes:
+        seconds: How long it takes.
+        functions: "path:first line" of every function of the judge that it enters.
+    """
+
+    seconds: float
+    functions: frozenset[str]
+
+
+def try_faults(drawn: Iterable[Fault], *, jobs: int = 1, seconds: float = SECONDS) -> list[Finding]:
+    """Plant each fault and say which test notices it.
+
+    Args:
+        drawn: The faults.
+        jobs: How many processes work at once.
+        seconds: Processor time for the tests of one fault, in s.
+    """
+    runner = _Runner(list(drawn), jobs, seconds)
+    arguments = ["-q", "-p", "no:cacheprovider", "--hypothesis-seed=0", "--no-header", *TESTS]
+    os.chdir(ROOT)
+    pytest.main(arguments, plugins=[runner])
+    return runner.findings
+
+
+class _Runner:
+    """A pytest plugin that takes over once the tests are collected."""
+
+    def __init__(self, drawn: list[Fault], jobs: int, seconds: float) -> None:
+        self.drawn, self.jobs, self.seconds = drawn, jobs, seconds
+        self.findings: list[Finding] = []
+
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        reach = _in_parallel([functools.partial(_reach, part) for part in _parts(session.items, self.jobs)], self.jobs)
+        table = {name: Reach(entry[0], frozenset(entry[1])) for part in reach for name, entry in part.items()}
+        works = [functools.partial(_try, fault, _suspects(session.items, table, fault), self.seconds) for fault in self.drawn]
+        answers = _in_parallel(works, self.jobs, limit=4 * self.seconds)
+        for fault, answer in zip(self.drawn, answers, strict=True):
+            noticed, tried = answer if answer is not None else ("hangs", 0)
+            self.findings.append(Finding(fault, noticed, tried))
+        return True
+
+
+def _parts(items: list[pytest.Item], count: int) -> list[list[pytest.Item]]:
+    """Split tests into parts that keep a module's tests together."""
+    modules: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        modules.setdefault(str(item.path), []).append(item)
+    parts: list[list[pytest.Item]] = [[] for _ in range(count)]
+    for index, module in enumerate(modules.values()):
+        parts[index % count] += module
+    return parts
+
+
+def _suspects(items: list[pytest.Item], table: dict[str, Reach], fault: Fault) -> list[pytest.Item]:
+    """Return the tests that may notice a fault: those of its own module first, then the others, quick ones first."""
+    if not fault.function:
+        chosen = items
+    else:
+        entered = f"{fault.path}:{_first_line(plant(fault), fault)}"
+        chosen = [item for item in items if item.nodeid in table and entered in table[item.nodeid].functions]
+    own = f"test_{Path(fault.path).stem}"
+    return sorted(
+        chosen, key=lambda item: (own not in item.nodeid, table[item.nodeid].seconds if item.nodeid in table else 0.0)
+    )
+
+
+def _reach(items: list[pytest.Item]) -> dict[str, tuple[float, list[str]]]:
+    """Run tests and note how long each takes and what it enters."""
+    judge = str(ROOT / "verify") + os.sep
+    known: dict[CodeType, str | None] = {}
+    result: dict[str, tuple[float, list[str]]] = {}
+    for item, following in zip(items, [*items[1:], None], strict=True):
+        entered: set[str] = set()
+
+        def note(frame: FrameType, event: str, _: object, entered: set[str] = entered) -> None:
+            code = frame.f_code
+            if code not in known:
+                inside = code.co_filename.startswith(judge)
+                path = os.path.relpath(code.co_filename, ROOT) if inside else ""
+                known[code] = f"{path}:{code.co_firstlineno}" if inside else None
+            name = known[code]
+            if name is not None:
+                entered.add(name)
+
+        begun = time.process_time()
+        sys.settrace(note)  # pyright: ignore[reportArgumentType]  no local tracer: functions' lines do not matter
+        try:
+            passed = _passes(item, following)
+        finally:
+            sys.settrace(None)
+        if passed:
+            result[item.nodeid] = (time.process_time() - begun, sorted(entered))
+    return result
+
+
+def _passes(item: pytest.Item, following: pytest.Item | None) -> bool:
+    return not any(report.failed for report in runtestprotocol(item, log=False, nextitem=following))
+
+
+def _try(fault: Fault, items: list[pytest.Item], seconds: float) -> tuple[str, int]:
+    """Plant a fault in this process, or in a new one, and run tests until one fails."""
+    if not fault.function:
+        return _try_anew(fault, items, seconds)
+    _replace(fault)
+    for value in gc.get_objects():
+        if isinstance(value, functools._lru_cache_wrapper):  # what was computed before the fault
+            value.cache_clear()
+    begun = time.process_time()
+    for number, item in enumerate(items, 1):
+        if not _passes(item, None):
+            return item.nodeid, number
+        if time.process_time() - begun > seconds:
+            return "", number
+    return "", len(items)
+
+
+def _replace(fault: Fault) -> None:
+    """Give the loaded function that holds a fault the code with the fault."""
+    tree = plant(fault)
+    path = str(ROOT / fault.path)
+    first = _first_line(tree, fault)
+    module = compile(tree, path, "exec")
+    codes = [code for code in _codes(module) if code.co_firstlineno == first and code.co_name == fault.function.split(".")[-1]]
+    found = [
+        value
+        for value in gc.get_objects()
+        if isinstance(value, FunctionType) and value.__code__.co_filename == path and value.__code__.co_firstlineno == first
+        and value.__code__.co_name == fault.function.split(".")[-1]
+    ]  # fmt: skip
+    assert len(codes) == 1, fault.name
+    assert found, fault.name
+    for function in found:
+        function.__code__ = codes[0]
+
+
+def _first_line(tree: ast.Module, fault: Fault) -> int:
+    """Return the line on which the function that holds a fault begins, decorators included."""
+    bodies: list[ast.stmt] = tree.body
+    found: ast.AST = tree
+    for name in fault.function.split("."):
+        named = [node for node in bodies if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name == name]
+        spans = [node for node in named if node.lineno <= fault.line <= (node.end_lineno or 0)] or named
+        found, bodies = spans[0], spans[0].body
+    assert isinstance(found, ast.FunctionDef | ast.ClassDef)
+    return min([found.lineno, *(decorator.lineno for decorator in found.decorator_list)])
+
+
+def _codes(code: CodeType) -> Iterable[CodeType]:
+    for value in code.co_consts:
+        if isinstance(value, CodeType):
+            yield value
+            yield from _codes(value)
+
+
+_PLANTED = """
+import ast, importlib.abc, importlib.machinery, sys
+import pytest
+from tests.mutation.sites import Fault, ROOT, plant
+
+fault = Fault({fields})
+
+class Loader(importlib.machinery.SourceFileLoader):
+    def get_code(self, name):
+        if self.path == str(ROOT / fault.path):
+            return compile(plant(fault), self.path, "exec")
+        return super().get_code(name)
+
+hook = importlib.machinery.FileFinder.path_hook((Loader, [".py"]))
+sys.path_hooks.insert(0, hook)
+sys.path_importer_cache.clear()
+sys.exit(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "--hypothesis-seed=0", "--no-header", *{tests!r}]))
+"""
+
+
+def _try_anew(fault: Fault, items: list[pytest.Item], seconds: float) -> tuple[str, int]:
+    """Load everything in a new process, with a fault outside of functions, and run all tests."""
+    fields = ", ".join(f"{name}={getattr(fault, name)!r}" for name in fault.__slots__)
+    program = _PLANTED.format(fields=fields, tests=list(dict.fromkeys(item.nodeid.split("::")[0] for item in items)))
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, timeout=8 * seconds, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return "hangs", 0
+    if done.returncode == 0:
+        return "", len(items)
+    failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    return (failed[0] if failed else done.stdout.strip().splitlines()[-1]), 0
+
+
+def _in_parallel(works: list[Callable[[], Any]], jobs: int, limit: float | None = None) -> list[Any]:
+    """Run each work in a forked child, some at once; None where one ran longer than the limit (s) or died."""
+    context = multiprocessing.get_context("fork")
+    answers: list[Any] = [None] * len(works)
+    waiting = list(enumerate(works))
+    running: dict[int, tuple[Any, Path, float]] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        while waiting or running:
+            while waiting and len(running) < jobs:
+                index, work = waiting.pop(0)
+                answer = Path(folder) / str(index)
+                child = context.Process(target=_answer, args=(work, answer))
+                child.start()
+                running[index] = (child, answer, time.monotonic())
+            time.sleep(0.02)
+            for index, (child, answer, begun) in list(running.items()):
+                if child.is_alive() and (limit is None or time.monotonic() - begun < limit):
+                    continue
+                if child.is_alive():
+                    os.kill(child.pid, signal.SIGKILL)
+                child.join()
+                answers[index] = json.loads(answer.read_text()) if answer.exists() else None
+                del running[index]
+    return answers
+
+
+def _answer(work: Callable[[], Any], path: Path) -> None:
+    value = work()
+    part = path.with_suffix(".part")
+    part.write_text(json.dumps(value))
+    part.replace(path)
