@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ltlplan.cost import Cost, cost_of, plan_cost
 from ltlplan.gaussian import Options, Search
+from ltlplan.hover import then_hovering, until_hover
 from ltlplan.path_result import candidate_plans, flown_pieces
 from ltlplan.path_search import PathProblem, path_problem
 from ltlplan.splines import Spline
@@ -137,6 +138,12 @@ def improve(
     """
     function = cost_of(mission, robot) if cost is None else cost
     chosen = options_of(mission) if options is None else options
+    if plan.hovers:  # the flight that leads to the hover is what can be improved; hovering there costs what it costs
+        found = improve(
+            mission, robot, until_hover(plan), rng=rng, options=chosen, cost=function, points=points, spread=spread,
+            progress=progress, watch=watch,
+        )  # fmt: skip
+        return _with_hover(found, plan, function)
     nominal = plan_cost(plan, function)
     plan = plan.model_copy(update={"cost": nominal})
     if len(plan.waypoints) < 3 or chosen.rounds == 0 or len({w.position for w in plan.waypoints}) < 3:
@@ -171,6 +178,20 @@ def improve(
             best = stretched[index].model_copy(update={"cost": value})
             break
     return Improvement(best, value, nominal, tuple(min(h, nominal) for h in history), tuple(kept))
+
+
+def _with_hover(found: Improvement, nominal: RobotPlan, cost: Cost) -> Improvement:
+    """Return the improvement of a lasso that hovers, from that of the flight up to its hover."""
+    better = then_hovering(found.plan)
+    value = plan_cost(better, cost)
+    hover = value - found.cost
+    return Improvement(
+        better.model_copy(update={"cost": value}),
+        value,
+        plan_cost(nominal, cost),
+        tuple(each + hover for each in found.history),
+        found.kept,
+    )
 
 
 def searches(problem: PathProblem, options: Options, *, spread: float = 0.06) -> list[Search]:

@@ -33,6 +33,7 @@ from ltlplan.allocation import Part, World
 from ltlplan.cost import WeightedCost, cost_of, plan_cost
 from ltlplan.cross_entropy import Search, Watch, improve, minimise, options_of
 from ltlplan.hoops import route
+from ltlplan.hover import then_hovering, until_hover
 from ltlplan.path_result import candidate_plans
 from ltlplan.path_search import path_problem
 from ltlplan.team_reader import Reader
@@ -217,6 +218,10 @@ def improved(
     itself, which was judged. `watch` is told of each round, for pictures.
     """
     function = cost_of(mission, robot)
+    if nominal.hovers:
+        share = improved(mission, robot, until_hover(nominal), draws, watch)
+        plan = then_hovering(share.plan)
+        return Share(plan.model_copy(update={"cost": plan_cost(plan, function)}), share.history)
     calm = calmed(nominal, function)
     found = improve(mission, robot, calm, rng=draws(), options=options_of(mission), watch=watch)
     if calm is nominal or found.cost < found.nominal:

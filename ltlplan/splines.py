@@ -5,6 +5,7 @@ continuously differentiable, starts and ends at rest, and has the smallest integ
 given times the polynomials depend linearly on the points, so whatever is sampled of a path (positions, velocities,
 snap at any times) is one matrix times the points, and a thousand paths are one matrix product.
 A lasso closes on itself: velocity, acceleration and jerk at the last point are those at the point where the cycle began.
+A cycle of one piece leads from a point to the same point: it is a hover, and both its ends are at rest.
 """
 
 from __future__ import annotations
@@ -126,17 +127,14 @@ class Spline:
         scale = lengths[:, None] ** np.arange(ORDERS)
         scales = np.concatenate([scale, scale], axis=1)
         forms = scales[:, :, None] * _SNAP * scales[:, None, :] / lengths[:, None, None] ** 7
-        node = np.arange(pieces + 1)
-        slot = node.copy()
-        if self.cycle is not None:
-            slot[-1] = self.cycle
+        hovers = self.cycle == pieces - 1
         unknown = -np.ones((pieces + 1, ORDERS - 1), dtype=np.int64)
-        moving = np.array([i for i in range(1, pieces) if slot[i] == i], dtype=np.int64)
+        moving = np.arange(1, pieces - 1 if hovers else pieces)
         unknown[moving] = np.arange(3 * len(moving)).reshape(-1, 3)
-        if self.cycle is not None and self.cycle > 0:
+        if self.cycle is not None and not hovers:
+            if self.cycle == 0:
+                unknown[0] = 3 * len(moving) + np.arange(3)
             unknown[-1] = unknown[self.cycle]
-        elif self.cycle == 0:
-            unknown[0] = unknown[-1] = 3 * len(moving) + np.arange(3)
         states = np.zeros((pieces + 1, ORDERS, columns))
         states[:, 0] = points
         count = int(unknown.max(initial=-1)) + 1

@@ -54,6 +54,7 @@ class Obstacle:
         height: m; the ring with its clearance fills |x| <= height along the normal.
         outer: m; points farther from the axis than this are clear of the ring.
         inner: m; points nearer to the axis than this pass through the opening.
+        near: m; a path that stays on one side of the opening keeps this far from it.
     """
 
     name: str
@@ -64,6 +65,7 @@ class Obstacle:
     height: float = 0.0
     outer: float = 0.0
     inner: float = 0.0
+    near: float = 0.0
 
     def holds(self, point: Floats) -> bool:
         """Tell whether a point is in the region or nearer to it than allowed."""
@@ -107,6 +109,7 @@ def room(mission: Mission, slack: float = 0.0) -> Room:
                 region.rim / 2 + clear,
                 region.opening + region.rim + clear,
                 max(region.opening - clear, 1e-3),
+                near,
             )
         else:
             obstacles[name] = Obstacle(name, centre, region.shape, level)
@@ -167,8 +170,12 @@ def _claims(
             continue
         along = (offset @ obstacle.normal) ** 2
         across = np.einsum("pna,pna->pn", offset, offset) - along
+        sides = path[:, [0, -1]] @ obstacle.normal - obstacle.centre @ obstacle.normal
         for piece in pieces:
-            if enters[piece]:  # towards where this piece ends, as long as it is near the plane
+            if enters[piece] and _stays_on_its_side(sides[piece], obstacle.near):
+                ahead = np.sign(sides[piece, 0]) * (offset[piece] @ obstacle.normal)
+                yield piece, obstacle.name, "plane", ahead - obstacle.near, never
+            elif enters[piece]:  # towards where this piece ends, as long as it is near the plane
                 ahead = np.sign((path[piece, -1] - path[piece, 0]) @ obstacle.normal) * (velocity[piece] @ obstacle.normal)
                 yield piece, obstacle.name, "plane", ahead, along[piece] - obstacle.height**2
             past = across[piece] - obstacle.outer**2
@@ -183,6 +190,11 @@ def _claims(
         for piece in pieces:
             yield piece, "workspace", "workspace", path[piece, :, axis] - where.low[axis], never
             yield piece, "workspace", "workspace", where.high[axis] - path[piece, :, axis], never
+
+
+def _stays_on_its_side(ends: Floats, near: float) -> bool:
+    """Tell whether a piece within a hoop's region has both ends on one side of the opening, clear of it: it does not pass there."""
+    return bool(np.min(ends) >= near or np.max(ends) <= -near)
 
 
 def _refuted(claims: Floats) -> list[tuple[int, float]]:

@@ -112,7 +112,7 @@ def round_figure(
 
 def _cycle_begins(plan: RobotPlan | None, instants: int) -> int:
     """Return the sampled instant at which the paths' cycle begins; the last one where there is none."""
-    if plan is None or plan.cycle_waypoint is None:
+    if plan is None or plan.cycle_waypoint is None or plan.hovers:  # what is sampled ends where a hover begins
         return instants - 1
     share = (plan.times[plan.cycle_waypoint] - plan.times[0]) / (plan.times[-1] - plan.times[0])
     return round(share * (instants - 1))

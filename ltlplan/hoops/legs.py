@@ -17,11 +17,14 @@ from ltlplan.hoops.clearance import Room, blocked
 from ltlplan.hoops.control_points import control_points
 from ltlplan.hoops.primitives import Primitive, choose
 from ltlplan.hoops.sides import Side
-from verify.data import BadInput, Mission, Visit
+from verify.data import BadInput, Infeasible, Mission, Visit
 from verify.data.mission import Hoop
 from verify.data.plan import Role
 
 Floats = NDArray[np.float64]
+
+_DEEP = 0.9
+"""Share of the way from a region's centre to where the margin begins within which a robot stays; refinement uses as much."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -91,8 +94,10 @@ class Legs:
         region = self.mission.all_regions[name]
         if i == 0 and self.begins_inside:
             return Stop(self.start, "start", name, i), None
-        if side is None or not isinstance(region, Hoop):
+        if not isinstance(region, Hoop):
             return Stop(np.array(region.center), "centre", name, i), None
+        if side is None:  # the flight ends in this hoop, at its end waypoint: nothing else leads on from there
+            return Stop(np.array(region.center) if self.end is None else self.end, "centre", name, i), None
         points = control_points(region)
         return Stop(points.ends(side)[1], "front", name, i, axes=points.frame), Stop(points.centre, "centre", name, i)
 
@@ -107,6 +112,9 @@ class Legs:
                 target = Stop(
                     control_points(region).ends(entered)[0], "rear" if entered == "F" else "front", name, j, axes=axes
                 )
+            elif isinstance(region, Hoop):
+                self._legs[key] = self._into(i, left, j, region)
+                return self._legs[key]
             else:
                 target = Stop(np.array(region.center), "centre", name, j, frozenset({name}))
             origin = self._exit(i, left)[0]
@@ -118,6 +126,31 @@ class Legs:
             else:
                 self._legs[key] = self._with_gate(origin.position, self._way(i, left, target))
         return self._legs[key]
+
+    def _into(self, i: int, left: Side, j: int, hoop: Hoop) -> list[Stop]:
+        """Return the leg to a hoop in which the flight ends: to the control point on its nearer side, or on the other one, then
+        straight on to a place in front of the opening.
+
+        Raises:
+            Blocked: Neither side can be reached.
+            Infeasible: No place in the hoop is clear of its opening.
+        """
+        name, origin, points = self.visits[j].region, self._exit(i, left)[0].position, control_points(hoop)
+        ends: list[tuple[Role, Floats]] = [("rear", points.rear), ("front", points.front)]
+        if self.end is not None:
+            ends = ends[1:] if (self.end - points.centre) @ np.array(hoop.normal) >= 0.0 else ends[:1]
+        problem: Blocked | None = None
+        for role, position in sorted(ends, key=lambda end: float(np.linalg.norm(end[1] - origin))):
+            place = _before_opening(self.mission, name, hoop, role) if self.end is None else self.end
+            rest = Stop(place, "centre", name, j, frozenset({name}), points.frame)
+            if np.allclose(origin, position, atol=1e-9):
+                return [rest]
+            try:
+                return [*self._way(i, left, Stop(position, role, name, j, axes=points.frame)), rest]
+            except Blocked as error:
+                problem = problem or error
+        assert problem is not None
+        raise problem
 
     def _back_to(self, i: int, left: Side, first: Stop) -> list[Stop]:
         """Return the leg that closes a lasso: from visit i to the stop at which the cycle began."""
@@ -200,6 +233,25 @@ class Legs:
         if np.allclose(self._exit(i, left)[0].position, self.end, atol=1e-9):
             return []
         return self._way(i, left, Stop(self.end, "end"))
+
+
+def _before_opening(mission: Mission, name: str, hoop: Hoop, side: Role) -> Floats:
+    """Return a place to hover in a hoop's region, on its front or rear side: halfway between opening and border, both less the margin.
+
+    Raises:
+        Infeasible: The region is too flat for that.
+    """
+    normal = np.array(hoop.normal)
+    deep = max(1.0 - mission.margin / min(hoop.radii), 0.0)
+    farthest = _DEEP * deep / float(normal @ hoop.shape @ normal) ** 0.5
+    if farthest <= mission.margin:
+        raise Infeasible(
+            f"A robot cannot stay in '{name}' without flying through it: {mission.margin:g} m in front of its opening, where the margin "
+            f"ends, a place should still be inside by the margin, and such places end {farthest:.3f} m in front of it. Ask for a "
+            "smaller margin or a larger region."
+        )
+    ahead = (mission.margin + farthest) / 2.0
+    return np.array(hoop.center) + (ahead if side == "front" else -ahead) * normal
 
 
 def primitives_between(stops: Sequence[Stop]) -> list[Primitive]:

@@ -21,6 +21,7 @@ from ltlplan.hoops.clearance import Conflict, Room, conflicts, room
 from ltlplan.hoops.legs import Legs, Stop, holds, hoop_axes, primitives_between
 from ltlplan.hoops.primitives import Primitive
 from ltlplan.hoops.sides import Directions, choose_sides
+from ltlplan.hover import then_hovering
 from ltlplan.splines import Spline
 from ltlplan.systems import word_of
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Visit, Waypoint, Word
@@ -35,8 +36,6 @@ _SHORTEST = 0.08
 """m; a shorter segment is not divided again."""
 _RAMPS = 1.0
 """s, at most, that the first and last segment take longer, from and to rest."""
-_HOVER = 1.0
-"""s; nominal length of a cycle that only hovers."""
 
 
 class SplineBlocked(Infeasible):
@@ -148,16 +147,16 @@ def _route(
     sides = choose_sides(mission, legs.start, visits, cycle_visit, legs.length, directions, legs.begins_inside, inside_last)
     stops, cycle = legs.stops(sides, cycle_visit)
     stops, times, cycle = _repaired(stops, cycle, where, mission.planner.speed, Counter(v.region for v in visits))
-    if cycle_visit == len(visits):
-        stops, times, cycle = [*stops, stops[-1]], [*times, times[-1] + _HOVER], len(stops) - 1
+    hovers = cycle_visit == len(visits)
     plan = RobotPlan(
-        word=word,
+        word=Word(word.letters).compressed() if hovers else word,
         visits=tuple(visit.model_copy(update={"direction": side}) for visit, side in zip(visits, sides, strict=True)),
         waypoints=tuple(Waypoint(position=_point(s.position), role=s.role, region=s.region, visit=s.visit) for s in stops),
         times=tuple(times),
-        cycle_visit=cycle_visit,
+        cycle_visit=None if hovers else cycle_visit,
         cycle_waypoint=cycle,
     )
+    plan = then_hovering(plan) if hovers else plan
     return plan.model_copy(update={"cost": plan_cost(plan, cost_of(mission, robot))})
 
 

@@ -82,6 +82,11 @@ class RobotPlan(_Value):
     cost: Number = 0.0
 
     @property
+    def hovers(self) -> bool:
+        """Whether it is a lasso whose cycle visits nothing: the robot hovers where its last visit has led it."""
+        return self.cycle_visit == len(self.visits)
+
+    @property
     def still(self) -> bool:
         """Whether the robot never leaves its start."""
         return len({waypoint.position for waypoint in self.waypoints}) == 1
