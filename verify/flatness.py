@@ -16,23 +16,37 @@ at (sx, sy) arm / sqrt 2 with sx, sy = +-1 and carries m F / 4 + sy tau_x / (4 d
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Generic, TypeVar
 
 import numpy as np
 from flint import arb
 
 from verify.balls import Balls, Floats, dot
 from verify.bounds import Indices, Peaks, search
+from verify.centred import Centred
 from verify.data.vehicle import Vehicle
 from verify.intervals import Interval, interval
 from verify.paths import TeamPaths
 
-_YAW_SLACK = 1e-3
-_ROTOR_SLACK = 1e-3
+_SLACK = 1e-3
+"""How near to the true extreme a bound is driven at first, as a share of the limit."""
+
+_FINE_SLACK = 1e-5
+"""The same where the limit lies between the bounds; what decides is found to about 1e-12 of the limit."""
+
 _DEPTH = 26
+_FINE_DEPTH = 34
+"""Most halvings of a piece at first, and where the limit lies between the bounds."""
+
 _GRID = 2.0**14
 _STRIDE = 2
+
+_Quantity = TypeVar("_Quantity", Interval, Centred)
+_State = tuple[Balls, ...]
+_Enclose = Callable[[_State, Indices], tuple[Floats, Floats, Floats]]
 
 
 def yaw_rate_peaks(paths: TeamPaths, force: Balls, jerk: Balls, limit: float) -> Peaks:
@@ -47,16 +61,20 @@ def yaw_rate_peaks(paths: TeamPaths, force: Balls, jerk: Balls, limit: float) ->
     state = (force, jerk, dot(force, force), paths.derivative(0)[:, 3], paths.derivative(1)[:, 3])
     count = len(paths.robots)
 
-    def enclose(parts: tuple[Balls, ...], items: Indices) -> tuple[Floats, Floats, Floats]:
-        del items
-        f, j, f2, yaw, turn = (_spread(part) for part in parts)
-        frame = _Frame.of(f, j, f2, yaw, turn)
-        return _thirds(frame.rate_z.magnitude())
+    def values(parts: Sequence[_Quantity]) -> _Quantity:
+        f, j, f2, yaw, turn = parts
+        return _Frame.of(f, j, f2, yaw, turn).rate_z
 
-    critical = np.full(count, limit)
-    return search(
-        state, enclose, paths.piece_owner, count, slack=_YAW_SLACK * critical, critical=critical, depth=_DEPTH, stride=_STRIDE
-    )
+    def enclose(parts: _State, items: Indices) -> tuple[Floats, Floats, Floats]:
+        del items
+        return _thirds(values([_spread(part) for part in parts]).magnitude())
+
+    def enclose_closely(parts: _State, items: Indices) -> tuple[Floats, Floats, Floats]:
+        del items
+        over = values([Centred.of(part) for part in parts]).over.magnitude()
+        return _with_ends(over, values([_ends(part) for part in parts]).magnitude())
+
+    return _peaks(state, (enclose, enclose_closely), paths.piece_owner, np.full(count, limit), np.full(count, limit))
 
 
 def rotor_peaks(paths: TeamPaths, force: Balls, jerk: Balls, snap: Balls, limits: tuple[float, float]) -> tuple[Peaks, Peaks]:
@@ -79,16 +97,19 @@ def rotor_peaks(paths: TeamPaths, force: Balls, jerk: Balls, snap: Balls, limits
     groups = np.concatenate([paths.piece_owner, paths.piece_owner + count])
     vehicle = paths.mission.vehicle
 
-    def enclose(parts: tuple[Balls, ...], items: Indices) -> tuple[Floats, Floats, Floats]:
-        f, j, s, f2, fj, yaw, turn, spin = (_spread(part) for part in parts)
-        frame = _Frame.of(f, j, f2, yaw, turn)
-        least, most = _rotor_range(frame, s, fj, spin, vehicle)
-        wanted = np.tile(items < pieces, 3)
-        return _thirds(Interval(np.where(wanted, -least.high, most.low), np.where(wanted, -least.low, most.high)))
+    def thrusts(parts: Sequence[_Quantity]) -> list[_Quantity]:
+        f, j, s, f2, fj, yaw, turn, spin = parts
+        return _rotor_thrusts(_Frame.of(f, j, f2, yaw, turn), s, fj, spin, vehicle)
 
-    slack = np.full(2 * count, _ROTOR_SLACK * limits[1])
+    def enclose(parts: _State, items: Indices) -> tuple[Floats, Floats, Floats]:
+        return _thirds(_extreme(thrusts([_spread(part) for part in parts]), np.tile(items < pieces, 3)))
+
+    def enclose_closely(parts: _State, items: Indices) -> tuple[Floats, Floats, Floats]:
+        over = _extreme([t.over for t in thrusts([Centred.of(part) for part in parts])], items < pieces)
+        return _with_ends(over, _extreme(thrusts([_ends(part) for part in parts]), np.tile(items < pieces, 2)))
+
     critical = np.repeat([-limits[0], limits[1]], count)
-    both = search(state, enclose, groups, 2 * count, slack=slack, critical=critical, depth=_DEPTH, stride=_STRIDE)
+    both = _peaks(state, (enclose, enclose_closely), groups, critical, np.full(2 * count, limits[1]))
     first, second = slice(0, count), slice(count, 2 * count)
     return (
         Peaks(both.upper[first], both.lower[first], both.item[first] % pieces, both.place[first]),
@@ -96,34 +117,71 @@ def rotor_peaks(paths: TeamPaths, force: Balls, jerk: Balls, snap: Balls, limits
     )
 
 
+def _peaks(state: _State, enclosures: tuple[_Enclose, _Enclose], groups: Indices, critical: Floats, scale: Floats) -> Peaks:
+    """Bound the greatest values by the first enclosure, and by the second, which costs more, where that does not decide.
+
+    Args:
+        state: Polynomials on each piece.
+        enclosures: What `search` asks for: a quick one, and one whose error falls with the square of a part's length.
+        groups: Group of each piece. Shape (pieces,).
+        critical: The limit of each group.
+        scale: What the slack of each group is a share of.
+    """
+    count = len(critical)
+    quick, close = enclosures
+    found = search(state, quick, groups, count, slack=_SLACK * scale, depth=_DEPTH, stride=_STRIDE)
+    open_ = ~((found.upper <= critical) | (found.lower > critical))
+    rows = np.flatnonzero(open_[groups])
+    if len(rows) == 0:
+        return found
+    number = np.cumsum(open_) - 1  # of an open group among the open ones
+    near = search(
+        tuple(part[rows] for part in state), lambda parts, items: close(parts, rows[items]), number[groups[rows]],
+        int(open_.sum()), slack=_FINE_SLACK * scale[open_], critical=critical[open_], depth=_FINE_DEPTH, stride=_STRIDE,
+    )  # fmt: skip
+    better = near.lower > found.lower[open_]
+    return Peaks(
+        _replaced(found.upper, open_, np.fmin(found.upper[open_], near.upper)),
+        _replaced(found.lower, open_, np.where(better, near.lower, found.lower[open_])),
+        _replaced(found.item, open_, np.where(better, rows[near.item], found.item[open_])),
+        _replaced(found.place, open_, np.where(better, near.place, found.place[open_])),
+    )
+
+
+def _replaced(values: np.ndarray, where: np.ndarray, new: np.ndarray) -> np.ndarray:
+    result = values.copy()
+    result[where] = new
+    return result
+
+
 @dataclass(frozen=True, slots=True)
-class _Frame:
+class _Frame(Generic[_Quantity]):
     """f, j and the body rates in the frame turned by the heading; see the top of the module."""
 
-    cos: Interval
-    sin: Interval
-    p: Interval
-    q: Interval
-    w: Interval
-    jx: Interval
-    jy: Interval
-    jz: Interval
-    f: Interval
-    f2: Interval
-    d: Interval
-    root_d: Interval
-    k: Interval
-    turn: Interval
-    rate_x: Interval
-    rate_y: Interval
-    rate_z: Interval
+    cos: _Quantity
+    sin: _Quantity
+    p: _Quantity
+    q: _Quantity
+    w: _Quantity
+    jx: _Quantity
+    jy: _Quantity
+    jz: _Quantity
+    f: _Quantity
+    f2: _Quantity
+    d: _Quantity
+    root_d: _Quantity
+    k: _Quantity
+    turn: _Quantity
+    rate_x: _Quantity
+    rate_y: _Quantity
+    rate_z: _Quantity
 
     @classmethod
-    def of(cls, f: Interval, j: Interval, f2: Interval, yaw: Interval, turn: Interval) -> _Frame:
+    def of(cls, f: _Quantity, j: _Quantity, f2: _Quantity, yaw: _Quantity, turn: _Quantity) -> _Frame[_Quantity]:
         cos, sin = _direction(yaw)
         p, q, w = _turned_back(f, cos, sin)
         jx, jy, jz = _turned_back(j, cos, sin)
-        f2 = Interval(np.maximum(f2.low, 0.0), f2.high)
+        f2 = f2.at_least_zero()
         size = f2.root()
         d = p.squared() + w.squared()
         root_d = d.root()
@@ -134,8 +192,10 @@ class _Frame:
         return cls(cos, sin, p, q, w, jx, jy, jz, size, f2, d, root_d, k, turn, rate_x, rate_y, rate_z)
 
 
-def _rotor_range(frame: _Frame, snap: Interval, fj: Interval, spin: Interval, vehicle: Vehicle) -> tuple[Interval, Interval]:
-    """Enclose the least and the greatest of the four rotors' thrusts."""
+def _rotor_thrusts(
+    frame: _Frame[_Quantity], snap: _Quantity, fj: _Quantity, spin: _Quantity, vehicle: Vehicle
+) -> list[_Quantity]:
+    """Enclose the thrusts of the four rotors."""
     h = frame
     sx, sy, sz = _turned_back(snap, h.cos, h.sin)
     growth = fj / h.f  # F'
@@ -151,16 +211,20 @@ def _rotor_range(frame: _Frame, snap: Interval, fj: Interval, spin: Interval, ve
     d_rate = (h.p * p_rate + h.w * h.jz).times(2.0)
     accel_z = n_rate / (h.f * h.d) - z * (fj / h.f2 + d_rate / h.d)
     ix, iy, iz = (interval(value) for value in vehicle.inertia)
-    torque_x = ix * accel_x + (iz - iy) * y * z
-    torque_y = iy * accel_y + (ix - iz) * z * x
-    torque_z = iz * accel_z + (iy - ix) * x * y
+    torque_x = accel_x * ix + y * z * (iz - iy)
+    torque_y = accel_y * iy + z * x * (ix - iz)
+    torque_z = accel_z * iz + x * y * (iy - ix)
     lever = interval(2.0).root() * interval(vehicle.arm).times(2.0)  # 4 d = 4 arm / sqrt 2
     share = h.f * interval(vehicle.mass).times(0.25)
     roll, pitch = torque_x / lever, torque_y / lever
     yaw = torque_z / interval(vehicle.torque_to_thrust).times(4.0)
-    thrusts = [share + roll - pitch + yaw, share + roll + pitch - yaw, share - roll - pitch - yaw, share - roll + pitch + yaw]
+    return [share + roll - pitch + yaw, share + roll + pitch - yaw, share - roll - pitch - yaw, share - roll + pitch + yaw]
+
+
+def _extreme(thrusts: Sequence[Interval], least: np.ndarray) -> Interval:
+    """Enclose minus the least of some thrusts where `least` is true, and the greatest elsewhere."""
     low, high = np.stack([t.low for t in thrusts]), np.stack([t.high for t in thrusts])
-    return Interval(low.min(0), high.min(0)), Interval(low.max(0), high.max(0))
+    return Interval(np.where(least, -high.min(0), low.max(0)), np.where(least, -low.min(0), high.max(0)))
 
 
 def _spread(part: Balls) -> Interval:
@@ -171,27 +235,53 @@ def _spread(part: Balls) -> Interval:
     )
 
 
+def _ends(part: Balls) -> Interval:
+    """Enclose the values at each part's start and at its end, one after another. Shape (2 k,) or (2 k, 3)."""
+    low, high = part.low, part.high
+    return Interval(np.concatenate([low[..., 0], low[..., -1]]), np.concatenate([high[..., 0], high[..., -1]]))
+
+
 def _thirds(values: Interval) -> tuple[Floats, Floats, Floats]:
     """Return what `search` asks for: upper bound over each part, lower bounds at its start and at its end."""
     count = len(values.low) // 3
     return values.high[:count], values.low[count : 2 * count], values.low[2 * count :]
 
 
-def _turned_back(vector: Interval, cos: Interval, sin: Interval) -> tuple[Interval, Interval, Interval]:
-    x, y, z = (Interval(vector.low[:, i], vector.high[:, i]) for i in range(3))
+def _with_ends(over: Interval, ends: Interval) -> tuple[Floats, Floats, Floats]:
+    """Return the same from enclosures over each part, and at its start and its end."""
+    count = len(over.high)
+    return over.high, ends.low[:count], ends.low[count:]
+
+
+def _turned_back(vector: _Quantity, cos: _Quantity, sin: _Quantity) -> tuple[_Quantity, _Quantity, _Quantity]:
+    x, y, z = (vector.component(i) for i in range(3))
     return x * cos + y * sin, y * cos - x * sin, z
 
 
-def _direction(yaw: Interval) -> tuple[Interval, Interval]:
-    """Enclose cosine and sine: Taylor's formula of order one around the middle, whose own values come from Arb."""
+def _direction(yaw: _Quantity) -> tuple[_Quantity, _Quantity]:
+    """Enclose cosine and sine of a heading."""
+    if isinstance(yaw, Interval):
+        return _cos_sin(yaw)
+    (cos, sin), (cos_over, sin_over) = _cos_sin(yaw.middle), _cos_sin(yaw.over)
+    return (
+        Centred(cos, cos_over, -(sin_over * yaw.rate)).tightened(),
+        Centred(sin, sin_over, cos_over * yaw.rate).tightened(),
+    )
+
+
+def _cos_sin(yaw: Interval) -> tuple[Interval, Interval]:
+    """Enclose cosine and sine: Taylor's formula of order three around the middle, whose own values come from Arb."""
     middle = np.round((yaw.low + (yaw.high - yaw.low) / 2) * _GRID) / _GRID  # on a grid, so that few have to be computed
     points, back = np.unique(middle, return_inverse=True)
     table = np.array([_sin_cos(float(point)) for point in points])[back]
     sin, cos = Interval(table[:, 0], table[:, 1]), Interval(table[:, 2], table[:, 3])
     away = yaw - interval(middle)
-    bend = away.squared().times(0.5)
-    bend = Interval(-bend.high, bend.high)
-    return _within_one(cos - away * sin + bend), _within_one(sin + away * cos + bend)
+    square = away.squared()
+    rest = square.squared().high / 24
+    rest = Interval(np.nextafter(-rest, -np.inf), np.nextafter(rest, np.inf))
+    one = interval(1.0)
+    even, odd = one - square.times(0.5), away * (one - square / interval(6.0))
+    return _within_one(cos * even - sin * odd + rest), _within_one(sin * even + cos * odd + rest)
 
 
 def _within_one(values: Interval) -> Interval:

@@ -29,6 +29,10 @@ class Interval:
     low: Floats
     high: Floats
 
+    def component(self, index: int) -> Interval:
+        """Return one coordinate of vectors. Shape (k, 3) to (k,)."""
+        return Interval(self.low[:, index], self.high[:, index])
+
     def __neg__(self) -> Interval:
         return Interval(-self.high, -self.low)
 
