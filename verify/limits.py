@@ -1,9 +1,9 @@
 """Physical limits for all times: speed, acceleration, thrust, tilt, body rates, yaw rate and rotor thrusts.
 
 With g = 9.80665 m/s^2 and f = r'' + g e3 the collective thrust is m |f| and the body's z axis is f / |f|. Squared
-speed, acceleration and thrust are polynomials; the squared tangent of the tilt, (fx^2 + fy^2) / fz^2 where fz > 0,
-and the squared roll and pitch rates together, |j x f|^2 / |f|^4 with j = r''', are quotients of polynomials. Yaw rate
-and rotor thrusts hold the heading and |f| itself: see `flatness`.
+speed, acceleration and thrust are polynomials; the squared roll and pitch rates together, |j x f|^2 / |f|^4 with
+j = r''', are a quotient of polynomials, and so is what says the tilt: see `tilt`. Yaw rate and rotor thrusts hold the
+heading and |f| itself: see `flatness`.
 """
 
 from __future__ import annotations
@@ -15,15 +15,16 @@ from fractions import Fraction
 from typing import Literal
 
 import numpy as np
-from flint import arb, fmpq_poly
+from flint import fmpq_poly
 
 from verify import exact
-from verify.balls import Balls, Floats, concatenate, dot, raised, restricted
-from verify.bounds import Peaks, peaks, quotient_bounds, search
+from verify.balls import Balls, concatenate, dot, raised, restricted
+from verify.bounds import Peaks, peaks
 from verify.data.mission import LegLimits
 from verify.data.vehicle import GRAVITY
 from verify.flatness import rotor_peaks, yaw_rate_peaks
 from verify.paths import Segment, TeamPaths
+from verify.tilt import tilt_peaks
 
 LimitName = Literal[
     "speed", "acceleration", "thrust_max", "thrust_min", "rotor_thrust_max", "rotor_thrust_min", "tilt", "body_rate", "yaw_rate"
@@ -93,7 +94,7 @@ def extremes(paths: TeamPaths) -> list[Extreme]:
     add("acceleration", limits.acceleration, push, _root)
     add("thrust_max", limits.thrust_max, most_thrust, newton)
     add("thrust_min", limits.thrust_min, least_thrust, newton, least=True)
-    add("tilt", limits.tilt, _tilt_peaks(paths, force, limits.tilt), _angle)
+    add("tilt", limits.tilt, tilt_peaks(paths, force, limits.tilt), _same)
     turning = _cross(jerk, force)
     critical = np.full(count, limits.body_rate**2)
     rate = peaks(
@@ -113,20 +114,6 @@ def _parted(found: Peaks, parts: int, pieces: int) -> list[Peaks]:
     count = len(found.upper) // parts
     rows = [slice(i * count, (i + 1) * count) for i in range(parts)]
     return [Peaks(found.upper[r], found.lower[r], found.item[r] % pieces, found.place[r]) for r in rows]
-
-
-def _tilt_peaks(paths: TeamPaths, force: Balls, limit: float) -> Peaks:
-    """Bound the squared tangent of the tilt; it counts as infinite where fz > 0 is not proved."""
-    flat, upward = dot(force[:, :2], force[:, :2]), force[:, 2]
-
-    def enclose(state: tuple[Balls, ...], items: np.ndarray) -> tuple[Floats, Floats, Floats]:
-        del items
-        high, first, last = quotient_bounds(state[0], state[1])
-        return np.where(state[2].low.min(-1) > 0, high, np.inf), first, last
-
-    critical = np.full(len(paths.robots), math.tan(limit) ** 2)
-    state, count = (flat, upward * upward, upward), len(paths.robots)
-    return search(state, enclose, paths.piece_owner, count, slack=_SHARE * critical, critical=critical)
 
 
 def with_gravity(acceleration: Balls) -> Balls:
@@ -272,13 +259,3 @@ def _thrust(mass: float) -> Callable[[float, bool], float]:
         return 0.0 if root == 0.0 and not up else float(np.nextafter(mass * root, math.inf if up else -math.inf))
 
     return newton
-
-
-def _angle(value: float, up: bool) -> float:
-    """Angle in rad whose squared tangent is `value`, rounded up or down."""
-    if not value < math.inf:
-        return math.pi / 2 if not math.isnan(value) else value
-    if value <= 0:
-        return 0.0
-    enclosure = arb(value).sqrt().atan()
-    return float(np.nextafter(float(enclosure.upper() if up else enclosure.lower()), math.inf if up else -math.inf))

@@ -138,6 +138,11 @@ def test_turning_on_the_spot_at_a_constant_rate():
     assert found["yaw_rate"].bound == pytest.approx(2.0, abs=1e-3)
     assert found["yaw_rate"].holds
     assert extremes_of(constant((0, 0, 0), yaw=(0.3, 4.0), duration=4.0))["yaw_rate"].fails
+    for room in (1e-4, 1e-9, -1e-9, -1e-4):
+        limit = float(np.degrees(2.0 * (1 + room)))
+        mission = small_mission(regions="", extra=f"limits: {{yaw_rate_deg: {limit!r}}}")
+        told = extremes_of(constant((0, 0, 0), yaw=(0.3, 2.0), duration=4.0), mission)["yaw_rate"]
+        assert (told.holds, told.fails) == (room > 0, room < 0)
 
 
 @pytest.mark.parametrize(
@@ -184,8 +189,36 @@ def test_thrust_through_zero_proves_nothing_about_attitude():
 
 def test_upside_down_is_refused():
     found = extremes_of(constant((0, 0, -30), duration=1.0))
-    assert not found["tilt"].holds
+    assert found["tilt"].fails
+    assert found["tilt"].reached == pytest.approx(math.pi, abs=1e-6)
     assert found["thrust_max"].fails
+
+
+@pytest.mark.parametrize("tilt", [89.0, 90.0, 91.0, 120.0, 175.0, 179.9])
+def test_tilts_beyond_a_quarter_turn(tilt):
+    angle = math.radians(tilt)
+    steady = constant((12 * math.sin(angle), 0, 12 * math.cos(angle) - GRAVITY), duration=1.0)
+    found = extremes_of(steady)["tilt"]
+    assert found.fails
+    assert math.degrees(found.reached) == pytest.approx(tilt, abs=1e-3)
+    assert found.reached <= found.bound <= found.reached + 1e-4
+
+
+def test_a_flip_fails_where_it_is_steepest():
+    # fz = g - 15 t + 3 t^2 falls below zero while fx stays 1: beyond 90 degrees, up to atan2(1, fz) where fz is least
+    coefficients = np.zeros((1, 4, 8))
+    coefficients[0, 0, 2] = 0.5
+    coefficients[0, 2, 3:5] = -15 / 6, 3 / 12
+    flight = Trajectory([4.0], coefficients)
+    found = extremes_of(flight)["tilt"]
+    times = np.linspace(0, 4, 40001)
+    force = flight.evaluate(times, 2)[:, :3] + np.array([0, 0, GRAVITY])
+    angles = np.arctan2(np.hypot(force[:, 0], force[:, 1]), force[:, 2])
+    assert found.fails
+    assert math.pi / 2 < angles.max()
+    assert angles.max() - 1e-4 <= found.reached <= found.bound + 1e-12
+    assert angles.max() <= found.bound <= angles.max() + 1e-3
+    assert float(found.time) == pytest.approx(times[np.argmax(angles)], abs=0.1)
 
 
 def test_tilt_at_its_limit():
