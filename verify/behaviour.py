@@ -197,7 +197,7 @@ class _Judge:
         """Explain with the formula as it was written: `free` is a name again."""
         if satisfies(self.mission.formula, word):
             raise InternalError("A counterexample satisfies the formula after all. This is a bug of ltlplan's.")
-        written = parse_formula(self.mission.spec.formula or "true")
+        written = parse_formula(self.mission.spec.formula or "true", self.mission.propositions)
         regions = self.mission.all_regions.keys()
 
         def with_free(letters: tuple[Letter, ...]) -> tuple[Letter, ...]:

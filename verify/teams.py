@@ -56,12 +56,12 @@ def check_team(
         BadInput: No robots, an empty word, or a lasso in a team of several robots.
         MissingEngine: Spot, which gives the second opinion, is absent.
     """
-    formula = as_formula(formula)
     if reading not in ("own", "joint"):
         raise BadInput(f'reading must be "own" or "joint", not {reading!r}.')
     if not isinstance(words, Mapping) or not words:
         raise BadInput('words must name at least one robot, such as {"quad0": [set(), {"a"}]}.')
     given = {str(name): as_word(word, owner=f"{name}'s word") for name, word in words.items()}
+    formula = as_formula(formula, frozenset[str]().union(*(word.names() for word in given.values())))
     lassos = [name for name, word in given.items() if word.cycle is not None]
     if lassos and len(given) > 1:
         raise BadInput(f"{lassos[0]}'s word has a cycle; an infinite trace belongs to one robot, a team's words are finite.")

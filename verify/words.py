@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Literal
 
 from verify.data.errors import BadInput
@@ -33,8 +33,8 @@ def check_word(formula: str | Formula, word: Letters, cycle: Iterable[Iterable[s
         FormulaError: The text is no formula.
         BadInput: The word is empty, or a letter is a bare string.
     """
-    formula = as_formula(formula)
     given = as_word(word, cycle)
+    formula = as_formula(formula, given.names())
     if satisfies(formula, given):
         vacuous = vacuous_parts(formula, [given])
         note = f" But {vacuous[0]}" if vacuous else ""
@@ -51,10 +51,10 @@ def check_word(formula: str | Formula, word: Letters, cycle: Iterable[Iterable[s
     return Verdict("fails", reason.sentence, given, visit=reason.position)
 
 
-def as_formula(formula: str | Formula) -> Formula:
-    """Return a formula from a text or as it is."""
+def as_formula(formula: str | Formula, shown: Collection[str] = ()) -> Formula:
+    """Return a formula from a text, which is held against words that show some names, or as it is."""
     if isinstance(formula, str):
-        return parse_formula(formula)
+        return parse_formula(formula, shown=shown)
     if not isinstance(formula, Formula):
         raise BadInput(f"A formula is a text or a Formula, not {type(formula).__name__}.")
     return formula

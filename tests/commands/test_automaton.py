@@ -31,6 +31,12 @@ def test_hoa_of_a_formula_and_of_a_mission() -> None:
     assert "deterministic" not in run("F(a & X b)", "--form", "small")
 
 
+def test_operators_without_spaces_are_refused() -> None:
+    with pytest.raises(BadInput, match="write `G F a`"):
+        run("GFa", "--trace", "infinite")
+    assert run("FG(a)", "--trace", "infinite") == run("F G a", "--trace", "infinite")
+
+
 def test_json_says_which_states_decompose() -> None:
     data = json.loads(run(FIRE, "--json"))
     assert data["decomposition"] == data["states"] == [0, 1, 2, 3]

@@ -48,7 +48,7 @@ def test_for_machines():
 
 
 def test_mistakes_are_bad_input():
-    for arguments in (("F a &", "a"), ("F a", "a;;b"), ("F a", "cycle{a}", "b")):
+    for arguments in (("F a &", "a"), ("F a", "a;;b"), ("F a", "cycle{a}", "b"), ("GFa", "a"), ("GFa", "a", "1")):
         done = run(*arguments)
         assert isinstance(done.exception, BadInput)
 

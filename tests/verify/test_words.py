@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given, settings
 
 from tests.strategies import formulas, words
-from verify import check_word
+from verify import check_team, check_word
 from verify.data import BadInput, FormulaError, Word
 from verify.semantics import satisfies
 from verify.words import parse_word
@@ -24,6 +24,15 @@ def test_which_letter_and_which_part():
     assert verdict.visit == 1
     assert "`G (smoke -> carrying)` fails at letter 2 of 3, {smoke}" in verdict.sentence
     assert "`carrying` does not" in verdict.sentence
+
+
+def test_operators_without_spaces_are_no_name_that_never_happens():
+    for ask in (lambda: check_word("GFa", [{"a"}]), lambda: check_team("GFa", {"r0": [{"a"}], "r1": [set()]})):
+        with pytest.raises(FormulaError, match="`GFa` is one name here; write `G F a`"):
+            ask()
+    assert check_word("GFa", [{"GFa"}])
+    assert check_word('!"GFa"', [{"a"}])
+    assert check_word("FG(a)", [{"a"}])
 
 
 def test_what_never_happens_has_no_letter():

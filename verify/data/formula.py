@@ -1,14 +1,16 @@
 """Linear temporal logic as text: our own reader, so that names mean what the user wrote.
 
 Spot's lexer reads `F Gate1` as `F G ate1` and `FIRE` as `F IRE`. Here a name is a letter or `_` followed by
-letters, digits and `_`, and an operator letter is an operator only when it stands alone. The grammar and
-the precedences are Spot's (loosest first: `->` `<->`, `|`, `xor`, `&`, `U W R M`, then the prefix
+letters, digits and `_`, and an operator letter is an operator only when it stands alone, or where a name cannot
+stand (`GF(a)`, `FG!a`). What Spot prints without spaces (`GFa`) is one name here, and is refused where there is no such
+name. The grammar and the precedences are Spot's (loosest first: `->` `<->`, `|`, `xor`, `&`, `U W R M`, then the prefix
 operators `F G X X[!] !`); the tests hold this reader against Spot's on random formulas.
 Whoever passes a formula on to Spot uses `Formula.quoted`.
 """
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -58,6 +60,7 @@ _WORDS: Mapping[str, str] = {
 }  # fmt: skip
 """What people write for an operator, as a hint where a formula cannot be read."""
 _PREFIX = frozenset({"!", "F", "G", "X", "X[!]"})
+_GLUED = re.compile("[FGX]+")
 # operator -> (left binding power, right binding power); a smaller right power makes it right-associative
 _INFIX: Mapping[str, tuple[int, int]] = {
     "->": (2, 1), "<->": (2, 1), "|": (3, 4), "xor": (5, 6), "&": (7, 8),
@@ -157,12 +160,15 @@ TRUE = Formula("true")
 FALSE = Formula("false")
 
 
-def parse_formula(text: str, names: Collection[str] | None = None, *, allow_next: bool = True) -> Formula:
+def parse_formula(
+    text: str, names: Collection[str] | None = None, *, shown: Collection[str] = (), allow_next: bool = True
+) -> Formula:
     """Read a formula.
 
     Args:
         text: LTL in Spot's syntax, without SERE operators.
-        names: The propositions that exist; None accepts any name.
+        names: The propositions that exist; None accepts any name but those that are operators without spaces, such as `GFa`.
+        shown: Where any name is accepted: names that are known to exist, such as those of a word that is held against it.
         allow_next: Whether `X` and `X[!]` may occur. A mission's formula may not use them, because its
             truth would then depend on how time is sampled.
 
@@ -170,6 +176,8 @@ def parse_formula(text: str, names: Collection[str] | None = None, *, allow_next
         FormulaError: The text is no formula, or names something unknown; all unknown names are reported
             together, each with a caret under its place.
     """
+    if not isinstance(text, str):
+        raise BadInput(f"A formula is a text, not {type(text).__name__}.")
     if len(text) > MAX_LENGTH:
         raise FormulaError(text[:60], [(0, f"The formula has {len(text)} characters; {MAX_LENGTH} is the most.")])
     tokens = _tokenise(text)
@@ -177,21 +185,43 @@ def parse_formula(text: str, names: Collection[str] | None = None, *, allow_next
         raise FormulaError(text, [(0, "The formula is empty; write `true` for no requirement.")])
     formula = _Parser(text, tokens).read()
     faults: list[tuple[int, str]] = []
+    known = frozenset(shown) | formula.names() if names is None else frozenset(names)
     for node in formula.walk():
         if node.operator in ("X", "X[!]") and not allow_next:
             faults.append(
                 (node.position, f"`{node.operator}` is not allowed in a mission: flight has no next step, so its "
                  "truth would depend on how time is sampled. Use F, G, U, W, R or M.")
             )  # fmt: skip
-        if node.operator == "name" and names is not None and node.name not in names:
-            known = ", ".join(sorted(names)) or "(none)"
-            faults.append(
-                (node.position, f"'{node.name}' is not a name of this mission.{did_you_mean(node.name, names)} "
-                 f"Names: {known}.")
-            )  # fmt: skip
+        if node.operator != "name" or node.name in (shown if names is None else names):
+            continue
+        spaced = None if text[node.position] == '"' else _with_spaces(node.name, known - {node.name})
+        hint = "" if spaced is None else f"`{node.name}` is one name here; write `{spaced}`"
+        if names is not None:
+            listed = ", ".join(sorted(names)) or "(none)"
+            hint = f" {hint}." if hint else did_you_mean(node.name, names)
+            faults.append((node.position, f"'{node.name}' is not a name of this mission.{hint} Names: {listed}."))
+        elif hint:
+            faults.append((node.position, f'{hint}, or `"{node.name}"` where it is meant as a name.'))
     if faults:
         raise FormulaError(text, sorted(faults))
     return formula
+
+
+def _with_spaces(name: str, known: Collection[str]) -> str | None:
+    """Return how a name that does not exist reads as operators without spaces, or None where that is far-fetched."""
+    cuts = [(name[:cut], name[cut:]) for cut in range(1, len(name)) if _GLUED.fullmatch(name[:cut])]
+    for head, rest in cuts:
+        if rest in known:
+            return " ".join((*head, rest))
+    if cuts and NAME.fullmatch(cuts[-1][1]):  # all operator letters; a capital and a word, such as `Gate`, is a name
+        head, rest = cuts[-1]
+        if re.fullmatch(r"[a-z]\d*", rest) or (len(head) > 1 and rest[0].islower()):
+            return " ".join((*head, rest))
+    for match in re.finditer("[UWRM]", name):
+        left, right = name[: match.start()], name[match.end() :]
+        if left in known and right in known:
+            return f"{left} {match.group()} {right}"
+    return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,6 +239,10 @@ def _tokenise(text: str) -> list[_Token]:
         if match is None:
             raise FormulaError(text, [(position, _unreadable(text, position))])
         kind, value = str(match.lastgroup), match.group()
+        if kind == "name" and value[-1] == "X" and text.startswith("[!]", match.end()) and _GLUED.fullmatch(value):
+            tokens += [_Token(letter, letter, position + i) for i, letter in enumerate(value[:-1])]
+            position = match.end() - 1  # what follows is `X[!]`
+            continue
         if kind == "name":
             token = {"true": "constant", "false": "constant", "V": "R"}.get(value)
             tokens.append(_Token(token or (value if value in RESERVED_NAMES else "name"), value, position))
@@ -221,7 +255,19 @@ def _tokenise(text: str) -> list[_Token]:
         elif kind != "space":
             tokens.append(_Token(_KIND_TO_OPERATOR[kind], value, position))
         position = match.end()
-    return tokens
+    return _parted(text, tokens)
+
+
+def _parted(text: str, tokens: list[_Token]) -> list[_Token]:
+    """Take names made of operator letters alone apart where an operand follows, for no name can stand there: `FG(a)`."""
+    result: list[_Token] = []
+    for token, after in itertools.zip_longest(tokens, tokens[1:]):
+        operand = after is not None and (after.kind in ("(", "name", "constant") or after.kind in _PREFIX)
+        if token.kind == "name" and operand and _GLUED.fullmatch(token.text) and text[token.position] != '"':
+            result += [_Token(letter, letter, token.position + i) for i, letter in enumerate(token.text)]
+        else:
+            result.append(token)
+    return result
 
 
 def _unreadable(text: str, position: int) -> str:
@@ -244,9 +290,7 @@ class _Parser:
     def read(self) -> Formula:
         formula = self._expression(0, 0)
         if self.index < len(self.tokens):
-            token = self.tokens[self.index]
-            hint = " A closing parenthesis has no partner." if token.kind == ")" else self._missing_operator()
-            raise FormulaError(self.text, [(token.position, f"`{token.text}` is not expected here.{hint}")])
+            raise self._unexpected()
         return formula
 
     def _expression(self, power: int, depth: int) -> Formula:
@@ -276,8 +320,10 @@ class _Parser:
             return Formula(token.kind, (self._expression(_PREFIX_POWER, depth + 1),), "", token.position)  # type: ignore[arg-type]  # a member of _PREFIX
         if token.kind == "(":
             inner = self._expression(0, depth + 1)
-            if self.index >= len(self.tokens) or self.tokens[self.index].kind != ")":
+            if self.index >= len(self.tokens):
                 raise FormulaError(self.text, [(token.position, "This parenthesis is never closed.")])
+            if self.tokens[self.index].kind != ")":
+                raise self._unexpected()
             self.index += 1
             return inner
         hint = " Operator names cannot be names of regions." if token.text.isalpha() else ""
@@ -285,6 +331,12 @@ class _Parser:
             self.text,
             [(token.position, f"`{token.text}` stands where a proposition is expected.{hint}")],
         )
+
+    def _unexpected(self) -> FormulaError:
+        """Return what is wrong with a token after which a formula cannot go on."""
+        token = self.tokens[self.index]
+        hint = " A closing parenthesis has no partner." if token.kind == ")" else self._missing_operator()
+        return FormulaError(self.text, [(token.position, f"`{token.text}` is not expected here.{hint}")])
 
     def _missing_operator(self) -> str:
         """Return what a reader of two names in a row may have meant."""

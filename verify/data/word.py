@@ -38,6 +38,10 @@ class Word:
         """All letters, the cycle once."""
         return self.prefix + (self.cycle or ())
 
+    def names(self) -> frozenset[str]:
+        """Return the names that occur in its letters."""
+        return frozenset[str]().union(*self.letters)
+
     def compressed(self) -> Word:
         """Return the finite word without immediate repetitions (lassos are returned as they are)."""
         if self.cycle is not None:

@@ -1,3 +1,5 @@
+import re
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -12,6 +14,50 @@ def test_names_that_begin_like_operators_are_names(name: str) -> None:
     formula = parse_formula(f"F {name}", {name})
     assert formula == Formula("F", (Formula("name", (), name),))
     assert spot.formula(formula.quoted()) == spot.formula.F(spot.formula.ap(name))
+
+
+@pytest.mark.parametrize(
+    ("text", "spaced"),
+    [("GFa", "G F a"), ("a & FGp0", "F G p0"), ("Fb", "F b"), ("XXa", "X X a"), ("GFGate & F Gate", "G F Gate"),
+     ("aUb | a | b", "a U b"), ("FGab", "F G ab")],
+)  # fmt: skip
+def test_operators_without_spaces_are_one_name_that_does_not_exist(text: str, spaced: str) -> None:
+    glued = spaced.replace(" ", "")
+    with pytest.raises(FormulaError) as caught:
+        parse_formula(text)
+    assert f"`{glued}` is one name here; write `{spaced}`" in str(caught.value)
+    assert caught.value.position == text.index(glued)
+    with pytest.raises(FormulaError, match=r"is not a name of this mission\. `.*` is one name here; write `"):
+        parse_formula(text, {"a", "b", "p0", "Gate"})
+    assert parse_formula(text.replace(glued, f'"{glued}"')) == parse_formula(text, shown={glued})
+    assert parse_formula(text, {"a", "b", "Gate", glued}) == parse_formula(text, shown={glued})
+
+
+def test_names_that_do_not_occur_are_names() -> None:
+    for name in ("Gate1", "FIRE", "Xray", "Goal", "G1", "Final_leg", "GPS", "FX", "X_1", "UWB"):
+        assert parse_formula(f"F {name}") == Formula("F", (Formula("name", (), name),))
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_what_spot_prints_without_spaces_is_read_as_spot_does_or_refused(seed: int) -> None:
+    random = next(iter(spot.randltl(["a", "loc1", "Gate"], seed=seed, tree_size=12)))
+    text, names = random.to_str("spot"), {"a", "loc1", "Gate"}
+    glued = set(re.findall(r"\w+", text)) - names - {"F", "G", "X", "U", "W", "R", "M", "xor"}
+    if any(name.lstrip("FGX") for name in glued - {"0", "1"}):
+        with pytest.raises(FormulaError, match="is one name here"):
+            parse_formula(text, names)
+    else:
+        assert spot.formula(parse_formula(text, names).quoted()) == random
+
+
+@pytest.mark.parametrize(
+    ("text", "spaced"),
+    [("FG(a)", "F G a"), ("GF(a & b) | GF!a", "G F (a & b) | G F !a"), ("G(FG(a))", "G F G a"), ('XX"a"', "X X a"),
+     ("FGX[!]a", "F G X[!] a"), ("GF a", "G F a"), ("FG[]a", "F G G a")],
+)  # fmt: skip
+def test_operators_without_spaces_where_no_name_can_stand(text: str, spaced: str) -> None:
+    assert parse_formula(text) == parse_formula(spaced)
+    assert spot.formula(text) == spot.formula(parse_formula(text).quoted())
 
 
 @pytest.mark.parametrize("seed", range(150))
@@ -51,6 +97,8 @@ def test_a_formula_reads_back_as_itself(formula: Formula) -> None:
         ("F ", 2, "ends where"),
         ("a & & b", 4, "stands where"),
         ("(a | b", 0, "never closed"),
+        ("(a b)", 3, "An operator is missing before it"),
+        ("F(ab(a))", 4, "not expected"),
         ("a b", 2, "not expected"),
         ("a)", 1, "no partner"),
         ("a @ b", 2, "not part of a formula"),

@@ -58,6 +58,7 @@ def test_a_resolved_mission_reads_back_as_itself(name: str) -> None:
         ("[0.2, 0.2, 0.2]", "[0.2, 0.2]", 5, "hoops.a.radii"),
         ("[0.2, 0.2, 0.2]", "[0,2, 0,2]", 5, "must have 3 entries, not 4: [0, 2, 0, 2]."),
         ("[0.2, 0.2, 0.2]", "0.2", 5, "must be a list, such as [1, 2], not 0.2."),
+        ("F a & G !b", "GFa & G !b", 3, "'GFa' is not a name of this mission. `GFa` is one name here; write `G F a`."),
         ("[0.2, 0.2, 0.2]", "!!python/tuple [0.2, 0.2, 0.2]", 5, "YAML tags such as tag:yaml.org,2002:python/tuple"),
         ("name: test", "name: ../../etc", 2, "letters, digits, `_ . -` and spaces only, not '../../etc'."),
         (
