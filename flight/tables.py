@@ -19,6 +19,7 @@ import numpy as np
 
 from flight.log import COLUMNS, MEASURED_COLUMNS, ROTOR_COLUMNS, Event, FlightLog
 from verify.data import BadInput, Letter, MissingEngine
+from verify.data.single_files import write_single
 
 MAX_BYTES = 500_000_000
 MAX_ROBOTS = 1000
@@ -27,11 +28,16 @@ _NUMBERS = tuple(name for name in COLUMNS if name not in ("robot", "letter"))
 _KEPT = ("mission", "margin", "satisfied", "tube", "seed", "certificate", "notes", "peak", "events")
 
 
-def write_log(log: FlightLog, path: str | os.PathLike[str]) -> Path:
+def write_log(log: FlightLog, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
     """Write a log as `.csv`, `.parquet` or `.mcap`, by the name's ending.
 
+    Args:
+        log: The log.
+        path: Where to.
+        overwrite: Whether a file that is there already, with other contents, may be replaced.
+
     Raises:
-        BadInput: Another ending, or the file cannot be written.
+        BadInput: Another ending, there is another file of that name, or it cannot be written.
         MissingEngine: Parquet without pyarrow, or MCAP without mcap.
     """
     path = Path(path)
@@ -45,12 +51,7 @@ def write_log(log: FlightLog, path: str | os.PathLike[str]) -> Path:
         content = mcap_bytes(log)
     else:
         raise BadInput(f"{path.name}: a log is written as .csv, .parquet or .mcap.")
-    aside = path.with_name(f".{path.name}.part")
-    try:
-        aside.write_bytes(content)
-        aside.replace(path)
-    except OSError as error:
-        raise BadInput(f"{path} cannot be written: {error.strerror or error}.") from None
+    write_single(path, content, overwrite=overwrite)
     return path
 
 

@@ -161,7 +161,7 @@ def run(
 
     Args:
         mission: What is asked: a mission, or the path or name that `load_mission` reads one by.
-        out: Folder to write; it appears whole or not at all.
+        out: Folder to write, whole or not at all; what in it is not as an earlier run left it is kept, or refused.
         seed: Source of every draw, instead of the mission's own.
         progress: Told a sentence and the share done, 0 to 1.
 
@@ -170,12 +170,13 @@ def run(
     """
     import flight
     from ltlplan import output
+    from verify.data.folders import check_folder
 
     def part(low: float, high: float) -> Progress:
         return lambda sentence, share: progress(sentence, low + (high - low) * share) if progress else None
 
     mission = as_mission(mission)
-    target = None if out is None else output.check_target(out)
+    target = None if out is None else check_folder(out, output.run_files(mission))
     made = plan(mission, seed=seed, progress=part(0.0, 0.25))
     done = certified_team(made, progress=part(0.25, 0.7))
     part(0.7, 0.9)("flying in simulation", 0.0)

@@ -7,13 +7,15 @@ survives. Crazyswarm2's loader fails on a file with one piece, so such a flight 
 from __future__ import annotations
 
 import io
+from collections.abc import Iterable
 
 import numpy as np
 from ruamel.yaml import YAML
 
 from flight.export.crazyswarm_script import script
-from flight.export.files import Product, Request
+from flight.export.files import NOTE, Product, Request
 from verify.data import BadInput, DoesNotFit, Trajectory
+from verify.data.ownership import MANIFEST
 from verify.data.trajectory_csv import write_csv
 
 PIECES = 31
@@ -21,6 +23,14 @@ PIECES = 31
 
 HOVER = 1.0
 """s of hover behind a flight of one piece."""
+
+_CONFIGURATION = "crazyflies.yaml"
+_SCRIPT = "fly_mission.py"
+
+
+def file_names(robots: Iterable[str]) -> tuple[str, ...]:
+    """Return the names of all files of a crazyswarm2 export, note and manifest included."""
+    return (*(f"{name}.csv" for name in robots), _CONFIGURATION, _SCRIPT, NOTE, MANIFEST)
 
 
 def product(request: Request) -> Product:
@@ -48,8 +58,8 @@ def product(request: Request) -> Product:
         files[f"{name}.csv"] = write_csv(readable).encode()
     starts = {name: tuple(map(float, path.evaluate(0.0))) for name, path in request.team.items()}
     duration = max(path.duration for path in request.flown.values())
-    files["crazyflies.yaml"] = _configuration(request, starts, uris).encode()
-    files["fly_mission.py"] = script(request, starts, duration).encode()
+    files[_CONFIGURATION] = _configuration(request, starts, uris).encode()
+    files[_SCRIPT] = script(request, starts, duration).encode()
     notes.append("fly_mission.py climbs, goes to the starts, and begins only if every robot is within the margin of its own.")
     return Product(files, tuple(notes))
 

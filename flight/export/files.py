@@ -9,9 +9,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from flight.export.notes import FIRST_WORDS, readme
+from flight.export.notes import readme
 from verify.data import BadInput, Mission, NotCertified, Trajectory
 from verify.data.errors import did_you_mean
+from verify.data.folders import write_files
 
 NOTE = "README.txt"
 
@@ -107,9 +108,25 @@ def export(
     Raises:
         NotCertified: There is no certificate, it does not cover exactly these trajectories, or a claim of it fails.
         DoesNotFit: The vehicle or its format cannot hold the flight.
-        BadInput: There is no such format or option, or the folder cannot be written or holds files of somebody else's
-            that would be overwritten.
+        BadInput: There is no such format or option, or the folder cannot be written, is somebody else's, or holds a file of
+            the user's that would be overwritten.
     """
+    product = make_product(team, cert, format, vehicle=vehicle, **options)
+    written = write_files(out, product.files)
+    note = Path(out) / NOTE
+    files = (*(path for path in written if path != note), note)
+    return Exported(format, Path(out), files, cert.digest(), product.notes)
+
+
+def make_product(
+    team: Mapping[str, Trajectory],
+    cert: Any,
+    format: str,  # noqa: A002  # the name that users type
+    *,
+    vehicle: str | None = None,
+    **options: Any,
+) -> Product:
+    """Return what `export` would write, its note included; arguments and errors are those of `export`."""
     if format not in _MODULES:
         raise BadInput(f"'{format}' is not an export format.{did_you_mean(format, _MODULES)} Formats: {', '.join(_MODULES)}.")
     module, function, known = _MODULES[format]
@@ -123,8 +140,7 @@ def export(
     request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options)
     make: Callable[[Request], Product] = getattr(import_module(f"flight.export.{module}"), function)
     product = make(request)
-    files = {**product.files, NOTE: readme(request, format, product.notes).encode()}
-    return Exported(format, Path(out), _write(files, Path(out)), request.digest, product.notes)
+    return Product({**product.files, NOTE: readme(request, format, product.notes).encode()}, product.notes)
 
 
 def require_certified(team: Mapping[str, Trajectory], cert: Any, vehicle: str | None = None) -> None:
@@ -142,34 +158,3 @@ def require_certified(team: Mapping[str, Trajectory], cert: Any, vehicle: str | 
         raise NotCertified("the certificate does not cover these trajectories: they differ from what was certified.")
     if vehicle is not None and vehicle != cert.mission.vehicle.name:
         raise NotCertified(f"the certificate is for the airframe '{cert.mission.vehicle.name}', not '{vehicle}'.")
-
-
-def _write(files: Mapping[str, bytes], out: Path) -> tuple[Path, ...]:
-    """Write all files beside their places, then move each into place; only an earlier export of ours is overwritten."""
-    asides = {out / name: (out / name).with_name(f".{Path(name).name}.new") for name in files}
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        foreign = [] if _is_export(out) else [name for name in files if (out / name).exists()]
-        if foreign:
-            raise BadInput(f"{out} holds {foreign[0]}, which no export of ltlplan wrote; name another folder with --out.")
-        try:
-            for (place, aside), content in zip(asides.items(), files.values(), strict=True):
-                place.parent.mkdir(parents=True, exist_ok=True)
-                aside.write_bytes(content)
-            for place, aside in asides.items():
-                aside.replace(place)
-        except BaseException:
-            for aside in asides.values():
-                aside.unlink(missing_ok=True)
-            raise
-    except OSError as error:
-        raise BadInput(f"{out} cannot be written: {error.strerror or error}.") from None
-    return tuple(asides)
-
-
-def _is_export(folder: Path) -> bool:
-    """Tell whether a folder's note is one of ours."""
-    try:
-        return (folder / NOTE).read_bytes().startswith(FIRST_WORDS.encode())
-    except OSError:
-        return False

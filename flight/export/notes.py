@@ -7,9 +7,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from flight.export.files import Request
 
-FIRST_WORDS = "Certified flight of the mission"
-"""How every note of ours begins; a folder without it is not overwritten."""
-
 _VOIDS = {
     "all": (
         "changing any number of these files, or flying them on another airframe than the one named here",
@@ -44,7 +41,7 @@ def readme(request: Request, kind: str, notes: tuple[str, ...]) -> str:
         for name, path in request.team.items()
     ]
     lines = [
-        f"{FIRST_WORDS} '{mission.name}', written for {kind}.",
+        f"Certified flight of the mission '{mission.name}', written for {kind}.",
         f"certificate: {request.digest}",
         f"airframe: {mission.vehicle.name}, {mission.vehicle.mass:g} kg",
         f"margin: {request.margin:g} m",

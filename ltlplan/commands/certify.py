@@ -35,19 +35,20 @@ def command(
 
     from ltlplan.commands.summary import claim_lines
     from ltlplan.commands.terminal import print_json
-    from ltlplan.output import replace_file
     from verify import certify
+    from verify.data.folders import PROOF
+    from verify.data.single_files import replace_listed
     from verify.recheck import read_folder
 
     plan, team = read_folder(folder)
     certificate = certify(plan, team, margin=margin, clock_error=clock_error)
-    replace_file(folder / "certificate.json", certificate.to_json())
+    written = replace_listed(folder, PROOF, certificate.to_json())
     if json:
         print_json(json_text.loads(certificate.to_json()))
         return
     for line in claim_lines(certificate):
         typer.echo(line)
-    typer.echo(f"certified at margin {certificate.margin:g} m{below_asked(certificate)}; wrote {folder / 'certificate.json'}")
+    typer.echo(f"certified at margin {certificate.margin:g} m{below_asked(certificate)}; wrote {written}")
 
 
 def below_asked(certificate: Certificate) -> str:

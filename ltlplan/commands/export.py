@@ -36,10 +36,12 @@ def command(
     written with a certificate of its own.
     """
     import flight
+    from flight.export.files import make_product
     from ltlplan.commands.terminal import print_json, progress_bar
-    from ltlplan.output import replace_file, write_plan_files, write_trajectories
+    from ltlplan.output import write_plan_files, write_trajectories
     from verify import certify, recheck
     from verify.data import BadInput
+    from verify.data.folders import PROOF, check_folder, put_files, write_folder
     from verify.recheck import read_folder
 
     if dry_run and not upload:
@@ -47,25 +49,27 @@ def command(
     addresses = _addresses(upload or [])
     if addresses and format not in ("crazyflie", COMPRESSED):
         raise BadInput(f"--upload sends to Crazyflies; take --format crazyflie or {COMPRESSED}, not {format}.")
+    target = check_folder(out or folder / format)
     with progress_bar(quiet=json) as progress:
         progress("proving the folder's certificate again", 0.0)
         certificate = recheck(folder)
         plan, team = read_folder(folder)
-        target = out or folder / format
         if format == COMPRESSED:
             progress("fitting the paths to whole millimetres, and proving them", 0.4)
             team = flight.quantised(team)
             certificate = certify(plan, team, margin=certificate.margin)
         progress("writing files", 0.9)
         options = {} if rate is None else {"rate": rate}
-        done = flight.export(team, certificate, target, format=format, vehicle=vehicle, **options)
-        written = list(done.files)
-        if format == COMPRESSED:
-            write_plan_files(plan, target)
-            write_trajectories(plan, team, target)
-            replace_file(target / "certificate.json", certificate.to_json())
-            names = ("mission.yaml", "plan.json", "certificate.json", *(f"{name}.csv" for name in team))
-            written += [target / name for name in names]
+        product = make_product(team, certificate, format, vehicle=vehicle, **options)
+
+        def write(fresh: Path) -> None:
+            put_files(product.files, fresh)
+            if format == COMPRESSED:
+                write_plan_files(plan, fresh)
+                write_trajectories(plan, team, fresh)
+                (fresh / PROOF).write_text(certificate.to_json(), encoding="utf-8")
+
+        written = write_folder(target, write)
     sent = flight.upload(target, addresses, dry_run=dry_run) if addresses else ()
     words = [
         f"{'would send' if dry_run else 'sent'} {len(item.entry.data)} bytes to {item.robot} at {item.uri}" for item in sent
@@ -73,12 +77,18 @@ def command(
     if json:
         files = [str(path) for path in written]
         print_json(
-            {"format": done.format, "certificate": done.digest, "files": files, "notes": list(done.notes), "sent": words}
+            {
+                "format": format,
+                "certificate": certificate.digest(),
+                "files": files,
+                "notes": list(product.notes),
+                "sent": words,
+            }
         )
         return
     for path in written:
         typer.echo(f"wrote {path}")
-    for line in (*(f"note: {note}" for note in done.notes), *words):
+    for line in (*(f"note: {note}" for note in product.notes), *words):
         typer.echo(line)
 
 

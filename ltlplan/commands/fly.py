@@ -85,6 +85,14 @@ class _Finish:
             raise NotCertified(self.refusal)
 
 
+def _check(out: Path | None, files: tuple[str, ...]) -> None:
+    """Refuse a folder that cannot be written, before minutes of work."""
+    from verify.data.folders import check_folder
+
+    if out is not None:
+        check_folder(out, files)
+
+
 def _team(source: str, progress: Progress) -> tuple[Plan, dict[str, Trajectory], Certificate]:
     """Return a certified team: from a run's folder, proved again, or by planning the mission."""
     if Path(source).is_dir():
@@ -107,8 +115,10 @@ def _single(
     progress: Progress,
 ) -> _Finish:  # fmt: skip
     import flight
-    from ltlplan.output import write_folder
+    from ltlplan.output import LOG_FILES
+    from verify.data.folders import write_folder
 
+    _check(out, LOG_FILES)
     plan, team, certificate = _team(source, progress)
     used = plan.seed if seed is None else seed
     progress("flying in simulation", 0.5)
@@ -146,9 +156,11 @@ def _campaign(
     import json
 
     from flight.campaign import campaign
-    from ltlplan.output import write_folder
+    from ltlplan.output import CAMPAIGN_FILES
     from ltlplan.report.campaign import campaign_html
+    from verify.data.folders import write_folder
 
+    _check(out, CAMPAIGN_FILES)
     plan, team, certificate = _team(source, progress)
     found = campaign(
         plan, team, certificate, runs=runs, seed=plan.seed if seed is None else seed, wind=wind, noise=noise, model=model,
@@ -175,8 +187,10 @@ def _online(
 ) -> _Finish:  # fmt: skip
     from ltlplan.commands.events import parse_events
     from ltlplan.online.flight import fly_online
-    from ltlplan.output import write_folder
+    from ltlplan.output import ONLINE_FILES
+    from verify.data.folders import write_folder
 
+    _check(out, ONLINE_FILES)
     mission = read_mission(source)
     flown = fly_online(
         mission, seed=seed, certified=certified, events=parse_events(events), wind=wind, noise=noise, progress=progress

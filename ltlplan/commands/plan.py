@@ -24,12 +24,13 @@ def command(
 
     from ltlplan.commands.summary import plan_lines
     from ltlplan.commands.terminal import print_json, progress_bar
-    from ltlplan.output import check_target, write_folder, write_plan_files
+    from ltlplan.output import PLAN_FILES, write_plan_files
     from ltlplan.pipeline import plan
+    from verify.data.folders import check_folder, write_folder
 
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost)
     if out is not None:
-        check_target(out, certified=False)
+        check_folder(out, PLAN_FILES)
     with progress_bar(quiet=json) as progress:
         made = plan(asked, seed=seed, progress=progress)
     files: tuple[Path, ...] = ()

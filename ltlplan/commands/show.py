@@ -23,18 +23,17 @@ def command(
 ) -> None:
     """Draw control points, primitives, the sampled paths of a round and the optimised path."""
     from ltlplan.commands.terminal import print_json, progress_bar
-    from ltlplan.output import replace_file
     from ltlplan.report.pictures import pictures_html
     from verify.data import BadInput
+    from verify.data.single_files import check_page, replace_page
 
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost)
     page = out or Path(f"{asked.name}.html")
-    if page.is_dir():
-        raise BadInput(f"{page} is a folder; name a page to write, such as {page / 'show.html'}.")
+    check_page(page)
     if not os.access(page.absolute().parent, os.W_OK):  # before minutes of work, not after
         raise BadInput(f"{page.absolute().parent} is no folder that can be written to; name a page elsewhere with --out.")
     with progress_bar(quiet=json) as progress:
-        replace_file(page, pictures_html(asked, seed=seed, shown_round=shown_round, progress=progress))
+        replace_page(page, pictures_html(asked, seed=seed, shown_round=shown_round, progress=progress))
     if json:
         print_json({"files": [str(page)]})
     else:

@@ -110,7 +110,7 @@ def test_version_and_completion(tmp_path: Path) -> None:
 def test_a_folder_of_somebody_else_is_not_touched(tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.txt").write_text("years of work")
-    refused(["run", "firefighting", "--out", "mine"], 2, "not written by ltlplan", tmp_path)
+    refused(["run", "firefighting", "--out", "mine"], 2, "ltlplan did not write it", tmp_path)
 
 
 def test_a_mission_to_start_from(tmp_path: Path) -> None:

@@ -9,15 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from ltlplan.output import check_target, replace_file, write_folder
 from verify.data import BadInput
+from verify.data.folders import write_folder
 
 ROOT = Path(__file__).parents[2]
 SLOW_WRITER = """
 import sys, time
 from pathlib import Path
 from ltlplan.cli import _end_cleanly_on_sigterm
-from ltlplan.output import write_folder
+from verify.data.folders import write_folder
 _end_cleanly_on_sigterm()
 def write(folder):
     (folder / "mission.yaml").write_text("half")
@@ -61,7 +61,10 @@ def test_the_next_writer_clears_up_after_a_killed_one_and_leaves_a_living_one_al
         killed.kill()
         killed.communicate(timeout=60)
         assert len(list(tmp_path.iterdir())) == 2, "each writes beside the target"
-        assert write_folder(tmp_path / "run", write_mark) == (tmp_path / "run" / "mission.yaml",)
+        assert write_folder(tmp_path / "run", write_mark) == (
+            tmp_path / "run" / "mission.yaml",
+            tmp_path / "run" / "manifest.json",
+        )
         assert len([path for path in tmp_path.iterdir() if path.name != "run"]) == 1, "only the dead one's is gone"
         assert living.poll() is None
     finally:
@@ -84,70 +87,6 @@ def test_a_folder_that_a_killed_writer_had_moved_away_comes_back(tmp_path: Path)
         write_folder(tmp_path / "run", fail)
     assert (tmp_path / "run" / "mission.yaml").read_text() == "the last run"
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
-
-
-def test_the_users_own_files_are_taken_over(tmp_path: Path) -> None:
-    write_folder(tmp_path / "run", write_mark)
-    (tmp_path / "run" / "notes.txt").write_text("mine")
-    (tmp_path / "run" / "quad7.csv").write_text("of the run before")
-    (tmp_path / "run" / "pictures").mkdir()
-    (tmp_path / "run" / "pictures" / "a.png").write_bytes(b"png")
-    files = write_folder(tmp_path / "run", write_mark)
-    assert files == (tmp_path / "run" / "mission.yaml",)
-    assert (tmp_path / "run" / "notes.txt").read_text() == "mine"
-    assert (tmp_path / "run" / "pictures" / "a.png").read_bytes() == b"png"
-    assert not (tmp_path / "run" / "quad7.csv").exists()
-
-
-def test_a_certified_flight_is_not_lost_to_one_that_is_not(tmp_path: Path) -> None:
-    write_folder(tmp_path / "run", write_mark)
-    (tmp_path / "run" / "certificate.json").write_text("{}")
-    with pytest.raises(BadInput, match="certified flight, which would be lost"):
-        write_folder(tmp_path / "run", write_mark)
-    with pytest.raises(BadInput, match="certified flight"):
-        check_target(tmp_path / "run", certified=False)
-    assert (tmp_path / "run" / "certificate.json").exists()
-
-
-def test_a_link_to_a_folder_stays_a_link(tmp_path: Path) -> None:
-    (tmp_path / "there").mkdir()
-    (tmp_path / "run").symlink_to("there")
-    write_folder(tmp_path / "run", write_mark)
-    assert (tmp_path / "run").is_symlink()
-    assert (tmp_path / "there" / "mission.yaml").read_text() == "whole"
-
-
-def test_targets_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(BadInput, match="is a file; name a folder"):
-        check_target(tmp_path / "file")
-    with pytest.raises(BadInput, match=r"file is a file, so .* cannot be a folder"):
-        check_target(tmp_path / "file" / "run")
-    (tmp_path / "empty").mkdir()
-    monkeypatch.chdir(tmp_path / "empty")
-    with pytest.raises(BadInput, match="the folder you are in"):
-        check_target(".")
-    with pytest.raises(BadInput, match="File name too long"):
-        check_target(tmp_path / ("x" * 300))
-
-
-def test_a_disk_error_is_told_and_leaves_nothing(tmp_path: Path) -> None:
-    def full(folder: Path) -> None:
-        (folder / "mission.yaml").write_text("half")
-        raise OSError(28, "No space left on device")
-
-    with pytest.raises(BadInput, match="cannot be written: No space left on device"):
-        write_folder(tmp_path / "run", full)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
-    (tmp_path / "page.html").mkdir()
-    with pytest.raises(BadInput, match=r"page\.html cannot be written"):
-        replace_file(tmp_path / "page.html", "text")
-    with pytest.raises(BadInput, match="cannot be written: No such file or directory"):
-        replace_file(tmp_path / "nowhere" / "page.html", "text")
-    assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
 
 
 def ltlplan(*arguments: str, cwd: Path, **options: object) -> subprocess.Popen[str]:

@@ -29,6 +29,26 @@ def folder(tmp_path: Path) -> Path:
     return write_folder(tmp_path / "out", plan, team, certify(plan, team))
 
 
+def test_certify_replaces_its_own_certificate_and_no_other(folder: Path) -> None:
+    path = folder / "certificate.json"
+    first = path.read_text()
+    with pytest.raises(BadInput, match=r"certificate\.json is yours, or was changed since ltlplan wrote it"):
+        ok("certify", str(folder), "--margin", "0.01")
+    assert path.read_text() == first
+    ok("certify", str(folder))  # the same bytes
+    path.unlink()
+    for margin in ("0.01", "0.015"):
+        ok("certify", str(folder), "--margin", margin)
+        assert json.loads(path.read_text())["margin"] == float(margin)
+    assert sorted(entry.name for entry in folder.iterdir()) == [
+        path.name,
+        "manifest.json",
+        "mission.yaml",
+        "plan.json",
+        "r0.csv",
+    ]
+
+
 def ok(*arguments: str) -> str:
     done = runner.invoke(app, list(arguments), catch_exceptions=False)
     assert done.exit_code == 0, done.output
@@ -37,6 +57,7 @@ def ok(*arguments: str) -> str:
 
 def test_a_margin_below_the_missions_is_said_aloud(folder: Path) -> None:
     assert "the mission asks" not in ok("recheck", str(folder))
+    (folder / "certificate.json").unlink()
     assert "certified at margin 0.01 m (the mission asks for 0.02 m)" in ok("certify", str(folder), "--margin", "0.01")
     assert "at margin 0.01 m (the mission asks for 0.02 m), from the files alone" in ok("recheck", str(folder))
     assert "the mission asks" not in ok("certify", str(folder), "--margin", "0.03")

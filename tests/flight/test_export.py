@@ -8,6 +8,7 @@ import itertools
 import json
 import sys
 import types
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -83,25 +84,35 @@ def test_nothing_of_somebody_elses_is_overwritten(certified, tmp_path):
         folder = tmp_path / name
         folder.mkdir()
         (folder / name).write_text("years of work")
-        with pytest.raises(BadInput, match=f"holds {name}, which no export of ltlplan wrote"):
+        with pytest.raises(BadInput, match=f"ltlplan did not write it .it holds {name}"):
             flight.export(*certified, folder)
         assert [path.name for path in folder.iterdir()] == [name]
         assert (folder / name).read_text() == "years of work"
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "notes.txt").write_text("kept")
-    for _ in range(2):
+    for _ in range(3):
         flight.export(*certified, tmp_path / "mine")
+        (tmp_path / "mine" / "notes.txt").write_text("kept")
     assert (tmp_path / "mine" / "notes.txt").read_text() == "kept"
-    assert not [path for path in (tmp_path / "mine").iterdir() if path.name.endswith(".new")]
+    addresses = tmp_path / "mine" / "crazyflies.yaml"
+    addresses.write_text(addresses.read_text().replace("E7E7E7E701", "E7E7E7E7AA"))
+    with pytest.raises(BadInput, match=r"crazyflies\.yaml is yours, or was changed since ltlplan wrote it"):
+        flight.export(*certified, tmp_path / "mine")
+    assert "E7E7E7E7AA" in addresses.read_text()
 
 
 def test_an_export_that_fails_half_way_leaves_nothing(certified, tmp_path):
-    (tmp_path / "fly_mission.py").mkdir()
-    (tmp_path / "fly_mission.py" / "mine").touch()
-    (tmp_path / "README.txt").write_text("Certified flight of the mission 'before'")
-    with pytest.raises(BadInput, match="cannot be written"):
-        flight.export(*certified, tmp_path)
-    assert sorted(path.name for path in tmp_path.iterdir() if path.name.startswith(".")) == []
+    out = tmp_path / "out"
+    flight.export(*certified, out)
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+
+    def full(_path: Path, _content: bytes) -> int:
+        raise OSError(28, "No space left on device")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Path, "write_bytes", full)
+        with pytest.raises(BadInput, match="cannot be written: No space left"):
+            flight.export(*certified, out)
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+    assert list(tmp_path.iterdir()) == [out]
 
 
 def test_every_export_says_what_voids_its_certificate(certified, tmp_path):
