@@ -142,7 +142,7 @@ def _cuts(where: Room, plan: RobotPlan, spline: Spline, points: Floats, length: 
         inside = frozenset({name})
         entry: Role = "via" if not through else "rear" if visit.direction == "F" else "front"
         leave: Role = "via" if not through else "front" if visit.direction == "F" else "rear"
-        if first > 0:
+        if first > 0 and at[first - 1] > cuts[-1].time:  # not where the path turns about between two visits
             cuts.append(_Cut(float(at[first - 1]), entry, name, index, nothing))
         if first > 0 and last < len(at):
             middle = _middle(where.obstacles[name], at[first - 1 : last + 1], path[first - 1 : last + 1], through=through)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.bays import through_bays
-from refine.legs import PAD, PASSAGE, Leg, Stop, bodies_of, leg_between, refused, show
+from refine.legs import PAD, PASSAGE, Leg, Stop, bodies_of, leads_to, leg_between, refused, show
 from refine.obstacles import Ball, blocking, grown_region
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Witness
 from verify.data.mission import Region
@@ -244,8 +244,14 @@ def _needed(mission: Mission, robot: RobotPlan, stop: Stop) -> bool:
         return False
     if stop.visit is None or stop.visit >= len(robot.visits):
         return stop.role in ("start", "end", "rear", "front")
-    through = robot.visits[stop.visit].direction is not None and robot.visits[stop.visit].region in mission.hoops
-    return not (through and stop.role == "centre")
+    return not (_flies_through(mission, robot, stop.visit) and stop.role == "centre")
+
+
+def _flies_through(mission: Mission, robot: RobotPlan, visit: int | None) -> bool:
+    """Tell whether a visit is a passage through a hoop."""
+    if visit is None or visit >= len(robot.visits):
+        return False
+    return robot.visits[visit].direction is not None and robot.visits[visit].region in mission.hoops
 
 
 def _stops(mission: Mission, name: str, robot: RobotPlan) -> tuple[list[Stop], int | None]:
@@ -261,8 +267,10 @@ def _stops(mission: Mission, name: str, robot: RobotPlan) -> tuple[list[Stop], i
         region = None if waypoint.region is None else mission.all_regions.get(waypoint.region)
         if waypoint.role in ("centre", "end", "via", "start") and waypoint.visit is not None and region is not None:
             visited = robot.visits[waypoint.visit].region == waypoint.region
-            if visited and waypoint.role != "start":
+            if visited and waypoint.role != "start" and not leads_to(mission, waypoint):
                 position = _deep_enough(mission, name, waypoint.region or "", region, position)
+        if waypoint.role == "via" and region is None and _flies_through(mission, robot, waypoint.visit):
+            continue  # the planner's help on a straight line through an opening: there the tube leads the way
         stop = Stop(position, float(time), waypoint.role, waypoint.region, waypoint.visit)
         if stops and np.linalg.norm(position - stops[-1].position) < _COINCIDENT:
             if stops[-1].visit is None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.course import DEEP
-from refine.legs import PAD, bodies_of
+from refine.legs import PAD, bodies_of, leads_to
 from refine.obstacles import Ball, Obstacle, grown_region, keep_out
 from verify.data import Mission, Plan, RobotPlan, Waypoint
 
@@ -27,6 +27,7 @@ def movable(mission: Mission, robot: RobotPlan, waypoint: Waypoint) -> bool:
         and waypoint.visit is not None
         and waypoint.role != "start"
         and waypoint.region in visited
+        and not leads_to(mission, waypoint)
     )
 
 

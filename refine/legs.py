@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from refine.obstacles import Ball, Disc, Obstacle, grown_region, ring
 from verify.data import Infeasible, Mission, RobotPlan, Witness
 from verify.data.mission import Hoop
-from verify.data.plan import Role
+from verify.data.plan import Role, Waypoint
 
 Floats = NDArray[np.float64]
 Body = TypeVar("Body", Ball, Disc)
@@ -79,6 +79,14 @@ def bodies_of(mission: Mission, pad: float) -> Bodies:
     )
 
 
+def leads_to(mission: Mission, waypoint: Waypoint) -> bool:
+    """Tell whether a point lies outside of the region that it belongs to: it leads there, or out again before coming back."""
+    region = None if waypoint.region is None else mission.all_regions.get(waypoint.region)
+    if region is None or waypoint.role != "via":
+        return False
+    return float(region.level(np.array(waypoint.position))) > (1.0 + mission.margin / min(region.radii)) ** 2
+
+
 def leg_between(
     mission: Mission,
     name: str,
@@ -128,9 +136,12 @@ def eased(body: Body, ends: Floats, pad: float) -> Body:
 
 def _passing(mission: Mission, robot: RobotPlan, here: Stop, there: Stop) -> str | None:
     """Return the hoop that a leg flies through, if any."""
-    if here.visit is None or here.visit != there.visit or here.role not in PASSAGE or there.role not in PASSAGE:
+    if here.visit is None or there.visit is None or here.role not in PASSAGE or there.role not in PASSAGE:
         return None
-    visit = robot.visits[here.visit]
+    visit = robot.visits[there.visit]
+    turned = here.visit + 1 == there.visit and robot.visits[here.visit].region == visit.region  # where the last passage ended
+    if here.visit != there.visit and not turned:
+        return None
     onward = PASSAGE.index(there.role) - PASSAGE.index(here.role)  # a lap's last leg leads back to the same hoop
     if visit.direction is None or visit.region not in mission.hoops or (onward > 0) != (visit.direction == "F"):
         return None

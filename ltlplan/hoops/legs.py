@@ -6,6 +6,7 @@ points of what stands in its way; a passage leads through a hoop; the last leg c
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -25,6 +26,11 @@ Floats = NDArray[np.float64]
 
 _DEEP = 0.9
 """Share of the way from a region's centre to where the margin begins within which a robot stays; refinement uses as much."""
+_AROUND = sorted(
+    (np.array(way, dtype=np.float64) / np.linalg.norm(way) for way in itertools.product((-1, 0, 1), repeat=3) if any(way)),
+    key=lambda way: (int(np.count_nonzero(way)), way[2] != 0, *(-way)),
+)
+"""Unit vectors along the axes, then between them: to which side a region is left that is visited again."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -165,8 +171,7 @@ class Legs:
             Blocked: There is no clear point around it.
         """
         obstacle = self.where.obstacles[name]
-        around = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64)
-        for way in around:
+        for way in _AROUND:
             point = obstacle.centre + way * (obstacle.level * 1.3 / float(way @ obstacle.matrix @ way)) ** 0.5
             if self.where.inside(point) and not any(
                 blocked(place, point, self.where, (name,)) for place in (origin.position, obstacle.centre)
@@ -198,12 +203,26 @@ class Legs:
         origin = self._exit(i, left)[0]
         leaves = self.start_regions if i < 0 else frozenset({self.visits[i].region} if left is None else ())
         reaches = frozenset(target.permitted)
+        if i >= 0 and left is None and (hoop := self.mission.hoops.get(self.visits[i].region)) is not None:
+            return self._out_of(i, hoop, origin, target)
         points = avoid(self.mission, self.where, origin.position, target.position, leaves | reaches)
         way = [
             Stop(p.position, p.role, p.region, None, leaves if k == 0 else frozenset(), hoop_axes(self.mission, p.region))
             for k, p in enumerate(points)
         ]
         return [*way, replace(target, permitted=reaches | (leaves if not way else frozenset()))]
+
+    def _out_of(self, i: int, hoop: Hoop, origin: Stop, target: Stop) -> list[Stop]:
+        """Return the stops from a start in a hoop's region to a target: to the hoop's control point on that side first."""
+        name, points = self.visits[i].region, control_points(hoop)
+        ahead = (origin.position - points.centre) @ np.array(hoop.normal) >= 0.0
+        through = frozenset({name})
+        first = Stop(points.front if ahead else points.rear, "via", name, i, through, points.frame)
+        if np.allclose(first.position, target.position, atol=1e-9):
+            return [replace(target, permitted=through)]
+        others = avoid(self.mission, self.where, first.position, target.position, target.permitted)
+        way = [Stop(p.position, p.role, p.region, None, frozenset(), hoop_axes(self.mission, p.region)) for p in others]
+        return [first, *way, target]
 
     def _passage(self, i: int, side: Side) -> list[Stop]:
         if side is None:
