@@ -20,7 +20,7 @@ from flight.air import Wind
 from flight.airframe import Airframe, airframe_of
 from flight.attitude import Floats
 from flight.control import CONTROL_STEP, ControllerName
-from flight.fly import as_sensor, as_wind, require_team
+from flight.fly import as_sensor, as_wind, require_team, require_tube
 from flight.formula_state import FormulaState
 from flight.labels import PlannedAction, planned_actions, region_letters, regions_of
 from flight.reference import Reference, flown, sample_reference
@@ -187,7 +187,8 @@ def campaign(
         progress: Called with a sentence and the share done.
 
     Raises:
-        BadInput: Trajectories do not fit the mission, or the number of runs or workers is out of range.
+        BadInput: Trajectories do not fit the mission, the certificate's margin is 0, or the number of runs or workers is out
+            of range.
         NotCertified: The certificate is of other trajectories.
     """
     if not 1 <= runs <= MAX_RUNS:
@@ -197,6 +198,8 @@ def campaign(
     require_team(team)
     if cert is not None and not cert.covers(team):
         raise NotCertified("the certificate does not cover these trajectories; fly what was certified, or without it.")
+    if cert is not None:
+        require_tube(cert.margin)
     mission = plan.mission
     reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1))
     frame = airframe_of(mission.vehicle) if airframe is None else airframe

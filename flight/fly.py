@@ -55,13 +55,15 @@ def fly(
         progress: Called with a sentence and the share done.
 
     Raises:
-        BadInput: Trajectories do not fit the mission.
+        BadInput: Trajectories do not fit the mission, or the certificate's margin is 0.
         NotCertified: The certificate is of other trajectories.
     """
     mission = plan.mission
     require_team(team)
     if cert is not None and not cert.covers(team):
         raise NotCertified("the certificate does not cover these trajectories; fly what was certified, or without it.")
+    if cert is not None:
+        require_tube(cert.margin)
     frame = airframe_of(mission.vehicle) if airframe is None else airframe
     reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1))
     sensor = as_sensor(noise)
@@ -201,6 +203,19 @@ def require_team(team: Mapping[str, Trajectory]) -> None:
     """Refuse what is no team of trajectories."""
     if not team or not all(isinstance(path, Trajectory) for path in team.values()):
         raise BadInput("a team is a table from each robot's name to its Trajectory.")
+
+
+def require_tube(margin: float) -> None:
+    """Refuse to fly in closed loop with a margin of 0, whose tube every flight leaves.
+
+    Raises:
+        BadInput: The margin is 0.
+    """
+    if margin == 0:
+        raise BadInput(
+            "A margin of 0 m leaves no tube to fly in: no vehicle, simulated or not, stays exactly on its polynomials. Ask for a "
+            "margin above 0, such as 0.05 (`margin:` in the mission, or --margin); planning and certifying go without one."
+        )
 
 
 def _stacked(values: list[Floats]) -> Floats:

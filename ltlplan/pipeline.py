@@ -166,9 +166,11 @@ def run(
         progress: Told a sentence and the share done, 0 to 1.
 
     Raises:
+        BadInput: There is no such mission, its file is at fault, or its margin is 0, which leaves no tube to fly in.
         LtlplanError: Any of the stages refused; the class says which and the message why.
     """
     import flight
+    from flight.fly import require_tube
     from ltlplan import output
     from verify.data.folders import check_folder
 
@@ -176,6 +178,7 @@ def run(
         return lambda sentence, share: progress(sentence, low + (high - low) * share) if progress else None
 
     mission = as_mission(mission)
+    require_tube(mission.margin)
     target = None if out is None else check_folder(out, output.run_files(mission))
     made = plan(mission, seed=seed, progress=part(0.0, 0.25))
     done = certified_team(made, progress=part(0.25, 0.7))

@@ -103,9 +103,12 @@ def _team(source: str, progress: Progress) -> tuple[Plan, dict[str, Trajectory],
         certificate = recheck(source)
         plan, team = read_folder(source)
         return plan, team, certificate
+    from flight.fly import require_tube
     from ltlplan.pipeline import certified_team, plan
 
-    made = plan(read_mission(source), progress=lambda sentence, share: progress(sentence, 0.3 * share))
+    mission = read_mission(source)
+    require_tube(mission.margin)
+    made = plan(mission, progress=lambda sentence, share: progress(sentence, 0.3 * share))
     done = certified_team(made, progress=lambda sentence, share: progress(sentence, 0.3 + 0.2 * share))
     return done.plan, done.team, done.certificate
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from flight.airframe import airframe_of
 from flight.attitude import euler
 from flight.control import CONTROL_STEP
-from flight.fly import as_sensor, as_wind
+from flight.fly import as_sensor, as_wind, require_tube
 from flight.log import Event, FlightLog
 from flight.reference import Reference
 from flight.simulate import STEP, SUBSTEPS, Setup, Snapshot, steps
@@ -142,13 +142,15 @@ def fly_online(
         The flight with its verdict; `require()` raises where that is not *holds*.
 
     Raises:
-        BadInput: An event cannot be, N <= 1 / rho, or the trace is infinite.
+        BadInput: An event cannot be, N <= 1 / rho, the trace is infinite, or certified pieces are asked for at a margin of 0.
         Unsatisfiable: Nothing that these robots can fly satisfies the formula, at take-off already.
         Infeasible: No way between the hoops was found at take-off.
     """
     used_seed = mission.planner.seed if seed is None else seed
     if not 0 < max_seconds <= 3600:
         raise BadInput(f"max_seconds must be above 0 and at most 3600, not {max_seconds:g}.")
+    if certified:
+        require_tube(mission.margin)
     ordered = in_order(mission, events)
     try:
         if certified:

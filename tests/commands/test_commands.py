@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import ltlplan.missions
 from ltlplan.cli import app
-from verify.data import BadInput, NotCertified
+from verify.data import BadInput, NotCertified, mission_to_yaml
 
 runner = CliRunner()
 
@@ -49,6 +49,27 @@ def test_a_run_that_does_not_hold_prints_one_document(folder: Path, tmp_path: Pa
 
 def test_recheck_proves_it_again(folder: Path) -> None:
     assert "every claim is proved again" in ok("recheck", str(folder))
+
+
+def test_a_margin_of_zero_is_certified_but_not_flown(folder: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "copy"
+    shutil.copytree(folder, copy)
+    assert "certified at margin 0 m" in ok("certify", str(copy), "--margin", "0")
+    ours = tmp_path / "none.yaml"
+    text = mission_to_yaml(ltlplan.missions.load_mission("firefighting"))
+    ours.write_text(text.replace("\nmargin: 0.05", "\nmargin: 0.0"))
+    assert "water" in ok("plan", str(ours))
+    for command in (
+        ["run", "firefighting", "--margin", "0", "--out", str(tmp_path / "run")],
+        ["run", str(ours), "--out", str(tmp_path / "run")],
+        ["fly", str(ours)],
+        ["fly", str(copy)],
+        ["fly", str(copy), "--runs", "2"],
+        ["fly", str(ours), "--online", "--certified"],
+    ):
+        with pytest.raises(BadInput, match="A margin of 0 m leaves no tube to fly in"):
+            runner.invoke(app, command, catch_exceptions=False)
+    assert not (tmp_path / "run").exists()
 
 
 def test_certify_demands_a_margin(folder: Path) -> None:
