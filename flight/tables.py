@@ -5,13 +5,12 @@ A Parquet file keeps what a CSV cannot: the mission's name, margin, verdicts, se
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import io
 import json
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +18,14 @@ import numpy as np
 
 from flight.log import COLUMNS, MEASURED_COLUMNS, ROTOR_COLUMNS, Event, FlightLog
 from verify.data import BadInput, Letter, MissingEngine
+from verify.data.files import decoded, parse_json, read_bytes
 from verify.data.single_files import write_single
+from verify.data.tables import MAX_BYTES, MAX_ROWS, decimal, read_table
 
-MAX_BYTES = 500_000_000
 MAX_ROBOTS = 1000
 
+_OURS = (*COLUMNS, *ROTOR_COLUMNS, *MEASURED_COLUMNS)
 _NUMBERS = tuple(name for name in COLUMNS if name not in ("robot", "letter"))
-_KEPT = ("mission", "margin", "satisfied", "tube", "seed", "certificate", "notes", "peak", "events")
 
 
 def write_log(log: FlightLog, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
@@ -63,42 +63,43 @@ def read_log(path: str | os.PathLike[str]) -> FlightLog:
         MissingEngine: Parquet without pyarrow.
     """
     path = Path(path)
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise BadInput(f"{path} is larger than {MAX_BYTES // 1_000_000} MB; that is no flight log.")
-        data = path.read_bytes()
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror or error}.") from None
+    data = read_bytes(path, most=MAX_BYTES, what="flight log")
     if path.suffix == ".parquet":
         return _from_parquet(data, str(path))
-    try:
-        return log_from_csv(data.decode("utf-8-sig"), str(path))
-    except UnicodeDecodeError as error:
-        raise BadInput(f"{path} is not UTF-8 text (byte {error.start}).") from None
+    return log_from_csv(decoded(data, str(path), "flight log"), str(path))
 
 
 def log_from_csv(text: str, source: str = "log") -> FlightLog:
     """Read a log from the text of flight.csv; `source` names it in messages."""
-    try:
-        header, *rows = [row for row in csv.reader(io.StringIO(text)) if row] or [[]]
-    except csv.Error as error:
-        raise BadInput(f"{source} is no CSV: {error}.") from None
-    missing = [name for name in COLUMNS if name not in header]
-    if missing:
-        raise BadInput(
-            f"{source} is no flight log: it lacks the columns {', '.join(missing)}. "
-            "Recordings with other columns are read by `flight.read_recording`."
-        )
-    short = next((i for i, row in enumerate(rows) if len(row) != len(header)), None)
-    if short is not None:
-        raise BadInput(f"{source}:{short + 2}: {len(rows[short])} cells under {len(header)} columns.")
-    columns = {name: [row[i] for row in rows] for i, name in enumerate(header)}
-    return _assembled({name: columns[name] for name in header}, {}, source)
+
+    def require_ours(header: tuple[str, ...]) -> None:
+        missing = [name for name in COLUMNS if name not in header]
+        if missing:
+            raise BadInput(
+                f"{source} is no flight log: it lacks the columns {', '.join(missing)}. "
+                "Recordings with other columns are read by `flight.read_recording`."
+            )
+
+    table = read_table(text, source, check=require_ours)
+    if not table.header:
+        raise BadInput(f"{source} is empty; that is no flight log.")
+    places = {name: table.column(name) for name in table.header if name in _OURS}
+    log = _assembled({name: [row[place] for row in table.rows] for name, place in places.items()}, {}, source)
+    for name, place in places.items():
+        if name not in ("robot", "letter"):
+            table.require_whole(place)
+    return log
 
 
 def _assembled(columns: Mapping[str, Sequence[Any]], kept: Mapping[str, Any], source: str) -> FlightLog:
     """Put a log together from columns, one row a sample and robot."""
-    names = [str(name) for name in columns["robot"]]
+    for group in (ROTOR_COLUMNS, MEASURED_COLUMNS):
+        if (there := [name in columns for name in group]) != [there[0]] * len(group):
+            raise BadInput(f"{source} has some of the columns {', '.join(group)}, but not all of them.")
+    for name in ("robot", "letter"):
+        if not all(isinstance(text, str) for text in columns[name]):
+            raise BadInput(f"{source}: every {name} must be a text.")
+    names = list(columns["robot"])
     robots = tuple(dict.fromkeys(names))
     if not names:
         raise BadInput(f"{source} has no rows.")
@@ -120,7 +121,9 @@ def _assembled(columns: Mapping[str, Sequence[Any]], kept: Mapping[str, Any], so
         values = [_floats(columns[part], part, source, blank=blank) if part not in numbers else numbers[part] for part in parts]
         return np.stack(values, axis=-1).reshape(len(times), len(robots), len(parts))
 
-    letters: list[Letter] = [frozenset(str(text).split()) for text in columns["letter"]]
+    if kept.get("peak") is not None and len(kept["peak"]) != len(robots):
+        raise BadInput(f"{source} keeps {len(kept['peak'])} largest errors of {len(robots)} robots.")
+    letters: list[Letter] = [frozenset(text.split()) for text in columns["letter"]]
     return FlightLog(
         robots=robots,
         times=times,
@@ -152,14 +155,23 @@ def require_forward(times: Any, source: str) -> None:
 def _floats(values: Sequence[Any], name: str, source: str, *, blank: bool) -> Any:
     result = np.empty(len(values))
     for index, value in enumerate(values):
-        try:
-            number = math.nan if blank and value in ("", None) else float(value)
-        except (TypeError, ValueError):
-            raise BadInput(f"{source}:{index + 2}: {name} is {value!r}; it must be a number.") from None
-        if not math.isfinite(number) and not (blank and math.isnan(number)):
-            raise BadInput(f"{source}:{index + 2}: {name} is {value}; it must be finite.")
-        result[index] = number
+        if blank and (value is None or value == "" or value != value):
+            result[index] = math.nan
+            continue
+        if isinstance(value, str):
+            number = decimal(value)
+            value = value if number is None else number.float()
+        if isinstance(value, str | bool) or not isinstance(value, int | float):
+            kind = "finite" if isinstance(value, str) and value.strip("+-").lower() in _NOT_FINITE else "a number"
+            raise BadInput(f"{source}:{index + 2}: {name} is {value!r:.40}; it must be {kind}.")
+        if not -_MOST <= value <= _MOST:
+            raise BadInput(f"{source}:{index + 2}: {name} is {value!s:.40}; it must be finite.")
+        result[index] = value
     return result
+
+
+_NOT_FINITE = ("nan", "inf", "infinity")
+_MOST = 1e100
 
 
 def _parquet(log: FlightLog) -> bytes:
@@ -177,7 +189,7 @@ def _parquet(log: FlightLog) -> bytes:
     for names, values in extra.items():
         if values is not None:
             columns.update(_split(names, values))
-    kept = {name: getattr(log, name) for name in _KEPT}
+    kept = {name: getattr(log, name) for name in _KINDS}
     kept["peak"] = None if log.peak is None else log.peak.tolist()
     kept["events"] = [dataclasses.asdict(event) for event in log.events]
     table = arrow.table(columns).replace_schema_metadata({"ltlplan": json.dumps(kept)})
@@ -194,19 +206,64 @@ def _split(names: str, values: Any) -> dict[str, Any]:
 def _from_parquet(data: bytes, source: str) -> FlightLog:
     arrow, parquet = _pyarrow()
     try:
-        table = parquet.read_table(io.BytesIO(data))
-        kept = json.loads((table.schema.metadata or {}).get(b"ltlplan", b"{}"))
-        kept = {name: value for name, value in kept.items() if name in _KEPT}
-        kept["events"] = tuple(Event(**event) for event in kept.get("events", ()))
-        kept["notes"] = tuple(kept.get("notes", ()))
-        kept["peak"] = None if kept.get("peak") is None else np.array(kept["peak"], dtype=np.float64)
-    except (arrow.ArrowException, ValueError, TypeError, AttributeError) as error:
+        file = parquet.ParquetFile(io.BytesIO(data))
+        names = file.schema_arrow.names
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise BadInput(f"{source} has {names.count(twice[0])} columns '{twice[0]}'; one is needed.")
+        read = [name for name in _OURS if name in names]
+        size = sum(file.metadata.row_group(i).total_byte_size for i in range(file.metadata.num_row_groups))
+        if file.metadata.num_rows > MAX_ROWS or size > MAX_BYTES:
+            raise BadInput(f"{source} holds more than {MAX_ROWS} rows or {MAX_BYTES // 1_000_000} MB; that is no flight log.")
+        table = file.read(columns=read)
+        kept = _kept(parse_json((table.schema.metadata or {}).get(b"ltlplan", b"{}"), source), source)
+    except (arrow.ArrowException, ValueError, TypeError, OSError) as error:
         raise BadInput(f"{source} is no flight log in Parquet: {str(error).splitlines()[0]}.") from None
     columns = {name: table.column(name).to_pylist() for name in table.column_names}
     missing = [name for name in COLUMNS if name not in columns]
     if missing:
         raise BadInput(f"{source} is no flight log: it lacks the columns {', '.join(missing)}.")
     return _assembled(columns, kept, source)
+
+
+def _kept(value: Any, source: str) -> dict[str, Any]:
+    """Return what a Parquet file keeps beside its columns, each of the type that a log has it in."""
+    if not isinstance(value, dict) or not all(_KINDS[name](item) for name, item in value.items() if name in _KINDS):
+        raise BadInput(f"{source} is no flight log in Parquet: what it says of the flight beside its columns has another form.")
+    kept = {name: item for name, item in value.items() if name in _KINDS}
+    kept["events"] = tuple(Event(**event) for event in kept.get("events", ()))
+    kept["notes"] = tuple(kept.get("notes", ()))
+    kept["peak"] = None if kept.get("peak") is None else np.array(kept["peak"], dtype=np.float64)
+    return kept
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _MOST
+
+
+def _is_event(value: Any) -> bool:
+    return (
+        isinstance(value, dict)
+        and set(value) == {"time", "robot", "kind", "sentence"}
+        and _is_number(value["time"])
+        and isinstance(value["robot"], str | None)
+        and isinstance(value["kind"], str)
+        and isinstance(value["sentence"], str)
+    )
+
+
+_KINDS: dict[str, Callable[[Any], bool]] = {
+    "mission": lambda value: isinstance(value, str),
+    "margin": lambda value: value is None or _is_number(value),
+    "satisfied": lambda value: isinstance(value, bool | None),
+    "tube": lambda value: isinstance(value, str | None),
+    "seed": lambda value: value is None or (isinstance(value, int) and not isinstance(value, bool)),
+    "certificate": lambda value: isinstance(value, str | None),
+    "notes": lambda value: isinstance(value, list) and all(isinstance(note, str) for note in value),
+    "peak": lambda value: value is None or (isinstance(value, list) and all(map(_is_number, value))),
+    "events": lambda value: isinstance(value, list) and all(map(_is_event, value)),
+}
+"""What a Parquet file keeps beside its columns, and what each may be."""
 
 
 def _pyarrow() -> tuple[Any, Any]:

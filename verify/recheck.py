@@ -6,7 +6,6 @@ files, and whatever differs is refused with the name of the file that was change
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from fractions import Fraction
@@ -18,14 +17,14 @@ import numpy as np
 from verify.certificate import CERTIFICATE_FORMAT, Certificate, judge, payload_digest
 from verify.continuity import JUMPS
 from verify.data.errors import BadInput, NotCertified
+from verify.data.files import parse_json, read_bytes
 from verify.data.mission import Mission
 from verify.data.mission_file import load_mission_file
-from verify.data.plan import Plan, load_plan
+from verify.data.plan import PLAN_FILE, Plan, load_plan
 from verify.data.trajectory import Trajectory
 from verify.data.trajectory_csv import load_csv
 
 MISSION_FILE = "mission.yaml"
-PLAN_FILE = "plan.json"
 CERTIFICATE_FILE = "certificate.json"
 
 MAX_BYTES = 20_000_000
@@ -171,15 +170,7 @@ def read_certificate(path: Path) -> dict[str, Any]:
     """
     if not path.exists():
         raise BadInput(f"{path.parent} has no {path.name}; name a folder that `ltlplan run` or `ltlplan certify` wrote.")
-    if not path.is_file():
-        raise BadInput(f"{path} cannot be read: it is no file.")
-    try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror or error}.") from None
-    if len(data) > MAX_BYTES:
-        raise BadInput(f"{path} is larger than {MAX_BYTES // 1_000_000} MB; that is no certificate.")
+    data = read_bytes(path, most=MAX_BYTES, what="certificate")
     return certificate_from_json(data, str(path))
 
 
@@ -189,10 +180,7 @@ def certificate_from_json(data: str | bytes, source: str = "certificate.json") -
     Raises:
         BadInput: It is no certificate, or one of another format.
     """
-    try:
-        value = json.loads(data, parse_constant=_refuse_constant, object_pairs_hook=_no_duplicates)
-    except (ValueError, RecursionError) as error:
-        raise BadInput(f"{source} is no JSON: {str(error).splitlines()[0]}.") from None
+    value = parse_json(data, source)
     if not isinstance(value, dict):
         raise BadInput(f"{source} is no certificate: it must be an object.")
     number = value.get("format")
@@ -211,17 +199,6 @@ def certificate_from_json(data: str | bytes, source: str = "certificate.json") -
     if unknown:
         raise BadInput(f"{source} has an unknown key '{unknown[0][:40]}'.")
     return value
-
-
-def _refuse_constant(name: str) -> float:
-    raise ValueError(f"{name} is no JSON number")
-
-
-def _no_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    result = dict(pairs)
-    if len(result) != len(pairs):
-        raise ValueError("a key stands twice in one object")
-    return result
 
 
 def _is_number(value: Any) -> bool:

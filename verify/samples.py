@@ -8,8 +8,6 @@ violated whatever happened in between, or samples too sparse to tell.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,6 +21,7 @@ from verify.behaviour import judge_formula
 from verify.data.errors import BadInput
 from verify.data.mission import Mission, Region
 from verify.doom import every_behaviour_breaks
+from verify.flight_log import load_flight_log
 from verify.inclusion import DEFAULT_BUDGET
 from verify.progression import OutOfBudget
 from verify.regions import Ellipsoid, extent, relations
@@ -63,6 +62,7 @@ def check_samples(
     *,
     max_speed: float | None = None,
     error: float = 0.0,
+    rounding: tuple[float, float] = (0.0, 0.0),
     internal: Mapping[str, Sequence[Iterable[str]]] | None = None,
     budget: int = DEFAULT_BUDGET,
 ) -> Verdict:
@@ -74,6 +74,8 @@ def check_samples(
         mission: Carries the formula and the regions; its trace must be finite.
         max_speed: Bound on every robot's speed at all times, m/s.
         error: Bound on the distance between measured and true position, m.
+        rounding: How far a time (s) and a position (m) may be off for having been written with few digits; it is
+            allowed for on top of the error.
         internal: For each robot its internal propositions at each sample; needed where the formula names them. No
             speed bounds them: between samples that agree they are taken as unchanged, between others as changed once.
         budget: Configurations that each part of the formula may take.
@@ -91,6 +93,7 @@ def check_samples(
     if mission.spec.trace == "infinite":
         raise BadInput("A recorded flight ends; it cannot satisfy or break a formula over an infinite trace.")
     tracks = _tracks(times, positions, mission, internal)
+    error = _with_rounding(error, speed, rounding, times, tracks)
     for track in tracks:
         _refuse_jumps(track, speed, error)
     related = relations(mission)
@@ -115,12 +118,10 @@ def check_recording(source: str | Path, mission: Mission, *, max_speed: float | 
     Raises:
         BadInput: The file is no such log, or does not fit the mission.
     """
-    try:
-        text = Path(source).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as problem:
-        raise BadInput(f"{source} cannot be read: {problem}.") from None
-    times, positions, internal = _read_log(text, str(source), mission)
-    return check_samples(times, positions, mission, max_speed=max_speed, error=error, internal=internal)
+    log = load_flight_log(source, mission)
+    return check_samples(
+        log.times, log.positions, mission, max_speed=max_speed, error=error, rounding=log.rounding, internal=log.internal
+    )
 
 
 def sampled_timeline(
@@ -288,6 +289,16 @@ def _denser(track: _Track, factor: int) -> _Track:
     return _Track(track.robot, times, positions, internal)
 
 
+def _with_rounding(error: float, speed: float, rounding: tuple[float, float], times: ArrayLike, tracks: list[_Track]) -> float:
+    """Return the error with what times and positions lost in digits and floats: a time off by s is a position off by speed s."""
+    late, off = rounding
+    if not (0 <= late <= _MOST and 0 <= off <= _MOST):
+        raise BadInput(f"rounding must be a time in s and a length in m, from 0 to {_MOST:g}, not {rounding!s:.40}.")
+    late += float(np.spacing(np.max(np.abs(np.asarray(times, dtype=np.float64)))))
+    off += 2 * float(np.spacing(max(np.max(np.abs(track.positions)) for track in tracks)))
+    return error + (off + speed * late) * (1 + 1e-9)
+
+
 def _speed(max_speed: float | None) -> float:
     if max_speed is None:
         raise BadInput("A sampled path proves nothing without a speed bound: give max_speed in m/s.")
@@ -369,39 +380,9 @@ def _refuse_jumps(track: _Track, speed: float, error: float) -> None:
     allowed = (speed * _gaps(track.times) + 2 * error) * (1 + 1e-9)
     if np.any(step > allowed):
         k = int(np.argmax(step > allowed))
+        digits = next((n for n in range(4, 17) if f"{step[k]:.{n}g}" != f"{allowed[k]:.{n}g}"), 17)
         raise BadInput(
-            f"{track.robot}'s samples {k} and {k + 1} are {step[k]:.4g} m apart, {track.times[k + 1] - track.times[k]:.4g} s "
-            f"one after the other; at most {speed:g} m/s and {error:g} m of error allow {allowed[k]:.4g} m."
+            f"{track.robot}'s samples {k} and {k + 1} are {step[k]:.{digits}g} m apart, "
+            f"{track.times[k + 1] - track.times[k]:.{digits}g} s one after the other; at most {speed:g} m/s and {error:g} m "
+            f"of error allow {allowed[k]:.{digits}g} m. Positions or times that were written with few digits need an error."
         )
-
-
-def _read_log(
-    text: str, source: str, mission: Mission
-) -> tuple[Floats, dict[str, Floats], dict[str, list[frozenset[str]]] | None]:
-    reader = csv.DictReader(io.StringIO(text))
-    try:
-        columns, lines = reader.fieldnames or [], list(reader)
-    except csv.Error as problem:
-        raise BadInput(f"{source} is no CSV: {problem}.") from None
-    missing = [name for name in ("t", "robot", "x", "y", "z") if name not in columns]
-    if missing:
-        raise BadInput(f"{source} is no flight log: column '{missing[0]}' is missing (needed: t, robot, x, y, z).")
-    rows: dict[str, list[tuple[float, float, float, float]]] = {name: [] for name in mission.agents}
-    letters: dict[str, list[frozenset[str]]] = {name: [] for name in mission.agents}
-    for line, row in enumerate(lines, start=2):
-        robot = row["robot"]
-        if robot not in rows:
-            raise BadInput(f"{source}, line {line}: '{robot}' is not a robot of this mission ({', '.join(rows)}).")
-        try:
-            t, x, y, z = (float(row[name]) for name in ("t", "x", "y", "z"))
-        except (TypeError, ValueError):
-            raise BadInput(f"{source}, line {line}: t, x, y and z must be numbers.") from None
-        rows[robot].append((t, x, y, z))
-        letters[robot].append(frozenset((row.get("letter") or "").split()))
-    first = next(iter(rows))
-    for name, found in rows.items():
-        if not found or [row[0] for row in found] != [row[0] for row in rows[first]]:
-            raise BadInput(f"{source}: {name} must be sampled at the same times as {first}, and at least once.")
-    table = {name: np.array(found) for name, found in rows.items()}
-    internal = letters if "letter" in columns else None
-    return table[first][:, 0], {name: array[:, 1:] for name, array in table.items()}, internal

@@ -17,9 +17,12 @@ from flight.export.crazyswarm import require_crazyflie
 from flight.export.files import Product, Request
 from flight.export.memory import Entry, poly4d_bytes, side_by_side
 from verify.data import BadInput, DoesNotFit, MissingEngine, Trajectory
+from verify.data.files import parse_json, read_bytes
 
 KINDS = ("poly4d", "poly4d_compressed")
 _POLY4D = 0
+_MOST = 1_000_000
+"""Bytes of a file of an export; a vehicle holds four thousand."""
 
 
 def product(request: Request) -> Product:
@@ -113,18 +116,25 @@ def write_entry(memory: Any, entry: Entry) -> bool:
 
 def _read(folder: Path, uris: Mapping[str, str]) -> tuple[Uploaded, ...]:
     try:
-        robots = json.loads((folder / "upload.json").read_text(encoding="utf-8"))["robots"]
-        items = []
-        for name, row in robots.items():
-            if name not in uris:
-                raise BadInput(f"no radio address for '{name}'; robots: {', '.join(robots)}.")
-            data = (folder / f"{name}.bin").read_bytes()
-            parts = {int(row["trajectory_id"]): (name, data, int(row["pieces"]))}
-            (entry,) = side_by_side(parts, KINDS.index(row["type"]), int(row["offset"]))
-            items.append(Uploaded(name, uris[name], entry))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise BadInput(f"{folder} is no Crazyflie export: {error}.") from None
+        robots = parse_json(read_bytes(folder / "upload.json", most=_MOST, what="upload.json"), "upload.json")["robots"]
+        parts = {name: _part(folder, name, row) for name, row in robots.items()}
+    except (ValueError, KeyError, TypeError, AttributeError, BadInput) as error:
+        raise BadInput(f"{folder} is no Crazyflie export: {str(error).removesuffix('.')}.") from None
+    items: list[Uploaded] = []
+    for name, (trajectory_id, offset, pieces, kind, data) in parts.items():
+        if name not in uris:
+            raise BadInput(f"no radio address for '{name}'; robots: {', '.join(parts)}.")
+        (entry,) = side_by_side({trajectory_id: (name, data, pieces)}, kind, offset)
+        items.append(Uploaded(name, uris[name], entry))
     return tuple(items)
+
+
+def _part(folder: Path, name: str, row: Mapping[str, Any]) -> tuple[int, int, int, int, bytes]:
+    """Return a robot's trajectory id, offset, number of pieces, kind and bytes."""
+    numbers = [row[key] for key in ("trajectory_id", "offset", "pieces")]
+    if row["file"] != f"{name}.bin" or Path(name).name != name or not all(type(number) is int for number in numbers):
+        raise BadInput(f"what upload.json says of '{name[:40]}' is not what an export writes")
+    return (*numbers, KINDS.index(row["type"]), read_bytes(folder / f"{name}.bin", most=_MOST, what="trajectory"))
 
 
 def _send(item: Uploaded) -> None:

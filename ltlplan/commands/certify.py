@@ -72,7 +72,9 @@ def _judge_recording(folder: Path, recording: Path, max_speed: float | None, err
         table = read_recording(recording, tuple(mission.agents))
         internal = _planned_states(folder, mission, table.times.tolist())
         from_plan = internal is not None and bool(mission.internal_propositions & mission.formula.names())
-        verdict = check_samples(table.times, table.position, mission, max_speed=max_speed, error=error, internal=internal)
+        verdict = check_samples(
+            table.times, table.position, mission, max_speed=max_speed, error=error, rounding=table.rounding, internal=internal
+        )
     if as_json:
         print_json({"mission": mission.name, "flight": str(recording), **verdict.to_dict()})
     else:
@@ -87,12 +89,9 @@ def _judge_recording(folder: Path, recording: Path, max_speed: float | None, err
 def _is_our_log(path: Path) -> bool:
     """Tell a log of ours, which holds internal propositions, from a table of motion capture."""
     from flight.log import COLUMNS
+    from verify.data.files import begins_with
 
-    try:
-        with path.open(encoding="utf-8") as file:
-            return file.readline(1000).startswith(",".join(COLUMNS))
-    except (OSError, UnicodeDecodeError):
-        return False  # the reader of recordings says what is wrong
+    return begins_with(path, ",".join(COLUMNS).encode(), "recording")
 
 
 def _planned_states(folder: Path, mission: Mission, times: list[float]) -> dict[str, list[frozenset[str]]] | None:

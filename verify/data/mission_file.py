@@ -10,15 +10,15 @@ import io
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from ruamel.yaml import YAML
-from ruamel.yaml.comments import CommentedMap, CommentedSeq, TaggedScalar
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from verify.data.errors import BadInput, did_you_mean
+from verify.data.files import read_text
 from verify.data.mission import (
     Action,
     Agent,
@@ -34,11 +34,12 @@ from verify.data.mission import (
     Spec,
 )
 from verify.data.mission_rules import broken_rules
+from verify.data.strict_yaml import MAX_DEPTH, MAX_NODES, NotAccepted, load_tree
 from verify.data.vehicle import Vehicle
 
 MAX_BYTES = 1_000_000
-MAX_NODES = 50_000
-MAX_DEPTH = 20
+MOST = 10**18
+"""Greatest whole number that is read; nothing in a mission comes near it."""
 
 KeyPath = tuple[str | int, ...]
 
@@ -94,21 +95,8 @@ def load_mission_file(source: str | os.PathLike[str]) -> Mission:
         MissionError: All faults of the file, each with its line and keys.
         BadInput: There is no such file, or it is too large or unreadable.
     """
-    path = Path(source)
-    try:
-        if path.is_dir():
-            raise BadInput(f"{path} is a folder; name a mission file.")
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror or error}.") from None
-    if len(data) > MAX_BYTES:
-        raise BadInput(f"{path} is larger than {MAX_BYTES // 1000} kB; that is no mission file.")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise BadInput(f"{path} is not UTF-8 text (byte {error.start}); a mission file is YAML text.") from None
-    return parse_mission(text, str(path))
+    text = read_text(source, most=MAX_BYTES, what="mission file")
+    return parse_mission(text, str(source))
 
 
 def parse_mission(text: str, source: str = "mission") -> Mission:
@@ -154,17 +142,20 @@ def _compose(text: str, source: str) -> Any:
     if not text.strip():
         raise BadInput(f"{source} is empty; `ltlplan missions --new NAME` writes a mission to start from.")
     try:
-        tree = YAML(typ="rt", pure=True).load(text)
+        tree = load_tree(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = None if mark is None else mark.line + 1
         problem = " ".join(str(part) for part in (error.context, error.problem) if part)
         raise MissionError(source, [Fault((), line, f"this is no YAML: {problem.splitlines()[0]}.")]) from None
+    except NotAccepted as error:
+        raise MissionError(source, [Fault((), error.line, error.reason)]) from None
     except YAMLError as error:
         raise BadInput(f"{source} is no YAML: {str(error).splitlines()[0]}") from None
-    except (RecursionError, ValueError) as error:
-        reason = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
-        raise BadInput(f"{source} is no mission file: {reason}.") from None
+    except RecursionError:
+        raise BadInput(f"{source} is no mission file: it is nested too deeply.") from None
+    except (ValueError, OverflowError) as error:
+        raise BadInput(f"{source} is no mission file: {str(error).splitlines()[0]}.") from None
     if not isinstance(tree, CommentedMap):
         raise BadInput(f"{source} is no mission: the file must be a table of keys such as `name:` and `agents:`.")
     return tree
@@ -176,10 +167,6 @@ def _plain(node: Any, keys: KeyPath, lines: dict[KeyPath, int], source: str, bud
     budget[0] -= 1
     if budget[0] < 0 or len(keys) > MAX_DEPTH:
         raise BadInput(f"{source} is no mission file: it has too many or too deeply nested values.")
-    tag = getattr(node, "tag", None)
-    if isinstance(node, TaggedScalar) or (isinstance(node, CommentedMap | CommentedSeq) and tag is not None and tag.value):
-        text = str(getattr(tag, "value", tag))
-        raise MissionError(source, [Fault(keys, _line(lines, keys), f"YAML tags such as {text:.60} are not accepted.")])
     if isinstance(node, CommentedMap):
         result: dict[str, Any] = {}
         for key, value in node.items():
@@ -197,6 +184,9 @@ def _plain(node: Any, keys: KeyPath, lines: dict[KeyPath, int], source: str, bud
         return items
     if isinstance(node, bool) or node is None:
         return node
+    if isinstance(node, int) and abs(node) > MOST:
+        reason = f"a whole number beyond {MOST:.0e} is no number of a mission."
+        raise MissionError(source, [Fault(keys, _line(lines, keys), reason)])
     for kind in (int, float, str):  # ruamel's scalars remember how they were written; we do not
         if isinstance(node, kind):
             return kind(node)

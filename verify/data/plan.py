@@ -13,12 +13,16 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from verify.data.errors import BadInput
+from verify.data.files import parse_json, read_text
 from verify.data.mission import Action, Mission, Point
 from verify.data.sequence import Direction
 from verify.data.vehicle import NotNegative, Number
 from verify.data.word import Word
 
 PLAN_FORMAT = 1
+PLAN_FILE = "plan.json"
+
+MAX_BYTES = 20_000_000
 
 Role = Literal["start", "front", "rear", "centre", "avoid", "via", "end"]
 
@@ -144,51 +148,45 @@ class Plan(_Value):
         return hashlib.sha256(self.to_json().encode()).hexdigest()
 
 
-def plan_from_json(text: str, mission: Mission) -> Plan:
-    """Read plan.json again.
+def plan_from_json(text: str, mission: Mission, source: str = PLAN_FILE) -> Plan:
+    """Read plan.json again; `source` names it in messages.
 
     Raises:
         BadInput: It is no plan of format 1, or was made for another mission.
     """
-    try:
-        data = json.loads(text)
-    except (ValueError, RecursionError) as error:  # a number of thousands of digits is a plain ValueError
-        raise BadInput(f"plan.json is no JSON: {error}.") from None
-    if not isinstance(data, dict) or data.get("format") != PLAN_FORMAT:
-        raise BadInput(f'plan.json must be an object with "format": {PLAN_FORMAT}.')
+    data = parse_json(text, source)
+    if not isinstance(data, dict) or data.get("format") != PLAN_FORMAT or isinstance(data["format"], bool | float):
+        raise BadInput(f'{source} must be an object with "format": {PLAN_FORMAT}.')
     made_for = data.pop("mission", None)
     del data["format"]
     if made_for != mission.digest():
-        raise BadInput("plan.json was made for another mission than mission.yaml (their digests differ).")
+        raise BadInput(f"{source} was made for another mission than mission.yaml (their digests differ).")
     try:
         plan = Plan.model_validate({**data, "mission": mission})
     except ValidationError as error:
         first = error.errors()[0]
-        raise BadInput(f"plan.json, {'.'.join(map(str, first['loc']))}: {first['msg']}.") from None
-    _check(plan)
+        raise BadInput(f"{source}, {'.'.join(map(str, first['loc']))[:200]}: {first['msg'].splitlines()[0][:200]}.") from None
+    _check(plan, source)
     return plan
 
 
 def load_plan(path: str | Path, mission: Mission) -> Plan:
     """Read a plan file that was made for `mission`."""
-    try:
-        return plan_from_json(Path(path).read_text(encoding="utf-8"), mission)
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(f"{path} cannot be read: {error}.") from None
+    return plan_from_json(read_text(path, most=MAX_BYTES, what="plan"), mission, str(path))
 
 
-def _check(plan: Plan) -> None:
+def _check(plan: Plan, source: str) -> None:
     """Refuse a plan whose parts do not refer to each other and to the mission."""
     agents = tuple(plan.mission.agents)
     if tuple(plan.robots) != agents:
-        raise BadInput(f"plan.json has robots {', '.join(plan.robots)}; the mission has {', '.join(agents)}.")
+        raise BadInput(f"{source} has robots {', '.join(plan.robots)}; the mission has {', '.join(agents)}.")
     for name, robot in plan.robots.items():
         if len(robot.times) != len(robot.waypoints):
-            raise BadInput(f"plan.json, {name}: {len(robot.times)} times for {len(robot.waypoints)} waypoints.")
+            raise BadInput(f"{source}, {name}: {len(robot.times)} times for {len(robot.waypoints)} waypoints.")
         unknown = [visit.region for visit in robot.visits if visit.region not in plan.mission.all_regions]
         if unknown:
-            raise BadInput(f"plan.json, {name}: '{unknown[0]}' is not a region of the mission.")
+            raise BadInput(f"{source}, {name}: '{unknown[0]}' is not a region of the mission.")
     for precedence in plan.precedences:
         for robot, visit in (precedence.first, precedence.then):
             if robot not in plan.robots or not 0 <= visit < len(plan.robots[robot].visits):
-                raise BadInput(f"plan.json: a precedence names visit {visit} of '{robot}', which does not exist.")
+                raise BadInput(f"{source}: a precedence names visit {visit} of '{robot}', which does not exist.")

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from verify.data.errors import BadInput
+from verify.data.files import read_text
 from verify.data.trajectory import AXES, DEGREE, MAX_PIECES, Trajectory
 
 HEADER = ("duration", *(f"{axis}^{power}" for axis in AXES for power in range(DEGREE + 1)))
@@ -80,18 +81,7 @@ def read_csv(text: str, source: str = "trajectory") -> Trajectory:
 
 def load_csv(path: str | Path) -> Trajectory:
     """Read a trajectory from a CSV file."""
-    path = Path(path)
-    if path.exists() and not path.is_file():  # a pipe would be waited for
-        raise BadInput(f"{path} cannot be read: it is no file.")
-    try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror or error}.") from None
-    try:
-        return read_csv(data.decode("utf-8"), str(path))
-    except UnicodeDecodeError as error:
-        raise BadInput(f"{path} is not UTF-8 text (byte {error.start}).") from None
+    return read_csv(read_text(path, most=MAX_BYTES, what="trajectory"), str(path))
 
 
 def _number(cell: str, source: str, line: int, column: int) -> float:

@@ -195,3 +195,30 @@ def test_an_error_carries_its_faults() -> None:
     (fault,) = caught.value.faults
     assert fault.keys == ("spec", "formula")
     assert fault.line == 3
+
+
+HOSTILE = {
+    "merge": ("a: &x {b: 1}\nc: {<<: *x}\n", ":2: merge keys"),
+    "merge list": ("a: &x {b: 1}\nc:\n  <<: [*x]\n", ":3: merge keys"),
+    "omap": ("a: 1\nb: !!omap [c: 1]\n", ":2: YAML tags"),
+    "set": ("a: !!set {x, y}\n", ":1: YAML tags"),
+    "text by tag": ("name: !!str 5\n", ":1: YAML tags"),
+    "anchor twice": ("a: &x 1\nb: &x 2\nc: *x\n", ":2: the anchor &x is set twice"),
+    "digits": ("name: " + "1" * 5000 + "\n", ":1: a number of 5000 characters"),
+    "hexadecimal": ("margin: 0x" + "f" * 380 + "\n", ":1: margin: a whole number beyond"),
+    "brackets": ("[" * 20_000, ":1: this is nested too deeply"),
+    "braces": ("a: " + "{b: " * 20_000, ":1: this is nested too deeply"),
+    "indented": ("".join(" " * depth + "a:\n" for depth in range(900)), "nested too deeply"),
+    "many": ("a: [" + "1, " * 200_000 + "]", "too long for a mission"),
+    "aliases": ("a: &x 1\nb: [" + "*x, " * 200_000 + "]", "too long for a mission"),
+    "long": ("name: " + "a" * 200_000, "a text or number of 200000 characters"),
+}
+
+
+@pytest.mark.parametrize("name", list(HOSTILE))
+def test_hostile_yaml_ends_in_one_sentence(name):
+    text, says = HOSTILE[name]
+    with pytest.raises(BadInput, match=says) as caught:
+        parse_mission(text)
+    assert len(str(caught.value)) < 400
+    assert "set_int_max_str_digits" not in str(caught.value)

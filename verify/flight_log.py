@@ -1,0 +1,124 @@
+"""Flight logs as evidence: `flight.csv` and tables like it, read exactly or refused."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verify.data.errors import BadInput, did_you_mean
+from verify.data.files import read_text
+from verify.data.formula import FREE
+from verify.data.mission import Mission
+from verify.data.tables import MAX_BYTES, Decimal, Table, counted, decimal, read_table, rounding, since
+
+_NEEDED = ("t", "robot", "x", "y", "z")
+
+
+@dataclass(frozen=True, eq=False)
+class LoggedFlight:
+    """Where a team was at some instants.
+
+    Attributes:
+        times: s, the first 0. Shape (n,).
+        positions: m, by robot. Shape (n, 3) each.
+        internal: For each robot its letter at each sample, or None where the log has none.
+        rounding: How far times (s) and positions (m) may be off for the digits that they were written with.
+    """
+
+    times: NDArray[np.float64]
+    positions: dict[str, NDArray[np.float64]]
+    internal: dict[str, list[frozenset[str]]] | None
+    rounding: tuple[float, float]
+
+
+def load_flight_log(path: str | os.PathLike[str], mission: Mission) -> LoggedFlight:
+    """Read a flight log of a mission's team: columns t, robot, x, y, z and, for internal propositions, letter.
+
+    Raises:
+        BadInput: The file is no such log, says something twice or in part, or does not fit the mission.
+    """
+    return read_flight_log(read_text(path, most=MAX_BYTES, what="flight log"), str(path), mission)
+
+
+def read_flight_log(text: str, source: str, mission: Mission) -> LoggedFlight:
+    """Read a flight log from its text; `source` names it in messages.
+
+    Raises:
+        BadInput: As `load_flight_log`.
+    """
+
+    def require_needed(header: tuple[str, ...]) -> None:
+        missing = [name for name in _NEEDED if name not in header]
+        if missing:
+            raise BadInput(f"{source} is no flight log: column '{missing[0]}' is missing (needed: {', '.join(_NEEDED)}).")
+
+    table = read_table(text, source, check=require_needed)
+    if not table.header:
+        raise BadInput(f"{source} is empty; that is no flight log.")
+    own = table.column("robot")
+    agents = tuple(mission.agents)
+    rows: dict[str, list[int]] = {name: [] for name in agents}
+    for index, row in enumerate(table.rows):
+        if row[own] not in rows:
+            raise BadInput(
+                f"{source}, line {table.lines[index]}: '{row[own][:40]}' is not a robot of this mission ({', '.join(agents)})."
+            )
+        rows[row[own]].append(index)
+    numbers = {name: _numbers(table, name) for name in ("t", "x", "y", "z")}
+    for name in agents:
+        if not rows[name]:
+            raise BadInput(f"{source}: {name} must be sampled at the same times as {agents[0]}, and at least once.")
+    counts, power = counted(numbers["t"])
+    shared = [counts[index] for index in rows[agents[0]]]
+    for name in agents:
+        mine = [counts[index] for index in rows[name]]
+        for before, after in zip(rows[name], rows[name][1:], strict=False):
+            if counts[after] <= counts[before]:
+                raise BadInput(
+                    f"{source}, line {table.lines[after]}: {name}'s times must go forward, but this one is "
+                    f"{'the same as' if counts[after] == counts[before] else 'before'} that of line {table.lines[before]}."
+                )
+        if mine != shared:
+            raise BadInput(f"{source}: {name} must be sampled at the same times as {agents[0]}, and at least once.")
+    times = since(shared, power, numbers["t"][rows[agents[0]][0]].exact())
+    places = [[numbers[axis][index].float() for axis in "xyz"] for index in range(len(table.rows))]
+    off = math.sqrt(sum(rounding(numbers[axis]) ** 2 for axis in "xyz")) * (1 + 1e-9)
+    return LoggedFlight(
+        np.array(times),
+        {name: np.array([places[index] for index in rows[name]]) for name in agents},
+        _letters(table, rows, mission),
+        (rounding(numbers["t"]), off),
+    )
+
+
+def _numbers(table: Table, name: str) -> list[Decimal]:
+    column = table.column(name)
+    table.require_whole(column)
+    found: list[Decimal] = []
+    for row, line in zip(table.rows, table.lines, strict=True):
+        number = decimal(row[column].strip())
+        if number is None:
+            raise BadInput(f"{table.source}, line {line}: t, x, y and z must be numbers, but {name} is {row[column][:40]!r}.")
+        found.append(number)
+    return found
+
+
+def _letters(table: Table, rows: dict[str, list[int]], mission: Mission) -> dict[str, list[frozenset[str]]] | None:
+    """Return the letters of the column that holds them, every name of which the mission must know."""
+    if "letter" not in table.header:
+        return None
+    column = table.column("letter")
+    known = {*mission.all_regions, *mission.internal_propositions, FREE}
+    letters = [frozenset(row[column].split()) for row in table.rows]
+    for index, letter in enumerate(letters):
+        if not letter <= known:
+            name = min(letter - known)
+            raise BadInput(
+                f"{table.source}, line {table.lines[index]}: '{name[:40]}' is neither a region nor an internal proposition "
+                f"of this mission.{did_you_mean(name, known)}"
+            )
+    return {name: [letters[index] for index in found] for name, found in rows.items()}
