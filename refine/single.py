@@ -17,16 +17,16 @@ from refine.corridor import BUFFER, Rules, fit, fixed_states, onward_rules, unti
 from refine.course import Course, course_of, thinned, with_stops
 from refine.elsewhere import moved_into_the_clear
 from refine.labels import troubles
+from refine.leg_limits import leg_speeds, slow_legs
 from refine.legs import PAD
 from refine.limits import Limits
 from refine.nlp import Steps, Timing, optimise
 from refine.obstacles import Ball
-from refine.peaks import shares_used
 from refine.spline import Spline
-from refine.timing import SAFETY, stretch_to_limits
+from refine.timing import stretch_to_limits
 from refine.wishes import Wishes
 from refine.yaw import heading_spline
-from verify.data import Infeasible, Mission, Plan, RobotPlan
+from verify.data import Infeasible, Plan, RobotPlan
 
 Floats = NDArray[np.float64]
 Pace = Literal["nominal", "time", "blend"]
@@ -260,7 +260,7 @@ def _paced(
     """Return path and yaw with at least these durations, made longer where a leg's or the flight's limits ask for it."""
     path = fit(course, durations, buffer=buffer, rest=rest, onward=onward)
     for _ in range(_LEG_ROUNDS):
-        slow = _slow_legs(plan.mission, plan.robots[name], course, path)
+        slow = slow_legs(plan.mission, plan.robots[name], course, path)
         if np.all(slow <= 1.0):
             break
         durations = durations * slow
@@ -275,7 +275,7 @@ def _slowed(
     agent = plan.mission.agents[name]
     yaw = heading_spline(path, agent.heading, agent.yaw, cycle=course.cycle, rest=rest)
     factor = stretch_to_limits(path, yaw, limits)
-    factor *= float(np.max(_slow_legs(plan.mission, plan.robots[name], course, path.stretched(factor)), initial=1.0))
+    factor *= float(np.max(slow_legs(plan.mission, plan.robots[name], course, path.stretched(factor)), initial=1.0))
     return path.stretched(factor), None if yaw is None else yaw.stretched(factor)
 
 
@@ -342,7 +342,7 @@ def _hurried(
     """
     mission, robot = plan.mission, plan.robots[name]
     plain = replace(limits, rotors=None, yaw_rate=np.inf)
-    speeds = _leg_speeds(mission, robot, course)
+    speeds = leg_speeds(mission, robot, course)
     fixed = fixed_states(course, fitted.rest)
     within: list[tuple[int, Ball]] = []
     if roomy:
@@ -428,63 +428,6 @@ def _hurried(
             raise Infeasible(found[0].sentence, found[0])
         rules.update(onward_rules(course, more - onward))
         onward = more
-
-
-def _leg_speeds(mission: Mission, robot: RobotPlan, course: Course) -> Floats | None:
-    """Return the limit on speed of each leg; None where there is none of its own."""
-    if not mission.limits.legs:
-        return None
-    speeds = np.full(len(course), np.inf)
-    for visit in range(len(robot.visits)):
-        own = mission.limits.legs.get(robot.visits[visit].region)
-        if own is not None and own.speed is not None:
-            legs = _on_the_way(robot, course, visit)
-            speeds[legs] = np.minimum(speeds[legs], own.speed)
-    return speeds
-
-
-def _on_the_way(robot: RobotPlan, course: Course, visit: int) -> NDArray[np.bool_]:
-    """Tell which legs lead from the previous visit to this one, the one that leaves the previous region or hoop included."""
-    serves = np.array([-1 if leg.visit is None else leg.visit for leg in course.legs])
-    legs = serves == visit
-    if not legs.any():
-        return legs
-    ends = [int(np.flatnonzero(legs)[0])] + ([len(serves)] if visit == robot.cycle_visit else [])
-    for end in ends:  # back over legs between points that belong to no visit, to the one that leaves the previous visit
-        index = end - 1
-        while index >= 0 and serves[index] == -1:
-            legs[index] = True
-            index -= 1
-        if 0 <= index < end - 1:
-            legs[index] = True
-    before = [visit - 1] + ([len(robot.visits) - 1] if visit == robot.cycle_visit else [])
-    for earlier in before:
-        passages = [index for index, leg in enumerate(course.legs) if leg.visit == earlier and leg.tube is not None]
-        if passages:
-            legs[passages[-1]] = True
-    return legs
-
-
-def _slow_legs(mission: Mission, robot: RobotPlan, course: Course, path: Spline) -> Floats:
-    """Return how much longer each leg must last for the limits of its own. Shape (legs,)."""
-    factors = np.ones(len(course))
-    if not mission.limits.legs:
-        return factors
-    for visit in range(len(robot.visits)):
-        own = mission.limits.legs.get(robot.visits[visit].region)
-        legs = _on_the_way(robot, course, visit)
-        if own is None or not legs.any():
-            continue
-        limits = Limits(
-            speed=np.inf if own.speed is None else own.speed,
-            acceleration=np.inf if own.acceleration is None else own.acceleration,
-        )
-        used = shares_used(path, None, limits)
-        if "speed" in used:
-            factors[legs] = np.maximum(factors[legs], used["speed"][2][legs].max() * (1 + 2 * SAFETY))
-        if "acceleration" in used:
-            factors[legs] = np.maximum(factors[legs], np.sqrt(used["acceleration"][2][legs].max()) * (1 + 2 * SAFETY))
-    return np.where(factors > 1.0 + SAFETY, factors * 1.02, factors * (factors > 1.0) + 1.0 * (factors <= 1.0))
 
 
 def _hover(point: Floats, duration: float) -> Spline:

@@ -41,7 +41,7 @@ from verify.separation import stretch_of
 from verify.timeline import Timeline
 from verify.transitions import judge_transitions
 from verify.verdict import Verdict
-from verify.visits import Matching, internal_changes, match, stays
+from verify.visits import Matching, internal_changes, match
 
 CERTIFICATE_FORMAT = 1
 
@@ -242,6 +242,10 @@ def _check_plan(plan: Plan) -> None:
             raise BadInput(f"{name}: the mission's trace is infinite, so its plan must say at which visit the cycle begins.")
         if mission.spec.trace == "finite" and robot.cycle_visit is not None:
             raise BadInput(f"{name}: the mission's trace is finite, so its plan cannot have a cycle.")
+        if mission.spec.trace == "infinite" and mission.agents[name].end is not None:
+            raise BadInput(
+                f"{name}: the mission's trace is infinite, so its flight never ends; it cannot have to finish at its `end`."
+            )
 
 
 @cache
@@ -283,9 +287,9 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
     visits: list[Claim] = []
     passages: list[Claim] = []
     for index, robot in enumerate(paths.robots):
-        matching = matchings[robot] = match(plan.robots[robot], stays(spans[robot]))
         cycle = paths.trajectories[index].cycle
         knot = None if cycle is None else paths.knots[index][cycle]
+        matching = matchings[robot] = match(plan.robots[robot], spans[robot], knot)
         began = plan.mission.initial_internal(robot)
         actions, fault = internal_changes(plan.mission, plan.robots[robot], matching, knot, initial=began)
         initial, found = changes(spans[robot])

@@ -15,10 +15,10 @@ from typing import Literal
 from verify import limits as limit_module
 from verify.continuity import Jump, jumps
 from verify.data.plan import Plan
-from verify.data.sequence import Passage
+from verify.data.sequence import Passage, Sequence
 from verify.data.trajectory import Trajectory
 from verify.data.witness import Witness
-from verify.labels import Levels, Span, levels
+from verify.labels import Levels, Span, levels, statuses
 from verify.limits import Extreme, extremes, leg_extremes
 from verify.passages import Clearance, Crossing, HoopFrames, clearances, hoop_frames
 from verify.paths import TeamPaths, read_team
@@ -26,6 +26,7 @@ from verify.regions import relations
 from verify.separation import Meetings, Nearness, distance_exactly, distances, meetings, stretch_of, wall_exactly, walls
 from verify.timeline import Relations
 from verify.visits import ActionFault, Matching, Stay
+from verify.ways import ways
 
 Outcome = Literal["holds", "fails", "undecided"]
 
@@ -85,6 +86,11 @@ class Evidence:
         return levels(self.paths)
 
     @cached_property
+    def nominal(self) -> dict[str, dict[str, tuple[Span, ...]]]:
+        """Spans of the nominal paths themselves, for each robot and region."""
+        return statuses(self.levels, Fraction(0))
+
+    @cached_property
     def relations(self) -> Relations:
         """What is proved of the regions."""
         return relations(self.plan.mission)
@@ -132,44 +138,46 @@ def limit_claims(evidence: Evidence) -> Iterable[Claim]:
 
 
 def leg_claims(evidence: Evidence, matchings: Mapping[str, Matching]) -> Iterable[Claim]:
-    """Limits that hold on the way to one region: from the last moment surely in the previous visit to the first in this."""
+    """Limits that hold on the way to one region, at all times at which a robot may be on its way there."""
     legs = evidence.plan.mission.limits.legs
-    if not legs:
-        return
     for index, (robot, plan) in enumerate(evidence.plan.robots.items()):
-        found = matchings[robot].stays
-        for visit, planned in enumerate(plan.visits):
-            wanted = legs.get(planned.region)
-            if wanted is None:
+        matching, cycle = matchings[robot], evidence.paths.trajectories[index].cycle
+        knot = None if cycle is None else evidence.paths.knots[index][cycle]
+        for visit, region in enumerate(visit.region for visit in plan.visits):
+            if region not in legs:
                 continue
-            if visit >= len(found) or not found[visit].must:
-                sentence = (
-                    f"{robot}: the leg to visit {visit} of '{planned.region}' cannot be told, so its limits are not proved."
-                )
-                yield _claim("limits.legs", "undecided", sentence, robot=robot, region=planned.region, visit=visit)
+            if visit >= len(matching.stays):
+                sentence = f"{robot}: the leg to visit {visit} of '{region}' cannot be told, so its limits are not proved."
+                yield _claim("limits.legs", "undecided", sentence, robot=robot, region=region, visit=visit)
                 continue
-            windows = [(found[visit - 1].must[-1][1] if visit else Fraction(0), found[visit].must[0][0])]
-            cycle = evidence.paths.trajectories[index].cycle
-            if cycle is not None and visit == plan.cycle_visit and len(found) == len(plan.visits):
-                knots = evidence.paths.knots[index]
-                windows += [(found[-1].must[-1][1], knots[-1]), (knots[cycle], found[visit].must[0][0])]
-            for extreme in leg_extremes(evidence.paths, index, windows, wanted):
-                yield _limit_claim(extreme, planned.region, visit)
+            windows = ways(matching, visit, evidence.nominal[robot][region], knot)
+            if not windows:
+                sentence = f"{robot} is in '{region}' from its start on and not on the way there before it has left for good."
+                yield _claim("limits.legs", "holds", sentence, robot=robot, region=region, visit=visit)
+            for extreme in leg_extremes(evidence.paths, index, windows, legs[region]) if windows else ():
+                yield _limit_claim(extreme, region, visit)
+    visited = {visit.region for plan in evidence.plan.robots.values() for visit in plan.visits}
+    sure = all(not matching.fault for matching in matchings.values())
+    for region in legs:
+        if region not in visited:
+            sentence = f"No robot goes to '{region}', so the limits on the way there bind none."
+            yield _claim("limits.legs", "holds" if sure else "undecided", sentence, region=region)
 
 
-def braking_claims(evidence: Evidence, towards: Mapping[str, tuple[Fraction, str]]) -> Iterable[Claim]:
-    """Limits of legs that are not flown to their ends: from when a robot slows down, on its way to a region, until it rests.
+def braking_claims(evidence: Evidence, towards: Mapping[str, tuple[Fraction, *tuple[str, ...]]]) -> Iterable[Claim]:
+    """Limits of legs that are not flown to their ends: from when a robot slows down, on its way to regions, until it rests.
 
     Args:
         evidence: Of trajectories that end at rest.
-        towards: For each robot that slows down: when it begins to, exact, in s, and the region that it was on its way to.
+        towards: For each robot that slows down: when it begins to, exact, in s, and the regions that it was on its way to.
     """
-    for robot, (begin, region) in towards.items():
-        wanted = evidence.plan.mission.limits.legs.get(region)
-        if wanted is not None:
-            index = evidence.paths.robots.index(robot)
-            for extreme in leg_extremes(evidence.paths, index, [(begin, evidence.paths.end)], wanted):
-                yield _limit_claim(extreme, region)
+    legs = evidence.plan.mission.limits.legs
+    for robot, (begin, *regions) in towards.items():
+        index = evidence.paths.robots.index(robot)
+        for region in regions:
+            if region in legs:
+                for extreme in leg_extremes(evidence.paths, index, [(begin, evidence.paths.end)], legs[region]):
+                    yield _limit_claim(extreme, region)
 
 
 def _limit_claim(extreme: Extreme, region: str | None = None, visit: int | None = None) -> Claim:
@@ -342,9 +350,7 @@ def passage_claim(
             margin=room - limit if near else None, what="distance inside the rim" if near else "",
         )  # fmt: skip
 
-    sequence = evidence.plan.mission.passages
-    if sequence is not None and [p for _, p in wanted] != [*sequence.prefix, *(sequence.cycle or ())]:
-        return refused(f"the plan's passages are not the mission's sequence `{sequence}`")
+    lap = plan.cycle_visit if matching.lap is None else matching.lap
     tightest: tuple[float, Crossing] | None = None
     for position, crossing in enumerate(found):
         if crossing.way is None:
@@ -358,34 +364,46 @@ def passage_claim(
             return refused(f"hoop '{crossing.hoop}': {crossing.reason}", crossing, visit)
         if position and found[position - 1].stop >= crossing.start:
             return refused(f"passages {position - 1} and {position} cannot be told apart in time", crossing, visit)
-        if sequence is None and visit < len(matching.stays):
-            inside = matching.stays[visit].region == crossing.hoop and any(
-                start <= crossing.start and crossing.stop <= stop for start, stop in matching.stays[visit].must
-            )
-        else:
-            inside = any(
-                s.mark == "must" and s.start <= crossing.start and crossing.stop <= s.stop for s in spans[crossing.hoop]
-            )
-        if not inside:
+        must = matching.stays[visit].must if visit < len(matching.stays) else _must(spans[crossing.hoop])
+        if not any(start <= crossing.start and crossing.stop <= stop for start, stop in must):
             return refused(f"the visit of '{crossing.hoop}' may not contain its passage", crossing, visit)
         if knot is not None:
-            in_cycle = plan.cycle_visit is not None and visit >= plan.cycle_visit
-            if not (crossing.start > knot if in_cycle else crossing.stop < knot):
+            in_lap = lap is not None and visit >= lap
+            if not (crossing.start > knot if in_lap else crossing.stop < knot):
                 return refused(f"passage {position} is on the wrong side of the start of the cycle", crossing, visit)
         room = _inside_rim(evidence, crossing)
         tightest = (room, crossing) if tightest is None or room < tightest[0] else tightest
     if len(found) < len(wanted):
         visit, passage = wanted[len(found)]
         return refused(f"the planned passage {passage} does not happen", None, visit, passage.hoop)
-    names = " ".join(str(p) for _, p in wanted)
+    flown, sequence = _flown(found, knot), evidence.plan.mission.passages
+    if sequence is not None and not flown.same_passages(sequence):
+        return refused(f"the passages flown are {_shown(flown)}, not the mission's sequence `{sequence}`")
     if tightest is None:
         return _claim("passages", "holds", f"{robot} passes no opening, as planned.", robot=robot)
     room, crossing = tightest
     return _claim(
-        "passages", "holds", f"{robot} passes exactly its planned openings: {names}; at least {room:.4f} m inside the rims.",
+        "passages", "holds", f"{robot} passes exactly its planned openings: {flown}; at least {room:.4f} m inside the rims.",
         robot=robot, unit="m", bound=room, limit=limit, margin=room - limit,
         time=float((crossing.start + crossing.stop) / 2), region=crossing.hoop,
     )  # fmt: skip
+
+
+def _flown(found: tuple[Crossing, ...], knot: Fraction | None) -> Sequence:
+    """Return the passages of a flight, those of the lap as a cycle."""
+    passages = [(crossing.start, Passage(crossing.hoop, crossing.way)) for crossing in found if crossing.way is not None]
+    if knot is None:
+        return Sequence(tuple(passage for _, passage in passages))
+    prefix, cycle = ([p for start, p in passages if (start > knot) == later] for later in (False, True))
+    return Sequence(tuple(prefix), tuple(cycle) or None)
+
+
+def _shown(flown: Sequence) -> str:
+    return f"`{flown}`" + ("" if flown.cycle else " and no more") if str(flown) else "none"
+
+
+def _must(row: tuple[Span, ...]) -> tuple[tuple[Fraction, Fraction], ...]:
+    return tuple((span.start, span.stop) for span in row if span.mark == "must")
 
 
 def _holds(stay: Stay, crossing: Crossing) -> bool:

@@ -155,8 +155,9 @@ def leg_extremes(
     for name, order, limit in asked:
         if limit is None:
             continue
-        if not rows:
-            found.append(Extreme(paths.robots[robot], name, limit, 0.0, 0.0, Fraction(0), True, False))
+        if not rows:  # of no time at all nothing is proved
+            when = windows[0][0] if windows else Fraction(0)
+            found.append(Extreme(paths.robots[robot], name, limit, math.inf, 0.0, when, False, False))
             continue
         part = restricted(paths.derivative(order)[np.array(rows), :3], starts, stops)
         result = peaks(

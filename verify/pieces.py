@@ -41,7 +41,11 @@ from verify.regions import relations
 from verify.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
 from verify.transitions import judge_transitions
 from verify.verdict import Verdict
-from verify.visits import match, stays
+from verify.visits import match
+from verify.ways import ways
+
+Approach = tuple[Fraction, Fraction, str]
+"""From when until when, exact, in s, a robot may be on its way to a region, and which that is."""
 
 SHIFT = 1e-9
 """m; a cut trajectory's rounded coefficients are this near to the exact ones, and the margin is taken larger by it."""
@@ -97,16 +101,21 @@ def judge_pieces(mission: Mission, pieces: Sequence[Piece]) -> list[Verdict]:
 
 
 @np.errstate(all="ignore")
-def arrivals(plan: Plan, team: Mapping[str, Trajectory]) -> dict[str, tuple[tuple[Fraction, str], ...]]:
-    """Return for each robot when it is first in the region of each planned visit for sure, exact, in s, and which that is.
+def approaches(plan: Plan, team: Mapping[str, Trajectory]) -> dict[str, tuple[Approach, ...]]:
+    """Return for each robot when it may be on its way to each planned visit, as `verify.ways` says, in order of their starts.
 
     Of certified trajectories, that is every planned visit.
     """
     evidence = Evidence.of(plan, team)
-    found: dict[str, tuple[tuple[Fraction, str], ...]] = {}
+    found: dict[str, tuple[Approach, ...]] = {}
     for robot, spans in statuses(evidence.levels, Fraction(plan.mission.margin)).items():
-        matched = match(plan.robots[robot], stays(spans)).stays
-        found[robot] = tuple((stay.must[0][0], stay.region) for stay in matched if stay.must)
+        matching = match(plan.robots[robot], spans)
+        rows = [
+            (start, stop, stay.region)
+            for visit, stay in enumerate(matching.stays)
+            for start, stop in ways(matching, visit, evidence.nominal[robot][stay.region])
+        ]
+        found[robot] = tuple(sorted(rows))
     return found
 
 
@@ -115,7 +124,7 @@ def judge_stop(
     mission: Mission,
     team: Mapping[str, Trajectory],
     since: Fraction,
-    towards: Mapping[str, tuple[Fraction, str]] = MappingProxyType({}),
+    towards: Mapping[str, tuple[Fraction, *tuple[str, ...]]] = MappingProxyType({}),
 ) -> tuple[Claim, ...]:
     """Judge trajectories by which a team comes to rest, whatever it had planned: all that is claimed but words.
 
@@ -126,8 +135,8 @@ def judge_stop(
         mission: The world as it is now; its agents are those in the air, with the starts of these trajectories.
         team: One trajectory for each agent, from rest to rest.
         since: Time on the trajectories' clocks, exact, in s.
-        towards: For each robot that slows down: when it begins to, and the region that it is on its way to; the limits of that
-            leg are judged from then on. What was flown of a leg before was judged with the leg.
+        towards: For each robot that slows down: when it begins to, and the regions that it is on its way to; the limits of those
+            legs are judged from then on. What was flown of a leg before was judged with the leg.
 
     Raises:
         BadInput: Coefficients are so large that a trajectory cannot be cut.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from verify.data.mission import Mission
@@ -43,6 +43,10 @@ class Matching:
 
     Attributes:
         stays: Stay of each planned visit; shorter than the visits where they do not match.
+        flown: For a lasso: stays of the prefix and of two laps, times going on, so that what spans the seam is one stay.
+            The same as `stays` for a finite flight, and where visits do not match.
+        lap: For a lasso: index of the first visit that begins in the lap, as it is flown (the number of visits where none
+            does); None for a finite flight, and where the visits do not match.
         extra: Stay at time 0 that no visit stands for: the robot starts there.
         fault: Why they do not match; empty where they do.
         visit: Index of the visit concerned, for a fault.
@@ -51,6 +55,8 @@ class Matching:
     """
 
     stays: tuple[Stay, ...]
+    flown: tuple[Stay, ...]
+    lap: int | None = None
     extra: Stay | None = None
     fault: str = ""
     visit: int | None = None
@@ -95,40 +101,83 @@ def stays(spans: Mapping[str, tuple[Span, ...]]) -> tuple[Stay, ...]:
     return tuple(sorted(found, key=lambda stay: (stay.start, stay.stop)))
 
 
-def match(robot: RobotPlan, found: tuple[Stay, ...]) -> Matching:
-    """Hold the k-th planned visit against the k-th stay.
+def two_laps(row: tuple[Span, ...], knot: Fraction) -> tuple[Span, ...]:
+    """Return the spans of a lasso's prefix and of two laps, the second one's times going on from the first one's.
+
+    Args:
+        row: One region's spans, over the prefix and one lap.
+        knot: When the lap begins, in s.
+    """
+    result = list(row)
+    later = row[-1].stop - knot
+    for span in row:
+        if span.stop <= knot:
+            continue
+        start, stop = max(span.start, knot) + later, span.stop + later
+        if result[-1].mark == span.mark != "switch":
+            result[-1] = Span(result[-1].start, stop, span.mark)
+        else:
+            result.append(Span(start, stop, span.mark))
+    return tuple(result)
+
+
+def match(robot: RobotPlan, spans: Mapping[str, tuple[Span, ...]], knot: Fraction | None = None) -> Matching:
+    """Hold the k-th planned visit against the k-th stay, and where the plan's cycle begins against where the lap does.
 
     A stay at time 0 counts as no visit where the plan has none for it: the robot starts there.
+
+    Args:
+        robot: The robot's plan.
+        spans: For each region the robot's spans.
+        knot: For a lasso, when its lap begins, in s.
     """
     wanted = [visit.region for visit in robot.visits]
+    found = stays(spans)
     rest, extra = found, None
     if found and found[0].start == 0 and len(found) == len(wanted) + 1:
         rest, extra = found[1:], found[0]
+
+    def fault(count: int, sentence: str, visit: int | None, region: str, time: Fraction | None = None) -> Matching:
+        made = rest[:count]
+        return Matching(made, made, extra=extra, fault=sentence, visit=visit, region=region, time=time)
+
     for index, (region, stay) in enumerate(zip(wanted, rest, strict=False)):
         if stay.region != region:
-            return Matching(
-                rest[:index], extra, f"visit {index} is planned in '{region}', but the path comes to '{stay.region}'",
-                index, stay.region, stay.start,
-            )  # fmt: skip
+            sentence = f"visit {index} is planned in '{region}', but the path comes to '{stay.region}'"
+            return fault(index, sentence, index, stay.region, stay.start)
         if stay.longest is None:
-            return Matching(
-                rest[:index], extra, f"visit {index} of '{region}' may miss the region: nowhere is it inside for sure",
-                index, region, stay.start,
-            )  # fmt: skip
+            sentence = f"visit {index} of '{region}' may miss the region: nowhere is it inside for sure"
+            return fault(index, sentence, index, region, stay.start)
     if len(rest) > len(wanted):
         stay = rest[len(wanted)]
-        return Matching(
-            rest[: len(wanted)],
-            extra,
-            f"the path may come to '{stay.region}', which is not planned",
-            None,
-            stay.region,
-            stay.start,
-        )
+        sentence = f"the path may come to '{stay.region}', which is not planned"
+        return fault(len(wanted), sentence, None, stay.region, stay.start)
     if len(rest) < len(wanted):
         index = len(rest)
-        return Matching(rest, extra, f"visit {index} of '{wanted[index]}' does not happen", index, wanted[index])
-    return Matching(rest, extra)
+        return fault(index, f"visit {index} of '{wanted[index]}' does not happen", index, wanted[index])
+    if knot is None:
+        return Matching(rest, rest, extra=extra)
+    return _with_lap(robot, Matching(rest, rest, extra=extra), spans, knot)
+
+
+def _with_lap(robot: RobotPlan, matching: Matching, spans: Mapping[str, tuple[Span, ...]], knot: Fraction) -> Matching:
+    """Add what two laps show: a second lap's stays that are new are the visits of the cycle."""
+    every = stays({region: two_laps(row, knot) for region, row in spans.items()})
+    flown = every[(matching.extra is not None) :]
+    visits = len(robot.visits)
+    lap = 2 * visits - len(flown)
+    regions = [visit.region for visit in robot.visits]
+    if not 0 <= lap <= visits or [stay.region for stay in flown] != regions + regions[lap:]:
+        return replace(matching, fault="it cannot be told which visits begin in a lap")
+    if lap == robot.cycle_visit:
+        return replace(matching, flown=flown, lap=lap)
+    flies = f"a lap begins with visit {lap}" if lap < visits else "no visit begins in a lap"
+    planned = "none" if robot.cycle_visit == visits else f"visit {robot.cycle_visit}"
+    where = min(lap, visits - 1)
+    return replace(
+        matching, flown=flown, lap=lap, fault=f"{flies}, planned is {planned}",
+        visit=where, region=regions[where], time=matching.stays[where].start,
+    )  # fmt: skip
 
 
 def internal_changes(
@@ -150,6 +199,7 @@ def internal_changes(
         The changes in order, and why the next one is not permitted (None where all are).
     """
     changes: list[InternalChange] = []
+    lap = robot.cycle_visit if matching.lap is None else matching.lap
 
     def fault(sentence: str, index: int, time: Fraction | None = None) -> tuple[tuple[InternalChange, ...], ActionFault]:
         begins = matching.stays[index].start if index < len(matching.stays) else None
@@ -158,7 +208,7 @@ def internal_changes(
     state = mission.robot.initial if initial is None else initial
     at_cycle: str | None = None
     for index, visit in enumerate(robot.visits):
-        if index == robot.cycle_visit:
+        if index == lap:
             at_cycle = state
         if index >= len(matching.stays):
             if visit.actions:
@@ -179,7 +229,7 @@ def internal_changes(
             instant = _rounded(span[0] + step * (number + 1), step)
             if changes and changes[-1].time >= instant:
                 return fault(f"the actions of visit {index} of '{visit.region}' have no time between them", index, instant)
-            if knot is not None and (instant > knot) != (robot.cycle_visit is not None and index >= robot.cycle_visit):
+            if knot is not None and not (instant > knot if lap is not None and index >= lap else instant < knot):
                 return fault(
                     f"the action of visit {index} of '{visit.region}' is on the wrong side of the start of the cycle",
                     index,
@@ -188,7 +238,7 @@ def internal_changes(
             state = action.target
             propositions = frozenset(mission.robot.states[state])
             changes.append(InternalChange(instant, action.source, state, visit.region, index, propositions))
-    if robot.cycle_visit is not None and at_cycle is not None and at_cycle != state:
+    if at_cycle is not None and at_cycle != state:
         last = max(index for index, visit in enumerate(robot.visits) if visit.actions)
         return fault(f"a lap begins in state '{at_cycle}' and ends in '{state}', by the action of visit {last}", last)
     return tuple(changes), None

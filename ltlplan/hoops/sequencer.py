@@ -88,7 +88,7 @@ def route(
         `waypoints[cycle_waypoint]`.
 
     Raises:
-        BadInput: No such robot or region, or a direction for a region that has no ring.
+        BadInput: No such robot or region, a direction for a region that has no ring, or a cycle for a robot that has an `end`.
         Infeasible: A hoop cannot be reached without crossing another one, or the spline has no room; names the hoop.
     """
     _check(mission, robot, visits, cycle_visit)
@@ -262,6 +262,8 @@ def _check(mission: Mission, robot: str, visits: Sequence[Visit], cycle_visit: i
             raise BadInput(f"'{visit.region}' has no ring, so it has no side {visit.direction}.")
     if cycle_visit is not None and not 0 <= cycle_visit <= len(visits):
         raise BadInput(f"cycle_visit must be 0 to {len(visits)}, not {cycle_visit}.")
+    if cycle_visit is not None and mission.agents[robot].end is not None:
+        raise BadInput(f"{robot} has an `end` where it must finish, and a cycle never ends; leave one of them out.")
 
 
 def _point(position: Floats) -> tuple[float, float, float]:

@@ -26,8 +26,10 @@ from verify.pieces import judge_stop
 
 Floats = NDArray[np.float64]
 
-Arrivals = Mapping[str, tuple[tuple[Fraction | float, str], ...]]
-"""For each robot: when it is in the next regions for sure, on its trajectory's clock in s (inf: never), and which they are."""
+Way = tuple[Fraction, Fraction | float, str]
+"""From when until when (inf: for good) a robot may be on its way to a region, on its trajectory's clock in s, and which it is."""
+Ways = Mapping[str, tuple[Way, ...]]
+"""For each robot."""
 
 REACTION = 0.2
 """s that robots fly on before they slow down: time to compute how. The judge takes about 0.05 s for three robots."""
@@ -49,12 +51,12 @@ class Stop:
     Attributes:
         team: A trajectory for each robot, the same as before up to where it slows down.
         refused: Claims that do not hold; empty where the stop is proved.
-        arrivals: What was given, less the regions that are not reached any more: who slowed down stays on its way to the next.
+        ways: What was given, less what is not flown any more: who slowed down stays on its way to where it was going.
     """
 
     team: Mapping[str, Trajectory]
     refused: tuple[Claim, ...]
-    arrivals: Arrivals
+    ways: Ways
 
 
 def come_to_rest(
@@ -63,7 +65,7 @@ def come_to_rest(
     now: Fraction,
     *,
     braking: bool,
-    arrivals: Arrivals = MappingProxyType({}),
+    ways: Ways = MappingProxyType({}),
 ) -> Stop:
     """Find trajectories by which a team comes to rest soon, and prove them.
 
@@ -72,35 +74,35 @@ def come_to_rest(
         team: What they fly, from rest to rest.
         now: Time on the trajectories' clocks, s.
         braking: They are slowing down already: what they fly comes first.
-        arrivals: At which regions they would arrive when; the limits of a leg hold for slowing down on it as well.
+        ways: When they are on their way to which regions; the limits of a leg hold for slowing down on it as well.
 
     Returns:
         The first that the judge accepts; where there is none the soonest of all, with what was said against the first try.
     """
-    ways = {
-        name: list(_ways(mission, trajectory, float(now), braking, arrivals.get(name, ()))) for name, trajectory in team.items()
+    stops = {
+        name: list(_stops(mission, trajectory, float(now), braking, ways.get(name, ()))) for name, trajectory in team.items()
     }
     chosen = dict.fromkeys(team, 0)
     objections: tuple[Claim, ...] = ()
     for _ in range(TRIES):
-        tried = {name: ways[name][index] for name, index in chosen.items()}
-        towards: dict[str, tuple[Fraction, str]] = {}
+        tried = {name: stops[name][index] for name, index in chosen.items()}
+        towards: dict[str, tuple[Fraction, *tuple[str, ...]]] = {}
         for name, trajectory in tried.items():
             begin = _slows(trajectory)
-            region = _next_region(arrivals.get(name, ()), begin)
-            if trajectory is not team[name] and region is not None:
-                towards[name] = (begin, region)
+            regions = _regions_ahead(ways.get(name, ()), begin)
+            if trajectory is not team[name] and regions:
+                towards[name] = (begin, *regions)
         refused = tuple(claim for claim in judge_stop(mission, tried, now, towards) if claim.verdict != "holds")
         if not refused:
             cut_short = {
-                name: (*(one for one in arrivals[name] if one[0] <= begin), (math.inf, region))
-                for name, (begin, region) in towards.items()
+                name: (*(way for way in ways[name] if way[0] <= begin), *((begin, math.inf, region) for region in regions))
+                for name, (begin, *regions) in towards.items()
             }
-            return Stop(tried, (), {**arrivals, **cut_short})
+            return Stop(tried, (), {**ways, **cut_short})
         objections = objections or refused
-        if not _other_ways(chosen, ways, refused):
+        if not _other_stops(chosen, stops, refused):
             break
-    return Stop({name: _at_once(trajectory, float(now)) for name, trajectory in team.items()}, objections, arrivals)
+    return Stop({name: _at_once(trajectory, float(now)) for name, trajectory in team.items()}, objections, ways)
 
 
 def _slows(trajectory: Trajectory) -> Fraction:
@@ -108,8 +110,11 @@ def _slows(trajectory: Trajectory) -> Fraction:
     return sum(map(Fraction, trajectory.durations[:-1].tolist()), Fraction(0))
 
 
-def _next_region(arrivals: tuple[tuple[Fraction | float, str], ...], at: Fraction) -> str | None:
-    return next((region for time, region in arrivals if time > at), None)
+def _regions_ahead(ways: tuple[Way, ...], at: Fraction) -> tuple[str, ...]:
+    """Return where a robot is on its way to; where it is not yet, in a region for sure, where it is next."""
+    start = min((start for start, _, _ in ways if start > at), default=at)
+    now = {region for since, until, region in ways if since <= at < until}
+    return tuple(sorted(now or {region for since, _, region in ways if since == start > at}))
 
 
 def _at_once(trajectory: Trajectory, now: float) -> Trajectory:
@@ -119,24 +124,24 @@ def _at_once(trajectory: Trajectory, now: float) -> Trajectory:
     return trajectory if slowed is None or slowed.duration >= trajectory.duration else slowed
 
 
-def _other_ways(chosen: dict[str, int], ways: Mapping[str, list[Trajectory]], refused: tuple[Claim, ...]) -> bool:
+def _other_stops(chosen: dict[str, int], stops: Mapping[str, list[Trajectory]], refused: tuple[Claim, ...]) -> bool:
     """Let robots that something was said against try their next way; return whether there is one."""
     moved = False
     for claim in refused:
         for robot in (claim.robot, claim.other):
-            if robot is not None and chosen[robot] + 1 < len(ways[robot]):
+            if robot is not None and chosen[robot] + 1 < len(stops[robot]):
                 chosen[robot] += 1
                 moved = True
                 break
     return moved
 
 
-def _ways(
+def _stops(
     mission: Mission,
     trajectory: Trajectory,
     now: float,
     braking: bool,
-    arrivals: tuple[tuple[Fraction | float, str], ...],
+    ways: tuple[Way, ...],
 ) -> Iterator[Trajectory]:
     """Yield ways to come to rest that look clear at sampled instants, soonest rest first; what is flown is one.
 
@@ -154,8 +159,7 @@ def _ways(
         slowed = slow_down(trajectory, at, length) if at + length < trajectory.duration else None
         if slowed is None or not _looks_clear(mission, slowed, now):
             continue
-        region = _next_region(arrivals, _slows(slowed))
-        if region is not None and not _looks_gentle(mission.limits.legs.get(region), slowed):
+        if not all(_looks_gentle(mission.limits.legs.get(r), slowed) for r in _regions_ahead(ways, _slows(slowed))):
             continue
         if any(region.level(slowed.evaluate(slowed.duration)[:3]) <= 1 for region in mission.all_regions.values()):
             inside.append(slowed)

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.online.braking import Arrivals, come_to_rest
+from ltlplan.online.braking import Ways, come_to_rest
 from ltlplan.online.course import ORDERS
 from ltlplan.online.events import WorldEvent, changed
 from ltlplan.online.pilot import Pilot
@@ -38,7 +38,7 @@ from verify.data import LtlplanError, Mission, NotCertified, Plan, Trajectory, U
 from verify.data.formula import FALSE
 from verify.data.mission import Agent, Point
 from verify.data.mission_file import check_mission
-from verify.pieces import Piece, arrivals, judge_pieces
+from verify.pieces import Piece, approaches, judge_pieces
 
 Floats = NDArray[np.float64]
 
@@ -72,7 +72,7 @@ class CertifiedTeam(OnlineTeam):
         self._now = Fraction(0)
         self._acted: dict[str, int] = {}
         self._braking = False
-        self._arrivals: Arrivals = {}
+        self._ways: Ways = {}
         self._proved_count: int | None = None
         super().__init__(mission, rng=rng)
 
@@ -114,7 +114,7 @@ class CertifiedTeam(OnlineTeam):
             raise
         self.pieces, self.present = self.all_pieces, present
         self._acted, self._braking = dict.fromkeys(self.pilots, 0), False
-        self._arrivals = arrivals(proved.plan, proved.team) if left.limits.legs else {}
+        self._ways = approaches(proved.plan, proved.team) if left.limits.legs else {}
         self.certificates = (*self.certificates, proved.certificate.digest())
         self.holding = None
         self.plan = proved.plan
@@ -174,8 +174,8 @@ class CertifiedTeam(OnlineTeam):
             for name, track in tracks.items()
         }
         world = self.mission.model_copy(update={"agents": agents})
-        stop = come_to_rest(world, tracks, self._now - start, braking=self._braking, arrivals=self._arrivals)
-        self._arrivals = stop.arrivals
+        stop = come_to_rest(world, tracks, self._now - start, braking=self._braking, ways=self._ways)
+        self._ways = stop.ways
         if stop.refused and self._proved_count is None:
             self._proved_count = len(self.pieces)
         if stop.refused and self.lost is None:

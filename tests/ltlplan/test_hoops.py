@@ -341,6 +341,13 @@ def test_what_does_not_exist_is_refused(robot, visits, cycle, match):
         route(load_mission("hoops-ltl"), robot, visits, cycle)
 
 
+def test_an_end_is_not_dropped_for_a_cycle():
+    mission = load_mission("hoops-sequence")
+    assert mission.agents["quad0"].end is not None
+    with pytest.raises(BadInput, match="a cycle never ends"):
+        route(mission, "quad0", [Visit(region="hoop0")], 0)
+
+
 def test_missions_without_a_sequence_are_refused():
     with pytest.raises(BadInput, match="no `sequence`"):
         route_sequence(load_mission("hoops-ltl"))

@@ -204,7 +204,13 @@ def _agents(values: Mapping[str, Any], data: Mapping[str, Any]) -> Iterator[Find
     margin = values.get("margin", 0.05)
     separation = values.get("separation", 0.3)
     regions: dict[str, Region] = {**values.get("hoops", {}), **values.get("regions", {})}
+    spec: Spec | None = values.get("spec")
     for name, agent in agents.items():
+        if agent.end is not None and spec is not None and spec.trace == "infinite":
+            yield (
+                ("agents", name, "end"),
+                "an infinite trace never ends, so there is nowhere to finish; leave `end` out, or set `spec.trace: finite`.",
+            )
         for key, point in (("start", agent.start), ("end", agent.end)):
             if point is None:
                 continue

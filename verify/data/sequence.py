@@ -6,6 +6,7 @@ to its front one; `R` flies the other way. One group at the end, `(...)*`, is a 
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -41,6 +42,21 @@ class Sequence:
         if self.cycle is not None:
             text += (" " if text else "") + "(" + " ".join(map(str, self.cycle)) + ")*"
         return text
+
+    def same_passages(self, other: Sequence) -> bool:
+        """Tell whether both are the same passages in the same order for ever, wherever their cycles begin.
+
+        `aF (bF)*` is `aF bF (bF bF)*`, and is neither `(aF bF)*` nor `aF bF`.
+        """
+        if bool(self.cycle) != bool(other.cycle):
+            return False
+        # two words that repeat are one where they agree on both prefixes and as much as both cycles (Fine and Wilf 1965)
+        parts = (self.prefix, other.prefix, self.cycle or (), other.cycle or ())
+        count = sum(map(len, parts)) + 1
+        return self._first(count) == other._first(count)
+
+    def _first(self, count: int) -> tuple[Passage, ...]:
+        return tuple(itertools.islice(itertools.chain(self.prefix, itertools.cycle(self.cycle or ())), count))
 
 
 class SequenceError(BadInput):
