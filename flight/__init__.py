@@ -4,7 +4,7 @@ from flight.air import Wind
 from flight.airframe import Airframe, airframe_of, shipped_airframes
 from flight.campaign import Campaign, Share, campaign
 from flight.compare import Comparison, compare
-from flight.export import Exported, export, formats, quantised, upload
+from flight.export import Exported, export, formats, quantised, upload, with_hovers
 from flight.fly import fly
 from flight.log import Event, FlightLog
 from flight.monitor import Monitor
@@ -35,5 +35,6 @@ __all__ = [
     "read_recording",
     "shipped_airframes",
     "upload",
+    "with_hovers",
     "write_log",
 ]

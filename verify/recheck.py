@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -106,29 +105,13 @@ def _certified_team(folder: Path, mission: Mission, written: Mapping[str, Any]) 
     team: dict[str, Trajectory] = {}
     for name in mission.agents:
         entry = written[name]
-        candidates = [load_csv(_csv(folder, name))]
-        if _ends_in_a_hover(candidates[0]):  # crazyswarm2 cannot read one piece, so exports add a hover behind a single one
-            only = candidates[0]
-            candidates.append(Trajectory(only.durations[:1], only.coefficients[:1]))
+        flown: Trajectory | None = load_csv(_csv(folder, name))
         if entry["cycle"] is not None:
-            candidates = [t for c in candidates if (t := _with_cycle(c, entry["cycle"], mission.spec.repeat)) is not None]
-        same = [t for t in candidates if t.digest() == entry["digest"]]
-        if not same:
+            flown = _with_cycle(flown, entry["cycle"], mission.spec.repeat)
+        if flown is None or flown.digest() != entry["digest"]:  # of every piece that the file holds
             raise NotCertified(f"{_csv(folder, name)} was changed: it is not the trajectory that was certified.")
-        team[name] = same[0]
+        team[name] = flown
     return team
-
-
-def _ends_in_a_hover(flown: Trajectory) -> bool:
-    """Tell whether a flight is one piece and a hover where it ends, to the last bit of a float32."""
-    if len(flown) != 2 or flown.coefficients[1, :, 1:].any():
-        return False
-    powers = Fraction(float(flown.durations[0])) ** np.arange(flown.coefficients.shape[-1])
-    for axis in flown.coefficients.astype(object).transpose(1, 0, 2):
-        end = sum((Fraction(c) * power for c, power in zip(axis[0], powers, strict=True)), Fraction(0))
-        if abs(Fraction(axis[1, 0]) - end) > Fraction(float(np.spacing(np.float32(abs(axis[1, 0]))))):
-            return False
-    return True
 
 
 def _with_cycle(flown: Trajectory, cycle: int, laps: int) -> Trajectory | None:

@@ -6,6 +6,7 @@ them are made. Every export carries the certificate's digest and a note of what 
 
 from flight.export.compressed import quantised
 from flight.export.crazyflie import upload
+from flight.export.crazyswarm import with_hovers
 from flight.export.files import Exported, export, formats
 
-__all__ = ["Exported", "export", "formats", "quantised", "upload"]
+__all__ = ["Exported", "export", "formats", "quantised", "upload", "with_hovers"]

@@ -1,13 +1,14 @@
 """Crazyswarm2: one CSV a robot, a crazyflies.yaml and a script that flies the mission.
 
 The CSV is what uav_trajectories and crazyswarm2 read: a header and 33 columns, numbers as `%.9g` so that float32
-survives. Crazyswarm2's loader fails on a file with one piece, so such a flight gets a second one: a hover where it ends.
+survives. Crazyswarm2's loader fails on a file with one piece; `with_hovers` gives such flights a second one, which is then certified
+with the first.
 """
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from ruamel.yaml import YAML
@@ -41,27 +42,24 @@ def product(request: Request) -> Product:
     if unknown:
         raise BadInput(f"uris names '{unknown[0]}', which is not a robot of the mission: {', '.join(request.team)}.")
     files: dict[str, bytes] = {}
-    notes: list[str] = []
     for name, path in request.flown.items():
         require_float32(name, path)
         if len(path) > PIECES:
             raise DoesNotFit(
                 f"{name} has {len(path)} pieces; the vehicle's memory holds {PIECES}. Fly fewer laps or stream it."
             )
-        readable = path
         if len(path) == 1:
-            readable, off = with_hover(path)
-            notes.append(
-                f"{name}.csv has a second piece, a hover of {HOVER:g} s, because crazyswarm2's loader fails on one-piece "
-                f"files; in float32 it lies {1e6 * off:.3f} um from where the flight ends."
+            raise DoesNotFit(
+                f"{name} has one piece, and crazyswarm2's loader fails on such files; certify `flight.with_hovers(team)` and "
+                "export that (a lap of one piece that moves needs a second one, or `repeat` 2)."
             )
-        files[f"{name}.csv"] = write_csv(readable).encode()
+        files[f"{name}.csv"] = write_csv(path).encode()
     starts = {name: tuple(map(float, path.evaluate(0.0))) for name, path in request.team.items()}
     duration = max(path.duration for path in request.flown.values())
     files[_CONFIGURATION] = _configuration(request, starts, uris).encode()
     files[_SCRIPT] = script(request, starts, duration).encode()
-    notes.append("fly_mission.py climbs, goes to the starts, and begins only if every robot is within the margin of its own.")
-    return Product(files, tuple(notes))
+    note = "fly_mission.py climbs, goes to the starts, and begins only if every robot is within the margin of its own."
+    return Product(files, (note,))
 
 
 def require_crazyflie(request: Request) -> None:
@@ -85,14 +83,24 @@ def require_float32(name: str, path: Trajectory) -> None:
         raise DoesNotFit(f"{name}'s trajectory does not survive the vehicle's float32; round it before it is certified.")
 
 
-def with_hover(path: Trajectory) -> tuple[Trajectory, float]:
-    """Return a flight followed by a hover at its end in float32, and how far in m that lies from the exact end."""
-    end = path.evaluate(path.duration)
-    rounded = end.astype(np.float32).astype(np.float64)
+def with_hovers(team: Mapping[str, Trajectory], laps: int = 1) -> dict[str, Trajectory]:
+    """Return a team's flights with two pieces at least, so that crazyswarm2 can read them: the ones to certify and export.
+
+    A hover of one piece is cut into halves, which are the same flight. Behind any other flight of one piece comes a hover
+    of 1 s where it ends, to the nearest float32: a step that only a certificate of both pieces covers. A lap of one
+    piece that moves is returned as it is.
+    """
+    return {name: _readable(path) if len(path.flattened(laps)) == 1 else path for name, path in team.items()}
+
+
+def _readable(path: Trajectory) -> Trajectory:
+    if not path.coefficients[:, :, 1:].any():
+        return Trajectory(np.repeat(path.durations / 2, 2), np.repeat(path.coefficients, 2, axis=0), cycle=path.cycle)
+    if path.cycle is not None:
+        return path
     hover = np.zeros((1, 4, 8))
-    hover[0, :, 0] = rounded
-    longer = Trajectory(np.append(path.durations, HOVER), np.concatenate([path.coefficients, hover]))
-    return longer, float(np.linalg.norm((rounded - end)[:3]))
+    hover[0, :, 0] = path.evaluate(path.duration).astype(np.float32)
+    return Trajectory(np.append(path.durations, HOVER), np.concatenate([path.coefficients, hover]))
 
 
 def _configuration(request: Request, starts: dict[str, tuple[float, ...]], uris: dict[str, str]) -> str:

@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 def command(
     folder: FolderArgument,
     margin: MarginOption = None,
-    clock_error: Annotated[float, typer.Option("--clock-error", min=0.0, help="Between robots' clocks, in s.")] = 0.0,
+    clock_error: Annotated[
+        float | None,
+        typer.Option("--clock-error", min=0.0, help="Between robots' clocks, in s (default: as in certificate.json, or 0)."),
+    ] = None,
     flight: Annotated[
         Path | None, typer.Option("--flight", help="A recorded flight (CSV) to judge instead of trajectories.")
     ] = None,
@@ -41,14 +44,25 @@ def command(
     from verify.recheck import read_folder
 
     plan, team = read_folder(folder)
-    certificate = certify(plan, team, margin=margin, clock_error=clock_error)
+    error_of_clocks = _clock_error_before(folder) if clock_error is None else clock_error
+    certificate = certify(plan, team, margin=margin, clock_error=error_of_clocks)
     written = replace_listed(folder, PROOF, certificate.to_json())
     if json:
         print_json(json_text.loads(certificate.to_json()))
         return
     for line in claim_lines(certificate):
         typer.echo(line)
-    typer.echo(f"certified at margin {certificate.margin:g} m{below_asked(certificate)}; wrote {written}")
+    clocks = f", clocks up to {certificate.clock_error:g} s apart" if certificate.clock_error else ""
+    typer.echo(f"certified at margin {certificate.margin:g} m{below_asked(certificate)}{clocks}; wrote {written}")
+
+
+def _clock_error_before(folder: Path) -> float:
+    """Return the clock error of the folder's certificate, so that proving again does not drop it; 0 without one."""
+    from verify.data.folders import PROOF
+    from verify.recheck import read_certificate
+
+    path = folder / PROOF
+    return float(read_certificate(path)["clock_error"]) if path.exists() else 0.0
 
 
 def below_asked(certificate: Certificate) -> str:

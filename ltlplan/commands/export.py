@@ -33,7 +33,7 @@ def command(
     """Write the certified flight in a folder for a real vehicle, after proving its certificate again.
 
     The compressed format rounds to whole millimetres: its path is fitted to that grid, certified as it is then, and
-    written with a certificate of its own.
+    written with a certificate of its own. So are flights of one piece for crazyswarm2, whose loader needs a second.
     """
     import flight
     from flight.export.files import make_product
@@ -54,17 +54,23 @@ def command(
         progress("proving the folder's certificate again", 0.0)
         certificate = recheck(folder)
         plan, team = read_folder(folder)
+        given = team
         if format == COMPRESSED:
             progress("fitting the paths to whole millimetres, and proving them", 0.4)
             team = flight.quantised(team)
-            certificate = certify(plan, team, margin=certificate.margin)
+        elif format == "crazyswarm2":
+            team = flight.with_hovers(team, plan.mission.spec.repeat)
+        anew = format == COMPRESSED or team != given
+        if anew:
+            progress("proving the paths as they are written", 0.6)
+            certificate = certify(plan, team, margin=certificate.margin, clock_error=certificate.clock_error)
         progress("writing files", 0.9)
         options = {} if rate is None else {"rate": rate}
         product = make_product(team, certificate, format, vehicle=vehicle, **options)
 
         def write(fresh: Path) -> None:
             put_files(product.files, fresh)
-            if format == COMPRESSED:
+            if anew:
                 write_plan_files(plan, fresh)
                 write_trajectories(plan, team, fresh)
                 (fresh / PROOF).write_text(certificate.to_json(), encoding="utf-8")

@@ -12,10 +12,11 @@ from typer.testing import CliRunner
 from ltlplan.cli import app
 from tests.flights import legs, plan_of, small_mission
 from tests.verify.test_recheck import write_folder
-from verify import certify
+from verify import certify, recheck
 from verify.data import BadInput
 from verify.data.mission import Action
 from verify.data.plan import Visit
+from verify.data.trajectory_csv import load_csv
 
 runner = CliRunner()
 TANK = "robot: {initial: dry, states: {dry: [], wet: [wet]}, actions: [{from: dry, to: wet, at: a}]}"
@@ -97,3 +98,27 @@ def test_a_hand_edited_certificate_gives_no_states(folder: Path, actions: object
     path.write_text(json.dumps(data))
     with pytest.raises(BadInput, match="action"):
         ok("certify", str(folder), "--flight", str(table(folder)), "--max-speed", "1.2")
+
+
+def test_certifying_again_keeps_the_clock_error(folder: Path) -> None:
+    path = folder / "certificate.json"
+    path.unlink()
+    ok("certify", str(folder), "--clock-error", "0.05")
+    assert "clocks up to 0.05 s apart" in ok("certify", str(folder))
+    assert json.loads(path.read_text())["clock_error"] == 0.05
+    ok("certify", str(folder), "--clock-error", "0")
+    assert json.loads(path.read_text())["clock_error"] == 0.0
+
+
+@pytest.mark.parametrize("form", ["crazyswarm2", "crazyflie-compressed"])
+def test_what_an_export_certifies_anew_keeps_margin_and_clock_error(tmp_path: Path, form: str) -> None:
+    """One piece: crazyswarm2's loader needs a second one, which is judged as well."""
+    mission = small_mission("F G a", margin=0.02)
+    plan, team = plan_of(mission, {"r0": [Visit(region="a")]}), {"r0": legs([[0, 0, 1], [1, 0, 1]])}
+    out = write_folder(tmp_path / "out", plan, team, certify(plan, team, margin=0.01, clock_error=0.05))
+    ok("export", str(out), "--format", form, "--out", str(tmp_path / "export"))
+    made = recheck(tmp_path / "export")
+    assert (made.margin, made.clock_error) == (0.01, 0.05)
+    flown = load_csv(tmp_path / "export" / "r0.csv")
+    assert made.trajectories["r0"] == flown.digest() != team["r0"].digest()
+    assert len(flown) >= 2

@@ -28,6 +28,7 @@ from verify.data.trajectory_csv import read_csv
 @pytest.fixture(scope="module")
 def certified():
     plan, team = made_flight()
+    team = flight.with_hovers(team)
     return team, stand_in(plan, team)
 
 
@@ -135,16 +136,28 @@ def test_csv_reads_back_exactly_as_crazyswarm2_reads_it(certified, tmp_path):
         assert np.array_equal(rows[: len(path), 1:].astype(np.float32).reshape(-1, 4, 8), path.coefficients.astype(np.float32))
 
 
-def test_a_one_piece_flight_gets_a_hover_so_that_the_loader_sees_rows(certified, tmp_path):
-    team, cert = certified
+def test_a_one_piece_flight_is_exported_as_two_that_were_certified(certified, tmp_path):
+    plan, team = made_flight()
     assert len(team["quad1"]) == 1
-    done = flight.export(team, cert, tmp_path)
-    rows = np.loadtxt(tmp_path / "quad1.csv", delimiter=",", skiprows=1, usecols=range(33))
-    assert rows.shape == (2, 33)
-    read = read_csv((tmp_path / "quad1.csv").read_text())
-    end = team["quad1"].evaluate(2.5)
-    assert np.allclose(read.evaluate([2.6, 3.5]), end, atol=2e-7)
-    assert any("quad1.csv has a second piece" in note for note in done.notes)
+    with pytest.raises(DoesNotFit, match=r"quad1 has one piece.*with_hovers"):
+        flight.export(team, stand_in(plan, team), tmp_path / "one")
+    longer = certified[0]["quad1"]
+    assert len(longer) == 2
+    assert np.allclose(longer.evaluate([2.6, 3.5]), team["quad1"].evaluate(2.5), atol=2e-7)
+    done = flight.export(*certified, tmp_path / "two")
+    assert np.loadtxt(tmp_path / "two" / "quad1.csv", delimiter=",", skiprows=1, usecols=range(33)).shape == (2, 33)
+    assert read_csv((tmp_path / "two" / "quad1.csv").read_text()) == longer
+    assert not any("second piece" in note for note in done.notes)
+
+
+def test_a_hover_of_one_piece_is_cut_into_the_same_hover():
+    for cycle in (None, 0):
+        one = Trajectory(hover(duration=1.5).durations, hover().coefficients, cycle=cycle)
+        two = flight.with_hovers({"q": one})["q"]
+        assert two.durations.tolist() == [0.75, 0.75]
+        assert two.cycle == cycle
+        assert np.array_equal(two.coefficients, np.repeat(one.coefficients, 2, axis=0))
+        assert flight.with_hovers({"q": two})["q"] == two
 
 
 def test_crazyflies_yaml_names_the_robots_and_their_places(certified, tmp_path):
@@ -222,7 +235,7 @@ def test_poly4d_bytes_are_what_cflib_packs(certified, tmp_path):
         assert (tmp_path / f"{name}.bin").read_bytes() == packed
         assert poly4d_trajectory(packed) == path
     assert table["robots"]["quad1"] | {"start": 0, "duration": 0} == {
-        "file": "quad1.bin", "trajectory_id": 7, "offset": 264, "pieces": 1, "type": "poly4d", "start": 0, "duration": 0,
+        "file": "quad1.bin", "trajectory_id": 7, "offset": 264, "pieces": 2, "type": "poly4d", "start": 0, "duration": 0,
     }  # fmt: skip
 
 

@@ -78,21 +78,13 @@ def test_a_lasso_is_proved_again_from_its_laps(tmp_path):
         read_folder(out)
 
 
-def test_a_hover_added_for_a_loader_is_allowed(folder, small):
-    path = small[1]["r0"]
-    hover = np.zeros((1, 4, 8))
-    hover[0, :3, 0] = np.float32(path.evaluate(path.duration)[:3])
-    longer = Trajectory(np.append(path.durations, 1.0), np.concatenate([path.coefficients, hover]))
-    (folder / "r0.csv").write_text(write_csv(longer))
-    assert recheck(folder).holds
-
-
-@pytest.mark.parametrize("name", ["elsewhere", "moving", "turned", "a little off"])
-def test_a_second_piece_that_is_no_hover_is_refused(folder, small, name):
+@pytest.mark.parametrize("name", ["hover", "elsewhere", "moving", "turned", "a little off"])
+def test_a_second_piece_that_was_not_certified_is_refused(folder, small, name):
     path = small[1]["r0"]
     second = np.zeros((1, 4, 8))
     second[0, :3, 0] = np.float32(path.evaluate(path.duration)[:3])
     axis, power, value = {
+        "hover": (3, 0, 0.0),
         "elsewhere": (0, 0, 2.0),
         "moving": (0, 4, 50.0),
         "turned": (3, 0, 0.1),

@@ -14,9 +14,12 @@ import numpy as np
 
 from verify.data.errors import did_you_mean
 from verify.data.formula import FREE, NAME, RESERVED_NAMES, FormulaError, parse_formula
-from verify.data.mission import Agent, Environment, Hoop, Limits, Planner, Point, Region, Robot, Spec
+from verify.data.mission import Agent, Box, Environment, Hoop, Limits, Planner, Point, Region, Robot, Spec
 from verify.data.sequence import SequenceError, parse_sequence
 from verify.data.vehicle import Vehicle
+
+COARSEST = 1e-4
+"""m; the coarsest step of float32 positions in a workspace."""
 
 Finding = tuple[tuple[str | int, ...], str]
 
@@ -37,6 +40,7 @@ def broken_rules(values: Mapping[str, Any], data: Mapping[str, Any]) -> Iterator
     if internal is not None:
         yield from _formula(values, data, {*region_names, *internal, FREE})
     yield from _sequence(values, data)
+    yield from _workspace(values.get("workspace"))
     if (environment := values.get("environment")) is not None:
         yield from _environment(environment, region_names)
     yield from _limits(values, region_names)
@@ -131,6 +135,21 @@ def _environment(environment: Environment, regions: list[str]) -> Iterator[Findi
             yield ("environment", "edges", index), "an edge joins two different regions; staying is always allowed."
         if environment.directed and edge[1] == environment.start:
             yield ("environment", "edges", index), f"the start vertex '{environment.start}' is left, never entered."
+
+
+def _workspace(workspace: Box | None) -> Iterator[Finding]:
+    """Vehicles hold positions as float32, whose steps grow with the distance from the origin."""
+    if workspace is None:
+        return
+    far = max((abs(x), key, x) for key, corner in (("min", workspace.min), ("max", workspace.max)) for x in corner)
+    step = math.ldexp(1.0, math.frexp(far[0])[1] - 24)  # between float32 numbers there
+    if step > COARSEST:
+        yield (
+            ("workspace", far[1]),
+            f"{far[2]:g} m is so far from the origin that a vehicle's float32 holds positions there in steps of "
+            f"{1000 * step:.3g} mm; at most {1000 * COARSEST:g} mm is accepted. Use local coordinates, with the origin in or "
+            "near the workspace (up to 1000 m away).",
+        )
 
 
 def _limits(values: Mapping[str, Any], regions: list[str]) -> Iterator[Finding]:

@@ -222,3 +222,17 @@ def test_hostile_yaml_ends_in_one_sentence(name):
         parse_mission(text)
     assert len(str(caught.value)) < 400
     assert "set_int_max_str_digits" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("far", "accepted"), [(1000.0, True), (1023.9, True), (1024.0, False), (-1024.0, False), (5e6, False), (1e300, False)]
+)
+def test_a_workspace_where_float32_is_coarse_is_refused(far, accepted):
+    old, new = ("1.3, 1.8]", f"{far!r}, 1.8]") if far > 0 else ("min: [-1.6", f"min: [{far!r}")
+    text = GOOD.replace(old, new)
+    assert text != GOOD
+    if accepted:
+        assert parse_mission(text).workspace.max[1] == far
+        return
+    with pytest.raises(BadInput, match=r"workspace\.(min|max): .* Use local coordinates"):
+        parse_mission(text)
