@@ -152,7 +152,8 @@ def _cuts(where: Room, plan: RobotPlan, spline: Spline, points: Floats, length: 
     ends_inside = bool(stays) and stays[-1][1] == len(at)
     last_role: Role = "end" if plan.waypoints[-1].role == "end" else "centre" if ends_inside else "via"
     region, visit_index = (stays[-1][2], len(stays) - 1) if ends_inside else (None, None)
-    cuts.append(_Cut(float(at[-1]), last_role, region, visit_index, frozenset({region}) if region else nothing))
+    if cuts[-1].time < at[-1]:  # a lap may close where its last visit ends
+        cuts.append(_Cut(float(at[-1]), last_role, region, visit_index, frozenset({region}) if region else nothing))
     return cuts
 
 

@@ -3,7 +3,8 @@
 Rounding coefficients one by one opens small gaps at the joints. Here each piece is rounded in order: its first four
 coefficients are the rounded state of the node, the others are computed anew so that its end meets the next node's rounded
 state, and the next piece starts at the float32 nearest to where this one really ends. Position then jumps by at most half
-a float32 ulp; the jumps of the derivatives are reported.
+a float32 ulp; a lap's closing joint may stay open by an ulp of its last piece's largest term, where nothing nearer can be
+written in float32. The jumps of the derivatives are reported.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ def quantise(path: Spline, *, cycle: int | None = None) -> Trajectory:
         cycle: Piece at which the cycle begins; the last node repeats that piece's start.
 
     Raises:
-        InternalError: A cycle's joint could not be closed to half an ulp.
+        InternalError: A cycle's joint stays open by more than float32 accounts for.
     """
     durations = round32(path.durations)
     nodes = round32(path.states / _FACTORIALS[:, None])  # c0..c3 at every node
@@ -99,7 +100,12 @@ def _rounded_piece(start: Floats, end: Floats, duration: float) -> Floats:
 
 
 def _close(coefficients: Floats, duration: float, target: float) -> None:
-    """Move the last coefficients by a few ulps, in place, until the end is within half an ulp (or a nanometre) of `target`."""
+    """Move coefficients by a few ulps, in place, so that the end comes as near to `target` as half an ulp (or a nanometre).
+
+    Where the duration is near a power of two, the ends that can be reached lie on a grid that may be coarser than that: its
+    step is an ulp of the piece's terms there, which are larger than the coordinate where they cancel. Then the nearest end
+    found is taken, and an ulp of the largest term bounds how far it can be, because the last coefficient alone gets that near.
+    """
     time, aim = Fraction(float(duration)), Fraction(target)
     half = max(Fraction(float(np.spacing(np.float32(abs(target))))) / 2, _NANOMETRE)
     best = coefficients.copy()
@@ -116,11 +122,12 @@ def _close(coefficients: Floats, duration: float, target: float) -> None:
         if abs(aim - exact_end(best, duration)) <= half:
             coefficients[:] = best
             return
-    for trial in _nudged(best, duration, float(aim - exact_end(best, duration))):
-        if abs(aim - exact_end(trial, duration)) <= half:
-            coefficients[:] = trial
-            return
-    raise InternalError(f"The cycle's joint stays {float(abs(aim - exact_end(best, duration))):.3g} m open in float32.")
+    trials = [best, *_nudged(best, duration, float(aim - exact_end(best, duration)))]
+    coefficients[:] = min(trials, key=lambda trial: abs(aim - exact_end(trial, duration)))
+    miss = float(abs(aim - exact_end(coefficients, duration)))
+    largest = np.abs(coefficients * duration ** np.arange(SIZE)).max()
+    if miss > np.spacing(np.float32(largest)):
+        raise InternalError(f"The cycle's joint stays {miss:.3g} m open in float32.")
 
 
 def _nudged(coefficients: Floats, duration: float, miss: float) -> list[Floats]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from fractions import Fraction
 
 import numpy as np
@@ -20,13 +21,14 @@ from verify.data import DoesNotFit, Trajectory
 def rounding(flight: Trajectory, derivative: int) -> float:
     """Return what a derivative may jump by at a joint, if each coefficient is off by half an ulp and nothing else is.
 
-    That is 2^-24 of the sum of all terms' sizes at the piece's end, and of the next piece's first one, for every joint; a
-    hundredth more is for the sums themselves.
+    That is 2^-24 of the sum of all terms' sizes at the piece's end, and of the next piece's first one, for every joint, a lap's
+    own one included; a hundredth more is for the sums themselves.
     """
     weights, powers = derivative_weights(derivative)[derivative:], np.arange(8 - derivative)
     sizes = weights * np.abs(flight.coefficients[:, :, derivative:])
     ends = (sizes * flight.durations[:, None, None] ** powers).sum(axis=2)
-    return 1.01 * 2.0**-24 * float((ends[:-1] + sizes[1:, :, 0]).max(initial=0.0))
+    after = np.arange(1, len(flight)) if flight.cycle is None else np.append(np.arange(1, len(flight)), flight.cycle)
+    return 1.01 * 2.0**-24 * float((ends[: len(after)] + sizes[after, :, 0]).max(initial=0.0))
 
 
 @given(st.integers(2, 12), st.integers(0, 2**32 - 1))
@@ -108,6 +110,28 @@ def test_laps_of_long_pieces_close_too(seed: int) -> None:
         gap = abs(exact_end(flight.coefficients[-1, axis], float(flight.durations[-1])) - Fraction(begin))
         assert gap <= max(float(np.spacing(np.float32(abs(begin)))) / 2, 1e-9)
     np.testing.assert_allclose(flight.evaluate(flight.knots[:-1] + 5.0)[:, :3], _at(path, 5.0), atol=2e-4)
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.5, 1.0, 2.0, 4.0, 7.999109268188477, 8.0, 16.0]), st.booleans())
+@settings(max_examples=60, deadline=None)
+@example(32, 8.0, False)
+def test_a_lap_whose_last_piece_lasts_a_power_of_two_closes_as_well_as_float32_can(seed: int, last: float, zero: bool) -> None:
+    """The ends that float32 coefficients can reach then lie on a grid that may miss the joint by more than half an ulp of it."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-1.5, 1.5, size=(4, 3))
+    points[1] *= not zero
+    points[-1] = points[1]
+    durations = np.array([*rng.uniform(0.7, 1.4, size=2), 1.0]) * last
+    path = solve(Programme(durations, rest_to_rest(points, cycle=1), (), 1))
+    flight = quantise(Spline(durations, np.concatenate([path.states, np.zeros((4, 4, 1))], axis=2)), cycle=1)
+    assert flight.is_float32
+    for axis in range(4):
+        begin = float(flight.coefficients[1, axis, 0])
+        gap = abs(exact_end(flight.coefficients[-1, axis], float(flight.durations[-1])) - Fraction(begin))
+        largest = np.abs(flight.coefficients[-1, axis] * last ** np.arange(8)).max()
+        assert gap <= max(float(np.spacing(np.float32(largest))), 1e-9)
+    for derivative, jump in enumerate(dataclasses.astuple(jumps(flight))[2:], 1):
+        assert jump <= 32 * rounding(flight, derivative)  # a few ulps are what closing moves a coefficient by
 
 
 def _at(path: Spline, local: float) -> np.ndarray:
