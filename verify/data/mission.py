@@ -16,9 +16,10 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from verify.data.errors import BadInput
+from verify.data.file_names import MAX_LENGTH, name_fault
 from verify.data.formula import FREE, TRUE, Formula, parse_formula
 from verify.data.sequence import Sequence, parse_sequence
 from verify.data.vehicle import NotNegative, Number, Positive, Vehicle, load_vehicle
@@ -251,13 +252,25 @@ def _named_vehicle(value: object) -> object:
         raise ValueError(str(error)) from None
 
 
+def _name_of_files(value: str) -> str:
+    """Refuse a mission's name that folders and pages could not have."""
+    if (fault := name_fault(value)) is not None:
+        raise ValueError(fault)
+    return value
+
+
+MissionName = Annotated[
+    str,
+    Field(min_length=1, max_length=MAX_LENGTH, pattern=r"^[A-Za-z0-9][A-Za-z0-9_. -]*$"),
+    AfterValidator(_name_of_files),
+]
+
+
 class Mission(_Section):
     """Everything that was asked, with every default filled in."""
 
     format: Literal[1] = MISSION_FORMAT
-    name: str = Field(
-        min_length=1, max_length=100, pattern=r"^[A-Za-z0-9][A-Za-z0-9_. -]*$", description="letters, digits, `_ . -`, space"
-    )
+    name: MissionName = Field(description="letters, digits, `_ . -`, space")
     spec: Spec = Field(default_factory=lambda: Spec())
     hoops: dict[str, Hoop] = Field(default_factory=dict, description="regions with a ring")
     regions: dict[str, Region] = Field(default_factory=dict, description="regions without a ring")

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from verify.data.errors import did_you_mean
+from verify.data.file_names import robot_name_fault
 from verify.data.formula import FREE, NAME, RESERVED_NAMES, FormulaError, parse_formula
 from verify.data.mission import Agent, Box, Environment, Hoop, Limits, Planner, Point, Region, Robot, Spec
 from verify.data.sequence import SequenceError, parse_sequence
@@ -59,6 +60,10 @@ def _names(data: Mapping[str, Any], regions: list[str], internal: set[str] | Non
                 yield (table, name), f"'{name}' is an operator of the formula language and cannot name a region."
             elif table != "agents" and name == FREE:
                 yield (table, name), "'free' is built in and means in no region; choose another name."
+    robots = _keys(data.get("agents"))
+    for index, name in enumerate(robots):
+        if NAME.fullmatch(name) and (fault := robot_name_fault(name, robots[:index])) is not None:
+            yield ("agents", name), fault
     for name in regions:
         if regions.count(name) > 1 and name in _keys(data.get("regions")):
             yield ("regions", name), f"'{name}' names both a hoop and a region."

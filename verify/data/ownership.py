@@ -11,13 +11,13 @@ import hashlib
 import json
 import os
 import stat
-import unicodedata
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from verify.data.errors import BadInput
+from verify.data.file_names import folded
 
 MANIFEST = "manifest.json"
 MANIFEST_FORMAT = 1
@@ -124,11 +124,6 @@ def files_in(folder: Path) -> tuple[str, ...]:
 def folders_in(folder: Path) -> tuple[str, ...]:
     """Return all folders below a folder, outer ones first, with slashes."""
     return tuple(path for path, entry in _walk(folder) if entry.is_dir(follow_symlinks=False))
-
-
-def folded(path: str) -> str:
-    """Return what two names share that some file system holds for the same."""
-    return unicodedata.normalize("NFC", unicodedata.normalize("NFC", path).casefold())
 
 
 def _walk(folder: Path, below: str = "") -> Iterator[tuple[str, os.DirEntry[str]]]:

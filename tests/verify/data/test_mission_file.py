@@ -103,6 +103,44 @@ def test_operator_names_are_refused_as_regions(name: str) -> None:
     assert f"'{name}'" in faults(GOOD.replace("  b: {", f"  {name}: {{").replace("!b", "!a").replace("[a, b]", "[robot, a]"))
 
 
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("flight", "'flight' cannot name a robot: its trajectory would be flight.csv, which is the flight's log."),
+        ("Flight", "'Flight' cannot name a robot"),
+        ("QUAD0", "'QUAD0' and 'quad0' differ only in case"),
+        ("con", "'con' is a device on Windows"),
+        ("Lpt7", "'Lpt7' is a device on Windows"),
+        ("q" * 101, "has 101 characters"),
+        ("..", "'..' is no name"),
+        ("a/b", "'a/b' is no name"),
+        ("a.", "'a.' is no name"),
+        ("'a '", "'a ' is no name"),
+        ("quad1\u0301", "is no name"),
+    ],
+)
+def test_robots_whose_files_would_be_somebody_elses_are_refused(name: str, says: str) -> None:
+    message = faults(GOOD.replace("quad1:", f"{name}:"))
+    assert "test.yaml:12:" in message
+    assert says in message
+
+
+@pytest.mark.parametrize("name", ["flights", "flight0", "cone", "com10", "_con", "q" * 100])
+def test_other_names_like_them_are_fine(name: str) -> None:
+    assert list(parse_mission(GOOD.replace("quad1:", f"{name}:")).agents) == ["quad0", name]
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [("a.", "ends with a dot or a space"), ("'a '", "ends with a dot or a space"), ("NUL", "device"), ("aux.run", "device")],
+)
+def test_missions_that_could_name_no_folder_are_refused(name: str, says: str) -> None:
+    message = faults(GOOD.replace("name: test", f"name: {name}"))
+    assert "test.yaml:2: name: " in message
+    assert says in message
+    assert "Value error" not in message
+
+
 def test_all_faults_at_once() -> None:
     text = (
         GOOD.replace("radii: [0.2, 0.2, 0.2]", "raddii: [0.2, 0.2, 0.2]")
