@@ -35,7 +35,7 @@ class Result:
     """What a run made.
 
     Attributes:
-        mission: What was asked.
+        mission: What was asked, with the seed that was used.
         plan: Words, assignment, waypoints, cost.
         team: One trajectory a robot, in the mission's order; float32-exact.
         certificate: The proof.
@@ -184,7 +184,7 @@ def run(
     done = certified_team(made, progress=part(0.25, 0.7))
     part(0.7, 0.9)("flying in simulation", 0.0)
     log = flight.fly(done.plan, done.team, done.certificate, seed=made.seed, progress=part(0.7, 0.9))
-    result = Result(mission, done.plan, done.team, done.certificate, log, done.rounds)
+    result = Result(done.plan.mission, done.plan, done.team, done.certificate, log, done.rounds)
     if target is None:
         return result
     part(0.9, 1.0)("writing files", 0.0)

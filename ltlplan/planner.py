@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, SupportsIndex
 
 import numpy as np
 
-from verify.data import Infeasible, Mission, Plan, RobotPlan
+from verify.data import BadInput, Infeasible, Mission, Plan, RobotPlan
 
 if TYPE_CHECKING:
     from ltlplan.search import Itinerary
@@ -34,16 +34,31 @@ def make_plan(mission: Mission, *, seed: int | None = None, progress: Progress |
         Unsatisfiable: No word that these robots can fly satisfies the formula; the message says why.
         Infeasible: A word exists, but no way between the hoops was found.
     """
-    used_seed = mission.planner.seed if seed is None else seed
+    mission = with_seed(mission, seed)
     say = progress or (lambda _sentence, _share: None)
-    rng = np.random.default_rng(used_seed)
+    rng = np.random.default_rng(mission.planner.seed)
     if mission.passages is None and mission.planner.method == "mtac-e":
         from ltlplan.mtac import allocate
 
         return allocate(mission, rng=rng, progress=progress)
     nominal = nominal_paths(mission, progress=say)
     robots = _improved(mission, nominal.robots, rng, say)
-    return _plan(mission, robots, nominal, seed=used_seed)
+    return _plan(mission, robots, nominal)
+
+
+def with_seed(mission: Mission, seed: int | None) -> Mission:
+    """Return a mission that has another seed, where one is given: the one that its plan, its flight and its files state.
+
+    Raises:
+        BadInput: The seed is no whole number, or below 0.
+    """
+    if seed is None or seed is mission.planner.seed:
+        return mission
+    if isinstance(seed, bool) or not isinstance(seed, SupportsIndex) or seed.__index__() < 0:
+        raise BadInput(f"A seed is a whole number from 0 on, not {seed!r}.")
+    planner = mission.planner.model_copy(update={"seed": seed.__index__()})
+    parts = {name: getattr(mission, name) for name in Mission.model_fields}
+    return Mission.model_validate({**parts, "planner": planner})  # anew, so that nothing computed from the old seed stays
 
 
 @dataclass(frozen=True)
@@ -132,7 +147,7 @@ def _improved(mission: Mission, robots: dict[str, RobotPlan], rng: np.random.Gen
     return better
 
 
-def _plan(mission: Mission, robots: dict[str, RobotPlan], nominal: Nominal, *, seed: int) -> Plan:
+def _plan(mission: Mission, robots: dict[str, RobotPlan], nominal: Nominal) -> Plan:
     costs = [robot.cost for robot in robots.values()]
     if not np.all(np.isfinite(costs)):
         raise Infeasible("The planned path has no finite cost; a waypoint is out of reach.")
@@ -140,7 +155,7 @@ def _plan(mission: Mission, robots: dict[str, RobotPlan], nominal: Nominal, *, s
         mission=mission,
         robots=robots,
         method=nominal.method,
-        seed=seed,
+        seed=mission.planner.seed,
         cost=max(costs) if mission.planner.objective == "longest" else sum(costs),
         lower_bound=nominal.lower_bound,
         complete=nominal.complete,

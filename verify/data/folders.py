@@ -42,7 +42,7 @@ _AT_FDCWD, _EXCHANGE = -100, 2  # linux/fcntl.h
 _NO_EXCHANGE = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EXDEV)
 
 
-def check_folder(target: str | Path, written: Iterable[str] | None = None) -> Path:
+def check_folder(target: str | os.PathLike[str], written: Iterable[str] | None = None) -> Path:
     """Return the folder to write, refusing what `write_folder` would refuse: before minutes of work, not after.
 
     Args:
@@ -69,7 +69,7 @@ def check_folder(target: str | Path, written: Iterable[str] | None = None) -> Pa
     return target
 
 
-def write_folder(target: str | Path, write: Callable[[Path], None]) -> tuple[Path, ...]:
+def write_folder(target: str | os.PathLike[str], write: Callable[[Path], None]) -> tuple[Path, ...]:
     """Let `write` fill a fresh folder, then put it in the target's place, together with what in there is the user's.
 
     Returns:
@@ -93,7 +93,7 @@ def write_folder(target: str | Path, write: Callable[[Path], None]) -> tuple[Pat
     return tuple(target / path for path in (*written, MANIFEST))
 
 
-def write_files(target: str | Path, files: Mapping[str, bytes]) -> tuple[Path, ...]:
+def write_files(target: str | os.PathLike[str], files: Mapping[str, bytes]) -> tuple[Path, ...]:
     """Write files by their names into a folder, as `write_folder` does."""
     return write_folder(target, lambda folder: put_files(files, folder))
 
