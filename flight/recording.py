@@ -30,6 +30,9 @@ TIME_NAMES = {
 }  # fmt: skip
 """Columns that hold the time, lower case, and the power of ten of their unit in s."""
 
+_BY_CALL = "`columns=` of `flight.read_recording`"
+"""How a caller says what columns are called; the command line has no option for it."""
+
 ROBOT_NAMES = ("robot", "name", "id", "body", "rigid_body", "rigidbody", "agent", "drone", "object")
 """Columns that name the robot, lower case."""
 
@@ -139,7 +142,7 @@ class _Names:
         found = self._one("the time", given or free)
         if found is None:
             raise BadInput(
-                f"{self._source} has no column for the time; name it t (in s), or say what it is called (`columns`)."
+                f"{self._source} has no column for the time; name it t (in s), or say what it is called ({_BY_CALL})."
             )
         return found, (given or free)[found]
 
@@ -164,7 +167,7 @@ class _Names:
                 listed = f"{', '.join(self._header[:12])}{', ...' if len(self._header) > 12 else ''}"
                 raise BadInput(
                     f"{self._source} has no columns for the position of '{robot}'; name them {robot}.x, {robot}.y, {robot}.z "
-                    f"(spelt just so), or say what they are called (`columns`). Columns: {listed[:400]}."
+                    f"(spelt just so), or say what they are called ({_BY_CALL}). Columns: {listed[:400]}."
                 )
         return None, wide
 
@@ -192,7 +195,7 @@ class _Names:
     def _twice(self, what: str, found: Sequence[tuple[int, int]]) -> BadInput:
         listed = ", ".join(f"'{self._header[index][:40]}' (column {index + 1})" for index, _ in found)
         return BadInput(
-            f"{self._source} has several columns that could be {what}: {listed}. Leave in one, or say which it is (`columns`)."
+            f"{self._source} has several columns that could be {what}: {listed}. Leave in one, or say which it is ({_BY_CALL})."
         )
 
 

@@ -301,7 +301,7 @@ def _with_rounding(error: float, speed: float, rounding: tuple[float, float], ti
 
 def _speed(max_speed: float | None) -> float:
     if max_speed is None:
-        raise BadInput("A sampled path proves nothing without a speed bound: give max_speed in m/s.")
+        raise BadInput("A sampled path proves nothing without a speed bound: give max_speed (--max-speed) in m/s.")
     if isinstance(max_speed, bool) or not isinstance(max_speed, int | float) or not 1 / _MOST <= max_speed <= _MOST:
         raise BadInput(
             f"max_speed must be a speed in m/s, from {1 / _MOST:g} (so above 0) to {_MOST:g}, not {str(max_speed)[:40]}."

@@ -58,10 +58,13 @@ def write_template(name: str) -> Path:
     from importlib import resources
 
     from verify.data import BadInput
+    from verify.data.file_names import name_fault
 
     stem = name.removesuffix(".yaml").removesuffix(".yml")
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", Path(stem).name):
         raise BadInput(f"'{stem}' cannot name a mission; use letters, digits, '-', '_' and '.'.")
+    if (fault := name_fault(Path(stem).name)) is not None:
+        raise BadInput(fault)
     path = Path(f"{stem}.yaml")
     template = (resources.files("ltlplan") / "missions" / "template" / "mission.yaml").read_text(encoding="utf-8")
     try:
