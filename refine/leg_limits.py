@@ -6,7 +6,7 @@ regions come within the margin of each other, what leads to the first leads to t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,25 +61,52 @@ def slow_legs(mission: Mission, robot: RobotPlan, course: Course, path: Spline) 
 
 
 def _on_the_way(mission: Mission, robot: RobotPlan, course: Course, visit: int) -> NDArray[np.bool_]:
-    """Tell which legs lead to a visit from the last one before it whose region lies apart."""
-    legs = _from_the_one_before(robot, course, visit)
-    for earlier in _near_before(mission, robot, visit):
-        legs = legs | _from_the_one_before(robot, course, earlier)
+    """Tell which legs lead to a visit, from the one that leaves the last region before it that lies apart."""
+    legs = np.zeros(len(course), dtype=bool)
+    arrival = _arrival(mission, robot, course, visit)
+    if arrival is None:
+        return legs
+    before = _apart_before(mission, robot, visit, range(visit - 1, -1, -1))
+    legs[0 if before is None else _leaving(mission, robot, course, before) : arrival + 1] = True
+    first = robot.cycle_visit
+    if first is None or course.cycle is None or visit < first:
+        return legs
+    if _apart_before(mission, robot, visit, range(visit - 1, first - 1, -1)) is None:  # it is come to from the lap before
+        before = _apart_before(mission, robot, visit, range(len(robot.visits) - 1, visit, -1))
+        legs[_leaving(mission, robot, course, visit if before is None else before) :] = True
+        legs[course.cycle : arrival + 1] = True
     return legs
 
 
-def _near_before(mission: Mission, robot: RobotPlan, visit: int) -> Iterator[int]:
-    """Yield the visits before one that may last until it begins: those back to the first whose region lies apart."""
-    rows: list[Sequence[int]] = [range(visit - 1, -1, -1)]
-    if robot.cycle_visit is not None and visit >= robot.cycle_visit:
-        rows.append([*range(visit - 1, robot.cycle_visit - 1, -1), *range(len(robot.visits) - 1, visit, -1)])
+def _arrival(mission: Mission, robot: RobotPlan, course: Course, visit: int) -> int | None:
+    """Return the leg that comes to a visit's region; None where no leg does."""
+    serving = [index for index, leg in enumerate(course.legs) if leg.visit == visit]
     region = mission.all_regions[robot.visits[visit].region]
-    for row in rows:
-        for earlier in row:
-            other = mission.all_regions[robot.visits[earlier].region]
-            if other == region or _apart(region, other, mission.margin):
-                break
-            yield earlier
+    found = (i for i in serving if course.legs[i].tube is not None or region.level(course.points[i + 1]) <= 1.0)
+    return next(found, serving[-1] if serving else None)
+
+
+def _leaving(mission: Mission, robot: RobotPlan, course: Course, visit: int) -> int:
+    """Return the leg that leaves a visit's region: the last part of a passage, or the first that ends outside."""
+    passages = [index for index, leg in enumerate(course.legs) if leg.visit == visit and leg.tube is not None]
+    if passages:
+        return passages[-1]
+    arrival = _arrival(mission, robot, course, visit)
+    index = 0 if arrival is None else min(arrival + 1, len(course) - 1)
+    region = mission.all_regions[robot.visits[visit].region]
+    while index + 1 < len(course) and region.level(course.points[index + 1]) <= 1.0:
+        index += 1
+    return index
+
+
+def _apart_before(mission: Mission, robot: RobotPlan, visit: int, earlier: Iterable[int]) -> int | None:
+    """Return the first of some visits, taken backwards, that is over before this one begins: its region lies apart."""
+    region = mission.all_regions[robot.visits[visit].region]
+    for index in earlier:
+        other = mission.all_regions[robot.visits[index].region]
+        if other == region or _apart(region, other, mission.margin):
+            return index
+    return None
 
 
 def _apart(region: Region, other: Region, margin: float) -> bool:
@@ -95,25 +122,3 @@ def _apart(region: Region, other: Region, margin: float) -> bool:
             return True
         normal = np.linalg.solve(sum(spread / reach for spread, reach in zip(spreads, reaches, strict=True)), between)
     return False
-
-
-def _from_the_one_before(robot: RobotPlan, course: Course, visit: int) -> NDArray[np.bool_]:
-    """Tell which legs lead from the planned visit before to this one, the one that leaves its region or hoop included."""
-    serves = np.array([-1 if leg.visit is None else leg.visit for leg in course.legs])
-    legs = serves == visit
-    if not legs.any():
-        return legs
-    ends = [int(np.flatnonzero(legs)[0])] + ([len(serves)] if visit == robot.cycle_visit else [])
-    for end in ends:  # back over legs between points that belong to no visit, to the one that leaves the previous visit
-        index = end - 1
-        while index >= 0 and serves[index] == -1:
-            legs[index] = True
-            index -= 1
-        if 0 <= index < end - 1:
-            legs[index] = True
-    before = [visit - 1] + ([len(robot.visits) - 1] if visit == robot.cycle_visit else [])
-    for earlier in before:
-        passages = [index for index, leg in enumerate(course.legs) if leg.visit == earlier and leg.tube is not None]
-        if passages:
-            legs[passages[-1]] = True
-    return legs
