@@ -18,7 +18,9 @@ def command(
     sequence: options.SequenceOption = None,
     formula: options.FormulaOption = None,
     cost: options.CostOption = None,
-    shown_round: Annotated[int, typer.Option("--round", min=0, help="Which round of cross-entropy to draw, from 0.")] = 0,
+    shown_round: Annotated[
+        int | None, typer.Option("--round", min=1, help="Which round of cross-entropy to draw, counted from 1 (default: 1).")
+    ] = None,
     json: options.JsonOption = False,
 ) -> None:
     """Draw control points, primitives, the sampled paths of a round and the optimised path."""

@@ -55,11 +55,3 @@ def frame(hoop: Hoop) -> Floats:
     left = np.cross([0.0, 0.0, 1.0], normal)
     left /= np.linalg.norm(left)
     return np.stack([normal, left, np.cross(normal, left)], axis=1)
-
-
-def ring(hoop: Hoop, count: int = 48) -> Floats:
-    """Return points of the ring's middle circle, for drawings; the first is repeated at the end. Shape (count + 1, 3)."""
-    angle = np.linspace(0.0, 2.0 * np.pi, count + 1)
-    axes = frame(hoop)
-    radius = hoop.opening + hoop.rim / 2
-    return np.array(hoop.center) + radius * (np.cos(angle)[:, None] * axes[:, 1] + np.sin(angle)[:, None] * axes[:, 2])

@@ -9,24 +9,25 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.basedatatypes import BaseTraceType
 
-from ltlplan.hoops.control_points import control_points, ring
+from flight.draw import region_colours, scene_layout
+from flight.shapes import line, points, region_shapes
+from ltlplan.hoops.control_points import control_points
 from ltlplan.hoops.primitives import Kind
 from ltlplan.hoops.sequencer import segments
 from ltlplan.splines import Spline
 from verify.data import BadInput, Mission, RobotPlan
-from verify.data.mission import Hoop, Region
 
 Floats = NDArray[np.float64]
 
 _COLOURS: Mapping[Kind, str] = {"STRAIGHT": "#1b9e77", "S_CURVE": "#7570b3", "U_TURN": "#d95f02", "TURN": "#e7298a"}
 _ROLES: Mapping[str, tuple[str, str]] = {
-    "rear": ("#1f4e9c", "circle"),
-    "centre": ("#777777", "circle-open"),
+    "rear": ("#3f78d8", "circle"),
+    "centre": ("#8a8f99", "circle-open"),
     "front": ("#1b9e77", "circle"),
     "avoid": ("#c62828", "diamond"),
 }
 """Colour and symbol of a hoop's control points."""
-_PREFIX, _CYCLE, _BEST = "#1f4e9c", "#c62828", "#f08c00"
+_PREFIX, _CYCLE, _BEST = "#3f78d8", "#c62828", "#f08c00"
 _MOST_PATHS = 200
 
 
@@ -39,23 +40,12 @@ def primitives_figure(mission: Mission, plan: RobotPlan) -> go.Figure:
     """Return one robot's nominal path, each segment in the colour of its primitive, with its waypoints (Figs. 3 and 4)."""
     traces = [*_regions(mission), *_control_points(mission)]
     if len(plan.waypoints) > 1:
-        shown: set[str] = set()
+        seen: set[str] = set()
         for index, primitive in enumerate(segments(mission, plan)):
-            line = _piece(plan, index)
-            traces.append(
-                go.Scatter3d(
-                    x=line[:, 0],
-                    y=line[:, 1],
-                    z=line[:, 2],
-                    mode="lines",
-                    name=primitive.kind,
-                    legendgroup=primitive.kind,
-                    showlegend=primitive.kind not in shown,
-                    line={"color": _COLOURS[primitive.kind], "width": 6},
-                    hovertemplate=f"{primitive.kind} {primitive.length:.2f} m<extra></extra>",
-                )
-            )
-            shown.add(primitive.kind)
+            kind = primitive.kind
+            segment = line(_piece(plan, index), kind, _COLOURS[kind], width=6, shown=kind not in seen)
+            traces.append(segment.update(hovertemplate=f"{kind} {primitive.length:.2f} m<extra></extra>"))
+            seen.add(kind)
     traces.append(_waypoints(plan))
     return _figure(mission, traces, "Motion primitives along the nominal path")
 
@@ -64,16 +54,15 @@ def path_figure(mission: Mission, plan: RobotPlan, *, nominal: RobotPlan | None 
     """Return one robot's path, prefix and cycle in two colours, with the path it was made from where given (Figs. 5, 7)."""
     traces = _regions(mission)
     if nominal is not None and len(nominal.waypoints) > 1:
-        line = _path(nominal)
-        traces.append(_line(line, "nominal path", "#888888", dash="dash"))
+        traces.append(line(_path(nominal), "nominal path", "#888888", dash="dash", width=5))
     if len(plan.waypoints) > 1:
         spline = Spline(plan.times, plan.cycle_waypoint)
-        line, at = _path(plan), _times(plan)
+        path, at = _path(plan), _times(plan)
         split = len(at) if spline.cycle is None else int(np.searchsorted(at, spline.times[spline.cycle]))
         if split > 1:
-            traces.append(_line(line[: split + 1], "path" if spline.cycle is None else "prefix", _PREFIX))
+            traces.append(line(path[: split + 1], "path" if spline.cycle is None else "prefix", _PREFIX, width=5))
         if spline.cycle is not None:
-            traces.append(_line(line[split:], "cycle", _CYCLE))
+            traces.append(line(path[split:], "cycle", _CYCLE, width=5))
     traces.append(_waypoints(plan))
     return _figure(mission, traces, "Path through the hoops" if nominal is None else "Optimised path")
 
@@ -104,9 +93,9 @@ def round_figure(
         for label, part, colour in parts if len(lines) else []:
             gap = np.full((len(lines), 1, 3), np.nan)  # one trace for all paths: a gap between two
             flat = np.concatenate([part, gap], axis=1).reshape(-1, 3)
-            traces.append(_line(flat, label, colour, width=1, legend=chosen is good or label == parts[0][0]))
+            traces.append(line(flat, label, colour, width=1, shown=chosen is good or label == parts[0][0]))
     if best is not None and len(best.waypoints) > 1:
-        traces.append(_line(_path(best), "the path in the end", _BEST))
+        traces.append(line(_path(best), "the path in the end", _BEST, width=5))
     return _figure(mission, traces, "Sampled paths of one round")
 
 
@@ -119,99 +108,29 @@ def _cycle_begins(plan: RobotPlan | None, instants: int) -> int:
 
 
 def _regions(mission: Mission) -> list[BaseTraceType]:
-    traces: list[BaseTraceType] = []
-    for name, region in mission.all_regions.items():
-        x, y, z = _ellipsoid(region)
-        traces.append(
-            go.Surface(
-                x=x,
-                y=y,
-                z=z,
-                opacity=0.25,
-                showscale=False,
-                name=name,
-                colorscale=[[0, "#f2b134"], [1, "#f2b134"]],
-                hovertemplate=f"{name}<extra></extra>",
-            )
-        )
-    for name, hoop in mission.hoops.items():
-        points = ring(hoop)
-        traces.append(_line(points, name, "#444444", width=8, legend=False))
-    if mission.all_regions:
-        tops = np.array([_top(region) for region in mission.all_regions.values()])
-        traces.append(
-            go.Scatter3d(
-                x=tops[:, 0],
-                y=tops[:, 1],
-                z=tops[:, 2],
-                mode="text",
-                name="names",
-                showlegend=False,
-                text=list(mission.all_regions),
-                hoverinfo="skip",
-            )
-        )
-    return traces
-
-
-def _top(region: Region) -> tuple[float, float, float]:
-    """Where a region's name is written: above it, and above its ring."""
-    x, y, z = region.center
-    height = region.opening + region.rim if isinstance(region, Hoop) else 0.0
-    return x, y, z + max(height, region.radii[2]) + 0.08
+    colours = region_colours(mission)
+    return [shape for name, region in mission.all_regions.items() for shape in region_shapes(name, region, colours[name])]
 
 
 def _control_points(mission: Mission) -> list[BaseTraceType]:
     traces: list[BaseTraceType] = []
-    points = {name: control_points(hoop) for name, hoop in mission.hoops.items()}
+    found = {name: control_points(hoop) for name, hoop in mission.hoops.items()}
     for role, (colour, symbol) in _ROLES.items():
-        places = [(name, place) for name, own in points.items() for place in np.atleast_2d(getattr(own, role))]
+        places = [(name, place) for name, own in found.items() for place in np.atleast_2d(getattr(own, role))]
         if places:
             at = np.array([place for _, place in places])
-            traces.append(
-                go.Scatter3d(
-                    x=at[:, 0],
-                    y=at[:, 1],
-                    z=at[:, 2],
-                    mode="markers",
-                    name=role,
-                    marker={"size": 4, "color": colour, "symbol": symbol},
-                    text=[f"{name} {role}" for name, _ in places],
-                    hovertemplate="%{text}<extra></extra>",
-                )
-            )
-    for name, own in points.items():
-        traces.append(_line(np.stack([own.rear, own.front]), f"{name}: rear to front", "#1b9e77", width=2, legend=False))
-        traces.append(_line(own.avoid, f"{name}: from side to side", "#c62828", width=1, dash="dot", legend=False))
+            marker = {"size": 4, "color": colour, "symbol": symbol}
+            traces.append(points(at, role, marker, shown=True, texts=[f"{name} {role}" for name, _ in places]))
+    for name, own in found.items():
+        traces.append(line(np.stack([own.rear, own.front]), f"{name}: rear to front", "#1b9e77", width=2, shown=False))
+        traces.append(line(own.avoid, f"{name}: from side to side", "#c62828", width=1, dash="dot", shown=False))
     return traces
 
 
 def _waypoints(plan: RobotPlan) -> go.Scatter3d:
     places = np.array([w.position for w in plan.waypoints])
-    labels = [f"{i}: {w.role}{f' of {w.region}' if w.region else ''}" for i, w in enumerate(plan.waypoints)]
-    return go.Scatter3d(
-        x=places[:, 0],
-        y=places[:, 1],
-        z=places[:, 2],
-        mode="markers",
-        name="waypoints",
-        marker={"size": 3, "color": "#222222"},
-        text=labels,
-        hovertemplate="%{text}<extra></extra>",
-    )
-
-
-def _line(points: Floats, name: str, colour: str, *, width: int = 5, dash: str = "solid", legend: bool = True) -> go.Scatter3d:
-    return go.Scatter3d(
-        x=points[:, 0],
-        y=points[:, 1],
-        z=points[:, 2],
-        mode="lines",
-        name=name,
-        showlegend=legend,
-        line={"color": colour, "width": width, "dash": dash},
-        hovertemplate=f"{name}<extra></extra>",
-    )
+    texts = [f"{i}: {w.role}{f' of {w.region}' if w.region else ''}" for i, w in enumerate(plan.waypoints)]
+    return points(places, "waypoints", {"size": 3, "color": "#7d8594"}, shown=True, texts=texts)
 
 
 def _times(plan: RobotPlan) -> Floats:
@@ -228,24 +147,6 @@ def _piece(plan: RobotPlan, index: int) -> Floats:
     return Spline(plan.times, plan.cycle_waypoint).evaluate([w.position for w in plan.waypoints], at)
 
 
-def _ellipsoid(region: Region) -> tuple[Floats, Floats, Floats]:
-    across, around = np.meshgrid(np.linspace(0, np.pi, 13), np.linspace(0, 2 * np.pi, 25))
-    a, b, c = region.radii
-    own = np.stack([a * np.sin(across) * np.cos(around), b * np.sin(across) * np.sin(around), c * np.cos(across)])
-    cos, sin = np.cos(region.yaw), np.sin(region.yaw)
-    x, y, z = region.center
-    return x + cos * own[0] - sin * own[1], y + sin * own[0] + cos * own[1], z + own[2]
-
-
 def _figure(mission: Mission, traces: Sequence[BaseTraceType], title: str) -> go.Figure:
-    low, high = mission.workspace.min, mission.workspace.max
-    axes = {
-        f"{axis}axis": {"title": {"text": f"{axis} (m)"}, "range": [low[i], high[i]]} for i, axis in enumerate(("x", "y", "z"))
-    }
     figure = go.Figure(data=list(traces))
-    figure.update_layout(
-        title={"text": f"{mission.name}: {title}"},
-        scene={**axes, "aspectmode": "data"},
-        legend={"orientation": "h", "x": 0.0, "y": 1.0, "yanchor": "bottom"},  # beside the scene it would take its width
-    )
-    return figure
+    return figure.update_layout(scene_layout(mission), title={"text": f"{mission.name}: {title}"})

@@ -78,6 +78,7 @@ class OnlineFlight:
         certified: Whether only certified pieces were flown, slowing down included, and inside their margin.
         certificates: Digests of the certificates that were flown, in order.
         pieces: What was proved to be flown, where the flight was a certified one.
+        earlier: The mission as it was before each change of the world, with the time in s of that change.
     """
 
     mission: Mission
@@ -92,6 +93,7 @@ class OnlineFlight:
     certified: bool = False
     certificates: tuple[str, ...] = ()
     pieces: tuple[Piece, ...] = ()
+    earlier: tuple[tuple[float, Mission], ...] = ()
 
     def require(self) -> OnlineFlight:
         """Return the flight if its words satisfy the formula.
@@ -185,6 +187,7 @@ class _Loop:
     landed: dict[str, tuple[float, Point, Letter, str | None]] = field(default_factory=dict)
     said: list[Event] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
+    earlier: list[tuple[float, Mission]] = field(default_factory=list)
     satisfied_at: float | None = None
     held_since: float | None = None
     refused: bool = False
@@ -282,6 +285,7 @@ class _Loop:
             if self.letters:  # from the very first moment on, what was seen last
                 letter, inside = self.letters[-1][event.robot], self.inside[-1][event.robot]
             self.landed[event.robot] = (self.now, positions[event.robot], letter, inside)
+        self.earlier.append((self.now, self.team.mission))
         self.team.change(event, self.now)
         self.satisfied_at = None
         if trouble is not None or self.refused:
@@ -355,7 +359,7 @@ class _Loop:
             mission, log, verdict, float(times[-1]), self.satisfied_at, self.planned_cost, self.team.cost,
             np.array(self.seconds), words, proved and lost is None,
             self.team.certificates if isinstance(self.team, CertifiedTeam) else (),
-            self.team.all_pieces if isinstance(self.team, CertifiedTeam) else (),
+            self.team.all_pieces if isinstance(self.team, CertifiedTeam) else (), tuple(self.earlier),
         )  # fmt: skip
 
     def _timeline(self, name: str, times: Floats) -> Timeline:

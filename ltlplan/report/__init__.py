@@ -1,22 +1,22 @@
 """The report: one self-contained page with the 3-D scene that plays, labels, sub-formulas, claims and errors.
 
 The first screen is the answer: is it certified, for how long, with how much room, and who flies what. The page fetches
-nothing: plotly's script, the styles and the data are all in it. The same run gives the same bytes.
+nothing: plotly's script, the styles and the data are all in it (`inline`). The same run gives the same bytes.
 """
 
 from __future__ import annotations
 
 import html
-from string import Template
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import plotly.graph_objects as go
 
-from flight.draw import Floats, robot_colour, sample_paths, scene
+from flight.draw import sample_paths, scene
+from flight.shapes import Floats
 from ltlplan.report.charts import error_chart, label_chart, rotor_chart, truth_chart
 from ltlplan.report.history import Reading, Spell, letter_spells, still_to_do, team_readings
-from ltlplan.report.inline import figure_data, package_text, plotly_script, script_data
-from verify.data.word import show_letter
+from ltlplan.report.page import figure_place, listed, page_html, section, table, warning
+from ltlplan.report.player import Playing, Todo, player_data, player_section
 
 if TYPE_CHECKING:
     from ltlplan.pipeline import Result
@@ -25,6 +25,25 @@ if TYPE_CHECKING:
 
 STEP = 0.05
 """Time between samples of the drawn paths, s."""
+
+THIN = 5
+"""Every so many entries of the flight's log are drawn in the scene: 20 a second, as of the paths."""
+
+
+_LABELS = (
+    "Dark: the robot is in the region for sure, wherever it is within the margin. Light: it may be in it. "
+    "Grey: propositions of its internal state."
+)
+_TRUTH = (
+    "A bar at a time: what is flown from then on satisfies the sub-formula. `F a` is true until a is reached for "
+    "the last time. Judged on the nominal letters; the claim is the certificate's."
+)
+_ERRORS = "Distance of the simulated robot from its certified path; the certificate covers the flight while it stays below the margin."
+_ROTORS = "Greatest (line) and least (dots) rotor of each robot, against the limits."
+_SCENE = (
+    "Line: certified path; tube around it: the margin; dots: flown in simulation; diamonds: waypoints. Drag to turn, scroll to "
+    "zoom; a click on a name hides that robot."
+)
 
 
 def report_html(result: Result) -> str:
@@ -35,92 +54,59 @@ def report_html(result: Result) -> str:
     readings = team_readings(letters, joint=mission.spec.team == "joint")
     cycle = _cycle_start(result)
     end = float(times[-1])
-    flown = {name: result.log.position[:, i] for i, name in enumerate(result.log.robots)}
+    playing = Playing(times, paths, letters, _todo(mission, readings), _tasks(result))
+    flown = {name: result.log.position[::THIN, i] for i, name in enumerate(result.log.robots)}
     waypoints = {name: [w.position for w in robot.waypoints] for name, robot in result.plan.robots.items()}
     figures: dict[str, go.Figure] = {
-        "scene": scene(mission, paths, flown=flown, waypoints=waypoints, tube=certificate.margin),
-        "labels": label_chart(certificate, letters, end, cycle),
+        "scene": scene(mission, paths, flown=flown, waypoints=waypoints, margin=certificate.margin),
         "errors": error_chart(result),
     }
+    label = f"Moving 3-D picture of the hoops and of the paths of {', '.join(mission.agents)}; the plan's table says the same."
     sections = [
-        _section(
-            "Labels over time",
-            "labels",
-            "Dark: the robot is in the region for sure, wherever it is within the margin. Light: it may be in it. "
-            "Grey: propositions of its internal state.",
-        ),
+        player_section(playing, label, _SCENE),
+        section("Labels over time", label_chart(certificate, letters, end, cycle), note=_LABELS),
     ]
     if mission.spec.formula is not None:
-        figures["truth"] = truth_chart(mission.formula, readings, end, cycle)
-        sections.append(
-            _section(
-                "Sub-formulas over time",
-                "truth",
-                "A bar at a time: what is flown from then on satisfies the sub-formula. `F a` is true until a is reached for "
-                "the last time. Judged on the nominal letters; the claim is the certificate's.",
-            )
-        )
-    sections.append(
-        _section(
-            "Tracking error",
-            "errors",
-            "Distance of the simulated robot from its certified path; the certificate covers the flight while it stays below the margin.",
-        )
-    )
+        sections.append(section("Sub-formulas over time", truth_chart(mission.formula, readings, end, cycle), note=_TRUTH))
+    sections.append(_chart("Tracking error", "errors", _ERRORS))
     if result.log.rotors is not None:
         figures["rotors"] = rotor_chart(result, result.log.rotors)
-        sections.append(
-            _section("Rotor thrusts", "rotors", "Greatest (line) and least (dots) rotor of each robot, against the limits.")
-        )
+        sections.append(_chart("Rotor thrusts", "rotors", _ROTORS))
     sections += [_plan_table(result), _claim_table(certificate), _flight_notes(result)]
-    data = {
-        "figures": {name: figure_data(figure) for name, figure in figures.items()},
-        "paths": {name: [[round(float(v), 4) for v in row[:3]] for row in path] for name, path in paths.items()},
-        "step": float(times[1] - times[0]),
-        "letters": {name: [[s.start, _show(s)] for s in mine] for name, mine in letters.items()},
-        "todo": _todo(mission, readings),
-    }
-    return _page(result, data, sections, end)
+    return page_html(
+        mission.name,
+        header=_header(result, end),
+        sections=sections,
+        figures=figures,
+        player=player_data(playing),
+        footer=f"Certificate {certificate.digest()}. It does not cover climb, landing, another airframe or another time scale.",
+    )
 
 
-def _page(result: Result, data: dict[str, Any], sections: list[str], end: float) -> str:
+def _header(result: Result, end: float) -> str:
+    """Return the answer: the verdict, what must be known before anything else, what was asked, the figures."""
     from ltlplan.commands.summary import certified_sentence, holds, shortfall
 
-    mission, certificate = result.mission, result.certificate
+    mission = result.mission
     good = holds(result)
     verdict = (
         f"{certified_sentence(result)}, and flown in simulation inside it."
         if good
         else f"{certified_sentence(result)}, but not everything holds: {shortfall(result)}."
     )
+    notes = [note for note in result.plan.notes if note.startswith("Holds only vacuously")]
     asked = [("asks", mission.spec.formula), ("flies exactly", mission.sequence)]
-    warnings = [note for note in result.plan.notes if note.startswith("Holds only vacuously")]
-    robots = ", ".join(mission.agents)
-    return Template(package_text("page.html")).substitute(
-        title=html.escape(mission.name),
-        style=package_text("style.css"),
-        verdict=html.escape(verdict),
-        verdict_class="holds" if good else "fails",
-        warnings="".join(f'<p class="warning">{html.escape(note)}</p>' for note in warnings),
-        asked="".join(
+    facts = "".join(
+        f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(value)} <small>{html.escape(more)}</small></dd></div>"
+        for name, value, more in _facts(result, end)
+    )
+    return (
+        f'<p class="verdict {"holds" if good else "fails"}">{html.escape(verdict)}</p>'
+        + "".join(warning(note) for note in notes)
+        + "".join(
             f'<p class="formula"><span>{word}</span> <code>{html.escape(text)}</code></p>' for word, text in asked if text
-        ),
-        facts="".join(
-            f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(value)} <small>{html.escape(more)}</small></dd></div>"
-            for name, value, more in _facts(result, end)
-        ),
-        duration=f"{end:.3f}",
-        scene_label=html.escape(
-            f"Moving 3-D picture of the hoops and of the paths of {robots}; the plan's table says the same."
-        ),
-        robots=_robots(result),
-        sections="\n".join(sections),
-        footer=html.escape(
-            f"Certificate {certificate.digest()}. It does not cover climb, landing, another airframe or another time scale."
-        ),
-        plotly=plotly_script(),
-        data=script_data(data),
-        script=package_text("figures.js") + package_text("player.js"),
+        )
+        + f'<dl class="facts">{facts}</dl>'
     )
 
 
@@ -149,15 +135,11 @@ def _facts(result: Result, end: float) -> list[tuple[str, str, str]]:
     return facts
 
 
-def _robots(result: Result) -> str:
-    """Return the list beside the scene: each robot, its visits, and room for the letter that it shows now."""
+def _tasks(result: Result) -> dict[str, str]:
+    """Return each robot's visits in words."""
     from ltlplan.commands.summary import visits_text
 
-    return "".join(
-        f'<dt><i style="background:{robot_colour(index)}"></i>{html.escape(name)}</dt>'
-        f'<dd class="visits">{html.escape(visits_text(robot))}</dd><dd class="letter" id="letter{index}"></dd>'
-        for index, (name, robot) in enumerate(result.plan.robots.items())
-    )
+    return {name: visits_text(robot) for name, robot in result.plan.robots.items()}
 
 
 def _letters(mission: Mission, certificate: Certificate, times: Floats, paths: dict[str, Floats]) -> dict[str, list[Spell]]:
@@ -168,29 +150,21 @@ def _letters(mission: Mission, certificate: Certificate, times: Floats, paths: d
     return result
 
 
-def _show(spell: Spell) -> str:
-    return show_letter(spell.letter) if spell.letter else "{} (in no region)"
-
-
 def _cycle_start(result: Result) -> float | None:
     (first, *_rest) = result.team.values()
     return None if first.cycle is None else float(first.knots[first.cycle])
 
 
-def _todo(mission: Mission, readings: list[Reading]) -> list[list[Any]]:
-    """Return rows of time in s and (part, how it stands) for each part of the formula."""
+def _todo(mission: Mission, readings: list[Reading]) -> Todo:
     if mission.spec.formula is None:
-        return [[0.0, [["", "the sequence's passages, in order"]]]]
+        return [(0.0, [("", "the sequence's passages, in order")])]
     if mission.spec.trace == "infinite":
-        return [[0.0, [["", "for ever: the formula is judged on the repeated cycle"]]]]
-    return [[time, [list(part) for part in parts]] for time, parts in still_to_do(mission.formula, readings)]
+        return [(0.0, [("", "for ever: the formula is judged on the repeated cycle")])]
+    return still_to_do(mission.formula, readings)
 
 
-def _section(title: str, figure: str, note: str) -> str:
-    return (
-        f'<section><h2>{html.escape(title)}</h2><p class="note">{html.escape(note)}</p>'
-        f'<div id="{figure}" class="figure" role="img" aria-label="Chart: {html.escape(title.lower())}. {html.escape(note)}"></div></section>'
-    )
+def _chart(title: str, figure: str, note: str) -> str:
+    return section(title, figure_place(figure, f"Chart: {title.lower()}. {note}"), note=note)
 
 
 def _plan_table(result: Result) -> str:
@@ -201,36 +175,24 @@ def _plan_table(result: Result) -> str:
         [name, visits_text(robot), str(robot.word), f"{robot.cost:.3f}", f"{1000 * flown[name]['worst']:.1f} mm"]
         for name, robot in result.plan.robots.items()
     ]
-    table = _table(("robot", "visits", "word", "cost", "worst error"), rows, numbers=(3, 4))
+    content = table(("robot", "visits", "word", "cost", "worst error"), rows, numbers=(3, 4))
     notes = "".join(f'<p class="note">{html.escape(note)}</p>' for note in result.plan.notes)
-    return f"<section><h2>Plan</h2>{notes}{table}</section>"
+    return section("Plan", notes + content)
 
 
 def _claim_table(certificate: Certificate) -> str:
     from ltlplan.commands.summary import HEADER, claim_rows, tightest_rows
 
-    def table(rows: list[tuple[str, ...]]) -> str:
-        return _table(HEADER, [list(row) for row in rows], numbers=(3, 4, 5), verdict=2)
+    def claims(rows: list[tuple[str, ...]]) -> str:
+        return table(HEADER, rows, numbers=(3, 4, 5), verdict=2)
 
     note = "Each holds at all times, for every flight within the margin (limits: for the nominal flight). The tightest of each kind:"
-    every = f"<details><summary>All {len(certificate.claims)} claims</summary>{table(claim_rows(certificate))}</details>"
-    return f'<section><h2>Claims</h2><p class="note">{note}</p>{table(tightest_rows(certificate))}{every}</section>'
+    every = f"<details><summary>All {len(certificate.claims)} claims</summary>{claims(claim_rows(certificate))}</details>"
+    return section("Claims", claims(tightest_rows(certificate)) + every, note=note)
 
 
 def _flight_notes(result: Result) -> str:
     from ltlplan.commands.summary import flight_sentences
 
-    notes = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in flight_sentences(result))
-    return f"<section><h2>Monitor</h2><ul>{notes}</ul></section>" if notes else ""
-
-
-def _table(header: tuple[str, ...], rows: list[list[str]], *, numbers: tuple[int, ...] = (), verdict: int | None = None) -> str:
-    head = "".join(f'<th scope="col">{html.escape(cell)}</th>' for cell in header)
-    body = ""
-    for row in rows:
-        cells = ""
-        for index, cell in enumerate(row):
-            kind = "number" if index in numbers else cell if index == verdict else ""
-            cells += f'<td class="{kind}">{html.escape(cell)}</td>'
-        body += f"<tr>{cells}</tr>"
-    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    sentences = flight_sentences(result)
+    return section("Monitor", listed(sentences)) if sentences else ""

@@ -1,17 +1,18 @@
-"""The report's charts over time: labels, sub-formulas, tracking error, rotor thrusts."""
+"""The charts over time: labels and sub-formulas as bars, tracking error and rotor thrusts as lines."""
 
 from __future__ import annotations
 
-import html
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 import plotly.graph_objects as go
 
-from flight.draw import Floats, over_time, region_colours, robot_colour, spells
+from flight.draw import robot_colour
+from flight.shapes import Floats
+from ltlplan.report.bars import Bar, bars_html
 from ltlplan.report.history import Reading, Spell, truth_spells
-from verify.data.word import show_letter
+from ltlplan.report.over_time import over_time
 
 if TYPE_CHECKING:
     from ltlplan.pipeline import Result
@@ -20,10 +21,9 @@ if TYPE_CHECKING:
 
 _INTERNAL = "#6b7280"
 _TRUE = "#2f8d57"
-_LONGEST_NAME = 60
 
 
-def label_chart(certificate: Certificate, letters: Mapping[str, Sequence[Spell]], end: float, cycle: float | None) -> go.Figure:
+def label_chart(certificate: Certificate, letters: Mapping[str, Sequence[Spell]], end: float, cycle: float | None) -> str:
     """Draw regions by robot: what must be and what may be, from the certificate's timelines.
 
     Args:
@@ -32,10 +32,10 @@ def label_chart(certificate: Certificate, letters: Mapping[str, Sequence[Spell]]
         end: s, when the drawn flight ends.
         cycle: s, when the cycle begins, where there is one.
     """
-    rows: list[tuple[str, float, float, str, str]] = []
-    order: list[str] = []
-    colours = region_colours(certificate.mission)
-    for robot, timeline in certificate.timelines.items():
+    bars: list[Bar] = []
+    rows: list[str] = []
+    regions = certificate.mission.all_regions
+    for index, (robot, timeline) in enumerate(certificate.timelines.items()):
         for region, initial in timeline.initial.items():
             changes = [(0.0, initial), *((float(c.time.low), c.status) for c in timeline.changes if c.region == region)]
             spans = [
@@ -44,23 +44,17 @@ def label_chart(certificate: Certificate, letters: Mapping[str, Sequence[Spell]]
             ]
             row = f"{robot} {region}"
             if any(status != "no" for _, _, status in spans):
-                order.append(row)
+                rows.append(row)
             for start, stop, status in _laps(spans, float(timeline.duration), end, cycle):
                 if status != "no":
-                    colour = colours[region] if status == "must" else colours[region] + "66"
-                    rows.append((row, start, stop, colour, f"{robot} {status} be in {region}: {start:.2f} to {stop:.2f} s"))
-        held = [(spell, spell.letter - set(colours)) for spell in letters[robot] if spell.letter - set(colours)]
+                    colour = robot_colour(index) + ("" if status == "must" else "66")
+                    bars.append(Bar(row, start, stop, colour, f"{robot} {status} be in {region}"))
+        held = [(spell, spell.letter - set(regions)) for spell in letters[robot] if spell.letter - set(regions)]
         for name in sorted(frozenset[str]().union(*(names for _, names in held))):
             row = f"{robot} {name}"
-            order.append(row)
-            rows += [
-                (row, spell.start, spell.end, _INTERNAL, f"{robot}: {show_letter(names)}")
-                for spell, names in held
-                if name in names
-            ]
-    figure = spells(rows, order)
-    figure.update_xaxes(range=[0, end])
-    return figure
+            rows.append(row)
+            bars += [Bar(row, spell.start, spell.end, _INTERNAL, f"{robot}: {name}") for spell, names in held if name in names]
+    return bars_html("labels", bars, rows, end, "Chart: which region each robot must be in and may be in, over time.")
 
 
 def _laps(
@@ -76,7 +70,7 @@ def _laps(
     return repeated
 
 
-def shown_chart(mission: Mission, letters: Mapping[str, Sequence[Spell]], end: float) -> go.Figure:
+def shown_chart(mission: Mission, letters: Mapping[str, Sequence[Spell]], end: float) -> str:
     """Draw what each robot showed: regions and propositions of its internal states, as they were seen.
 
     Args:
@@ -84,34 +78,24 @@ def shown_chart(mission: Mission, letters: Mapping[str, Sequence[Spell]], end: f
         letters: Each robot's letters over time.
         end: s, when the drawn flight ends.
     """
-    colours = region_colours(mission)
-    rows: list[tuple[str, float, float, str, str]] = []
-    order: list[str] = []
-    for robot, mine in letters.items():
+    bars: list[Bar] = []
+    rows: list[str] = []
+    for index, (robot, mine) in enumerate(letters.items()):
         seen = frozenset[str]().union(*(spell.letter for spell in mine))
-        for name in (*(region for region in colours if region in seen), *sorted(seen - set(colours))):
-            order.append(f"{robot} {name}")
-            rows += [
-                (order[-1], spell.start, spell.end, colours.get(name, _INTERNAL), f"{robot}: {show_letter(spell.letter)}")
-                for spell in mine
-                if name in spell.letter
+        for name in (*(region for region in mission.all_regions if region in seen), *sorted(seen - set(mission.all_regions))):
+            rows.append(f"{robot} {name}")
+            colour = robot_colour(index) if name in mission.all_regions else _INTERNAL
+            bars += [
+                Bar(rows[-1], spell.start, spell.end, colour, f"{robot}: {name}") for spell in mine if name in spell.letter
             ]
-    figure = spells(rows, order)
-    figure.update_xaxes(range=[0, end])
-    return figure
+    return bars_html("labels", bars, rows, end, "Chart: which region each robot was seen in, over time.")
 
 
-def truth_chart(formula: Formula, readings: list[Reading], end: float, cycle: float | None) -> go.Figure:
+def truth_chart(formula: Formula, readings: list[Reading], end: float, cycle: float | None) -> str:
     """Draw when each sub-formula holds, on the readings of the team."""
     truth = truth_spells(formula, readings, end, cycle)
-    rows = [
-        (_shorten(name), spell.start, spell.end, _TRUE, f"{html.escape(name)} holds: {spell.start:.2f} to {spell.end:.2f} s")
-        for name, mine in truth.items()
-        for spell in mine
-    ]
-    figure = spells(rows, [_shorten(name) for name in truth])
-    figure.update_xaxes(range=[0, end])
-    return figure
+    bars = [Bar(name, spell.start, spell.end, _TRUE, f"{name} holds") for name, mine in truth.items() for spell in mine]
+    return bars_html("truth", bars, list(truth), end, "Chart: when each sub-formula holds, over time.")
 
 
 def error_chart(result: Result) -> go.Figure:
@@ -120,7 +104,7 @@ def error_chart(result: Result) -> go.Figure:
     lines = {name: (result.log.times, 1000 * result.log.error[:, i]) for i, name in enumerate(names)}
     colours = {name: robot_colour(i) for i, name in enumerate(names)}
     margin = 1000 * result.certificate.margin
-    return over_time(lines, "distance from the certified path (mm)", limits={f"margin {margin:g} mm": margin}, colours=colours)
+    return over_time(lines, "error (mm)", limits={f"margin {margin:g} mm": margin}, colours=colours)
 
 
 def rotor_chart(result: Result, rotors: Floats) -> go.Figure:
@@ -141,8 +125,5 @@ def rotor_chart(result: Result, rotors: Floats) -> go.Figure:
             dashes[f"{name} {word}"] = "solid" if word == "greatest" else "dot"
     marks = {f"most: {limits.rotor_thrust_max:g} N": limits.rotor_thrust_max}
     marks[f"least: {limits.rotor_thrust_min:g} N"] = limits.rotor_thrust_min
-    return over_time(lines, "thrust of one rotor (N)", limits=marks, colours=colours, dashes=dashes)
-
-
-def _shorten(text: str) -> str:
-    return text if len(text) <= _LONGEST_NAME else text[: _LONGEST_NAME - 3] + "..."
+    groups = {line: line.rpartition(" ")[0] for line in lines}
+    return over_time(lines, "thrust of one rotor (N)", limits=marks, colours=colours, dashes=dashes, groups=groups)

@@ -9,17 +9,26 @@ from typing import TYPE_CHECKING
 
 from flight.draw import scene
 from ltlplan.report.charts import shown_chart, truth_chart
-from ltlplan.report.figures_page import figures_page
-from ltlplan.report.history import Spell, team_readings
+from ltlplan.report.history import Spell, still_to_do, team_readings
+from ltlplan.report.page import listed, page_html, section, warning
+from ltlplan.report.player import Playing, player_data, player_section
 
 if TYPE_CHECKING:
-    import plotly.graph_objects as go
-
     from ltlplan.online.flight import OnlineFlight
     from verify.data import Letter
 
 THIN = 5
 """Every so many entries of the log are drawn: 20 a second."""
+
+_SCENE = (
+    "Where the robots were in simulation, from their starts; hoops and regions as they were at the time. Drag to turn, scroll to "
+    "zoom; a click on a name hides that robot."
+)
+_LABELS = "The region that a robot was seen in, in the world as it then was. Grey: propositions of its internal state."
+_TRUTH = (
+    "A bar at a time: what was flown from then on satisfies the sub-formula. Robots that changed at once are read in the "
+    "mission's order; the verdict above is over every order."
+)
 
 
 def online_html(flown: OnlineFlight) -> str:
@@ -28,25 +37,30 @@ def online_html(flown: OnlineFlight) -> str:
     letters = {name: _spells(log.times.tolist(), [row[k] for row in log.letters]) for k, name in enumerate(log.robots)}
     readings = team_readings(letters, joint=mission.spec.team == "joint")
     end = float(log.times[-1])
-    paths = {name: log.position[::THIN, k] for k, name in enumerate(log.robots)}
-    figures: dict[str, go.Figure] = {
-        "Flown paths": scene(mission, paths),
-        "Labels over time": shown_chart(mission, letters, end),
-        "Sub-formulas over time": truth_chart(mission.formula, readings, end, None),
-    }
-    notes = {
-        "Flown paths": "Where the robots were in simulation, from their starts; hoops and regions as they were at the end.",
-        "Labels over time": "The region that a robot was seen in, in the world as it then was. Grey: propositions of its internal state.",
-        "Sub-formulas over time": (
-            "A bar at a time: what was flown from then on satisfies the sub-formula. Robots that changed at once are read in the "
-            "mission's order; the verdict above is over every order."
-        ),
-    }
     answer = flown.sentences()
-    happened = [f"{e.time:.2f} s: {e.sentence}" for e in log.events if e.sentence not in (*log.notes, *answer)]
-    sentences = [*answer, f"Asked: {mission.formula}", *happened]
-    return figures_page(
-        f"{mission.name}, flown online", sentences, figures, notes=notes, height=480, warning=" ".join(log.notes)
+    happened = [(event.time, event.sentence) for event in log.events if event.sentence not in (*log.notes, *answer)]
+    playing = Playing(
+        log.times[::THIN],
+        {name: log.position[::THIN, log.robots.index(name)] for name in mission.agents},
+        letters,
+        still_to_do(mission.formula, readings),
+        {},
+        happened,
+    )
+    label = (
+        f"Moving 3-D picture of the hoops and of where {', '.join(mission.agents)} were; the bars below say what they showed."
+    )
+    return page_html(
+        f"{mission.name}, flown online",
+        header="".join(warning(note) for note in log.notes)
+        + listed([*answer, f"Asked: {mission.formula}", *(f"{time:.2f} s: {sentence}" for time, sentence in happened)]),
+        sections=[
+            player_section(playing, label, _SCENE),
+            section("Labels over time", shown_chart(mission, letters, end), note=_LABELS),
+            section("Sub-formulas over time", truth_chart(mission.formula, readings, end, None), note=_TRUTH),
+        ],
+        figures={"scene": scene(mission, playing.paths, earlier=flown.earlier)},
+        player=player_data(playing),
     )
 
 

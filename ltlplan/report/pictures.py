@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 import plotly.graph_objects as go
+from numpy.typing import NDArray
 
 from ltlplan.hoops import route
 from ltlplan.hoops.draw import control_point_figure, path_figure, primitives_figure, round_figure
 from ltlplan.mtac import improved
 from ltlplan.planner import generators, make_plan
-from ltlplan.report.figures_page import figures_page
+from ltlplan.report.page import figure_place, listed, page_html, section
+from verify.data import BadInput
 
 if TYPE_CHECKING:
+    from ltlplan.path_search import PathProblem
     from verify.data import Mission
+
+Floats = NDArray[np.float64]
+Progress = Callable[[str, float], None]
 
 _NOTES = {
     "control points": "Each hoop has five: in front of it, in its centre, behind it, and two beside it to fly around it.",
@@ -27,7 +33,7 @@ _NOTES = {
 
 
 def pictures_html(
-    mission: Mission, *, seed: int | None = None, shown_round: int = 0, progress: Callable[[str, float], None] | None = None
+    mission: Mission, *, seed: int | None = None, shown_round: int | None = None, progress: Progress | None = None
 ) -> str:
     """Return one page: control points, primitives, the sampled paths of a round, the optimised path.
 
@@ -36,34 +42,80 @@ def pictures_html(
     Args:
         mission: What is asked.
         seed: Source of every draw, instead of the mission's own.
-        shown_round: Which round of cross-entropy to draw, from 0; the last one where there are fewer.
+        shown_round: Which round of cross-entropy to draw, from 1 as they are counted everywhere; the first one by default.
         progress: Told a sentence and the share done, 0 to 1.
+
+    Raises:
+        BadInput: There is no such round.
     """
+    _check_round(mission, shown_round)
     figures: dict[str, go.Figure] = {"Hoops and their control points": control_point_figure(mission)}
     say = progress or (lambda _sentence, _share: None)
     used_seed = mission.planner.seed if seed is None else seed
     plan = make_plan(mission, seed=used_seed, progress=lambda sentence, share: say(sentence, 0.5 * share))
     sentences: list[str] = []
+    flown_rounds: dict[str, int] = {}
     for index, (name, rng) in enumerate(generators(mission, np.random.default_rng(used_seed)).items()):
         flown = plan.robots[name]
         if len(flown.waypoints) < 2:
             sentences.append(f"{name} stays at its start.")
             continue
         nominal = route(mission, name, flown.visits, flown.cycle_visit, word=flown.word)
-        rounds: list[tuple[Any, Any]] = []
-
-        def watch(_index: int, problem: Any, candidates: Any, costs: Any, rounds: list[tuple[Any, Any]] = rounds) -> None:
-            if len(rounds) <= shown_round:
-                rounds.append((problem.paths(candidates).position, np.isfinite(costs)))
-
+        seen = _Rounds(shown_round or 1)
         say(f"drawing the rounds of {name}", 0.5 + 0.4 * index / len(mission.agents))
-        improved(mission, name, nominal, lambda own=rng: own, watch)
+        improved(mission, name, nominal, lambda own=rng: own, seen.watch)
+        flown_rounds[name] = seen.count
         figures[f"{name}: motion primitives along the nominal path"] = primitives_figure(mission, nominal)
-        if rounds:
-            positions, counts = rounds[-1]
-            figures[f"{name}: sampled paths of round {len(rounds)}"] = round_figure(mission, positions, counts, best=flown)
+        if seen.positions is not None:
+            heading = f"{name}: sampled paths of round {seen.drawn}"
+            figures[heading] = round_figure(mission, seen.positions, seen.counts, best=flown)
+            if shown_round is not None and seen.drawn < shown_round:
+                sentences.append(f"{name}: its search ended after {seen.count} rounds, the last of which is drawn.")
         figures[f"{name}: optimised path"] = path_figure(mission, flown, nominal=nominal)
         sentences.append(f"{name}: nominal cost {nominal.cost:.3f}, after cross-entropy {flown.cost:.3f}.")
+    if shown_round is not None and max(flown_rounds.values(), default=0) < shown_round:
+        counts = ", ".join(f"{name} {count}" for name, count in flown_rounds.items()) or "no robot flies"
+        raise BadInput(f"There is no round {shown_round} to draw; the rounds that were needed: {counts}.")
     asked = [f"Asks: {text}" for text in (mission.spec.formula, mission.sequence) if text is not None]
-    notes = {heading: sentence for heading in figures for end, sentence in _NOTES.items() if end in heading}
-    return figures_page(f"{mission.name}: planning", [*asked, *sentences], figures, notes=notes)
+    return _page(mission, [*asked, *sentences], figures)
+
+
+class _Rounds:
+    """Keeps one round of a search, or its last one where there are fewer."""
+
+    def __init__(self, wanted: int) -> None:
+        self.wanted, self.count, self.drawn = wanted, 0, 0
+        self.positions: Floats | None = None
+        self.counts: NDArray[np.bool_] = np.zeros(0, dtype=np.bool_)
+
+    def watch(self, index: int, problem: PathProblem, candidates: Floats, costs: Floats) -> None:
+        """Take note of a round; a search that begins anew counts from its own first round."""
+        self.count = index + 1
+        if index < self.wanted:
+            self.drawn = index + 1
+            self.positions, self.counts = problem.paths(candidates).position, np.isfinite(costs)
+
+
+def _check_round(mission: Mission, shown_round: int | None) -> None:
+    """Refuse a round that no search of this mission can reach, before minutes of work."""
+    most = mission.planner.iterations
+    if shown_round is not None and not 1 <= shown_round <= most:
+        right = f"choose 1 to {most}" if most else "there is none to draw"
+        raise BadInput(
+            f"round {shown_round}: cross-entropy has {most} rounds here (planner.iterations), counted from 1; {right}."
+        )
+
+
+def _page(mission: Mission, sentences: list[str], figures: Mapping[str, go.Figure]) -> str:
+    sections: list[str] = []
+    for index, heading in enumerate(figures):
+        note = next(sentence for end, sentence in _NOTES.items() if end in heading)
+        sections.append(section(heading, figure_place(f"figure{index}", f"{heading}. {note}", scene=True), note=note))
+    for figure in figures.values():
+        figure.update_layout(title=None)  # the section has it
+    return page_html(
+        f"{mission.name}: planning",
+        header=listed(sentences),
+        sections=sections,
+        figures={f"figure{index}": figure for index, figure in enumerate(figures.values())},
+    )

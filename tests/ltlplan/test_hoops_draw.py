@@ -24,14 +24,36 @@ def names(figure):
 def test_control_points_are_drawn_for_every_hoop(published):
     mission, _ = published
     figure = control_point_figure(mission)
-    texts = [t for trace in figure.data for t in (getattr(trace, "text", None) or ())]
+    texts = [t for trace in figure.data for t in (trace.hovertext or ())]
     for hoop in mission.hoops:
         assert {f"{hoop} rear", f"{hoop} centre", f"{hoop} front", f"{hoop} avoid"} <= set(texts)
     assert figure.layout.scene.xaxis.title.text == "x (m)"
-    written = next(trace for trace in figure.data if trace.name == "names")
-    assert list(written.text) == list(mission.hoops)
-    for hoop, z in zip(mission.hoops.values(), written.z, strict=True):
-        assert z > hoop.center[2] + hoop.opening + hoop.rim  # above the ring
+    written = _named(figure)
+    assert list(written) == list(mission.hoops)
+    for name, hoop in mission.hoops.items():
+        assert written[name].z[0] > hoop.center[2] + hoop.opening + hoop.rim  # above the ring
+
+
+def _named(figure):
+    return {trace.text[0]: trace for trace in figure.data if trace.type == "scatter3d" and trace.mode == "text"}
+
+
+def test_hoops_are_drawn_as_they_are_and_to_scale(published):
+    mission, plan = published
+    workspace = np.array(mission.workspace.max) - np.array(mission.workspace.min)
+    for figure in (control_point_figure(mission), primitives_figure(mission, plan), path_figure(mission, plan)):
+        shown = figure.layout.scene
+        ranges = np.array([np.ptp(shown[f"{axis}axis"].range) for axis in "xyz"])
+        ratio = np.array([shown.aspectratio[axis] for axis in "xyz"])
+        assert shown.aspectmode == "manual"
+        assert ranges == pytest.approx(workspace)
+        assert ratio / ratio[0] == pytest.approx(workspace / workspace[0])
+        for name, hoop in mission.hoops.items():
+            (rim,) = [trace for trace in figure.data if trace.name == f"{name} rim"]
+            corners = np.stack([rim.x, rim.y, rim.z], axis=1) - np.array(hoop.center)
+            along = corners @ np.array(hoop.normal)
+            across = np.linalg.norm(corners - along[:, None] * np.array(hoop.normal), axis=1)
+            assert np.hypot(along, across - hoop.opening - hoop.rim / 2) == pytest.approx(max(hoop.rim, 0.01) / 2, abs=2e-4)
 
 
 def test_primitives_are_drawn_in_order_and_named(published):

@@ -1,8 +1,5 @@
 """Online flights with dynamics, motion capture and the checker's verdict: short here, the long ones are slow tests."""
 
-import json
-import re
-
 import numpy as np
 import pytest
 
@@ -10,6 +7,7 @@ import ltlplan
 from ltlplan.online.events import HoopMoves, NewFormula, RobotLeaves
 from ltlplan.online.flight import NOT_CERTIFIED, fly_online
 from ltlplan.report.online import online_html
+from tests.pages import bars_of, data_of
 from verify.data import BadInput, NotCertified, Unsatisfiable, parse_mission
 
 ONE = """
@@ -53,18 +51,40 @@ def test_the_page_says_what_the_flight_is_not_and_draws_what_was_flown(one):
     header = page[page.index("<header>") : page.index("</header>")]
     assert header.index(NOT_CERTIFIED) < header.index("Verdict on the flown words: ")
     assert "0.50 s: the formula is now F a &amp; G !b &amp; F !a." in header
-    found = re.search(r'<script id="data" type="application/json">(.*?)</script>', page, re.DOTALL)
-    assert found is not None
-    figures = json.loads(found.group(1).replace("<\\/", "</"))["figures"]
+    data = data_of(page)
     seen = [time for time, row in zip(flight.log.times, flight.log.letters, strict=True) if "a" in row[0]]
-    (bars,) = figures["figure1"]["data"]
-    assert set(bars["y"]) == {"quad0 a"}
-    assert bars["base"][0] == pytest.approx(seen[0], abs=1e-3)
-    assert sum(bars["x"]) == pytest.approx(0.01 * len(seen), abs=0.011)
-    (line,) = [trace for trace in figures["figure0"]["data"] if trace.get("mode") == "lines" and trace.get("name") == "quad0"]
+    rows, bars = bars_of(page, "labels")
+    assert rows == ["quad0 a"]
+    assert bars[0].start * flight.log.times[-1] == pytest.approx(seen[0], abs=1e-3)
+    assert sum(bar.length for bar in bars) * flight.log.times[-1] == pytest.approx(0.01 * len(seen), abs=0.011)
+    (line,) = [
+        trace for trace in data["figures"]["scene"]["data"] if trace.get("mode") == "lines" and trace.get("name") == "quad0"
+    ]
     assert [line[axis][-1] for axis in "xyz"] == pytest.approx(flight.log.position[::5, 0][-1].tolist(), abs=1e-3)
-    truths = figures["figure2"]["data"][0]
-    assert "F a" in truths["y"]
+    assert "F a" in bars_of(page, "truth")[0]
+
+
+def test_the_page_plays_and_shows_hoops_where_they_were_at_the_time(one):
+    moves = [
+        HoopMoves(time=0.4, region="b", center=(0.5, -1.0, 1.2)),
+        HoopMoves(time=0.9, region="b", center=(-1.0, -1.0, 1.2)),
+    ]
+    flight = fly_online(one, seed=2, events=moves)
+    data = data_of(online_html(flight))
+    player = data["player"]
+    assert player["robots"] == ["quad0"]
+    assert player["paths"][0] == pytest.approx(flight.log.position[::5, 0].round(4))
+    assert player["step"] == pytest.approx(0.05)
+    assert [row[1] for row in player["letters"][0]] == ["{} (in no region)", "{a}"]
+    assert {tuple(part) for part in player["todo"][-1][1]} == {("F a", "done"), ("G !b", "kept so far")}
+    assert [time for time, sentence in player["happened"] if "moves" in sentence][:1] == [0.4]
+    bodies = [trace for trace in data["figures"]["scene"]["data"] if trace["type"] == "mesh3d" and trace["name"] == "b"]
+    places = [[round((max(body[axis]) + min(body[axis])) / 2, 3) for axis in "xyz"] for body in bodies]
+    assert places == [[0.5, 1.0, 1.0], [0.5, -1.0, 1.2], [-1.0, -1.0, 1.2]]
+    assert [body["meta"] for body in bodies] == [{"since": 0.0, "until": 0.4}, {"since": 0.4, "until": 0.9}, {"since": 0.9}]
+    assert [body["visible"] for body in bodies] == [False, False, True]
+    (still,) = [trace for trace in data["figures"]["scene"]["data"] if trace["type"] == "mesh3d" and trace["name"] == "a"]
+    assert "meta" not in still
 
 
 def test_the_same_seed_gives_the_same_log(one):

@@ -1,34 +1,32 @@
 """The report as text: what its first screen says, and what it draws of a cycle. How it looks is for the browser's tests."""
 
 import dataclasses
-import json
 import re
+from collections.abc import Callable
 
 import pytest
 
 import ltlplan
 from ltlplan.commands.summary import holds, visits_text
 from ltlplan.report import report_html
+from tests.pages import bars_of, data_of
 from verify.data.plan import RobotPlan
 
 
 @pytest.fixture(scope="module")
-def lasso() -> tuple[ltlplan.Result, str]:
-    result = ltlplan.run(ltlplan.load_mission("hoops-published"))
+def lasso(shipped_run: Callable[[str], ltlplan.Result]) -> tuple[ltlplan.Result, str]:
+    result = shipped_run("hoops-published")
     return result, report_html(result)
 
 
-def data_of(page: str) -> dict:
-    found = re.search(r'<script id="data" type="application/json">(.*?)</script>', page, re.DOTALL)
-    assert found is not None
-    return json.loads(found.group(1).replace("<\\/", "</"))
-
-
 def test_the_first_screen_is_the_answer(lasso) -> None:
-    _, page = lasso
+    result, page = lasso
+    (trajectory,) = result.team.values()
+    begins, ends = float(trajectory.knots[trajectory.cycle]), float(trajectory.knots[-1])
     header = page[page.index("<header>") : page.index("</header>")]
     text = re.sub(r"\s+", " ", re.sub(r"<[^>]*>", " ", header))
-    assert "Certified for all t in [0, 3.14 s] and a cycle of 4.75 s that repeats for ever, at margin 0.05 m" in text
+    cycle = f"[0, {begins:.2f} s] and a cycle of {ends - begins:.2f} s that repeats for ever"
+    assert f"Certified for all t in {cycle}, at margin 0.05 m" in text
     assert "Holds only vacuously" in text, "a warning that must not be found only at the end of the page"
     assert "flies exactly hoop1F (hoop2F)*" in text
     assert "Margin 50 mm" in text
@@ -37,11 +35,10 @@ def test_the_first_screen_is_the_answer(lasso) -> None:
 
 def test_labels_are_drawn_for_every_lap_that_is_flown(lasso) -> None:
     result, page = lasso
-    bars = data_of(page)["figures"]["labels"]["data"][0]
+    end = data_of(page)["player"]["step"] * (len(data_of(page)["player"]["paths"][0]) - 1)
+    _, bars = bars_of(page, "labels")
     must = sorted(
-        (base, base + length)
-        for row, base, length, text in zip(bars["y"], bars["base"], bars["x"], bars["hovertext"], strict=True)
-        if row == "quad0 hoop2" and "must" in text
+        (end * bar.start, end * (bar.start + bar.length)) for bar in bars if bar.row == "quad0 hoop2" and "must" in bar.title
     )
     laps = result.mission.spec.repeat
     assert len(must) == laps
@@ -76,8 +73,8 @@ def test_a_flight_that_left_its_tube_is_told_with_its_figures(lasso) -> None:
 
 def test_every_figure_says_what_it_is_to_those_who_cannot_see_it(lasso) -> None:
     _, page = lasso
-    figures = re.findall(r'<div id="(\w+)" class="figure"([^>]*)>', page)
-    assert {name for name, _ in figures} == set(data_of(page)["figures"])
+    figures = re.findall(r'<div id="(\w+)" class="(?:figure|figure scene|bars)"([^>]*)>', page)
+    assert {name for name, _ in figures} == {*data_of(page)["figures"], "labels", "truth"}
     for _, attributes in figures:
         assert 'role="img"' in attributes
         assert re.search(r'aria-label="[^"]{20,}"', attributes)

@@ -1,0 +1,197 @@
+"""Shapes of a mission as plotly's traces: regions, hoops' rims, tubes around paths, lines, points.
+
+A region's traces share its name as their group. Coordinates are in m, rounded to a tenth of a millimetre: pictures need no more,
+and pages stay small.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+from plotly.basedatatypes import BaseTraceType
+
+from verify.data.mission import Hoop, Region
+
+Floats = NDArray[np.float64]
+
+_THINNEST = 0.01
+"""m; a rim of less is drawn with this, to be seen at all."""
+
+
+def region_shapes(name: str, region: Region, colour: str) -> list[BaseTraceType]:
+    """Return a region as it is seen: its body, its name, and a hoop's rim."""
+    rim: list[BaseTraceType] = [_ring(name, region, colour)] if isinstance(region, Hoop) else []
+    return [_ellipsoid(name, region, colour), _name_above(name, region), *rim]
+
+
+def _ellipsoid(name: str, region: Region, colour: str) -> go.Mesh3d:
+    """A translucent ellipsoid, drawn from its radii and yaw."""
+    azimuth, polar = np.meshgrid(np.linspace(0, 2 * np.pi, 25)[:-1], np.linspace(0, np.pi, 13))
+    a, b, c = region.radii
+    own = np.stack([a * np.sin(polar) * np.cos(azimuth), b * np.sin(polar) * np.sin(azimuth), c * np.cos(polar)], axis=-1)
+    corners = own.reshape(-1, 3) @ _turn_z(region.yaw).T + np.array(region.center)
+    return _mesh(corners, _grid_faces(13, 24), name, colour, group=name, opacity=0.28, text=name)
+
+
+def _name_above(name: str, region: Region) -> go.Scatter3d:
+    """The region's name above it, in the page's own text colour."""
+    x, y, z = region.center
+    above = max(region.radii[2], region.opening + region.rim if isinstance(region, Hoop) else 0.0) + 0.06
+    return go.Scatter3d(
+        x=[x], y=[y], z=[round(z + above, 4)], mode="text", text=[name], hoverinfo="skip", showlegend=False, name=name,
+    )  # fmt: skip
+
+
+def _ring(name: str, hoop: Hoop, colour: str) -> go.Mesh3d:
+    """The hoop's solid rim: a torus, or a thin one where the rim has no thickness."""
+    normal, across, up = hoop_axes(hoop)
+    around, tube = np.meshgrid(np.linspace(0, 2 * np.pi, 37), np.linspace(0, 2 * np.pi, 7)[:-1], indexing="ij")
+    thick = max(hoop.rim, _THINNEST) / 2
+    radius = hoop.opening + hoop.rim / 2 + thick * np.cos(tube)
+    corners = (
+        np.array(hoop.center)
+        + (radius * np.cos(around))[..., None] * across
+        + (radius * np.sin(around))[..., None] * up
+        + (thick * np.sin(tube))[..., None] * normal
+    ).reshape(-1, 3)
+    return _mesh(corners, _grid_faces(37, 6), f"{name} rim", colour, group=name, text=f"rim of {name}")
+
+
+def passage(name: str, hoop: Hoop, colour: str) -> go.Scatter3d:
+    """Return an arrow-like line from the rear to the front control point."""
+    normal, _, _ = hoop_axes(hoop)
+    centre = np.array(hoop.center)
+    reach = hoop.reach or 0.0
+    x, y, z = _columns(np.stack([centre - reach * normal, centre, centre + reach * normal]))
+    return go.Scatter3d(
+        x=x, y=y, z=z, mode="lines+markers", line={"color": colour, "width": 2, "dash": "dash"},
+        marker={"size": [2, 2, 4], "color": colour}, hovertext=[f"{name} rear", f"{name} centre", f"{name} front"],
+        hoverinfo="text", legendgroup=name, showlegend=False, name=f"{name} normal",
+    )  # fmt: skip
+
+
+def hoop_axes(hoop: Hoop) -> tuple[Floats, Floats, Floats]:
+    """Return the hoop's normal and two unit vectors in its plane (the first is horizontal)."""
+    normal = np.array(hoop.normal, dtype=float)
+    across = np.array([-math.sin(hoop.yaw), math.cos(hoop.yaw), 0.0])
+    return normal, across, np.cross(normal, across)
+
+
+def line(
+    path: Floats, name: str, colour: str, *, group: str | None = None, dash: str = "solid", width: float = 4, shown: bool = True
+) -> go.Scatter3d:
+    """Return a line through points; it is broken where a point is NaN.
+
+    Args:
+        path: m. Shape (points, 3 or more).
+        name: Shown on hovering and in the legend.
+        colour: Of the line.
+        group: What is hidden together with it; its own name where none is given.
+        dash: Plotly's word.
+        width: In pixels.
+        shown: Whether it has a place of its own in the legend.
+    """
+    x, y, z = _columns(path[:, :3])
+    return go.Scatter3d(
+        x=x, y=y, z=z, mode="lines", line={"color": colour, "width": width, "dash": dash}, name=name,
+        hovertemplate=f"{name}<extra></extra>", legendgroup=group or name, showlegend=shown,
+    )  # fmt: skip
+
+
+def tube(path: Floats, radius: float, group: str, colour: str) -> go.Mesh3d:
+    """Return a translucent tube around a path; where the path rests it is a ball's outline at most.
+
+    Args:
+        path: m. Shape (points, 3).
+        radius: m.
+        group: What is hidden together with it.
+        colour: Of the tube.
+    """
+    kept = [0]
+    for index in range(1, len(path)):  # circles a radius apart, so that slow parts cost nothing
+        if np.linalg.norm(path[index] - path[kept[-1]]) >= 0.9 * radius:
+            kept.append(index)
+    centres = path[kept] if len(kept) > 1 else np.stack([path[0] - [0, 0, radius / 2], path[0] + [0, 0, radius / 2]])
+    ahead = np.gradient(centres, axis=0)
+    ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-12)
+    helper = np.where(np.abs(ahead[:, 2:3]) > 0.9, np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]]))
+    first = np.cross(ahead, helper)
+    first /= np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-12)
+    second = np.cross(ahead, first)
+    around = np.linspace(0, 2 * np.pi, 9)[:-1]
+    circles = np.cos(around)[None, :, None] * first[:, None] + np.sin(around)[None, :, None] * second[:, None]
+    return _mesh(
+        (centres[:, None] + radius * circles).reshape(-1, 3), _grid_faces(len(centres), len(around)), f"{group}: tube", colour,
+        group=group, opacity=0.12,
+    )  # fmt: skip
+
+
+def points(
+    places: Floats,
+    name: str,
+    marker: dict[str, object],
+    *,
+    group: str | None = None,
+    shown: bool = False,
+    texts: Sequence[str] = (),
+) -> go.Scatter3d:
+    """Return marks at points.
+
+    Args:
+        places: m. Shape (points, 3).
+        name: In the legend, and shown on hovering where there are no texts.
+        marker: Plotly's words for size, colour and symbol.
+        group: What is hidden together with them; their own name where none is given.
+        shown: Whether they have a place of their own in the legend.
+        texts: Shown on hovering, one a point.
+    """
+    x, y, z = _columns(places)
+    return go.Scatter3d(
+        x=x, y=y, z=z, mode="markers", marker=marker, name=name, hovertext=list(texts) or [name] * len(places), hoverinfo="text",
+        legendgroup=group or name, showlegend=shown,
+    )  # fmt: skip
+
+
+def _turn_z(yaw: float) -> Floats:
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _grid_faces(rows: int, columns: int) -> tuple[list[int], list[int], list[int]]:
+    """Triangles of a grid that closes around its columns."""
+    faces: list[tuple[int, int, int]] = []
+    for row in range(rows - 1):
+        for column in range(columns):
+            right = (column + 1) % columns
+            a, b = row * columns + column, row * columns + right
+            c, d = (row + 1) * columns + right, (row + 1) * columns + column
+            faces += [(a, b, c), (a, c, d)]
+    i, j, k = (list(part) for part in zip(*faces, strict=True))
+    return i, j, k
+
+
+def _mesh(
+    corners: Floats, faces: tuple[list[int], list[int], list[int]], name: str, colour: str, *, group: str, opacity: float = 1.0,
+    text: str | None = None,
+) -> go.Mesh3d:  # fmt: skip
+    """A body of triangles; it says its text on hovering, where it has one."""
+    x, y, z = _columns(corners)
+    i, j, k = faces
+    return go.Mesh3d(
+        x=x, y=y, z=z, i=i, j=j, k=k, color=colour, opacity=opacity, name=name, hovertext=text,
+        hoverinfo="text" if text else "skip", legendgroup=group, showlegend=False, flatshading=False,
+    )  # fmt: skip
+
+
+def _columns(points: Floats) -> tuple[list[float | None], list[float | None], list[float | None]]:
+    x, y, z = (rounded(points[:, axis]) for axis in range(3))
+    return x, y, z
+
+
+def rounded(values: Floats) -> list[float | None]:
+    """Return numbers with four digits after the point; None, which ends a line, where there is none."""
+    return [None if math.isnan(value) else round(float(value), 4) for value in values]

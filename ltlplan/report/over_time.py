@@ -1,0 +1,109 @@
+"""Quantities over mission time, with limits; where a limit lies far above them the axis is broken, so that both can be read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import plotly.graph_objects as go
+
+from flight.draw import CLEAR, LEGEND
+from flight.shapes import Floats, rounded
+
+GRID = "rgba(128,136,150,0.25)"
+
+MARK = "#7d8594"
+"""Grey of limit lines: three to one against white and against black."""
+
+FAR = 2.5
+"""A limit is far where it is this many times the greatest value: below that, both are seen well on one axis."""
+
+_STRIP = (0.86, 1.0)
+_BELOW = (0.0, 0.78)
+"""Shares of a chart's height: what lies above the break of the axis, and below it."""
+
+
+def over_time(
+    lines: Mapping[str, tuple[Floats, Floats]],
+    title: str,
+    *,
+    limits: Mapping[str, float] | None = None,
+    colours: Mapping[str, str],
+    dashes: Mapping[str, str] | None = None,
+    groups: Mapping[str, str] | None = None,
+) -> go.Figure:
+    """Draw quantities over mission time, with horizontal limit lines.
+
+    Args:
+        lines: Name: times in s, evenly apart, and values. Shapes (samples,).
+        title: Axis label, with its unit.
+        limits: Name: value of a limit in the same unit.
+        colours: Colour of each line by name.
+        dashes: Plotly's dash of a line by name; solid where there is none.
+        groups: Name in the legend of a line by name: lines of one group are shown there once.
+    """
+    figure = go.Figure()
+    seen: set[str] = set()
+    for name, (times, values) in lines.items():
+        group = (groups or {}).get(name, name)
+        style = {"color": colours.get(name), "width": 1.5, "dash": (dashes or {}).get(name, "solid")}
+        figure.add_trace(
+            go.Scatter(
+                x0=float(times[0]), dx=_step(times), y=rounded(values), name=group, legendgroup=group, showlegend=group not in seen, mode="lines",
+                line=style, hovertemplate=f"{name}: %{{y:.4g}} at %{{x:.2f}} s<extra></extra>",
+            )
+        )  # fmt: skip
+        seen.add(group)
+    axis = {"gridcolor": GRID, "zeroline": False}
+    end = max((float(times[-1]) for times, _ in lines.values()), default=1.0)
+    figure.update_layout(
+        xaxis={"title": "time (s)", "range": [0, end], **axis},
+        yaxis={"title": title, "rangemode": "tozero", **axis},
+        margin={"l": 60, "r": 16, "t": 10, "b": 45},
+        legend=LEGEND,
+        showlegend=True,
+        plot_bgcolor=CLEAR,
+        paper_bgcolor=CLEAR,
+    )
+    greatest = max((float(np.nanmax(values)) for _, values in lines.values()), default=0.0)
+    far = {name: value for name, value in (limits or {}).items() if value > FAR * greatest > 0.0}
+    for name, value in (limits or {}).items():
+        _limit(figure, name, value, end, "y2" if name in far else "y")
+    if far:
+        _break(figure, greatest, sorted(far.values()))
+    return figure
+
+
+def _step(times: Floats) -> float:
+    """Return the distance of times that are evenly apart, which is all that a page needs to carry of them."""
+    return round((float(times[-1]) - float(times[0])) / (len(times) - 1), 9) if len(times) > 1 else 1.0
+
+
+def _limit(figure: go.Figure, name: str, value: float, end: float, axis: str) -> None:
+    figure.add_trace(
+        go.Scatter(
+            x=[0, end], y=[value, value], yaxis=axis, mode="lines", line={"dash": "dash", "color": MARK, "width": 1.5}, name=name,
+            showlegend=False, hovertemplate=f"{name}<extra></extra>",
+        )
+    )  # fmt: skip
+    figure.add_annotation(
+        text=name, x=1, xref="paper", xanchor="right", y=value, yref=axis, yanchor="bottom", showarrow=False, font={"size": 11}
+    )
+
+
+def _break(figure: go.Figure, greatest: float, far: list[float]) -> None:
+    """Show the values on an axis of their own, and the far limits in a strip above a break."""
+    room = max(far[-1] - far[0], 0.1 * far[-1])
+    figure.update_layout(
+        yaxis={"domain": _BELOW, "range": [0, 1.1 * greatest]},
+        yaxis2={
+            "domain": _STRIP, "range": [far[0] - 0.3 * room, far[-1] + 1.5 * room], "tickvals": far, "anchor": "x", "showgrid": False,
+            "zeroline": False,
+        },
+    )  # fmt: skip
+    middle = (_BELOW[1] + _STRIP[0]) / 2
+    for x in (0, 1):
+        figure.add_annotation(
+            text="<b>≈</b>", x=x, xref="paper", xanchor="center", y=middle, yref="paper", yanchor="middle", showarrow=False,
+            font={"size": 15, "color": MARK},
+        )  # fmt: skip

@@ -1,0 +1,190 @@
+"""Every page, opened in a real browser without a network: it draws to scale, plays, fits a phone, and complains of nothing."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.browser.devtools import CHROMIUM, Browser, Tab
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium to look at the pages"),
+]
+
+Page = Callable[[str], Path]
+Desk = Callable[[str], Tab]
+
+PAGES = ("report", "show", "campaign", "online")
+
+BOXES = """
+(() => {
+  const box = (e) => { const r = e.getBoundingClientRect(); return [r.left, r.top, r.right, r.bottom]; };
+  const seen = (e) => e.textContent.trim() !== "" && e.getBoundingClientRect().width > 0;
+  return Array.from(document.querySelectorAll(".figure")).filter((f) => f.data).map((figure) => ({
+    name: figure.id,
+    box: box(figure),
+    plot: box(figure.querySelector(".gl-container > div, .nsewdrag")),
+    legend: Array.from(figure.querySelectorAll(".legend text")).filter(seen).map(box),
+    words: Array.from(figure.querySelectorAll("text")).filter(seen).map((e) => [e.textContent, box(e)]),
+    notes: Array.from(figure.querySelectorAll(".annotation text")).filter(seen).map(box),
+  }));
+})()
+"""
+
+SCENES = """
+Array.from(document.querySelectorAll(".figure.scene")).filter((f) => f.data).map((figure) => {
+  const scene = figure._fullLayout.scene, drawn = scene._scene, camera = drawn.glplot.cameraParams;
+  const times = (m, v) => [0, 1, 2, 3].map((i) => [0, 1, 2, 3].reduce((sum, j) => sum + m[4 * j + i] * v[j], 0));
+  const corners = [];
+  for (let k = 0; k < 8; k++) {
+    const at = ["x", "y", "z"].map((a, i) => scene[a + "axis"].range[(k >> i) & 1] * drawn.dataScale[i]);
+    const [x, y, , w] = times(camera.projection, times(camera.view, times(camera.model, [...at, 1])));
+    corners.push([x / w, y / w]);
+  }
+  return {
+    ratio: ["x", "y", "z"].map((a) => scene.aspectratio[a]),
+    range: ["x", "y", "z"].map((a) => scene[a + "axis"].range[1] - scene[a + "axis"].range[0]),
+    metre: [0, 1, 2].map((i) => drawn.dataScale[i] * Math.hypot(...[0, 1, 2].map((j) => camera.model[4 * i + j]))),
+    corners,
+  };
+})
+"""
+"""Of each scene: its stated ratios, how long a metre is drawn along each axis, where the workspace's corners are (-1 to 1)."""
+
+ROOM = 0.88
+"""Share of a picture that the workspace may fill, so that the words along its axes are inside."""
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_draws_from_its_file_alone_without_a_complaint(desk: Desk, name: str) -> None:
+    tab = desk(name)
+    assert tab.complaints() == []
+    assert tab.fetched() == []
+    assert tab.run("document.getElementById('unseen').hidden")
+    drawn = tab.run("Array.from(document.querySelectorAll('.figure')).filter(f => f.data).length")
+    assert drawn >= 1
+    assert len(tab.picture()) > 30_000, "a blank page is smaller"
+
+
+@pytest.mark.parametrize(
+    ("name", "phone"), [*((name, True) for name in PAGES), ("campaign", False), ("online", False)],
+    ids=[*(f"{name} on a phone" for name in PAGES), "campaign in a window", "online in a window"],
+)  # fmt: skip
+def test_nothing_scrolls_sideways_or_lies_over_words_on_a_narrow_screen(
+    browser: Browser, page: Page, name: str, phone: bool
+) -> None:
+    tab = browser.open(page(name), width=390, phone=phone)
+    assert tab.run("document.documentElement.scrollWidth <= innerWidth")
+    assert tab.run("document.documentElement.scrollWidth <= document.documentElement.clientWidth")
+    for figure in tab.run(BOXES):
+        left, top, right, bottom = figure["box"]
+        for words, (a, b, c, d) in figure["words"]:
+            assert left - 1 <= a, f"{figure['name']}: {words} is clipped"
+            assert c <= right + 1, f"{figure['name']}: {words} is clipped"
+            assert top - 1 <= b, f"{figure['name']}: {words} is clipped"
+            assert d <= bottom + 1, f"{figure['name']}: {words} is clipped"
+        for _, _, _, low in figure["legend"]:
+            assert low <= figure["plot"][1] + 1, f"{figure['name']}: the legend lies over the picture"
+    for scene in tab.run(SCENES):
+        assert max(abs(part) for corner in scene["corners"] for part in corner) < ROOM, "axes are clipped"
+    tab.close()
+
+
+@pytest.mark.parametrize("name", ["report", "show", "online"])
+def test_scenes_are_to_scale(desk: Desk, name: str) -> None:
+    tab = desk(name)
+    scenes = tab.run(SCENES)
+    assert scenes
+    for scene in scenes:
+        expected = [span / scene["range"][0] for span in scene["range"]]
+        assert [part / scene["ratio"][0] for part in scene["ratio"]] == pytest.approx(expected)
+        assert scene["metre"] == pytest.approx([scene["metre"][0]] * 3, rel=1e-3)
+        assert max(abs(part) for corner in scene["corners"] for part in corner) < ROOM, "axes are clipped"
+
+
+def test_scenes_far_down_the_page_are_drawn_when_they_come_near(desk: Desk) -> None:
+    tab = desk("show")
+    names = tab.run("Array.from(document.querySelectorAll('.figure')).map(f => f.id)")
+    assert not tab.run(f"Boolean(document.getElementById('{names[-1]}').data)")
+    tab.run(f"document.getElementById('{names[-1]}').scrollIntoView()")
+    tab.wait(f"document.getElementById('{names[-1]}').data && document.querySelectorAll('#{names[-1]} canvas').length")
+    assert tab.complaints() == []
+
+
+def test_the_error_curve_can_be_read_beside_its_margin(desk: Desk) -> None:
+    tab = desk("report")
+    height = tab.run("document.getElementById('errors').getBoundingClientRect().height")
+    curves = tab.run(
+        "Array.from(document.querySelectorAll('#errors .scatterlayer path.js-line')).map(p => p.getBoundingClientRect().height)"
+    )
+    assert max(curves) > 0.25 * height
+    assert "margin 50 mm" in tab.run("document.getElementById('errors').textContent")
+
+
+@pytest.mark.parametrize("name", ["report", "online"])
+def test_a_flight_plays(desk: Desk, name: str) -> None:
+    tab = desk(name)
+    assert text(tab, "time") == "0.0 s"
+    markers = "document.getElementById('scene').data.slice(-3).map(t => [t.x[0], t.y[0], t.z[0]])"
+    start = tab.run(markers)
+    tab.run("document.getElementById('speed').value = '5'")
+    tab.run("document.getElementById('play').click()")
+    tab.wait("Number(document.getElementById('clock').value) > 1")
+    tab.run("document.getElementById('play').click()")
+    assert text(tab, "play") == "Play"
+    assert tab.run(markers) != start
+    assert float(text(tab, "time").removesuffix(" s")) > 0.9
+
+
+@pytest.mark.parametrize("name", ["report", "online"])
+def test_the_slider_shows_the_end_of_the_mission(desk: Desk, name: str) -> None:
+    tab = desk(name)
+    for robot, index in (("quad0", 0), ("quad1", 1), ("quad2", 2)):
+        assert robot in tab.run("document.getElementById('letters').textContent")
+        assert text(tab, f"letter{index}") == "{} (in no region)"
+    tab.move_clock("clock.max")
+    assert text(tab, "letter0") == "{carrying}", "quad0 has its water at the end"
+    todo = tab.run("Array.from(document.querySelectorAll('#todo li')).map(e => e.textContent)")
+    assert "F loc2 done" in todo
+    assert tab.run("document.body.style.getPropertyValue('--now')") == "1"
+
+
+def test_a_hoop_that_moved_is_seen_where_it_was_at_the_time(desk: Desk) -> None:
+    tab = desk("online")
+    seen = """
+      document.getElementById('scene').data.filter(t => t.type === 'mesh3d' && t.name === 'water' && t.visible !== false)
+        .map(t => Math.round(50 * (Math.max(...t.y) + Math.min(...t.y))) / 100)
+    """
+    before = tab.run(seen)
+    tab.move_clock("4")
+    tab.wait(f"JSON.stringify({seen.strip()}) !== {str(before)!r}")
+    assert tab.run(seen) == [-0.7]
+    assert len(before) == 1
+    assert before != [-0.7]
+    assert re.search(r"3\.0 s: water moves to", text(tab, "happened"))
+
+
+def test_colours_follow_the_reader(browser: Browser, page: Page) -> None:
+    lightness = "getComputedStyle(document.querySelector('#errors .xtick text')).fill.match(/[0-9]+/g).map(Number)"
+    shades: list[int] = []
+    for dark in (False, True):
+        tab = browser.open(page("report"), dark=dark)
+        shades.append(sum(tab.run(lightness)))
+        tab.close()
+    assert shades[0] < 200 < 500 < shades[1]
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_browser_that_cannot_unpack_the_pictures_says_so(browser: Browser, page: Page, name: str) -> None:
+    tab = browser.open(page(name), before="delete window.DecompressionStream", ready="document.body.dataset.unseen === 'yes'")
+    assert "too old for the pictures" in text(tab, "unseen")
+    assert tab.run("document.getElementById('unseen').getBoundingClientRect().height") > 10
+    assert tab.complaints() == []
+    tab.close()
+
+
+def text(tab: Tab, name: str) -> str:
+    """Return the text of an element."""
+    return tab.run(f"document.getElementById('{name}').textContent")
