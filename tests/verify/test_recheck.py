@@ -211,6 +211,26 @@ def test_an_edit_with_its_digest_made_anew_is_refused(folder):
             recheck(other)
 
 
+def test_a_forged_sentence_is_refused_whatever_versions_are_named(folder):
+    from verify.certificate import payload_digest
+
+    path = folder / "certificate.json"
+    for sentence, accepted in ((None, True), ("All is well, and {}", False), ("{}9", False)):
+        data = json.loads(path.read_text())
+        data["versions"] = {"ltlplan": "0.0.1"}
+        if sentence is not None:
+            data["claims"][-1]["sentence"] = sentence.format(data["claims"][-1]["sentence"])
+        data["digest"] = payload_digest({k: v for k, v in data.items() if k != "digest"})
+        other = folder.parent / f"copy-{len(sentence or '')}"
+        shutil.copytree(folder, other)
+        (other / "certificate.json").write_text(json.dumps(data))
+        if accepted:
+            assert recheck(other).holds
+            continue
+        with pytest.raises(NotCertified, match="its sentence is not the one that is proved"):
+            recheck(other)
+
+
 HOSTILE = {
     "empty": "",
     "no json": "certified!",
