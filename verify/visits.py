@@ -185,8 +185,8 @@ def internal_changes(
 ) -> tuple[tuple[InternalChange, ...], ActionFault | None]:
     """Place the planned actions in time.
 
-    Actions of a visit are spread evenly over the longest time that the robot is in the region for sure, so that no two
-    share an instant; a single one is at its middle. Every instant is a float, the one that is written and flown.
+    Actions of a visit are spread evenly over the longest time that the robot is in the region for sure (of a visit that is under
+    way when a lap begins: before it does), so that no two share an instant; a single one is at its middle. Every instant is a float, the one that is written and flown.
 
     Args:
         mission: Says which actions are permitted.
@@ -214,7 +214,10 @@ def internal_changes(
             if visit.actions:
                 return fault(f"visit {index} of '{visit.region}', with its actions, does not happen", index)
             return tuple(changes), None
-        span = matching.stays[index].longest
+        in_lap = lap is not None and index >= lap
+        span = (
+            matching.stays[index].longest if knot is None else _on_one_side(matching.stays[index], knot, later=in_lap).longest
+        )
         for number, action in enumerate(visit.actions):
             if action.source != state:
                 return fault(
@@ -224,12 +227,13 @@ def internal_changes(
                 )
             if action not in mission.robot.actions or action.at != visit.region:
                 return fault(f"visit {index}: '{action.source}' may not become '{action.target}' in '{visit.region}'", index)
-            assert span is not None
+            if span is None:
+                return fault(f"the action of visit {index} of '{visit.region}' has no time before the cycle begins", index)
             step = (span[1] - span[0]) / (len(visit.actions) + 1)
             instant = _rounded(span[0] + step * (number + 1), step)
             if changes and changes[-1].time >= instant:
                 return fault(f"the actions of visit {index} of '{visit.region}' have no time between them", index, instant)
-            if knot is not None and not (instant > knot if lap is not None and index >= lap else instant < knot):
+            if knot is not None and not (instant > knot if in_lap else instant < knot):
                 return fault(
                     f"the action of visit {index} of '{visit.region}' is on the wrong side of the start of the cycle",
                     index,
@@ -242,6 +246,12 @@ def internal_changes(
         last = max(index for index, visit in enumerate(robot.visits) if visit.actions)
         return fault(f"a lap begins in state '{at_cycle}' and ends in '{state}', by the action of visit {last}", last)
     return tuple(changes), None
+
+
+def _on_one_side(stay: Stay, knot: Fraction, *, later: bool) -> Stay:
+    """Return a stay with the times only in which it is in the region before, or after, the lap begins."""
+    must = [(max(low, knot), high) if later else (low, min(high, knot)) for low, high in stay.must]
+    return replace(stay, must=tuple((low, high) for low, high in must if low < high))
 
 
 def _rounded(time: Fraction, step: Fraction) -> Fraction:

@@ -173,6 +173,19 @@ def test_a_lap_that_hovers_begins_with_no_visit():
         assert judged(plan, team).holds == (cycle_visit == 2)
 
 
+@pytest.mark.parametrize("hover", [1.0, 60.0])
+def test_an_action_of_the_visit_in_which_a_lap_hovers_happens_before_the_lap(hover):
+    tank = "robot: {initial: dry, states: {dry: [], wet: [wet]}, actions: [{from: dry, to: wet, at: a}]}"
+    mission = small_mission("F G (a & wet)", regions=BALLS, trace="infinite", margin=0.03, extra=tank)
+    fill = mission.robot.actions[0]
+    way, still = legs([[0, 0, 1], [1, 0, 1]]), legs([[1, 0, 1]], hold=hover)
+    durations, coefficients = (np.concatenate([getattr(p, k) for p in (way, still)]) for k in ("durations", "coefficients"))
+    team = {"r0": Trajectory(durations, coefficients, cycle=1)}
+    certificate = judged(lap_plan(mission, [Visit(region="a", actions=(fill,))], 1), team)
+    assert certificate.holds
+    assert 0 < certificate.actions[0].time < way.duration
+
+
 @pytest.mark.parametrize("cycle_visit", range(5))
 def test_a_leg_over_the_seam_is_limited_whatever_the_plan_says(cycle_visit):
     """The last way back to where laps begin is flown at 1.75 m/s, and belongs to the way to a."""
