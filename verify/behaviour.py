@@ -43,6 +43,7 @@ def judge_formula(
     clock_error: Fraction = Fraction(0),
     times: Times = "timed",
     budget: int = DEFAULT_BUDGET,
+    mending: bool = True,
 ) -> list[Verdict]:
     """Decide whether every team word satisfies the mission's formula.
 
@@ -53,6 +54,7 @@ def judge_formula(
         clock_error: How far each robot's clock may be off, in s; widens what can be simultaneous.
         times: "timed" for the certified times, "parallel" for any times that keep each robot's own order.
         budget: Configurations that each part of the formula may take before the answer is `undecided`.
+        mending: Whether to look for waits that would rule a counterexample out; what was flown cannot wait any more.
 
     Returns:
         One verdict, for the claim "formula".
@@ -74,7 +76,7 @@ def judge_formula(
         raise BadInput(f"clock_error must not be negative, not {float(clock_error):g} s.")
     formula = mission.formula
     try:
-        verdict = _Judge(mission, timelines, relations, clock_error, times, budget).judge(formula)
+        verdict = _Judge(mission, timelines, relations, clock_error, times, budget, mending).judge(formula)
     except OutOfBudget as error:
         verdict = Verdict("undecided", f"The formula could not be decided: {error}.")
     return [verdict]
@@ -88,6 +90,7 @@ class _Judge:
     clock_error: Fraction
     times: Times
     budget: int
+    mending: bool
 
     def judge(self, formula: Formula) -> Verdict:
         doubts: list[Verdict] = []
@@ -175,7 +178,7 @@ class _Judge:
 
         reason = self._explain(word, where)
         at = reason.position
-        several = len(self.timelines) > 1
+        mends = self.mending and len(self.timelines) > 1
         return Verdict(
             "fails",
             reason.sentence,
@@ -184,7 +187,7 @@ class _Judge:
             robot=None if at is None or read[at][0] == TEAM else read[at][0],
             region=self._region(reason, None if at is None else word.letters[at]),
             times=tuple((float(low), float(high)) for low, high in spans),
-            order=mending_waits(self.mission.formula, self.mission.spec.team, self.timelines) if several else (),
+            order=mending_waits(self.mission.formula, self.mission.spec.team, self.timelines) if mends else (),
         )
 
     def _region(self, reason: Reason, letter: Letter | None) -> str | None:

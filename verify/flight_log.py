@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,23 +21,23 @@ _NEEDED = ("t", "robot", "x", "y", "z")
 
 
 @dataclass(frozen=True, eq=False)
-class LoggedFlight:
+class Samples:
     """Where a team was at some instants.
 
     Attributes:
-        times: s, the first 0. Shape (n,).
-        positions: m, by robot. Shape (n, 3) each.
-        internal: For each robot its letter at each sample, or None where the log has none.
+        times: s, increasing, the same for all robots; of a log on its own clock. Shape (n,).
+        positions: m, by robot; NaN where one was not seen. Shape (n, 3) each.
+        internal: For each robot its letter at each sample, or None where nothing shows them.
         rounding: How far times (s) and positions (m) may be off for the digits that they were written with.
     """
 
     times: NDArray[np.float64]
-    positions: dict[str, NDArray[np.float64]]
-    internal: dict[str, list[frozenset[str]]] | None
-    rounding: tuple[float, float]
+    positions: Mapping[str, NDArray[np.float64]]
+    internal: Mapping[str, Sequence[frozenset[str]]] | None = None
+    rounding: tuple[float, float] = (0.0, 0.0)
 
 
-def load_flight_log(path: str | os.PathLike[str], mission: Mission) -> LoggedFlight:
+def load_flight_log(path: str | os.PathLike[str], mission: Mission) -> Samples:
     """Read a flight log of a mission's team: columns t, robot, x, y, z and, for internal propositions, letter.
 
     Raises:
@@ -44,7 +46,7 @@ def load_flight_log(path: str | os.PathLike[str], mission: Mission) -> LoggedFli
     return read_flight_log(read_text(path, most=MAX_BYTES, what="flight log"), str(path), mission)
 
 
-def read_flight_log(text: str, source: str, mission: Mission) -> LoggedFlight:
+def read_flight_log(text: str, source: str, mission: Mission) -> Samples:
     """Read a flight log from its text; `source` names it in messages.
 
     Raises:
@@ -84,10 +86,10 @@ def read_flight_log(text: str, source: str, mission: Mission) -> LoggedFlight:
                 )
         if mine != shared:
             raise BadInput(f"{source}: {name} must be sampled at the same times as {agents[0]}, and at least once.")
-    times = since(shared, power, numbers["t"][rows[agents[0]][0]].exact())
+    times = since(shared, power, Fraction(0))
     places = [[numbers[axis][index].float() for axis in "xyz"] for index in range(len(table.rows))]
     off = math.sqrt(sum(rounding(numbers[axis]) ** 2 for axis in "xyz")) * (1 + 1e-9)
-    return LoggedFlight(
+    return Samples(
         np.array(times),
         {name: np.array([places[index] for index in rows[name]]) for name in agents},
         _letters(table, rows, mission),

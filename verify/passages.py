@@ -99,7 +99,7 @@ def hoop_frames(paths: TeamPaths) -> HoopFrames:
     across = Balls(np.empty((count, len(hoops), 15)), np.empty((count, len(hoops), 15)))
     for column, hoop in enumerate(hoops.values()):
         offset = paths.positions - constants(np.array(hoop.center)).reshape(1, 3, 1)
-        normal, error = _unit(hoop)
+        normal, error = unit_normal(hoop)
         mid = np.einsum("j,kjn->kn", normal, offset.mid)
         rad = np.einsum("j,kjn->kn", np.abs(normal) + error, offset.rad + gamma(4) * np.abs(offset.mid))
         rad += np.einsum("j,kjn->kn", error, np.abs(offset.mid))
@@ -141,8 +141,8 @@ def clearances(frames: HoopFrames, slack: float = 1e-4) -> list[Clearance]:
     def nearness(state: tuple[Balls, ...], items: np.ndarray) -> tuple[Floats, Floats, Floats]:
         d, p = state[0], _roots(state[1])
         inner, thick = opening[column[items]], rim[column[items]]
-        low = _rim_distance(d.low.min(-1), d.high.max(-1), p.low.min(-1), p.high.max(-1), inner, thick)[0]
-        first, last = (_rim_distance(d.low[:, i], d.high[:, i], p.low[:, i], p.high[:, i], inner, thick)[1] for i in (0, -1))
+        low = rim_distance(d.low.min(-1), d.high.max(-1), p.low.min(-1), p.high.max(-1), inner, thick)[0]
+        first, last = (rim_distance(d.low[:, i], d.high[:, i], p.low[:, i], p.high[:, i], inner, thick)[1] for i in (0, -1))
         return -low, -first, -last
 
     found = search((along, across), nearness, groups, count, slack=np.full(count, slack), depth=_DEPTH, stride=2)
@@ -161,10 +161,10 @@ def _roots(squares: Balls) -> Interval:
     return Interval(np.maximum(squares.low, 0.0), np.maximum(squares.high, 0.0)).root()
 
 
-def _rim_distance(
+def rim_distance(
     d_low: Floats, d_high: Floats, p_low: Floats, p_high: Floats, opening: Floats, rim: Floats
 ) -> tuple[Floats, Floats]:
-    """Bound the distance to the solid ring from below and above, given bounds on d and p."""
+    """Bound the distance to the solid ring from below and above, m, given bounds on d and p and the ring's two lengths."""
     d, p = Interval(d_low, d_high).magnitude(), Interval(p_low, p_high)
     inner = interval(opening)
     beside = (d - interval(rim / 2)).at_least_zero()
@@ -300,8 +300,8 @@ def _near(frames: HoopFrames, margin: Fraction) -> dict[tuple[int, int], list[_P
     return found
 
 
-def _unit(hoop: Hoop) -> tuple[Floats, Floats]:
-    """Return the stored normal divided by its length, and bounds on the error of each part."""
+def unit_normal(hoop: Hoop) -> tuple[Floats, Floats]:
+    """Return a hoop's stored normal, and bounds on how far each part is off that of the unit vector. Shapes (3,)."""
     normal = np.array(hoop.normal)
     length2 = sum((Fraction(x) ** 2 for x in normal.tolist()), Fraction(0))
     # the stored normal is a unit vector up to rounding: |n| lies within |n^2 - 1| of 1

@@ -244,9 +244,9 @@ def _joined(mission: Mission, robot: str, agent: Agent, pieces: Sequence[Piece],
         entered: dict[str, Status] = {region: _status_at(row, piece.since - piece.start) for region, row in rows.items()}
         if index == 0:
             initial, now = entered, dict(entered)
-        torn = _torn(pieces[index - 1].mission, piece.mission, now, entered) if index else ""
-        if torn:
-            return f"{torn} of {robot} at {float(piece.since):.3f} s, so the order of its letters cannot be told."
+        fault = torn(pieces[index - 1].mission, piece.mission, now, entered) if index else ""
+        if fault:
+            return f"{fault} of {robot} at {float(piece.since):.3f} s, so the order of its letters cannot be told."
         changes += _steps(piece.since, now, entered)
         now = dict(entered)
         for region, row in rows.items():
@@ -267,7 +267,7 @@ def _steps(time: Fraction, before: Mapping[str, Status], after: Mapping[str, Sta
     return (Change(Enclosure(time, time), region, status) for region, status in after.items() if status != before[region])
 
 
-def _torn(old: Mission, new: Mission, before: Mapping[str, Status], after: Mapping[str, Status]) -> str:
+def torn(old: Mission, new: Mission, before: Mapping[str, Status], after: Mapping[str, Status]) -> str:
     """Say where a region that jumps and another one's edge come together: then two letters change with none between."""
     jumped = [
         name

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,31 @@ def recheck(folder: str | Path) -> Certificate:
         NotCertified: A file was changed since (the message names it), or a claim is not proved any more.
         BadInput: A file is missing, unreadable or of a later format.
     """
+    return proved_run(folder).certificate
+
+
+@dataclass(frozen=True, eq=False)
+class ProvedRun:
+    """A folder's flight, its certificate proved again.
+
+    Attributes:
+        certificate: As it was proved now.
+        plan: What was planned.
+        team: The trajectories that were certified.
+    """
+
+    certificate: Certificate
+    plan: Plan
+    team: dict[str, Trajectory]
+
+
+def proved_run(folder: str | Path) -> ProvedRun:
+    """Prove a folder's certificate again, and return it with what it covers.
+
+    Raises:
+        NotCertified: As `recheck`.
+        BadInput: As `recheck`.
+    """
     folder = Path(folder)
     if not folder.is_dir():
         raise BadInput(f"{folder} is no folder; name one that `ltlplan run` or `ltlplan certify` wrote.")
@@ -72,7 +98,7 @@ def recheck(folder: str | Path) -> Certificate:
     difference = _difference(written, certificate.to_dict())
     if difference:
         raise NotCertified(f"{folder / CERTIFICATE_FILE} was changed: {difference}")
-    return certificate
+    return ProvedRun(certificate, plan, team)
 
 
 def read_folder(folder: str | Path) -> tuple[Plan, dict[str, Trajectory]]:

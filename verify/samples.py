@@ -41,7 +41,7 @@ _SLACK = 1e-12
 _MOST = 1e9
 """Greatest speed (m/s) and error (m) that are taken for meant; beyond them, floats would overflow and prove nothing."""
 
-_LARGEST = 1e12
+LARGEST = 1e12
 """Greatest coordinate (m) and time (s), likewise."""
 
 
@@ -87,13 +87,16 @@ def check_samples(
     Raises:
         BadInput: No speed bound, samples further apart than it allows, or arrays that do not fit.
     """
-    speed = _speed(max_speed)
-    if isinstance(error, bool) or not isinstance(error, int | float) or not 0 <= error <= _MOST:
-        raise BadInput(f"error must be a length in m, from 0 to {_MOST:g}, not {str(error)[:40]}.")
+    speed = require_speed(max_speed)
+    require_error(error)
+    if mission.spec.formula is None:
+        raise BadInput(
+            "The mission has no formula, so nothing would be judged; `check_flight` judges passages and all the rest."
+        )
     if mission.spec.trace == "infinite":
         raise BadInput("A recorded flight ends; it cannot satisfy or break a formula over an infinite trace.")
     tracks = _tracks(times, positions, mission, internal)
-    error = _with_rounding(error, speed, rounding, times, tracks)
+    error = with_rounding(error, speed, rounding, np.asarray(times, dtype=np.float64), [track.positions for track in tracks])
     for track in tracks:
         _refuse_jumps(track, speed, error)
     related = relations(mission)
@@ -113,7 +116,7 @@ def check_samples(
 
 
 def check_recording(source: str | Path, mission: Mission, *, max_speed: float | None = None, error: float = 0.0) -> Verdict:
-    """Judge a flight log in the form of `flight.csv`: columns t, robot, x, y, z and, for internal propositions, letter.
+    """Hold a flight log in the form of `flight.csv` against a mission's formula: `check_samples` of what it holds.
 
     Raises:
         BadInput: The file is no such log, or does not fit the mission.
@@ -154,9 +157,15 @@ def sampled_timeline(
 
 
 def _judged(tracks: Sequence[_Track], mission: Mission, related: Relations, speed: float, error: float, budget: int) -> Verdict:
-    timelines = {track.robot: _timeline(track, mission, speed, error) for track in tracks}
-    verdict = judge_formula(mission, timelines, related, budget=budget)[0]
-    formula = f"`{mission.spec.formula}`" if mission.spec.formula else "its mission"
+    return judge_timelines(mission, {track.robot: _timeline(track, mission, speed, error) for track in tracks}, related, budget)
+
+
+def judge_timelines(
+    mission: Mission, timelines: Mapping[str, Timeline], related: Relations, budget: int = DEFAULT_BUDGET
+) -> Verdict:
+    """Decide the formula on timelines that samples give: satisfied or violated whatever happened in between, or undecided."""
+    verdict = judge_formula(mission, timelines, related, budget=budget, mending=False)[0]
+    formula = f"`{mission.spec.formula}`"
     if verdict.outcome == "holds":
         note = f" But {verdict.vacuous[0]}" if verdict.vacuous else ""
         return Verdict(
@@ -289,17 +298,30 @@ def _denser(track: _Track, factor: int) -> _Track:
     return _Track(track.robot, times, positions, internal)
 
 
-def _with_rounding(error: float, speed: float, rounding: tuple[float, float], times: ArrayLike, tracks: list[_Track]) -> float:
-    """Return the error with what times and positions lost in digits and floats: a time off by s is a position off by speed s."""
+def with_rounding(
+    error: float, speed: float, rounding: tuple[float, float], times: Floats, positions: Iterable[Floats]
+) -> float:
+    """Return the error with what times and positions lost in digits and floats: a time off by s is a position off by speed s.
+
+    Raises:
+        BadInput: The rounding is no time and length.
+    """
     late, off = rounding
     if not (0 <= late <= _MOST and 0 <= off <= _MOST):
         raise BadInput(f"rounding must be a time in s and a length in m, from 0 to {_MOST:g}, not {rounding!s:.40}.")
-    late += float(np.spacing(np.max(np.abs(np.asarray(times, dtype=np.float64)))))
-    off += 2 * float(np.spacing(max(np.max(np.abs(track.positions)) for track in tracks)))
+    late += float(np.spacing(np.max(np.abs(times))))
+    off += 2 * float(np.spacing(max(np.nanmax(np.abs(places), initial=0.0) for places in positions)))
     return error + (off + speed * late) * (1 + 1e-9)
 
 
-def _speed(max_speed: float | None) -> float:
+def require_error(error: float) -> None:
+    """Refuse what is no bound on a measured position's error, m."""
+    if isinstance(error, bool) or not isinstance(error, int | float) or not 0 <= error <= _MOST:
+        raise BadInput(f"error must be a length in m, from 0 to {_MOST:g}, not {str(error)[:40]}.")
+
+
+def require_speed(max_speed: float | None) -> float:
+    """Return a bound on the speed, m/s, or refuse what is none."""
     if max_speed is None:
         raise BadInput("A sampled path proves nothing without a speed bound: give max_speed (--max-speed) in m/s.")
     if isinstance(max_speed, bool) or not isinstance(max_speed, int | float) or not 1 / _MOST <= max_speed <= _MOST:
@@ -370,8 +392,8 @@ def _array(values: ArrayLike, name: str) -> Floats:
         raise BadInput(f"{name} must be an array of numbers: {problem}.") from None
     if not np.all(np.isfinite(array)):
         raise BadInput(f"{name} must be finite; a number is NaN or infinite.")
-    if not np.all(np.abs(array) <= _LARGEST):
-        raise BadInput(f"{name} must lie within {_LARGEST:g}; that is no flight.")
+    if not np.all(np.abs(array) <= LARGEST):
+        raise BadInput(f"{name} must lie within {LARGEST:g}; that is no flight.")
     return array
 
 

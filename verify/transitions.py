@@ -8,7 +8,7 @@ regions are entered at one instant is read in an order that the regions allow.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from verify.data.mission import Environment, Mission
@@ -28,6 +28,20 @@ def judge_transitions(mission: Mission, timelines: Mapping[str, Timeline], relat
         One verdict for each timeline, for the claim "transitions".
     """
     return [_judge(mission, timeline, relations) for timeline in timelines.values()]
+
+
+def no_word_is_a_trace(mission: Mission, timeline: Timeline, relations: Relations) -> bool:
+    """Tell whether each word of a robot breaks its transition system, whatever the timeline leaves open.
+
+    False means only that this was not proved.
+    """
+    if timeline.internal != mission.initial_letter(timeline.robot):
+        return True
+    try:
+        robot = from_timeline(timeline, relations)
+    except OutOfBudget:
+        return False
+    return not _Search(mission, timeline, robot).some_trace()
 
 
 @dataclass(frozen=True)
@@ -66,35 +80,57 @@ class _Search:
         self.regions = [letter & self.all_regions for letter in robot.letters]
 
     def run(self) -> Verdict | None:
-        came: dict[_State, _State | None] = {}
-        queue: deque[_State] = deque()
-        for node in self.robot.initial:
-            for vertex in sorted(self.regions[node]) or [self.before]:
-                came[node, vertex, self.mission.initial_internal(self.robot.robot)] = None
-        queue.extend(came)
+        """Return how some word breaks the system, or None."""
+        came = self._begin()
+        queue = deque(came)
         while queue:
             state = queue.popleft()
-            node, vertex, internal = state
-            for target in self.robot.following[node]:
-                entered = self.regions[target] - self.regions[node]
-                done = 0 if (node, target) in self.robot.laps else self.robot.actions[target] - self.robot.actions[node]
-                if len(entered) + done > 1:
-                    continue  # the same in single steps is followed as well
-                fault: _Fault | None = None
-                after = (target, vertex, internal)
-                if entered:
-                    region = next(iter(entered))
-                    fault = self._entry(state, region)
-                    after = (target, region, internal)
-                elif done:
-                    fault, reached = self._action(self.robot.actions[node], node, target, internal)
-                    after = (target, vertex, reached)
+            for fault, after in self._moves(state):
                 if fault is not None:
-                    return self._failure(came, state, target, fault)
+                    return self._failure(came, state, after[0], fault)
                 if after not in came:
                     came[after] = state
                     queue.append(after)
         return None
+
+    def some_trace(self) -> bool:
+        """Tell whether some word, from beginning to end, keeps the system."""
+        queue = deque(self._begin())
+        seen = set(queue)
+        while queue:
+            state = queue.popleft()
+            if state[0] in self.robot.final:
+                return True
+            allowed = {after for fault, after in self._moves(state) if fault is None}
+            queue.extend(allowed - seen)
+            seen |= allowed
+        return False
+
+    def _begin(self) -> dict[_State, _State | None]:
+        internal = self.mission.initial_internal(self.robot.robot)
+        return {
+            (node, vertex, internal): None
+            for node in self.robot.initial
+            for vertex in sorted(self.regions[node]) or [self.before]
+        }
+
+    def _moves(self, state: _State) -> Iterator[tuple[_Fault | None, _State]]:
+        node, vertex, internal = state
+        for target in self.robot.following[node]:
+            entered = self.regions[target] - self.regions[node]
+            done = 0 if (node, target) in self.robot.laps else self.robot.actions[target] - self.robot.actions[node]
+            if len(entered) + done > 1:
+                continue  # the same in single steps is followed as well
+            fault: _Fault | None = None
+            after = (target, vertex, internal)
+            if entered:
+                region = next(iter(entered))
+                fault = self._entry(state, region)
+                after = (target, region, internal)
+            elif done:
+                fault, reached = self._action(self.robot.actions[node], node, target, internal)
+                after = (target, vertex, reached)
+            yield fault, after
 
     def _entry(self, state: _State, region: str) -> _Fault | None:
         node, vertex, _ = state

@@ -11,7 +11,6 @@ from ltlplan.commands.options import FolderArgument, JsonOption, MarginOption
 
 if TYPE_CHECKING:
     from verify import Certificate
-    from verify.data import Mission
 
 
 def command(
@@ -28,11 +27,14 @@ def command(
         float | None, typer.Option("--max-speed", help="With --flight: bound on every robot's speed, m/s.")
     ] = None,
     error: Annotated[float, typer.Option("--error", min=0.0, help="With --flight: bound on a position's error, m.")] = 0.0,
+    start: Annotated[
+        float | None, typer.Option("--start", help="With --flight: when the flight began on the recording's clock, s.")
+    ] = None,
     json: JsonOption = False,
 ) -> None:
     """Prove that the trajectories in a folder satisfy its mission and plan, and write certificate.json there."""
     if flight is not None:
-        _judge_recording(folder, flight, max_speed, error, as_json=json)
+        _judge_recording(folder, flight, max_speed, error, start, as_json=json)
         return
     import json as json_text
 
@@ -71,31 +73,33 @@ def below_asked(certificate: Certificate) -> str:
     return f" (the mission asks for {asked:g} m)" if certificate.margin < asked else ""
 
 
-def _judge_recording(folder: Path, recording: Path, max_speed: float | None, error: float, *, as_json: bool) -> None:
-    """Judge a recorded flight of the folder's mission, for all times between its samples too."""
+def _judge_recording(
+    folder: Path, recording: Path, max_speed: float | None, error: float, start: float | None, *, as_json: bool
+) -> None:
+    """Judge a recorded flight of the folder's mission, claim by claim, for all times between its samples too."""
     from flight import read_recording
+    from ltlplan.commands.summary import recorded_lines
     from ltlplan.commands.terminal import print_json
-    from verify import check_recording, check_samples
-    from verify.data import NotCertified, load_mission_file
+    from verify import check_flight
+    from verify.asked import asked_of
+    from verify.data import NotCertified
+    from verify.flight_log import Samples, load_flight_log
 
-    mission = load_mission_file(folder / "mission.yaml" if folder.is_dir() else folder)
-    from_plan = False
+    asked = asked_of(folder)
     if _is_our_log(recording):
-        verdict = check_recording(recording, mission, max_speed=max_speed, error=error)
+        samples, begin = load_flight_log(recording, asked.mission), 0.0 if start is None else start
     else:
-        table = read_recording(recording, tuple(mission.agents))
-        internal = _planned_states(folder, mission, table.times.tolist())
-        from_plan = internal is not None and bool(mission.internal_propositions & mission.formula.names())
-        verdict = check_samples(
-            table.times, table.position, mission, max_speed=max_speed, error=error, rounding=table.rounding, internal=internal
+        table = read_recording(recording, tuple(asked.mission.agents), start=start)
+        samples = Samples(
+            table.times, {name: table.position[:, j] for j, name in enumerate(table.robots)}, rounding=table.rounding
         )
+        begin = None if start is None else 0.0
+    verdict = check_flight(samples, asked, max_speed=max_speed, error=error, start=begin)
     if as_json:
-        print_json({"mission": mission.name, "flight": str(recording), **verdict.to_dict()})
+        print_json({"mission": asked.mission.name, "flight": str(recording), **verdict.to_dict()})
     else:
-        words = {"holds": "satisfied", "fails": "violated", "undecided": "samples too sparse to tell"}
-        typer.echo(f"{words[verdict.outcome]}. {verdict.sentence}")
-        if from_plan:
-            typer.echo("Internal states are those of the certificate's planned actions, from the table's first row on.")
+        for line in recorded_lines(verdict):
+            typer.echo(line)
     if not verdict:
         raise typer.Exit(NotCertified.exit_code)
 
@@ -106,28 +110,3 @@ def _is_our_log(path: Path) -> bool:
     from verify.data.files import begins_with
 
     return begins_with(path, ",".join(COLUMNS).encode(), "recording")
-
-
-def _planned_states(folder: Path, mission: Mission, times: list[float]) -> dict[str, list[frozenset[str]]] | None:
-    """Return each robot's internal propositions at each time, by the certificate's instants of its actions.
-
-    A table of positions does not show internal states; the folder's certificate says when they were to change.
-    """
-    from verify.data import BadInput
-    from verify.recheck import read_certificate
-
-    path = folder / "certificate.json"
-    if not folder.is_dir() or not path.exists():
-        return None
-    actions = read_certificate(path)["actions"]
-    for index, action in enumerate(actions):
-        if action["robot"] not in mission.agents or action["target"] not in mission.robot.states:
-            raise BadInput(f"{path}: action {index} is not of this mission; certify the folder again.")
-    states: dict[str, list[frozenset[str]]] = {}
-    for name in mission.agents:
-        mine = sorted((action["time"], action["target"]) for action in actions if action["robot"] == name)
-        reached = [
-            [mission.initial_internal(name), *(state for instant, state in mine if instant <= time)][-1] for time in times
-        ]
-        states[name] = [frozenset(mission.robot.states[state]) for state in reached]
-    return states

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ltlplan.pipeline import Result
-    from verify import Certificate, Claim
+    from verify import Certificate, Claim, FlightVerdict
     from verify.data import Plan, RobotPlan
 
 
@@ -81,6 +81,19 @@ def table_lines(rows: Sequence[tuple[str, ...]]) -> list[str]:
 def claim_lines(certificate: Certificate) -> list[str]:
     """Return all claims as an aligned table."""
     return table_lines(claim_rows(certificate))
+
+
+def recorded_lines(verdict: FlightVerdict) -> list[str]:
+    """Return what a recording shows of a flight: the verdict, every claim, what does not hold, and what all rests on."""
+    from verify.recorded_space import TELLS
+
+    words = {"holds": "satisfied", "fails": "violated", "undecided": "cannot tell"}
+    rows = [_row(claim) for claim in verdict.claims]
+    told = [(*row[:2], TELLS[claim.verdict], *row[3:]) for row, claim in zip(rows, verdict.claims, strict=True)]
+    refused = [f"{claim.name}: {claim.sentence}" for claim in verdict.claims if claim.verdict != "holds"]
+    return [
+        f"{words[verdict.outcome]}. {verdict.sentence}", *table_lines(told), *refused, "Assumed:", *verdict.assumptions
+    ]  # fmt: skip
 
 
 def summary_lines(result: Result) -> list[str]:

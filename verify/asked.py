@@ -1,0 +1,93 @@
+"""What a recording is held against: a run with its plan and trajectories, a flight in a changing world, or a mission alone.
+
+Nothing in `certificate.json` is believed: it is proved again before its margin and its actions are used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from verify.certificate import ActionInstant, Certificate, judge
+from verify.data.mission import Mission
+from verify.data.mission_file import load_mission_file
+from verify.data.plan import Plan
+from verify.data.trajectory import Trajectory
+from verify.recheck import CERTIFICATE_FILE, MISSION_FILE, PLAN_FILE, proved_run, read_folder
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """The mission as it is from one time on.
+
+    Attributes:
+        since: s of the recording; the first world's does not matter.
+        mission: Regions, formula and robots.
+    """
+
+    since: float
+    mission: Mission
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """What a recording is held against.
+
+    Attributes:
+        worlds: The mission, and as what it changed in flight, in order of time.
+        team: Trajectories that were to be flown, where there are any.
+        plan: Visits and passages that were planned, where there is a plan.
+        margin: delta, m.
+        clock_error: How far clocks may differ, s.
+        actions: Instants of planned actions, proved, on the plan's clock.
+        gone: Robots that left the team in flight, and when, s.
+    """
+
+    worlds: tuple[World, ...]
+    team: Mapping[str, Trajectory] | None = None
+    plan: Plan | None = None
+    margin: float = 0.0
+    clock_error: float = 0.0
+    actions: tuple[ActionInstant, ...] = ()
+    gone: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def of_mission(cls, mission: Mission) -> Asked:
+        """Ask a mission alone, of which nothing was planned."""
+        return cls((World(0.0, mission),))
+
+    @classmethod
+    def of_certificate(cls, certificate: Certificate, team: Mapping[str, Trajectory], plan: Plan | None = None) -> Asked:
+        """Ask what a certificate claims; its actions must have been judged, not read."""
+        return cls(
+            (World(0.0, certificate.mission),), team, plan, float(certificate.margin),
+            float(getattr(certificate, "clock_error", 0.0)), tuple(certificate.actions),
+        )  # fmt: skip
+
+    @property
+    def mission(self) -> Mission:
+        """The mission as it was at the end: its formula is asked of the whole flight."""
+        return self.worlds[-1].mission
+
+
+def asked_of(source: str | Path) -> Asked:
+    """Read what a flight was to do.
+
+    Args:
+        source: A folder that `ltlplan run` wrote, or a mission file.
+
+    Raises:
+        NotCertified: The folder's certificate is not proved any more, or a file was changed since.
+        BadInput: A file is missing or unreadable.
+    """
+    source = Path(source)
+    if not source.is_dir():
+        return Asked.of_mission(load_mission_file(source))
+    if (source / CERTIFICATE_FILE).exists():
+        run = proved_run(source)
+        return Asked.of_certificate(run.certificate, run.team, run.plan)
+    if (source / PLAN_FILE).exists():
+        plan, team = read_folder(source)
+        return Asked.of_certificate(judge(plan, team, largest=False), team, plan)
+    return Asked.of_mission(load_mission_file(source / MISSION_FILE))
