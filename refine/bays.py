@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from refine.detours import detour
 from refine.legs import Bodies, Leg, Stop, Tube, eased, refused, show
-from refine.obstacles import Disc, blocking, ring
+from refine.obstacles import Disc, blocking, opening
 from verify.data import Mission
 from verify.data.mission import Hoop
+from verify.data.spacing import ROUNDING
 
 Floats = NDArray[np.float64]
 
@@ -112,7 +113,7 @@ def _inside(mission: Mission, leg: Leg, within: dict[str, Disc], a: Floats, b: F
     way = np.linspace(a, b, 33)
     if any(np.any(_to_rim(mission.hoops[name], way) < mission.margin + radius) for name in within):
         return None
-    flat = [ring(name, mission.hoops[name], mission.margin + pad) for name in within]
+    flat = [opening(name, mission.hoops[name], mission.margin + pad) for name in within]
     kept = [body for body in leg.obstacles if all(body is not disc for disc in within.values())]
     obstacles = (*kept, *(eased(disc, np.stack([a, b]), pad) for disc in flat))
     if blocking(a, b, obstacles) is not None:
@@ -125,10 +126,10 @@ def _refuse_too_near(mission: Mission, name: str, leg: Leg, bodies: Bodies, stop
     """Raise where a stop is nearer to the rim or the opening of a hoop than it may be."""
     for hoop in _within(bodies, leg, stop.position):
         rim, radius = float(_to_rim(mission.hoops[hoop], stop.position)), mission.vehicle.radius
-        opening = float(ring(hoop, mission.hoops[hoop], 0.0).clearance(stop.position))
-        for what, distance, least in (("rim", rim, mission.margin + radius), ("opening", opening, mission.margin)):
-            if distance < least:
-                sentence = f"{name}: waypoint {show(stop.position)} is {distance:.3f} m from the {what} of '{hoop}'; {least:.3f} m are needed there."
+        hole = float(opening(hoop, mission.hoops[hoop], 0.0).clearance(stop.position))
+        for what, distance, least in (("rim", rim, mission.margin + radius), ("opening", hole, mission.margin)):
+            if distance < least + ROUNDING:
+                sentence = f"{name}: waypoint {show(stop.position)} is {distance:.4f} m from the {what} of '{hoop}'; {least + ROUNDING:.4f} m are needed there."
                 raise refused("passages", name, stop, sentence)
 
 

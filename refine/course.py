@@ -18,6 +18,7 @@ from refine.legs import PAD, PASSAGE, Leg, Stop, bodies_of, leads_to, leg_betwee
 from refine.obstacles import Ball, blocking, grown_region
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Witness
 from verify.data.mission import Region
+from verify.data.spacing import ROUNDING
 
 Floats = NDArray[np.float64]
 
@@ -82,7 +83,7 @@ def course_of(mission: Mission, name: str, robot: RobotPlan, *, pad: float = PAD
     """
     stops, cycle = _leaving_out(mission, robot, *_stops(mission, name, robot), extra)
     low, high = (np.array(corner) for corner in (mission.workspace.min, mission.workspace.max))
-    low, high = low + mission.margin + min(pad, 1e-4), high - mission.margin - min(pad, 1e-4)
+    low, high = low + mission.margin + min(pad, ROUNDING), high - mission.margin - min(pad, ROUNDING)
     for stop in stops:
         if np.any(stop.position < low - 1e-3) or np.any(stop.position > high + 1e-3):
             raise refused(
@@ -121,7 +122,7 @@ def standing_course(mission: Mission, name: str, point: Floats, pieces: int, *, 
     bodies = bodies_of(mission, pad)
     outside = [body for body in (*bodies.regions.values(), *bodies.rings.values()) if body.clearance(point) > 0.0]
     low, high = (np.array(corner) for corner in (mission.workspace.min, mission.workspace.max))
-    shrink = mission.margin + min(pad, 1e-4)
+    shrink = mission.margin + min(pad, ROUNDING)
     needed = (True, *(False for _ in range(pieces - 1)), True)
     legs = (Leg(tuple(outside), None, None),) * pieces
     return Course(

@@ -15,13 +15,14 @@ from refine.giving_way import Mover, Way, mover, passing, roundabout
 from refine.labels import troubles
 from refine.schedule import Conflict, departures
 from refine.single import NONE, Robot
-from refine.spacing import Spacing, flight_of
+from refine.spacing import flight_of
 from refine.spline import Spline
 from refine.timing import stretch_to_limits
 from refine.wishes import Wishes
 from refine.yaw import heading_spline
 from verify.data import Infeasible, Plan, Witness
 from verify.data.plan import Precedence
+from verify.data.spacing import Spacing
 
 _BERTH = 0.04
 """m on top of the distance in an encounter: what sampling it in the schedule cannot see."""

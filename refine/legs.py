@@ -12,6 +12,7 @@ from refine.obstacles import Ball, Disc, Obstacle, grown_region, ring
 from verify.data import Infeasible, Mission, RobotPlan, Witness
 from verify.data.mission import Hoop
 from verify.data.plan import Role, Waypoint
+from verify.data.spacing import ROUNDING
 
 Floats = NDArray[np.float64]
 Body = TypeVar("Body", Ball, Disc)
@@ -20,8 +21,6 @@ PAD = 1e-3
 """m kept on top of the margin, so that rounding and engine tolerances cannot use the margin up."""
 HOVERING = 0.02
 """m on top of the distance around a robot that hovers."""
-_SLIVER = 1e-4
-"""m that a fixed point may use up of a pad, less than all of it."""
 PASSAGE: tuple[Role, ...] = ("rear", "centre", "front")  # along the normal
 
 
@@ -127,11 +126,11 @@ def leg_between(
 def eased(body: Body, ends: Floats, pad: float) -> Body:
     """Return a body, shrunk where an end of a leg lies in its outermost `pad` m, so that the end is just outside.
 
-    The pad is there for curves; a given point is where it is.
+    The pad is there for curves; a given point is where it is, and may use up all of it but for what rounding needs.
     """
     near = body.clearance(ends)
-    slivers = near[(near <= 0.0) & (near >= _SLIVER - pad)]
-    return body.grown(float(slivers.min()) - _SLIVER) if len(slivers) else body
+    slivers = near[(near <= 0.0) & (near >= ROUNDING - pad)]
+    return body.grown(float(slivers.min()) - ROUNDING) if len(slivers) else body
 
 
 def _passing(mission: Mission, robot: RobotPlan, here: Stop, there: Stop) -> str | None:

@@ -155,6 +155,11 @@ def ring(name: str, hoop: Hoop, margin: float) -> Disc:
     return Disc(f"ring of {name}", np.array(hoop.center), np.array(hoop.normal), hoop.opening + hoop.rim, hoop.rim / 2, margin)
 
 
+def opening(name: str, hoop: Hoop, margin: float) -> Disc:
+    """Return the opening of a hoop, grown by `margin`."""
+    return Disc(f"opening of {name}", np.array(hoop.center), np.array(hoop.normal), hoop.opening, 0.0, margin)
+
+
 def keep_out(name: str, point: Floats, distance: float, z_scale: float) -> Ball:
     """Return the place where another robot hovers: `distance` around it, with z counted `z_scale` times."""
     return Ball(name, np.array(point), np.diag([1.0, 1.0, z_scale]) / distance)

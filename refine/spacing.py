@@ -2,35 +2,42 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import itertools
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
+from refine.elsewhere import movable
 from refine.labels import stays
 from refine.legs import HOVERING
 from refine.obstacles import Ball, keep_out
 from refine.schedule import Flight
 from refine.single import Robot
 from refine.wishes import Wishes
-from verify.data import Mission, Plan
+from verify.data import Plan
+from verify.data.mission import Point
+from verify.data.spacing import Spacing, spacing_of
 
 
-class Spacing(NamedTuple):
-    """The distance that nominal paths keep.
+def spacing_for(plan: Plan, wishes: Wishes) -> Spacing:
+    """Return how far a plan's robots keep apart: as its mission asks, and what witnesses asked for on top.
 
-    Attributes:
-        distance: m between centres: the separation, twice the margin, and what witnesses asked for on top.
-        z_scale: Distances in z count this many times.
+    No more than robots have where they hover before or after their flights, which no flight changes.
     """
+    kept = spacing_of(plan.mission)
+    widest = min((kept.between(a, b) for *_, a, b in firm_pairs(plan)), default=np.inf)
+    room = max(widest - kept.at_rest, 0.0)
+    return replace(kept, distance=kept.distance + min(wishes.distance, float(room)))
 
-    distance: float
-    z_scale: float
 
-
-def spacing_of(mission: Mission, wishes: Wishes) -> Spacing:
-    """Return how far a mission's robots keep apart."""
-    z_scale = 1.0 if mission.separation_z in (None, 0.0) else mission.separation / float(mission.separation_z)
-    return Spacing(mission.separation + 2 * mission.margin * max(1.0, z_scale) + 1e-3 + wishes.distance, z_scale)
+def firm_pairs(plan: Plan) -> Iterator[tuple[str, str, str, Point, Point]]:
+    """Yield two robots, whether they start or end there, and where: starts, and ends of which no visit can be made elsewhere."""
+    for (name, one), (other_name, other) in itertools.combinations(plan.robots.items(), 2):
+        yield name, other_name, "start", one.waypoints[0].position, other.waypoints[0].position
+        a, b = one.waypoints[-1], other.waypoints[-1]
+        if not (movable(plan.mission, one, a) or movable(plan.mission, other, b)):
+            yield name, other_name, "end", a.position, b.position
 
 
 def idle_others(plan: Plan, name: str, spacing: Spacing) -> tuple[Ball, ...]:

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from refine.schedule import COARSE, GRID, Conflict, Orders, departures, reach_of, wider
 from refine.single import Robot
-from refine.spacing import Spacing, flight_of
+from refine.spacing import flight_of
 from refine.spline import Spline
 from refine.timing import stretch_to_limits
 from refine.waits import with_hovers
 from refine.yaw import heading_spline
 from verify.data import Mission, Plan
+from verify.data.spacing import Spacing
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -13,17 +13,18 @@ from dataclasses import replace
 import numpy as np
 
 from refine.clock import ClockRanOut
-from refine.elsewhere import movable, moved_apart, spread
+from refine.elsewhere import moved_apart, spread
 from refine.encounters import among, given_way
 from refine.legs import HOVERING
 from refine.obstacles import Ball, keep_out
 from refine.schedule import Conflict, departures
 from refine.single import Ask, Robot, single
-from refine.spacing import Spacing, flight_of, hovers_of, idle_others, spacing_of
+from refine.spacing import firm_pairs, flight_of, hovers_of, idle_others, spacing_for
 from refine.stop_and_go import stop_and_go
 from refine.waits import with_waits
 from refine.wishes import Wishes
 from verify.data import Infeasible, Plan, Witness
+from verify.data.spacing import Spacing, needed, spacing_of
 
 Progress = Callable[[str, float], None]
 Together = tuple[dict[str, Robot], dict[str, float]]
@@ -51,10 +52,10 @@ def together(plan: Plan, wishes: Wishes, ask: Ask, tell: Progress) -> Together:
             tried keeps them apart.
         ClockRanOut: An engine's seconds ran out.
     """
-    spacing = spacing_of(plan.mission, wishes)
+    spacing = spacing_for(plan, wishes)
     if len(plan.robots) > 1:
         plan = moved_apart(plan, spacing.distance + HOVERING, spacing.z_scale)
-        _refuse_what_no_flight_mends(plan, spacing)
+        _refuse_what_no_flight_mends(plan)
     alone = _alone(plan, wishes, ask, spacing, tell)
     tell("choosing departures", 0.7)
     if len(plan.robots) == 1:
@@ -90,23 +91,17 @@ def together(plan: Plan, wishes: Wishes, ask: Ask, tell: Progress) -> Together:
     raise failures[0]
 
 
-def _refuse_what_no_flight_mends(plan: Plan, spacing: Spacing) -> None:
+def _refuse_what_no_flight_mends(plan: Plan) -> None:
     """Raise where two robots start or end nearer to each other than they may, and no visit can be moved."""
-    scale = np.array([1.0, 1.0, spacing.z_scale])
-    for (name, one), (other_name, other) in itertools.combinations(plan.robots.items(), 2):
-        for index, what in ((0, "start"), (-1, "end")):
-            a, b = one.waypoints[index], other.waypoints[index]
-            gap = float(np.linalg.norm((np.array(a.position) - np.array(b.position)) * scale))
-            fixed = index == 0 or not (movable(plan.mission, one, a) or movable(plan.mission, other, b))
-            if gap < spacing.distance and fixed:
-                sentence = (
-                    f"{name} and {other_name} {what} {gap:.3f} m from each other; {spacing.distance:.3f} m is needed to keep them "
-                    "apart (separation and twice the margin)."
-                )
-                witness = Witness(
-                    claim="separation", sentence=sentence, robot=name, other=other_name, bound=gap, limit=spacing.distance
-                )
-                raise Infeasible(sentence, witness)
+    mission, kept = plan.mission, spacing_of(plan.mission)
+    for name, other, what, a, b in firm_pairs(plan):
+        gap = kept.between(a, b)
+        if gap < kept.at_rest:
+            sentence = (
+                f"{name} and {other} {what} {gap:.4f} m from each other; {needed(kept, mission.separation, mission.margin)}."
+            )
+            witness = Witness(claim="separation", sentence=sentence, robot=name, other=other, bound=gap, limit=kept.at_rest)
+            raise Infeasible(sentence, witness)
 
 
 def _alone(plan: Plan, wishes: Wishes, ask: Ask, spacing: Spacing, tell: Progress) -> dict[str, Robot]:

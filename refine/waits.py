@@ -10,10 +10,11 @@ import numpy as np
 
 from refine.schedule import GRID
 from refine.single import NONE, Ask, Robot, single
-from refine.spacing import Spacing, flight_of, idle_others
+from refine.spacing import flight_of, idle_others
 from refine.spline import Spline
 from refine.wishes import Wishes
 from verify.data import Infeasible, Plan, Witness
+from verify.data.spacing import Spacing
 
 
 def with_waits(plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: Ask, spacing: Spacing) -> dict[str, Robot]:

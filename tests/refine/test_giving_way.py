@@ -157,4 +157,4 @@ def test_a_team_too_large_for_its_hall_is_refused_with_names_time_and_distance()
     assert witness is not None
     assert {witness.robot, witness.other} <= {"p", "q", "r"}
     assert witness.time is not None
-    assert witness.limit == pytest.approx(0.401)
+    assert witness.limit == pytest.approx(0.4005)

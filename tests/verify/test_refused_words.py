@@ -123,8 +123,8 @@ WORDS = [
 def test_counterexamples(formula, reading, holds, robot, region, says, margin):
     regions = HOUSE + "\nd: {center: [0.0, -3.0, 1.0], radii: [0.2, 0.2, 0.2]}"
     starts = [EAST[0], WEST[0]][: len(holds)]
-    mission = small_mission(formula, regions=regions, starts=starts, extra="separation: 0.0")
-    mission = mission.model_copy(update={"spec": mission.spec.model_copy(update={"team": reading})})
+    mission = small_mission(formula, regions=regions, starts=starts)
+    mission = mission.model_copy(update={"separation": 0.0, "spec": mission.spec.model_copy(update={"team": reading})})
     team = {f"r{i}": legs([EAST, WEST][i], hold=hold) for i, hold in enumerate(holds)}
     certificate = judged(plan_of(mission, {}), team, margin=margin)
     if next(c for c in certificate.claims if c.name == "formula").verdict == "holds":
@@ -163,7 +163,7 @@ def could_be(mission: Mission, paths: list[Trajectory], letter: frozenset[str], 
 def test_one_robot_flown_at_another_time_breaks_the_order_of_the_team(hold):
     """r1 comes to b; r0 must have been at a before. Flown early enough, r1 is first, and a wait is named that mends it."""
     starts = [EAST[0], WEST[0]]
-    mission = small_mission("!b W a", regions=HOUSE, starts=starts, extra="separation: 0.0")
+    mission = small_mission("!b W a", regions=HOUSE, starts=starts).model_copy(update={"separation": 0.0})
     visits = {"r0": [Visit(region="a"), Visit(region="c"), Visit(region="b")], "r1": [Visit(region="b")]}
     team = {"r0": legs(EAST, hold=hold + 6), "r1": legs(WEST, hold=hold)}
     late = {"r0": legs(EAST), "r1": legs(WEST, hold=hold + 3)}

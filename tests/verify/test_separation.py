@@ -72,7 +72,7 @@ def test_walls_against_samples():
 
 def test_exact_ties_keep_their_separation():
     # binary fractions: 0.5 m apart is exactly 0.5 m; with margin 0.125 exactly 0.75 m are asked
-    mission = pair_mission([[0.0, 0.0, 1.0], [0.0, 0.75, 1.0]], extra="separation: 0.5", margin=0.125)
+    mission = pair_mission([[0.0, 0.0, 1.0], [0.0, 0.75, 1.0]], extra="separation: 0.5").model_copy(update={"margin": 0.125})
     team = {"r0": still([0.0, 0.0, 1.0]), "r1": still([0.0, 0.75, 1.0], 2.0)}
     assert claims(mission, team)["separation", "r0"].verdict == "holds"
     assert claims(mission, team, margin=0.1250001)["separation", "r0"].verdict == "fails"
@@ -80,7 +80,7 @@ def test_exact_ties_keep_their_separation():
 
 
 def test_an_exact_touch_of_the_wall_is_inside():
-    mission = small_mission(regions="", starts=[[4.75, 0.0, 1.0]], margin=0.25)
+    mission = small_mission(regions="", starts=[[4.75, 0.0, 1.0]]).model_copy(update={"margin": 0.25})
     team = {"r0": still([4.75, 0.0, 1.0])}
     assert claims(mission, team)["workspace", "r0"].verdict == "holds"
     found = claims(mission, team, margin=0.2500001)["workspace", "r0"]
@@ -203,7 +203,8 @@ def test_robots_above_each_other_with_clocks_that_differ():
     first, second = legs([[0, 0, 1.0], [0, 0, 1.45]], speed=0.45), legs([[0, 0, 1.6], [0, 0, 2.6]], speed=0.45)
     team, kept = {"r0": first, "r1": second}, {}
     for clock_error in (0.0, 0.05, 0.1, 0.2, 0.3):
-        mission = started(pair_mission(extra="separation: 0.5\nseparation_z: 0.1", starts=[[0, 0, 1], [0, 0, 1.6]]), team)
+        apart = {"separation": 0.5, "separation_z": 0.1}
+        mission = started(pair_mission().model_copy(update=apart), team)
         claim = claims(mission, team, clock_error=clock_error)["separation", "r0"]
         kept[clock_error] = claim.verdict == "holds"
         if claim.verdict == "holds":
@@ -221,8 +222,8 @@ def test_separation_with_weights_clocks_and_tubes_against_samples():
         if k % 2:
             points[:, :, :2] = 0.0  # one above the other
         team = {f"r{i}": legs(p) for i, p in enumerate(points)}
-        extra = f"separation: {rng.choice([0.3, 0.5])}\nseparation_z: {rng.choice([0.1, 0.2, 0.6])}"
-        mission = started(pair_mission(extra=extra), team)
+        apart = {"separation": float(rng.choice([0.3, 0.5])), "separation_z": float(rng.choice([0.1, 0.2, 0.6]))}
+        mission = started(pair_mission().model_copy(update=apart), team)
         error, margin = float(rng.choice([0.0, 0.05, 0.3])), float(rng.choice([0.0, 0.02]))
         if claims(mission, team, clock_error=error, margin=margin)["separation", "r0"].verdict == "holds":
             held += 1
@@ -232,6 +233,6 @@ def test_separation_with_weights_clocks_and_tubes_against_samples():
 
 def test_no_separation_is_kept_by_robots_that_meet():
     team = {"r0": still([0, 0, 1]), "r1": still([0, 0, 1])}
-    mission = started(pair_mission(extra="separation: 0.0"), team)
+    mission = started(pair_mission().model_copy(update={"separation": 0.0}), team)
     claim = claims(mission, team)["separation", "r0"]
     assert (claim.verdict, claim.bound, claim.margin) == ("holds", 0.0, 0.0)

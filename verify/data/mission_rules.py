@@ -5,24 +5,22 @@ The rules take whichever sections are sound, so that a mistake in one section do
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
+from verify.data.agent_rules import Finding, broken_by_agents, unknown_region
 from verify.data.errors import did_you_mean
 from verify.data.file_names import robot_name_fault
 from verify.data.formula import FREE, NAME, RESERVED_NAMES, FormulaError, parse_formula
-from verify.data.mission import Agent, Box, Environment, Hoop, Limits, Planner, Point, Region, Robot, Spec
+from verify.data.mission import Agent, Box, Environment, Limits, Planner, Robot, Spec
 from verify.data.sequence import SequenceError, parse_sequence
 from verify.data.vehicle import Vehicle
 
 COARSEST = 1e-4
 """m; the coarsest step of float32 positions in a workspace."""
-
-Finding = tuple[tuple[str | int, ...], str]
 
 
 def broken_rules(values: Mapping[str, Any], data: Mapping[str, Any]) -> Iterator[Finding]:
@@ -46,8 +44,9 @@ def broken_rules(values: Mapping[str, Any], data: Mapping[str, Any]) -> Iterator
         yield from _environment(environment, region_names)
     yield from _limits(values, region_names)
     yield from _control_points(values)
-    yield from _agents(values, data)
-    yield from _histories(values, robot, region_names)
+    if "agents" in data and not _keys(data["agents"]):
+        yield ("agents",), "a mission needs at least one agent, such as `quad0: {start: [0, 0, 1]}`."
+    yield from broken_by_agents(values, robot, region_names)
     yield from _planner(values.get("planner"), values.get("agents", {}))
 
 
@@ -86,7 +85,7 @@ def _robot(robot: Robot, regions: list[str]) -> Iterator[Finding]:
         yield from state(action.source, ("robot", "actions", index, "from"))
         yield from state(action.target, ("robot", "actions", index, "to"))
         if action.at not in regions:
-            yield ("robot", "actions", index, "at"), _unknown_region(action.at, regions)
+            yield ("robot", "actions", index, "at"), unknown_region(action.at, regions)
 
 
 def _formula(values: Mapping[str, Any], data: Mapping[str, Any], names: set[str]) -> Iterator[Finding]:
@@ -135,7 +134,7 @@ def _environment(environment: Environment, regions: list[str]) -> Iterator[Findi
     for index, edge in enumerate(environment.edges):
         for name in edge:
             if name != environment.start and name not in regions:
-                yield ("environment", "edges", index), _unknown_region(name, [*regions, environment.start])
+                yield ("environment", "edges", index), unknown_region(name, [*regions, environment.start])
         if edge[0] == edge[1]:
             yield ("environment", "edges", index), "an edge joins two different regions; staying is always allowed."
         if environment.directed and edge[1] == environment.start:
@@ -164,7 +163,7 @@ def _limits(values: Mapping[str, Any], regions: list[str]) -> Iterator[Finding]:
         return
     for name in limits.legs:
         if name not in regions:
-            yield ("limits", "legs", name), _unknown_region(name, regions)
+            yield ("limits", "legs", name), unknown_region(name, regions)
     if vehicle is None:
         return
     for name in ("speed", "acceleration", "thrust_max", "tilt_deg", "body_rate_deg", "yaw_rate_deg"):
@@ -220,80 +219,6 @@ def _control_points(values: Mapping[str, Any]) -> Iterator[Finding]:
             yield ("regions", name, "center"), "lies outside the workspace."
 
 
-def _agents(values: Mapping[str, Any], data: Mapping[str, Any]) -> Iterator[Finding]:
-    agents: Mapping[str, Agent] = values.get("agents", {})
-    if "agents" in data and not _keys(data["agents"]):
-        yield ("agents",), "a mission needs at least one agent, such as `quad0: {start: [0, 0, 1]}`."
-    workspace, vehicle = values.get("workspace"), values.get("vehicle")
-    margin = values.get("margin", 0.05)
-    separation = values.get("separation", 0.3)
-    regions: dict[str, Region] = {**values.get("hoops", {}), **values.get("regions", {})}
-    spec: Spec | None = values.get("spec")
-    for name, agent in agents.items():
-        if agent.end is not None and spec is not None and spec.trace == "infinite":
-            yield (
-                ("agents", name, "end"),
-                "an infinite trace never ends, so there is nowhere to finish; leave `end` out, or set `spec.trace: finite`.",
-            )
-        for key, point in (("start", agent.start), ("end", agent.end)):
-            if point is None:
-                continue
-            if workspace is not None and not workspace.holds(point):
-                yield (
-                    ("agents", name, key),
-                    f"{list(point)} lies outside the workspace {list(workspace.min)} to {list(workspace.max)}.",
-                )
-            elif workspace is not None and key == "start" and _wall(point, workspace) < margin:
-                yield (
-                    ("agents", name, key),
-                    f"{list(point)} is within the margin {margin:g} m of the workspace's wall.",
-                )
-            for region_name, region in regions.items():
-                if key == "start" and _on_edge(point, region, margin):
-                    yield (
-                        ("agents", name, key),
-                        f"{list(point)} is within the margin {margin:g} m of the edge of '{region_name}'; start clearly inside or outside.",
-                    )
-                if isinstance(region, Hoop) and vehicle is not None:
-                    gap = _rim_distance(point, region)
-                    if gap <= vehicle.radius + margin:
-                        yield (
-                            ("agents", name, key),
-                            f"{list(point)} is {gap:.3f} m from the rim of '{region_name}'; "
-                            f"vehicle radius and margin need {vehicle.radius + margin:.3f} m.",
-                        )
-    for (first, a), (second, b) in itertools.combinations(agents.items(), 2):
-        for key, p, q in (("start", a.start, b.start), ("end", a.end, b.end)):
-            if p is not None and q is not None and math.dist(p, q) < separation:
-                yield (
-                    ("agents", second, key),
-                    f"is {math.dist(p, q):.3f} m from {first}'s {key}; separation asks for {separation:g} m.",
-                )
-
-
-def _histories(values: Mapping[str, Any], robot: Robot | None, regions: list[str]) -> Iterator[Finding]:
-    """What agents bring from before time 0: an internal state, and the region visited last."""
-    agents: Mapping[str, Agent] = values.get("agents", {})
-    tables: dict[str, Region] = {**values.get("hoops", {}), **values.get("regions", {})}
-    for name, agent in agents.items():
-        if agent.internal is not None and robot is not None and agent.internal not in robot.states:
-            hint = did_you_mean(agent.internal, robot.states)
-            yield (
-                ("agents", name, "internal"),
-                f"'{agent.internal}' is not a state of the robot.{hint} States: {', '.join(robot.states)}.",
-            )
-        if agent.visited is None:
-            continue
-        inside = [r for r, region in tables.items() if float(region.level(np.array(agent.start))) <= 1]
-        if agent.visited not in regions:
-            yield ("agents", name, "visited"), _unknown_region(agent.visited, regions)
-        elif inside and agent.visited not in inside:
-            yield (
-                ("agents", name, "visited"),
-                f"{name} starts inside {', '.join(inside)}, which it has therefore visited after '{agent.visited}'; leave it out.",
-            )
-
-
 def _planner(planner: Planner | None, agents: Mapping[str, Agent]) -> Iterator[Finding]:
     for name, agent in agents.items():
         if agent.cost is not None and not any(agent.cost.values()):
@@ -313,30 +238,3 @@ def _planner(planner: Planner | None, agents: Mapping[str, Agent]) -> Iterator[F
 
 def _keys(table: object) -> tuple[str, ...]:
     return tuple(str(key) for key in table) if isinstance(table, dict) else ()
-
-
-def _unknown_region(name: str, known: list[str]) -> str:
-    return f"'{name}' is not a region of this mission.{did_you_mean(name, known)} Regions: {', '.join(known) or '(none)'}."
-
-
-def _wall(point: Point, workspace: Any) -> float:
-    """Distance from a point inside the box to its nearest wall, in m."""
-    return min(min(x - low, high - x) for low, x, high in zip(workspace.min, point, workspace.max, strict=True))
-
-
-def _on_edge(point: Point, region: Region, margin: float) -> bool:
-    """Tell whether a start is so near a region's boundary that, within the margin, it may be in or out."""
-    level = math.sqrt(float(region.level(np.array(point))))
-    slack = max(margin, 1e-9) / min(region.radii)
-    return 1 - slack <= level <= 1 + slack
-
-
-def _rim_distance(point: Point, hoop: Hoop) -> float:
-    """Distance from a point to the solid ring, in m (an annulus of thickness `rim` along the normal)."""
-    offset, normal = np.array(point) - np.array(hoop.center), np.array(hoop.normal)
-    along = float(offset @ normal)
-    across = float(np.linalg.norm(offset - along * normal))
-    inner, outer = hoop.opening, hoop.opening + hoop.rim
-    radial = max(inner - across, across - outer, 0.0)
-    axial = max(abs(along) - hoop.rim / 2, 0.0)
-    return math.hypot(radial, axial)
