@@ -96,19 +96,26 @@ def scene(
             if margin:
                 figure.add_trace(tube(path[:, :3], margin, name, colour))
         if flown and name in flown:
-            figure.add_trace(line(flown[name], f"{name}, flown", colour, group=name, dash="dot", width=3, shown=False))
+            dots = line(flown[name], f"{name}, flown", colour, dash="dot", width=3, shown=False)
+            figure.add_trace(dots.update(legendgroup=name))
         if waypoints and name in waypoints:
             marker = {"size": 3, "color": colour, "symbol": "diamond"}
             figure.add_trace(points(np.array(waypoints[name], dtype=float), f"{name}: waypoints", marker, group=name))
     for index, name in enumerate(mission.agents):
         marker = {"size": 8, "color": robot_colour(index), "line": {"color": "#222", "width": 1}}
         figure.add_trace(points(np.array([mission.agents[name].start]), name, marker))
-    return figure.update_layout(scene_layout(mission))
+    return figure.update_layout(scene_layout(mission, [*paths.values(), *(flown or {}).values()]))
 
 
-def scene_layout(mission: Mission) -> dict[str, Any]:
-    """Return the layout of every scene: the workspace's axes, to scale, and the legend above."""
-    low, high = mission.workspace.min, mission.workspace.max
+def scene_layout(mission: Mission, paths: Sequence[Floats] = ()) -> dict[str, Any]:
+    """Return the layout of every scene: the workspace's axes, to scale, and the legend above.
+
+    Args:
+        mission: Gives the workspace.
+        paths: Positions in m that must be seen too, such as those of a robot that landed below it. Shapes (points, 3 or more).
+    """
+    corners = np.concatenate([[mission.workspace.min, mission.workspace.max], *(path[:, :3] for path in paths)])
+    low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
     spans = {axis: high[i] - low[i] for i, axis in enumerate("xyz")}
     largest = max(spans.values())
     axes = {

@@ -34,7 +34,7 @@ def _ellipsoid(name: str, region: Region, colour: str) -> go.Mesh3d:
     a, b, c = region.radii
     own = np.stack([a * np.sin(polar) * np.cos(azimuth), b * np.sin(polar) * np.sin(azimuth), c * np.cos(polar)], axis=-1)
     corners = own.reshape(-1, 3) @ _turn_z(region.yaw).T + np.array(region.center)
-    return _mesh(corners, _grid_faces(13, 24), name, colour, group=name, opacity=0.28, text=name)
+    return _mesh(corners, _grid_faces(13, 24), name, colour, group=name, opacity=0.28)
 
 
 def _name_above(name: str, region: Region) -> go.Scatter3d:
@@ -58,7 +58,7 @@ def _ring(name: str, hoop: Hoop, colour: str) -> go.Mesh3d:
         + (radius * np.sin(around))[..., None] * up
         + (thick * np.sin(tube))[..., None] * normal
     ).reshape(-1, 3)
-    return _mesh(corners, _grid_faces(37, 6), f"{name} rim", colour, group=name, text=f"rim of {name}")
+    return _mesh(corners, _grid_faces(37, 6), f"{name} rim", colour, group=name)
 
 
 def passage(name: str, hoop: Hoop, colour: str) -> go.Scatter3d:
@@ -81,16 +81,13 @@ def hoop_axes(hoop: Hoop) -> tuple[Floats, Floats, Floats]:
     return normal, across, np.cross(normal, across)
 
 
-def line(
-    path: Floats, name: str, colour: str, *, group: str | None = None, dash: str = "solid", width: float = 4, shown: bool = True
-) -> go.Scatter3d:
+def line(path: Floats, name: str, colour: str, *, dash: str = "solid", width: float = 4, shown: bool = True) -> go.Scatter3d:
     """Return a line through points; it is broken where a point is NaN.
 
     Args:
         path: m. Shape (points, 3 or more).
         name: Shown on hovering and in the legend.
         colour: Of the line.
-        group: What is hidden together with it; its own name where none is given.
         dash: Plotly's word.
         width: In pixels.
         shown: Whether it has a place of its own in the legend.
@@ -98,7 +95,7 @@ def line(
     x, y, z = _columns(path[:, :3])
     return go.Scatter3d(
         x=x, y=y, z=z, mode="lines", line={"color": colour, "width": width, "dash": dash}, name=name,
-        hovertemplate=f"{name}<extra></extra>", legendgroup=group or name, showlegend=shown,
+        hovertemplate=f"{name}<extra></extra>", legendgroup=name, showlegend=shown,
     )  # fmt: skip
 
 
@@ -127,7 +124,7 @@ def tube(path: Floats, radius: float, group: str, colour: str) -> go.Mesh3d:
     return _mesh(
         (centres[:, None] + radius * circles).reshape(-1, 3), _grid_faces(len(centres), len(around)), f"{group}: tube", colour,
         group=group, opacity=0.12,
-    )  # fmt: skip
+    ).update(hoverinfo="skip")  # fmt: skip
 
 
 def points(
@@ -175,15 +172,14 @@ def _grid_faces(rows: int, columns: int) -> tuple[list[int], list[int], list[int
 
 
 def _mesh(
-    corners: Floats, faces: tuple[list[int], list[int], list[int]], name: str, colour: str, *, group: str, opacity: float = 1.0,
-    text: str | None = None,
-) -> go.Mesh3d:  # fmt: skip
-    """A body of triangles; it says its text on hovering, where it has one."""
+    corners: Floats, faces: tuple[list[int], list[int], list[int]], name: str, colour: str, *, group: str, opacity: float = 1.0
+) -> go.Mesh3d:
+    """A body of triangles that says its name on hovering."""
     x, y, z = _columns(corners)
     i, j, k = faces
     return go.Mesh3d(
-        x=x, y=y, z=z, i=i, j=j, k=k, color=colour, opacity=opacity, name=name, hovertext=text,
-        hoverinfo="text" if text else "skip", legendgroup=group, showlegend=False, flatshading=False,
+        x=x, y=y, z=z, i=i, j=j, k=k, color=colour, opacity=opacity, name=name, hovertext=name,
+        hoverinfo="text", legendgroup=group, showlegend=False, flatshading=False,
     )  # fmt: skip
 
 

@@ -87,6 +87,20 @@ def test_the_page_plays_and_shows_hoops_where_they_were_at_the_time(one):
     assert "meta" not in still
 
 
+def test_a_robot_that_landed_below_the_workspace_can_still_be_seen(one):
+    flight = fly_online(one, seed=2, events=[RobotLeaves(time=0.3, robot="quad0")])
+    lowest = flight.log.position[:, 0, 2].min()
+    assert lowest < one.workspace.min[2]
+    page = data_of(online_html(flight))["figures"]["scene"]["layout"]["scene"]
+    ranges = {axis: page[f"{axis}axis"]["range"] for axis in "xyz"}
+    assert ranges["z"] == pytest.approx([flight.log.position[::5, 0, 2].min(), one.workspace.max[2]])
+    assert ranges["x"] == [one.workspace.min[0], one.workspace.max[0]]
+    spans = [high - low for low, high in ranges.values()]
+    assert [page["aspectratio"][axis] / page["aspectratio"]["x"] for axis in "xyz"] == pytest.approx(
+        [s / spans[0] for s in spans]
+    )
+
+
 def test_the_same_seed_gives_the_same_log(one):
     first, again = (fly_online(one, seed=5, noise=0.001, max_seconds=1.0).log.to_csv() for _ in range(2))
     assert first == again
