@@ -33,6 +33,8 @@ class Budget:
 
     Attributes:
         states: States of the search that may be expanded, in all.
+        lasso: States that an infinite trace's product of robot and automata may have.
+        rounds: States that may be expanded in search of an infinite trace's cheapest round.
         candidates: Complete plans that may be tried where the first ones are refused.
         automaton: States of one explicit automaton.
         seconds: s that the translation of one large formula may take, in a process of its own.
@@ -40,6 +42,8 @@ class Budget:
     """
 
     states: int = 3_000_000
+    lasso: int = 300_000
+    rounds: int = 20_000
     candidates: int = 20_000
     automaton: int = 20_000
     seconds: float = 20.0

@@ -1,22 +1,33 @@
 """The cheapest way to satisfy a formula for ever: a prefix and a cycle (2019 paper, Section III-B; Smith et al. 2011).
 
 A lasso is a path of the product of one robot's system with the Büchi automata of the conjuncts that comes back to where
-it was after each conjunct was seen to accept. Which conjuncts have accepted since the cycle began is part of the state, so
-that `G F a & G F b` costs one round, in whichever order is shorter.
+it was after each conjunct was seen to accept. The product is walked once, within a budget of states; then each of its strongly
+connected components in which every conjunct accepts is searched for its cheapest round (`rounds`), so that `G F a & G F b`
+costs one round, in whichever order is shorter.
 """
 
 from __future__ import annotations
 
 import heapq
+from array import array
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
 
 from ltlplan.automata import Automaton
 from ltlplan.budget import DEFAULT_BUDGET, Budget, TooLarge
+from ltlplan.rounds import Rounds
 from ltlplan.systems import TransitionSystem
 from verify.data import Letter
 
 State = tuple[int, ...]
+
+TIE = 1e-7  # m; less than this are the tiny amounts that break ties, and what they add up to
+_STEP, _HOVER = 1e-10, 1e-11
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,20 +39,23 @@ class LassoRun:
         cycle: Nodes that are repeated.
         prefix_cost: Cost of the prefix, up to the first node of the cycle.
         cycle_cost: Cost of one lap.
+        bound: No lasso of the product costs less, with laps weighted as they were asked for.
     """
 
     prefix: tuple[int, ...]
     cycle: tuple[int, ...]
     prefix_cost: float
     cycle_cost: float
+    bound: float = 0.0
 
 
 class _Product:
-    """The product of a system and Büchi automata, made as it is walked. A hover repeats a node at no cost."""
+    """The product of a system and Büchi automata, made as it is walked. A hover repeats a node at next to no cost."""
 
-    def __init__(self, system: TransitionSystem, automata: Sequence[Automaton]) -> None:
+    def __init__(self, system: TransitionSystem, automata: Sequence[Automaton], budget: Budget) -> None:
         self.system = system
         self.automata = automata
+        self._most = min(budget.states, budget.lasso)
         self._steps: list[dict[tuple[int, Letter], tuple[int, ...]]] = [{} for _ in automata]
         self._after: dict[tuple[State, Letter], tuple[State, ...]] = {}
 
@@ -54,9 +68,19 @@ class _Product:
                 targets = memo.get((at, letter))
                 if targets is None:
                     targets = memo[at, letter] = tuple(sorted(automaton.successors(at, letter)))
+                self.check(len(states) * len(targets))
                 states = [(*s, t) for s in states for t in targets]
             found = self._after[key] = tuple(states)
         return found
+
+    def check(self, states: int) -> None:
+        """Raise where there are more states than the budget allows."""
+        if states > self._most:
+            hint = (
+                "Only the parts of a formula that are to hold again and again (`G F a`) are cheap by the dozen; each part that is to "
+                "happen once (`F a`) doubles the states. Ask for less at once, or for a finite trace."
+            )
+            raise TooLarge("The infinite trace's product of robot and automata has", states, "states", self._most, hint)
 
     def accepted(self, state: State) -> int:
         """Return the conjuncts whose automata are in an accepting state, as bits."""
@@ -68,12 +92,39 @@ class _Product:
             yield (self.system.initial, state)
 
     def moves(self, node: int, state: State) -> Iterator[tuple[int, State, float]]:
-        if self.system.final is None or node in self.system.final:
+        final = self.system.final
+        if final is None or node in final:
             for after in self.read(state, self.system.labels[node]):
-                yield node, after, 0.0
+                yield node, after, _HOVER + (0.0 if final is None else final[node])
         for target, cost in self.system.edges[node]:
             for after in self.read(state, self.system.labels[target]):
-                yield target, after, cost + 1e-10
+                yield target, after, cost + _STEP
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Walked:
+    """All places of a product that can be reached, by number.
+
+    Attributes:
+        nodes: The system's node of each place.
+        marks: The conjuncts that accept there, as bits.
+        there: Cost of the cheapest way. Shape (places,).
+        parents: The place before on that way; -1 at the beginning.
+        graph: Costs of all steps.
+    """
+
+    nodes: list[int]
+    marks: list[int]
+    there: NDArray[np.float64]
+    parents: list[int]
+    graph: csr_matrix
+
+    def way(self, place: int) -> tuple[int, ...]:
+        nodes = []
+        while place >= 0:
+            nodes.append(self.nodes[place])
+            place = self.parents[place]
+        return tuple(reversed(nodes))
 
 
 def cheapest_lasso(
@@ -81,144 +132,104 @@ def cheapest_lasso(
 ) -> LassoRun | None:
     """Return a lasso for which prefix cost + weight * cycle cost is smallest, or None.
 
+    Where there are so many conjuncts that their cheapest order is out of reach, it is a good lasso, and its `bound` is below its
+    cost.
+
     Args:
         system: What the robot can do.
         automata: Büchi automata, one for each conjunct.
-        weight: How many laps count.
-        budget: Bound on the states expanded.
+        weight: How many laps count; positive.
+        budget: Bounds on the product's states, and on those expanded in search of rounds.
 
     Raises:
-        TooLarge: The budget was used up.
+        TooLarge: The product has more states than the budget allows.
     """
-    product = _Product(system, automata)
-    reached, parents = _from_start(product, budget)
-    best: LassoRun | None = None
-    best_cost = float("inf")
-    spent = len(reached)
-    core = _cores(product, reached)
-    for home, cost in sorted(reached.items(), key=lambda item: (item[1], item[0])):
-        if cost >= best_cost:
+    walked = _walk(_Product(system, automata, budget))
+    best, best_cost, bound = None, np.inf, np.inf
+    left = min(budget.states, budget.rounds)
+    for core in _cores(walked, len(automata)):
+        there = walked.there[core]
+        if there.min() >= best_cost:
             break
-        if home not in core or not product.accepted(home[1]) & 1:
-            continue
-        limit = (best_cost - cost) / weight if weight > 0 else float("inf")
-        found = _cycle(product, home, limit, budget.states - spent)
-        spent += found.explored
-        if found.places:  # the lap may begin wherever on it the robot can be soonest
-            turn = min(range(len(found.places)), key=lambda i: reached[found.places[i]])
-            lap = (*found.places[turn:], *found.places[:turn])
-            total = reached[lap[0]] + weight * found.cost
-            if total < best_cost:
-                best_cost = total
-                best = LassoRun(_walk(parents, lap[0])[:-1], tuple(n for n, _ in lap), reached[lap[0]], found.cost)
-    return best
+        rounds = Rounds(walked.graph[core][:, core], there, [walked.marks[p] for p in core], len(automata), weight)
+        for home in rounds.homes:
+            found = rounds.through(home, best_cost, max(left, 1))
+            left -= found.explored
+            bound = min(bound, found.bound)
+            if found.cost < best_cost:
+                turn = min(range(len(found.places)), key=lambda i: there[found.places[i]])
+                lap = [int(core[p]) for p in (*found.places[turn:], *found.places[:turn])]
+                best_cost, reached = found.cost, float(walked.there[lap[0]])
+                best = LassoRun(
+                    walked.way(lap[0])[:-1], tuple(walked.nodes[p] for p in lap), reached, (found.cost - reached) / weight
+                )
+    return None if best is None else replace(best, bound=min(bound, best_cost))
 
 
 def lasso_exists(system: TransitionSystem, automata: Sequence[Automaton], *, budget: Budget = DEFAULT_BUDGET) -> bool:
     """Tell whether there is any lasso that all these Büchi automata accept."""
-    product = _Product(system, automata)
-    return bool(_cores(product, _from_start(product, budget)[0]))
+    return bool(_cores(_walk(_Product(system, automata, budget)), len(automata)))
 
 
-_Place = tuple[int, State]
+def _walk(product: _Product) -> _Walked:
+    """Walk over all of a product, the nearest places first."""
+    numbers: dict[tuple[int, State], int] = {}
+    places: list[tuple[int, State]] = []
+    there: list[float] = []
+    parents: list[int] = []
+    heap: list[tuple[float, int]] = []
+    sources, targets, costs = array("i"), array("i"), array("d")
 
+    def reach(place: tuple[int, State], cost: float, parent: int) -> int:
+        number = numbers.get(place)
+        if number is None:
+            number = numbers[place] = len(places)
+            product.check(number + 1)
+            places.append(place)
+            there.append(np.inf)
+            parents.append(-1)
+        if cost < there[number]:
+            there[number], parents[number] = cost, parent
+            heapq.heappush(heap, (cost, number))
+        return number
 
-def _from_start(product: _Product, budget: Budget) -> tuple[dict[_Place, float], dict[_Place, _Place | None]]:
-    best: dict[_Place, float] = {}
-    parents: dict[_Place, _Place | None] = {}
-    heap: list[tuple[float, _Place]] = []
     for place in product.begin():
-        best[place] = 0.0
-        parents[place] = None
-        heap.append((0.0, place))
-    heapq.heapify(heap)
-    closed: dict[_Place, float] = {}
+        reach(place, 0.0, -1)
+    closed = bytearray()
     while heap:
-        cost, place = heapq.heappop(heap)
-        if place in closed:
+        cost, number = heapq.heappop(heap)
+        closed.extend(bytes(max(0, len(places) - len(closed))))
+        if closed[number]:
             continue
-        closed[place] = cost
-        if len(closed) > budget.states:
-            raise TooLarge("The search needs", len(closed), "states", budget.states)
-        for node, state, step in product.moves(*place):
-            target = (node, state)
-            if cost + step < best.get(target, float("inf")):
-                best[target] = cost + step
-                parents[target] = place
-                heapq.heappush(heap, (cost + step, target))
-    return closed, parents
+        closed[number] = 1
+        steps: dict[int, float] = {}
+        for node, state, step in product.moves(*places[number]):
+            target = reach((node, state), cost + step, number)
+            steps[target] = min(step, steps.get(target, np.inf))
+        sources.extend([number] * len(steps))
+        targets.extend(steps)
+        costs.extend(steps.values())
+    size = len(places)
+    graph = csr_matrix((np.array(costs), (np.array(sources), np.array(targets))), shape=(size, size))
+    marks = [product.accepted(state) for _, state in places]
+    return _Walked([node for node, _ in places], marks, np.array(there), parents, graph)
 
 
-def _cores(product: _Product, reached: dict[_Place, float]) -> set[_Place]:
-    """Return the places that lie on a cycle in which every conjunct accepts."""
-    import networkx
-
-    graph = networkx.DiGraph((place, (n, s)) for place in reached for n, s, _ in product.moves(*place))
-    everything = (1 << len(product.automata)) - 1
-    core: set[_Place] = set()
-    for component in networkx.strongly_connected_components(graph):
-        one = next(iter(component))
-        if len(component) > 1 or graph.has_edge(one, one):
+def _cores(walked: _Walked, count: int) -> list[NDArray[np.int64]]:
+    """Return the components in which a cycle passes acceptance of every conjunct, the soonest reached first."""
+    if not walked.nodes:
+        return []
+    _, component = connected_components(walked.graph, connection="strong")
+    order = np.argsort(component, kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(component[order])) + 1)
+    loops = walked.graph.diagonal() > 0.0
+    everything = (1 << count) - 1
+    found = []
+    for part in parts:
+        if len(part) > 1 or loops[part[0]]:
             seen = 0
-            for _, state in component:
-                seen |= product.accepted(state)
+            for place in part:
+                seen |= walked.marks[place]
             if seen == everything:
-                core |= component
-    return core
-
-
-@dataclass(frozen=True, slots=True)
-class _Cycle:
-    """A way round in the product, from home to just before home; no places where none was found."""
-
-    places: tuple[_Place, ...]
-    cost: float
-    explored: int
-
-
-def _cycle(product: _Product, home: _Place, limit: float, states: int) -> _Cycle:
-    """Return the cheapest way back home on which every conjunct accepts, if it is cheaper than the limit."""
-    everything = (1 << len(product.automata)) - 1
-    start = (home, product.accepted(home[1]))
-    goal = (home, -1)
-    best: dict[tuple[_Place, int], float] = {start: 0.0}
-    parents: dict[tuple[_Place, int], tuple[_Place, int] | None] = {start: None}
-    heap: list[tuple[float, tuple[_Place, int]]] = [(0.0, start)]
-    closed: set[tuple[_Place, int]] = set()
-    while heap:
-        cost, key = heapq.heappop(heap)
-        if cost >= limit:
-            break
-        if key == goal:
-            places: list[_Place] = []
-            at = parents[goal]
-            while at is not None:
-                places.append(at[0])
-                at = parents[at]
-            return _Cycle(tuple(reversed(places)), cost, len(closed))
-        if key in closed:
-            continue
-        closed.add(key)
-        if len(closed) > states:
-            raise TooLarge("The search needs", len(closed), "states for one cycle", states)
-        place, seen = key
-        for node, state, step in product.moves(*place):
-            target = (node, state)
-            marks = seen | product.accepted(state)
-            nexts = [(target, marks)]
-            if target == home and marks == everything:
-                nexts.append(goal)
-            for following in nexts:
-                if cost + step < best.get(following, float("inf")):
-                    best[following] = cost + step
-                    parents[following] = key
-                    heapq.heappush(heap, (cost + step, following))
-    return _Cycle((), float("inf"), len(closed))
-
-
-def _walk(parents: dict[_Place, _Place | None], place: _Place | None) -> tuple[int, ...]:
-    nodes: list[int] = []
-    while place is not None:
-        nodes.append(place[0])
-        place = parents[place]
-    return tuple(reversed(nodes))
+                found.append(np.asarray(part, dtype=np.int64))
+    return sorted(found, key=lambda part: (float(walked.there[part].min()), int(part[0])))

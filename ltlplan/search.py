@@ -17,10 +17,12 @@ from ltlplan.automata import Automaton
 from ltlplan.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.conjunction import Task, conjunct_automata
 from ltlplan.joint import joint_possible, plan_joint
+from ltlplan.lasso import LassoRun, cheapest_lasso
 from ltlplan.longest import plan_longest
 from ltlplan.systems import Cost, Node, Systems, TransitionSystem
 from ltlplan.team import Team
 from ltlplan.team_search import Checked, plan_team
+from ltlplan.word_lasso import closes_at_once, improve_lasso
 from verify.data import Formula, InternalError, Letter, Mission, Unsatisfiable, Visit, Word
 
 TIES = 1e-6  # m, more than the tiny amounts that break ties between equally dear plans add up to
@@ -200,26 +202,48 @@ def visits_of(system: TransitionSystem, path: tuple[int, ...]) -> list[Visit]:
 
 def _assign_lasso(mission: Mission, systems: Systems, system: TransitionSystem, budget: Budget) -> Assignment:
     """Plan one robot's infinite trace; as many laps count as are flown."""
-    from ltlplan.lasso import cheapest_lasso
-    from ltlplan.word_lasso import improve_lasso
-
     automata = conjunct_automata(mission.formula, "infinite", budget=budget)
     run = cheapest_lasso(system, automata, weight=mission.spec.repeat, budget=budget)
     if run is None:
         from ltlplan.why_not import explain
 
         raise explain(mission, systems, [system], feasible=lambda parts, worlds: _lasso_exists(parts, worlds[0], budget))
-    run, certain = improve_lasso(system, automata, run, weight=mission.spec.repeat, states=min(budget.states, WORD_STATES))
+    laps = mission.spec.repeat
+    exact = run.bound >= run.prefix_cost + laps * run.cycle_cost - TIES
+    certain = exact and all(map(closes_at_once, automata))
+    if not certain:
+        run, certain = improve_lasso(system, automata, run, weight=laps, states=min(budget.states, WORD_STATES))
+        certain = certain and exact
     (name,) = mission.agents
-    robot = lasso_itinerary(system, run.prefix, run.cycle, mission.spec.repeat)
-    notes = () if certain else ("The cheapest round of the planning automaton; a cheaper word was not ruled out.",)
-    return Assignment({name: robot}, robot.cost, robot.cost if certain else None, certain, 1, notes)
+    robot = lasso_itinerary(system, run.prefix, run.cycle, laps)
+    if certain:
+        return Assignment({name: robot}, robot.cost, robot.cost, complete=True, tried=1)
+    note = "The cheapest round of the planning automaton" if exact else "The best round found within the budget of states"
+    least = _least_lasso(system, automata, run, laps, budget)
+    return Assignment({name: robot}, robot.cost, least, False, 1, (f"{note}; a cheaper word was not ruled out.",))
+
+
+def _least_lasso(
+    system: TransitionSystem, automata: Sequence[Automaton], run: LassoRun, laps: int, budget: Budget
+) -> float | None:
+    """Return a lower bound on all infinite words: what the conjuncts ask for whose automata forget all but the last letter.
+
+    Of these a lap of the word is a round of the product, so that a bound on rounds is one on words.
+    """
+    forgetful = [automaton for automaton in automata if closes_at_once(automaton)]
+    if not forgetful:
+        return None
+    relaxed = run if len(forgetful) == len(automata) else cheapest_lasso(system, forgetful, weight=laps, budget=budget)
+    return None if relaxed is None else max(0.0, relaxed.bound - TIES)
 
 
 def _lasso_exists(parts: Sequence[Formula], system: TransitionSystem, budget: Budget) -> bool:
     from ltlplan.lasso import lasso_exists
 
-    return lasso_exists(system, conjunct_automata(_all_of(parts), "infinite", budget=budget), budget=budget)
+    try:
+        return lasso_exists(system, conjunct_automata(_all_of(parts), "infinite", budget=budget), budget=budget)
+    except TooLarge:
+        return True  # not known to be impossible
 
 
 def lasso_itinerary(system: TransitionSystem, prefix: tuple[int, ...], cycle: tuple[int, ...], laps: int) -> Itinerary:

@@ -127,6 +127,17 @@ def test_twelve_goals() -> None:
         assert seconds < 2.0
 
 
+def test_goals_for_ever() -> None:
+    print("goals for ever, CPU s: ", end="")
+    for count in (8, 15, 30):
+        regions, starts = places(count)
+        asked = world(" & ".join(f"G F {name}" for name in regions), regions=regions, starts=starts)
+        infinite = asked.model_copy(update={"spec": asked.spec.model_copy(update={"trace": "infinite"})})
+        assert assign(infinite).complete
+        print(f"{count}: {least(lambda: assign(infinite), 1):.2f}", end="  ", flush=True)  # noqa: B023 - called at once
+    print()
+
+
 def test_growing_teams() -> None:
     print("\nFire-fighting, N robots: search, states of the team automaton and of the full product")
     sizes, times = (1, 2, 3, 4, 5, 10, 20, 50, 100), []
@@ -226,6 +237,7 @@ def test_a_budget_that_ends_the_search() -> None:
 if __name__ == "__main__":
     test_patterns()
     test_twelve_goals()
+    test_goals_for_ever()
     test_growing_teams()
     test_office_grid()
     test_robots_that_interact()

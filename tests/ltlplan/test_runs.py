@@ -1,18 +1,21 @@
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ltlplan import rounds
 from ltlplan.automata import Automaton, translate
 from ltlplan.budget import Budget, TooLarge
 from ltlplan.lasso import lasso_exists
 from ltlplan.runs import cheapest_lasso, cheapest_repeated, cheapest_run, k_best
 from ltlplan.systems import TransitionSystem
-from ltlplan.word_lasso import improve_lasso
+from ltlplan.word_lasso import closes_at_once, improve_lasso
 from tests.strategies import formulas, letters
 from verify.data import BadInput, Formula, Word
 from verify.semantics import satisfies
@@ -144,6 +147,79 @@ def test_two_goals_for_ever_take_one_round_in_the_shorter_order() -> None:
     assert run is not None
     assert run.cycle_cost == pytest.approx(3.0, abs=1e-6)
     assert run.prefix_cost == pytest.approx(1.0, abs=1e-6)
+
+
+def places(count: int, seed: int) -> tuple[TransitionSystem, np.ndarray]:
+    """A robot at the first of some places, each with a name of its own, that all can be reached from each other on straight lines."""
+    points = np.random.default_rng(seed).uniform(-3, 3, (count + 1, 2))
+    away = np.linalg.norm(points[:, None] - points[None], axis=2)
+    labels = tuple(frozenset({f"p{i}"} if i else ()) for i in range(count + 1))
+    edges = tuple(tuple((t, float(away[s, t])) for t in range(1, count + 1) if t != s) for s in range(count + 1))
+    return TransitionSystem(labels, edges, 0), away
+
+
+def always_again(names: list[str]) -> list[Automaton]:
+    automata = [translate(f"G F {name}", "infinite") for name in names]
+    return [automaton for automaton in automata if isinstance(automaton, Automaton)]
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("weight", [1.0, 3.0])
+def test_many_goals_for_ever_against_every_order(seed: int, weight: float) -> None:
+    system, away = places(6, seed)
+    run = cheapest_lasso(system, always_again([f"p{i}" for i in range(1, 7)]), weight=weight)
+    tours = [(1, *order) for order in itertools.permutations(range(2, 7))]
+    lengths = [sum(away[a, b] for a, b in itertools.pairwise((*order, order[0]))) for order in tours]
+    assert run is not None
+    assert run.prefix_cost + weight * run.cycle_cost == pytest.approx(away[0, 1:].min() + weight * min(lengths), abs=1e-6)
+    assert run.bound == pytest.approx(run.prefix_cost + weight * run.cycle_cost, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_bounds_by_trees_and_by_orders_lead_to_the_same_round(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Goals may be shown at several places; a round is found with one bound and with the other."""
+    system, _ = places(11, seed)
+    rng = np.random.default_rng(seed)
+    labels = tuple(letter | ({f"q{rng.integers(4)}"} if rng.random() < 0.5 else set()) for letter in system.labels)
+    system = dataclasses.replace(system, labels=labels)
+    automata = [*always_again([f"p{i}" for i in range(1, 8)] + ["q0", "q1"]), translate("G(p3 -> F q0)", "infinite")]
+    runs = []
+    for most in (rounds.MOST_ORDERED, 0):
+        monkeypatch.setattr(rounds, "MOST_ORDERED", most)
+        runs.append(cheapest_lasso(system, automata, weight=2.0))  # type: ignore[arg-type]
+    first, second = runs
+    if first is None or second is None:
+        assert first is second
+        return
+    assert first.prefix_cost + 2 * first.cycle_cost == pytest.approx(second.prefix_cost + 2 * second.cycle_cost, abs=1e-6)
+    hurried = cheapest_lasso(system, automata, weight=2.0, budget=Budget(rounds=1))  # type: ignore[arg-type]
+    assert hurried is not None
+    cost = hurried.prefix_cost + 2 * hurried.cycle_cost
+    exact = first.prefix_cost + 2 * first.cycle_cost
+    assert hurried.bound - 1e-6 <= exact <= cost + 1e-6
+    assert hurried.bound < cost - 1e-6 or cost == pytest.approx(exact, abs=1e-6)
+    word = Word(tuple(labels[n] for n in hurried.prefix), tuple(labels[n] for n in hurried.cycle))
+    assert all(automaton.accepts(word) for automaton in automata)
+
+
+def test_thirty_goals_for_ever_are_one_round_and_thirty_goals_once_are_refused_in_words() -> None:
+    system, _ = places(30, 0)
+    names = [f"p{i}" for i in range(1, 31)]
+    run = cheapest_lasso(system, always_again(names))
+    assert run is not None
+    assert set(run.cycle) == set(range(1, 31))
+    assert run.bound == pytest.approx(run.prefix_cost + run.cycle_cost, abs=1e-6)
+    once = [translate(f"F {name}", "infinite") for name in names]
+    with pytest.raises(TooLarge, match="more than 2,000 states"):
+        cheapest_lasso(system, once, budget=Budget(lasso=2_000))  # type: ignore[arg-type]
+
+
+def test_an_automaton_that_forgets_closes_at_once() -> None:
+    assert closes_at_once(*always_again(["a"]))
+    for formula in ("F a", "G(a -> F b)", "F G a"):
+        automaton = translate(formula, "infinite")
+        assert isinstance(automaton, Automaton)
+        assert not closes_at_once(automaton)
 
 
 def test_the_weight_decides_between_prefix_and_cycle() -> None:
