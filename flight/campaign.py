@@ -26,8 +26,9 @@ from flight.labels import PlannedAction, planned_actions, region_letters, region
 from flight.reference import Reference, flown, sample_reference
 from flight.sensing import MotionCapture
 from flight.simulate import FRAME_STEPS, STEP, SUBSTEPS, ModelName, Setup, steps
-from flight.tube import relative_acceleration
+from flight.tube import relative_acceleration, stray_at_joints
 from verify.data import BadInput, Mission, NotCertified, Plan, Trajectory
+from verify.planned_paths import planned_paths
 
 MAX_RUNS = 100_000
 _BATCH = 500
@@ -210,8 +211,10 @@ def campaign(
     parts = _many(job, batches, workers, progress) if workers > 1 and len(batches) > 1 else _one_by_one(job, batches, progress)
     peaks = np.concatenate([part.peaks for part in parts])
     errors = np.concatenate([part.errors for part in parts])
-    # Between two steps of the dynamics a robot strays from the chord of its error by at most A h^2 / 8.
-    between = relative_acceleration(mission.vehicle, reference.greatest_acceleration) * STEP * STEP / 8.0
+    # Between two steps of the dynamics a robot strays from the chord of its error by at most A h^2 / 8, and where pieces meet.
+    paths = planned_paths(mission, team)
+    pushed = relative_acceleration(mission.vehicle, max(path.acceleration for path in paths.values())) * STEP * STEP / 8.0
+    between = pushed + max(stray_at_joints(path, time - STEP, time + STEP) for path in paths.values() for time in path.joints)
     worst = np.max(peaks, axis=1) + between
     return Campaign(
         mission=mission.name,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -15,8 +16,11 @@ from flight.log import Event, FlightLog
 from flight.monitor import Monitor
 from flight.recording import Recording
 from flight.reference import flown
-from flight.tube import TubeVerdict
-from verify.data import BadInput, Mission, NotCertified, Trajectory
+from flight.tube import TubeVerdict, relative_acceleration
+from verify.asked import Asked
+from verify.data import BadInput, Mission, NotCertified, Plan, Trajectory
+from verify.flight_log import Samples
+from verify.recorded import FlightVerdict, check_flight
 
 LONGEST_GAP = 1.0
 """s between two samples, from which on a log has a hole rather than a rate."""
@@ -37,6 +41,7 @@ class Comparison:
         formula: State of the formula on the sampled path.
         closest: Least distance between two robots at a sample, m, and who; None for one robot.
         events: What a monitor says of it, in order.
+        judged: Every claim of the certificate's paths, held against the flight; None without the trajectories.
     """
 
     robots: tuple[str, ...]
@@ -49,6 +54,7 @@ class Comparison:
     formula: FormulaVerdict
     closest: tuple[float, str, str] | None
     events: tuple[Event, ...]
+    judged: FlightVerdict | None = None
 
     @property
     def covered(self) -> bool:
@@ -71,15 +77,24 @@ def compare(
     cert: Any,
     team: Mapping[str, Trajectory] | None = None,
     *,
+    plan: Plan | None = None,
     measurement: float = 0.0,
+    max_speed: float | None = None,
+    start: float | None = 0.0,
 ) -> Comparison:
-    """Hold a simulated, logged or recorded flight against a certificate.
+    """Hold a simulated, logged or recorded flight against a certificate: `verify.check_flight`, with figures for a person.
 
     Args:
         log: The flight; of a FlightLog the positions are taken as measured.
         cert: The certificate.
-        team: The certified trajectories; a FlightLog can do without, by the errors that it holds.
+        team: The certified trajectories. A FlightLog can do without, by the errors that it holds; then only the tube is judged,
+            and pieces are taken to be longer than the gaps between samples.
+        plan: The plan, so that visits and passages are judged too.
         measurement: Bound on a measured position's error, m.
+        max_speed: Bound on every robot's speed, m/s; None takes what the vehicle's rotors allow between the samples, which bound the
+            acceleration.
+        start: When the flight began on the log's clock, s; logs and recordings count from there. None fits one start for the whole
+            team to the plan.
 
     Raises:
         BadInput: Other robots, units that cannot be metres and seconds, holes, too short a flight, or a recording
@@ -95,27 +110,34 @@ def compare(
         raise BadInput(f"measurement must be 0 m or more, not {measurement}.")
     if team is not None and not cert.covers(team):
         raise NotCertified("the certificate does not cover these trajectories.")
-    times, order = log.times, [log.robots.index(name) for name in mission.agents]
+    order = [log.robots.index(name) for name in mission.agents]
     position = log.position[:, order]
     shortest = longest = float(cert.duration)
     if team is not None:
         shortest = longest = max(path.duration for path in flown(mission, team).values())
     elif mission.spec.repeat > 1:  # how much of it is the lap is not known without the trajectories
         longest *= mission.spec.repeat
-    _require_sense(times, position, mission, shortest, longest)
-    errors = _errors(log, order, position, mission, team)
+    _require_sense(log.times - (start or 0.0), position, mission, shortest, longest)
+    judged, shift = None, start or 0.0
+    if team is not None:
+        asked = Asked.of_certificate(cert, team, plan)
+        judged = _judged(log, position, asked, measurement=measurement, max_speed=max_speed, start=start)
+        shift = shift if judged.alignment.fitted is None else judged.alignment.fitted
+    times = log.times - shift
+    errors = _errors(log, order, position, times, mission, team)
     monitor = Monitor(
         mission,
         certified_actions(cert, team),
-        margin=float(cert.margin),
+        margin=float(cert.margin) if judged is None else None,
         measurement=measurement,
         planned_acceleration=mission.effective_limits.acceleration,
     )
     for time, place, off in zip(times.tolist(), position, errors, strict=True):
         monitor.see_errors(time, place.T, off)
-    monitor.finish()
+    monitor.finish(shortest)
     seen = np.where(np.isnan(errors), -1.0, errors)
-    names, tube = tuple(mission.agents), monitor.tube
+    names = tuple(mission.agents)
+    tube, bound, said = (monitor.tube, monitor.bounds, ()) if judged is None else _tube(judged, float(cert.margin))
     assert tube is not None, "a certificate gives the monitor a tube"
     return Comparison(
         robots=names,
@@ -123,21 +145,86 @@ def compare(
         worst_error={name: float(np.max(seen[:, j])) for j, name in enumerate(names)},
         worst_time={name: float(times[np.argmax(seen[:, j])]) for j, name in enumerate(names)},
         rms_error={name: float(np.sqrt(np.nanmean(errors[:, j] ** 2))) for j, name in enumerate(names)},
-        bound=monitor.bounds,
+        bound=bound,
         tube=tube,
         formula=monitor.formula,
         closest=monitor.closest,
-        events=tuple(monitor.events),
+        events=(*monitor.events, *said),
+        judged=judged,
     )
 
 
+def _judged(
+    log: FlightLog | Recording,
+    position: Floats,
+    asked: Asked,
+    *,
+    measurement: float,
+    max_speed: float | None,
+    start: float | None,
+) -> FlightVerdict:
+    """Let the checker judge the flight."""
+    mission = asked.mission
+    names = tuple(mission.agents)
+    internal = None
+    if isinstance(log, FlightLog):
+        columns = {name: log.robots.index(name) for name in names}
+        internal = {name: [row[column] for row in log.letters] for name, column in columns.items()}
+    rounding = log.rounding if isinstance(log, Recording) else (0.0, 0.0)
+    samples = Samples(log.times, {name: position[:, j] for j, name in enumerate(names)}, internal, rounding)
+    whole = measurement + rounding[1]
+    end = max(path.duration for path in flown(mission, asked.team or {}).values())
+    speed = _fastest(samples, mission, whole, end) if max_speed is None else max_speed
+    push = relative_acceleration(mission.vehicle, 0.0)
+    return check_flight(samples, asked, max_speed=speed, max_acceleration=push, error=measurement, start=start)
+
+
+def _fastest(samples: Samples, mission: Mission, error: float, end: float) -> float:
+    """Bound the robots' speed at all times, m/s.
+
+    On average it is what the samples show; at any time between them it is off that by at most the acceleration that the
+    rotors can give, times the gap, or the time that no sample covers.
+    """
+    push = relative_acceleration(mission.vehicle, 0.0)
+    beyond = max(float(samples.times[0]), end - float(samples.times[-1]), 0.0)
+    fastest = 0.0
+    for places in samples.positions.values():
+        seen = ~np.isnan(places).any(axis=1)
+        gaps, steps = np.diff(samples.times[seen]), np.linalg.norm(np.diff(places[seen], axis=0), axis=1)
+        if len(gaps):
+            fastest = max(fastest, float(np.max((steps + 2 * error) / gaps + push * gaps)))
+    return (fastest + push * beyond) * (1 + 1e-9)
+
+
+def _tube(judged: FlightVerdict, margin: float) -> tuple[TubeVerdict, dict[str, float], tuple[Event, ...]]:
+    """Return the team's tube, each robot's bound, m, and what is to be said of both."""
+    claims = [claim for claim in judged.claims if claim.name == "tube"]
+    bound = {str(claim.robot): math.inf if claim.bound is None else claim.bound for claim in claims}
+    refused = tuple(
+        Event(claim.time or 0.0, claim.robot, "tube", claim.sentence) for claim in claims if claim.verdict != "holds"
+    )
+    if refused:
+        outside = any(claim.verdict == "fails" for claim in claims)
+        return "outside" if outside else "unknown", bound, refused
+    sentence = (
+        f"every robot stayed within {max(bound.values()):.4f} m of its plan at every time, inside the tube of {margin:g} m: the "
+        "certificate covers this flight."
+    )
+    return "inside", bound, (Event(max(claim.time or 0.0 for claim in claims), None, "tube", sentence),)
+
+
 def _errors(
-    log: FlightLog | Recording, order: list[int], position: Floats, mission: Mission, team: Mapping[str, Trajectory] | None
+    log: FlightLog | Recording,
+    order: list[int],
+    position: Floats,
+    times: Floats,
+    mission: Mission,
+    team: Mapping[str, Trajectory] | None,
 ) -> Floats:
     """Return each robot's distance from the plan at each sample, m. Shape (samples, robots)."""
     if team is not None:
         paths = flown(mission, team)
-        planned = np.stack([path.evaluate(log.times)[:, :3] for path in paths.values()], axis=1)
+        planned = np.stack([path.evaluate(np.maximum(times, 0.0))[:, :3] for path in paths.values()], axis=1)
         return np.linalg.norm(position - planned, axis=2)
     if isinstance(log, FlightLog):
         return log.error[:, order]

@@ -19,6 +19,7 @@ from flight.reference import Reference, flown, sample_reference
 from flight.sensing import MotionCapture
 from flight.simulate import FRAME_STEPS, STEP, SUBSTEPS, ModelName, Setup, Snapshot, steps
 from verify.data import BadInput, Mission, NotCertified, Plan, Trajectory
+from verify.planned_paths import PlannedPath, planned_paths
 
 Progress = Callable[[str, float], None]
 
@@ -69,7 +70,7 @@ def fly(
     sensor = as_sensor(noise)
     actions = planned_actions(plan, team, cert)
     chosen: Reaction = mission.reaction if reaction is None else reaction
-    watcher = _Watcher(mission, reference, actions, cert, sensor, chosen)
+    watcher = _Watcher(mission, reference, actions, cert, sensor, chosen, planned_paths(mission, team))
     setup = Setup(frame, watcher.reference, as_wind(wind), sensor, model, controller, watcher.override)
     entries: list[Snapshot] = []
     count = (len(reference.times) - 1) * SUBSTEPS // FRAME_STEPS
@@ -79,7 +80,7 @@ def fly(
             break
         if progress is not None and len(entries) % 100 == 0:
             progress("simulating the flight", min(len(entries) / (count + 1), 1.0))
-    watcher.monitor.finish()
+    watcher.monitor.finish(reference.duration)
     notes = [] if frame.known else [f"no airframe is known for '{mission.vehicle.name}'; lag, drag and gains are estimates."]
     if cert is None:
         notes.append(
@@ -102,6 +103,7 @@ class _Watcher:
         cert: Any,
         sensor: MotionCapture | None,
         reaction: Reaction,
+        planned: Mapping[str, PlannedPath],
     ) -> None:
         if reaction not in ("carry_on", "hold", "land"):
             raise BadInput(f"reaction must be 'carry_on', 'hold' or 'land', not {reaction!r}.")
@@ -115,7 +117,8 @@ class _Watcher:
             actions,
             margin=None if cert is None else float(cert.margin),
             measurement=0.0 if sensor is None else sensor.bound,
-            planned_acceleration=reference.greatest_acceleration,
+            planned_acceleration=max(path.acceleration for path in planned.values()),
+            planned=planned,
         )
         self._alarm: int | None = None
         self._stop: Stop | None = None

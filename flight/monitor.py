@@ -7,7 +7,7 @@ margin, and the distances between robots, and says at once when the certificate 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from flight.labels import PlannedAction, region_letters, regions_of
 from flight.log import Event
 from flight.tube import Tube, TubeVerdict, relative_acceleration
 from verify.data import Mission
+from verify.planned_paths import PlannedPath
 
 
 class Monitor:
@@ -35,6 +36,7 @@ class Monitor:
         margin: float | None,
         measurement: float,
         planned_acceleration: float,
+        planned: Mapping[str, PlannedPath] | None = None,
     ) -> None:
         """Begin before the first sample.
 
@@ -44,13 +46,17 @@ class Monitor:
             margin: delta of the certificate, m; None where there is none.
             measurement: Bound on a measured position's error, m.
             planned_acceleration: Bound on the planned acceleration, m/s^2.
+            planned: What is flown, for where its pieces meet; without it one joint at most is taken to lie between two samples.
         """
         self._mission, self._robots = mission, tuple(mission.agents)
         self._actions = [[a for a in sorted(actions, key=lambda a: a.time) if a.robot == name] for name in self._robots]
         self._margin, self._measurement = margin, measurement
         self._acceleration = relative_acceleration(mission.vehicle, planned_acceleration)
         tube_margin = float("inf") if margin is None else margin
-        self._tubes = [Tube(tube_margin, measurement, self._acceleration) for _ in self._robots]
+        self._tubes = [
+            Tube(tube_margin, measurement, self._acceleration, None if planned is None else planned[name])
+            for name in self._robots
+        ]
         self._table = region_letters(mission)
         self._regions = np.zeros(len(self._robots), dtype=np.int64)
         self._formula: FormulaState | None = None
@@ -106,8 +112,20 @@ class Monitor:
         self._see_distances(measured)
         return self.events[before:]
 
-    def finish(self) -> None:
-        """Take the flight as over and say how it ended."""
+    def finish(self, end: float | None = None) -> None:
+        """Take the flight as over and say how it ended.
+
+        Args:
+            end: When it ended, s; None takes the last sample for it.
+        """
+        if self._margin is not None:
+            for name, tube in zip(self._robots, self._tubes, strict=True):
+                was = tube.verdict
+                if tube.end(self._time if end is None else end) != was:
+                    self._say(
+                        name, "tube", f"{name} was not seen at the flight's start or end: up to {tube.bound:.4f} m from its plan "
+                        f"cannot be ruled out, the tube is {self._margin:g} m; the certificate cannot be shown to cover this flight.",
+                    )  # fmt: skip
         finite = self._mission.spec.trace == "finite"
         if self._formula is not None and self._formula.verdict == "open":
             verdict = self._formula.end(finite=finite)

@@ -34,7 +34,7 @@ from verify.recorded_words import (
     within,
 )
 from verify.samples import LARGEST, MAX_SAMPLES, require_error, require_speed, with_rounding
-from verify.tracks import Track, track
+from verify.tracks import Bounds, Track, track
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +91,7 @@ def check_flight(
     asked: Asked,
     *,
     max_speed: float | None = None,
+    max_acceleration: float | None = None,
     error: float = 0.0,
     start: float | None = None,
     budget: int = DEFAULT_BUDGET,
@@ -101,6 +102,7 @@ def check_flight(
         samples: What was measured.
         asked: Mission, plan and trajectories.
         max_speed: Bound on every robot's speed at all times, m/s.
+        max_acceleration: Bound on every robot's acceleration at all times, m/s^2, where one is known.
         error: Bound on the distance between measured and true position, m.
         start: When the flight began on the recording's clock, s; None fits one start for the whole team to the plan, and without
             a plan takes the first sample.
@@ -112,28 +114,31 @@ def check_flight(
     """
     speed = require_speed(max_speed)
     require_error(error)
+    if max_acceleration is not None and not (isinstance(max_acceleration, int | float) and 0 < max_acceleration <= LARGEST):
+        raise BadInput(f"max_acceleration must be above 0 m/s^2, not {str(max_acceleration)[:40]}.")
     if start is not None and not (isinstance(start, int | float) and abs(start) <= LARGEST):
         raise BadInput(f"start must be a time of the recording, in s, not {str(start)[:40]}.")
     _require_fit(samples, asked)
     whole = with_rounding(float(error), speed, samples.rounding, samples.times, samples.positions.values())
-    return _Judge(samples, asked, speed, whole, start, budget).judge()
+    bounds = Bounds(speed, whole, np.inf if max_acceleration is None else float(max_acceleration))
+    return _Judge(samples, asked, bounds, start, budget).judge()
 
 
 class _Judge:
     """One recording, held against what is asked of it."""
 
-    def __init__(self, samples: Samples, asked: Asked, speed: float, error: float, start: float | None, budget: int) -> None:
+    def __init__(self, samples: Samples, asked: Asked, bounds: Bounds, start: float | None, budget: int) -> None:
         self.samples, self.asked, self.budget = samples, asked, budget
         self.paths: dict[str, PlannedPath] | None = (
             None if asked.team is None else planned_paths(asked.worlds[0].mission, asked.team)
         )
         self.end = None if self.paths is None else max(path.end for path in self.paths.values())
-        self.alignment = self._aligned(start, error)
+        self.alignment = self._aligned(start, bounds.error)
         self.start, self.stop = self._window()
-        self.speed, self.error = speed, error
+        self.bounds = bounds
         self.tracks: dict[str, Track] = {}
         for robot, places in samples.positions.items():
-            whole = track(robot, samples.times, places, speed=speed, error=error, start=self.start, stop=self.stop)
+            whole = track(robot, samples.times, places, bounds, start=self.start, stop=self.stop)
             gone = asked.gone.get(robot)
             self.tracks[robot] = whole if gone is None else whole.over(self.start, gone)
         self.rows = {robot: region_rows(one, asked.worlds) for robot, one in self.tracks.items()}
@@ -234,8 +239,10 @@ class _Judge:
         rest = "; rows beyond are not judged" if last > self.stop or first < self.start else ""
         yield f"{lasts}{planned}{rest}."
         yield self.alignment.sentence
-        yield f"No robot is ever faster than {self.speed:g} m/s."
-        yield f"No measured position is off by more than {self.error:g} m, the digits that it was written with included."
+        yield f"No robot is ever faster than {self.bounds.speed:g} m/s."
+        if np.isfinite(self.bounds.acceleration):
+            yield f"No robot is ever accelerated by more than {self.bounds.acceleration:g} m/s^2."
+        yield f"No measured position is off by more than {self.bounds.error:g} m, the digits that it was written with included."
         if self.asked.mission.internal_propositions:
             if self.samples.internal is not None:
                 yield "Internal states are those of the log; an action counts where the samples allow it at its place."

@@ -136,7 +136,7 @@ def _worst_sample(track: Track, found: Interval) -> tuple[float, float]:
     index = track.samples
     if not len(index):
         return np.inf, track.start
-    sure = np.nextafter(found.high[index] + track.error, np.inf)
+    sure = np.nextafter(found.high[index] + track.bounds.error, np.inf)
     at = int(np.argmin(sure))
     return float(sure[at]), float(track.times[index[at]])
 

@@ -100,7 +100,7 @@ def _outside(track: Track, path: PlannedPath, alignment: Alignment, margin: floa
         times = track.times[inside] - (low + high) / 2
         around = np.full(len(inside), (high - low) / 2 * (1 + 1e-9)) + 8 * np.spacing(np.abs(times) + abs(low) + abs(high))
         wanted, off = path.position(times, around)
-        sure = np.linalg.norm(track.positions[inside] - wanted, axis=1) * (1 - 1e-12) - off - track.error
+        sure = np.linalg.norm(track.positions[inside] - wanted, axis=1) * (1 - 1e-12) - off - track.bounds.error
         sure -= path.jumped(times - around, times + around)
         at = int(np.argmax(sure))
         if not sure[at] > margin:

@@ -37,7 +37,12 @@ def region_rows(track: Track, worlds: Sequence[World]) -> dict[str, Row]:
         if since > until:
             continue
         line = sampled_timeline(
-            track.robot, track.times, track.positions, world.mission.all_regions, speed=track.speed, error=track.error
+            track.robot,
+            track.times,
+            track.positions,
+            world.mission.all_regions,
+            speed=track.bounds.speed,
+            error=track.bounds.error,
         )
         low, high = Fraction(since), Fraction(until)
         for region in world.mission.all_regions:

@@ -6,7 +6,8 @@ distance h from the point of the chord at share s obeys
 
     h^2 <= s (1 - s) (D^2 + 4 D e - c^2) + e^2,    c = |b - a|,
 
-which is at most a quarter of (D + 2 e)^2 - c^2, the ellipsoid's. Before its first sample and after its last one it is in a ball
+which is at most a quarter of (D + 2 e)^2 - c^2, the ellipsoid's. Where its acceleration is bounded by A as well, h is also at most
+e + A s (1 - s) dt^2 / 2. Before its first sample and after its last one it is in a ball
 that grows at v; a second sample at the same place, twice as far away in time, says exactly that.
 
 What is asked of all times is asked of cells: parts of a gap between samples, each in one ball. A cell that is too large to answer
@@ -36,6 +37,21 @@ _SLACK = 1e-12
 """Relative; what floats lose in this module is below a thousandth of it."""
 
 
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """What is known of every robot and of the measurement.
+
+    Attributes:
+        speed: Bound on the speed at all times, m/s.
+        error: Bound on the distance between measured and true position, m.
+        acceleration: Bound on the acceleration at all times, m/s^2; infinite where there is none.
+    """
+
+    speed: float
+    error: float
+    acceleration: float = np.inf
+
+
 @dataclass(frozen=True, eq=False)
 class Track:
     """One robot's samples, and the time over which it is judged.
@@ -46,8 +62,7 @@ class Track:
             Shape (n,), n >= 2.
         positions: m. Shape (n, 3).
         real: Which of them are samples. Shape (n,).
-        speed: Bound on the speed at all times, m/s.
-        error: Bound on the distance between measured and true position, m.
+        bounds: What is known between samples.
         start: From when it is judged, s; not before the first of `times`.
         stop: Until when, s; not after the last.
     """
@@ -56,8 +71,7 @@ class Track:
     times: Floats
     positions: Floats
     real: NDArray[np.bool_]
-    speed: float
-    error: float
+    bounds: Bounds
     start: float
     stop: float
 
@@ -82,10 +96,16 @@ class Track:
 
     def spread(self, gap: NDArray[np.intp], low: Floats, high: Floats) -> Floats:
         """Bound the distance from the chord's point at the same instant, between two shares of gaps, m."""
-        reach, chord = self.speed * self.gaps[gap] * (1 + _SLACK), self.chords[gap] * (1 - _SLACK)
-        open_ = np.maximum(reach * reach + 4 * reach * self.error - chord * chord, 0.0) + _SLACK * reach * reach
+        reach, chord = self.bounds.speed * self.gaps[gap] * (1 + _SLACK), self.chords[gap] * (1 - _SLACK)
+        open_ = np.maximum(reach * reach + 4 * reach * self.bounds.error - chord * chord, 0.0) + _SLACK * reach * reach
         nearest = np.clip(0.5, low, high)
-        return np.sqrt(nearest * (1 - nearest) * open_ + self.error**2) * (1 + _SLACK)
+        most = nearest * (1 - nearest)
+        slow = np.sqrt(most * open_ + self.bounds.error**2)
+        if not np.isfinite(self.bounds.acceleration):
+            return slow * (1 + _SLACK)
+        seen = self.real[gap] & self.real[gap + 1]  # what stands for a sample is no place where the robot was
+        smooth = self.bounds.error + self.bounds.acceleration * most * self.gaps[gap] ** 2 / 2
+        return np.where(seen, np.minimum(slow, smooth), slow) * (1 + _SLACK)
 
     def places(self, gap: NDArray[np.intp], share: Floats) -> Floats:
         """Return points of the chords. Shape (len(gap), 3), m."""
@@ -107,15 +127,14 @@ class Track:
         return Cells(self, gap, low, high)
 
 
-def track(robot: str, times: Floats, positions: Floats, *, speed: float, error: float, start: float, stop: float) -> Track:
+def track(robot: str, times: Floats, positions: Floats, bounds: Bounds, *, start: float, stop: float) -> Track:
     """Make a track of samples, with what stands for them where the judged time begins before them or ends after them.
 
     Args:
         robot: Name.
         times: s, increasing. Shape (n,).
         positions: m; NaN where the robot was not seen. Shape (n, 3).
-        speed: Bound on the speed, m/s.
-        error: Bound on the measurement's error, m.
+        bounds: What is known between samples.
         start: From when the robot is judged, s.
         stop: Until when, s.
 
@@ -139,13 +158,13 @@ def track(robot: str, times: Floats, positions: Floats, *, speed: float, error: 
         after = np.nextafter(times[-1] + 2 * max(stop - times[-1], 1e-9), np.inf)
         times, positions = np.r_[times, after], np.r_[positions, positions[-1:]]
         real = np.r_[real, False]
-    made = Track(robot, times, positions, real, speed, error, start, stop)
-    allowed = (speed * made.gaps + 2 * error) * (1 + 1e-9)
+    made = Track(robot, times, positions, real, bounds, start, stop)
+    allowed = (bounds.speed * made.gaps + 2 * bounds.error) * (1 + 1e-9)
     if np.any(made.chords > allowed):
         k = int(np.argmax(made.chords > allowed))
         raise BadInput(
-            f"{robot} is {made.chords[k]:.4g} m away from {times[k]:.4f} s to {times[k + 1]:.4f} s; at most {speed:g} m/s and "
-            f"{error:g} m of error allow {allowed[k]:.4g} m."
+            f"{robot} is {made.chords[k]:.4g} m away from {times[k]:.4f} s to {times[k + 1]:.4f} s; at most {bounds.speed:g} m/s and "
+            f"{bounds.error:g} m of error allow {allowed[k]:.4g} m."
         )
     return made
 

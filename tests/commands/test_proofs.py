@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from ltlplan.cli import app
 from tests.flights import legs, plan_of, small_mission
+from tests.recordings import gates
 from tests.verify.test_recheck import write_folder
 from verify import certify, recheck
 from verify.data import BadInput, NotCertified
@@ -122,3 +123,39 @@ def test_what_an_export_certifies_anew_keeps_margin_and_clock_error(tmp_path: Pa
     flown = load_csv(tmp_path / "export" / "r0.csv")
     assert made.trajectories["r0"] == flown.digest() != team["r0"].digest()
     assert len(flown) >= 2
+
+
+def test_a_recording_that_only_the_formula_would_let_pass_is_refused(tmp_path: Path) -> None:
+    """A sequence without a formula, and a robot that is parked on the floor: nothing of it was flown."""
+    plan, team, certificate = gates()
+    folder = write_folder(tmp_path / "out", plan, team, certificate)
+    rows = ["t,robot,x,y,z", *(f"{0.01 * k:.2f},quad0,-0.8,0,0" for k in range(int(100 * certificate.duration) + 2))]
+    (tmp_path / "parked.csv").write_text("\n".join(rows) + "\n")
+    arguments = ["certify", str(folder), "--flight", str(tmp_path / "parked.csv"), "--max-speed", "1.2"]
+    for more in ([], ["--start", "0"], ["--json"]):
+        done = runner.invoke(app, arguments + more)
+        assert done.exit_code == NotCertified.exit_code
+        assert "the planned 'gate0F' does not happen" in done.output
+    found = json.loads(runner.invoke(app, [*arguments, "--json"]).output)
+    assert found["outcome"] == "fails"
+    (passages,) = (claim for claim in found["claims"] if claim["name"] == "passages")
+    assert (passages["outcome"], passages["says"], passages["region"]) == ("fails", "broken", "gate0")
+
+
+def test_what_a_verdict_rests_on_is_said_in_both_forms(folder: Path) -> None:
+    arguments = ["certify", str(folder), "--flight", str(table(folder)), "--max-speed", "1.2", "--error", "0.0001"]
+    text, data = ok(*arguments), json.loads(ok(*arguments, "--json"))
+    assert data["outcome"] == "holds"
+    for sentence in data["assumptions"]:
+        assert sentence in text
+    for what in ("planned actions", "1.2 m/s", "lasts", "began"):
+        assert any(what in sentence for sentence in data["assumptions"])
+
+
+def test_states_of_a_folder_whose_plan_was_changed_are_not_taken_over(folder: Path) -> None:
+    path = folder / "certificate.json"
+    data = json.loads(path.read_text())
+    data["actions"][0]["time"] = 1.9
+    path.write_text(json.dumps(data))
+    with pytest.raises(NotCertified, match="actions"):
+        ok("certify", str(folder), "--flight", str(table(folder)), "--max-speed", "1.2")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import io
 import json
 
@@ -13,8 +14,8 @@ import flight
 from flight.log import COLUMNS
 from flight.tables import log_from_csv
 from tests.flight.flights import flight as made_flight
-from tests.flight.flights import stand_in
-from verify.data import BadInput, NotCertified
+from tests.flight.flights import rest_to_rest, stand_in
+from verify.data import BadInput, NotCertified, Plan, Trajectory
 
 
 @pytest.fixture(scope="module")
@@ -234,3 +235,56 @@ def test_a_logs_word_and_errors_are_those_of_its_samples(flown):
     assert log.rms_error("quad0") <= log.worst_error("quad0") <= log.worst_error()
     with pytest.raises(ValueError, match="read-only"):
         log.position[0, 0, 0] = 1.0
+
+
+@pytest.mark.parametrize(("first", "last"), [(0.4, 0.0), (0.0, 0.9)])
+def test_a_log_that_does_not_cover_the_flight_is_not_covered_by_its_certificate(flown, first, last):
+    """Where a robot was before the first sample, or after the last one, nobody knows."""
+    team, cert, log = flown
+    kept = (log.times >= first) & (log.times <= log.times[-1] - last)
+    part = changed(
+        log, times=log.times[kept], position=log.position[kept], velocity=log.velocity[kept], attitude=log.attitude[kept],
+        thrust=log.thrust[kept], rates=log.rates[kept], error=log.error[kept],
+        letters=tuple(letters for letters, keep in zip(log.letters, kept, strict=True) if keep),
+    )  # fmt: skip
+    for given in (None, team):
+        result = flight.compare(part, cert, given)
+        assert result.tube == "unknown"
+        assert not any("covers this flight" in sentence for sentence in result.sentences)
+    recording = flight.Recording(log.robots, part.times, part.position)
+    assert flight.compare(recording, cert, team).tube == "unknown"
+
+
+def test_comparing_judges_every_claim_of_paths(flown):
+    team, cert, log = flown
+    result = flight.compare(log, cert, team)
+    assert result.judged is not None
+    assert {"tube", "formula", "transitions", "actions", "workspace", "separation"} <= {c.name for c in result.judged.claims}
+    away = np.array(log.position)
+    away[100:110, 1] += (0.0, 0.0, 0.3)
+    broken = flight.compare(changed(log, position=away), cert, team)
+    assert broken.tube == "outside"
+    assert not broken.covered
+    assert broken.bound["quad1"] >= 0.29
+
+
+def test_what_a_plan_jumps_where_its_pieces_meet_counts():
+    """99.95 mm away at every sample, and maybe 0.1 mm more between two, where the plan jumps towards the robot that follows it."""
+    made = made_flight()[0]
+    path = rest_to_rest([(0, 0, 1), (0, 0, 1), (0, 0, 1)], [0.505, 0.5])
+    coefficients = np.array(path.coefficients)
+    coefficients[1, 0, 0] = 1e-4
+    team = {"quad0": Trajectory(path.durations, coefficients)}
+    one = made.mission.model_copy(
+        update={"agents": {"quad0": made.mission.agents["quad0"].model_copy(update={"start": (0.0, 0.0, 1.0)})},
+                "spec": made.mission.spec.model_copy(update={"formula": "G !left"})}
+    )  # fmt: skip
+    cert = stand_in(Plan(mission=one, robots={"quad0": made.robots["quad0"]}), team, margin=0.1, duration=1.005)
+    cert = dataclasses.replace(cert, actions=())
+    times = np.arange(0, 1.006, 0.001)
+    still = np.where(times[:, None] < 0.5045, [[-0.09995, 0.0, 1.0]], [[-0.09985, 0.0, 1.0]])
+    seen = np.linalg.norm(still - team["quad0"].evaluate(np.minimum(times, 1.005))[:, :3], axis=1)
+    assert seen.max() < 0.09996
+    result = flight.compare(flight.Recording(("quad0",), times, still[:, None]), cert, team)
+    assert result.tube == "unknown"
+    assert result.bound["quad0"] > 0.1

@@ -21,8 +21,9 @@ from flight.tube import Tube, relative_acceleration
 from tests.flight.flights import flight as made_flight
 from tests.flight.flights import mission, rest_to_rest, stand_in
 from verify.behaviour import judge_formula
-from verify.data import BadInput, load_vehicle
+from verify.data import BadInput, Trajectory, load_vehicle
 from verify.data.mission import Spec
+from verify.planned_paths import planned_paths
 from verify.timeline import Change, Enclosure, InternalChange, Relations, Timeline
 
 FORMULAS = (
@@ -219,3 +220,47 @@ def test_the_logs_letters_are_those_of_the_true_path():
     at = int(np.argmax(log.times >= 2.49))
     assert log.letters[at][0] == frozenset({"tank"})
     assert log.letters[at + 3][0] == frozenset({"tank", "carrying"})
+
+
+def test_a_tube_that_no_sample_covers_at_the_start_or_the_end_is_unknown():
+    late = Tube(0.05, 0.0, 30.0)
+    late.see(0.4, 0.001)
+    assert late.see(0.41, 0.001) == "unknown"
+    early = Tube(0.05, 0.0, 30.0)
+    for time in np.arange(0, 1.0, 0.01):
+        early.see(float(time), 0.001)
+    assert early.verdict == "inside"
+    assert early.end(0.99 + 1e-5) == "inside"
+    assert early.end(1.5) == "unknown"
+
+
+def test_a_monitor_without_samples_at_the_end_does_not_say_that_the_certificate_covers_the_flight():
+    made = mission()
+    monitor = Monitor(made, (), margin=0.05, measurement=0.0, planned_acceleration=1.0)
+    near = np.array([[0.5, -0.5], [0.0, 0.2], [1.0, 1.0]])
+    for time in np.arange(0, 0.5, 0.01):
+        monitor.see(float(time), near, near)
+    assert monitor.tube == "inside"
+    monitor.finish(1.0)
+    assert monitor.tube == "unknown"
+    assert not any("covers this flight" in event.sentence for event in monitor.events)
+
+
+def test_a_tube_counts_what_the_plan_jumps_between_samples():
+    """The robot rests; the plan is 99.99 mm away at every sample, and between two of them jumps 1e-4 m away before it comes back."""
+    path = rest_to_rest([(0, 0, 1), (0, 0, 1), (0, 0, 1)], [0.5, 0.5])
+    coefficients = np.array(path.coefficients)
+    coefficients[1, 0, 0] = 1e-4
+    jumping = Trajectory(path.durations, coefficients)
+    one = mission().model_copy(update={"agents": {"quad0": mission().agents["quad0"].model_copy(update={"start": (0, 0, 1)})}})
+    (planned,) = planned_paths(one, {"quad0": jumping}).values()
+    plain, told = Tube(0.1, 0.0, 1.0), Tube(0.1, 0.0, 1.0, planned)
+    for time in np.arange(0, 1.0, 0.01):
+        plain.see(float(time), 0.0998)
+        told.see(float(time), 0.0998)
+    assert told.bound >= 0.0999
+    assert told.verdict == plain.verdict == "inside"
+    nearer = Tube(0.1, 0.0, 1.0, planned)
+    for time in np.arange(0, 1.0, 0.01):
+        nearer.see(float(time), 0.09995)
+    assert nearer.verdict == "unknown"
