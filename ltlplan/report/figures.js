@@ -88,7 +88,7 @@ function watchScenes(scenes) {
     const watcher = new IntersectionObserver((entries) => {
       for (const entry of entries) (entry.isIntersecting ? near.add(entry.target) : near.delete(entry.target));
       drawLater().then(seen);
-    }, { rootMargin: "50% 0%" });
+    }, { rootMargin: "25% 0%" });
     for (const place of scenes) watcher.observe(place);
   });
 }

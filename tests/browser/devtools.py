@@ -21,7 +21,7 @@ from typing import Any
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
-LIMIT = 120.0
+LIMIT = 240.0
 """s that an answer may take: many times what an idle machine needs."""
 
 _OPTIONS = (
@@ -60,7 +60,7 @@ class Browser:
         self,
         page: Path,
         *,
-        width: int = 1280,
+        width: int = 1000,
         phone: bool = False,
         dark: bool = False,
         before: str = "",
@@ -81,7 +81,7 @@ class Browser:
         tab = self._tabs[session] = Tab(self, target, session)
         for domain in ("Page", "Runtime", "Log", "Network"):
             tab.call(f"{domain}.enable")
-        metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": phone}
+        metrics = {"width": width, "height": 700, "deviceScaleFactor": 1, "mobile": phone}
         tab.call("Emulation.setDeviceMetricsOverride", metrics)
         colours = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
         tab.call("Emulation.setEmulatedMedia", {"features": colours})

@@ -170,7 +170,7 @@ def test_colours_follow_the_reader(browser: Browser, page: Page) -> None:
     lightness = "getComputedStyle(document.querySelector('#errors .xtick text')).fill.match(/[0-9]+/g).map(Number)"
     shades: list[int] = []
     for dark in (False, True):
-        tab = browser.open(page("report"), dark=dark)
+        tab = browser.open(page("campaign"), dark=dark)
         shades.append(sum(tab.run(lightness)))
         tab.close()
     assert shades[0] < 200 < 500 < shades[1]
