@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,7 +59,7 @@ class Wind:
     @property
     def speed(self) -> float:
         """Speed of the steady wind, m/s."""
-        return float(np.sqrt(np.sum(np.square(self.mean))))
+        return math.hypot(*self.mean)
 
     @property
     def still(self) -> bool:

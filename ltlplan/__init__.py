@@ -6,9 +6,11 @@ Names are loaded at first use, so that `import ltlplan` and `ltlplan --help` sta
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # type checkers take it for True; `typing` takes long to load for what must be quick to begin
 if TYPE_CHECKING:
+    from typing import Any
+
     from ltlplan.automata import Automaton, translate
     from ltlplan.decomposition import decomposition_set
     from ltlplan.missions import load_mission

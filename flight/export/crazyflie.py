@@ -7,8 +7,10 @@ The export writes one `.bin` a robot and `upload.json`, which says what `define_
 from __future__ import annotations
 
 import json
+import logging
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +18,7 @@ from typing import Any
 from flight.export.crazyswarm import require_crazyflie
 from flight.export.files import Product, Request
 from flight.export.memory import Entry, poly4d_bytes, side_by_side
-from verify.data import BadInput, DoesNotFit, MissingEngine, Trajectory
+from verify.data import BadInput, DoesNotFit, LtlplanError, MissingEngine, Trajectory
 from verify.data.files import parse_json, read_bytes
 
 KINDS = ("poly4d", "poly4d_compressed")
@@ -92,15 +94,36 @@ def upload(folder: str | os.PathLike[str], uris: Mapping[str, str], *, dry_run: 
         dry_run: Send nothing; return what would be sent.
 
     Raises:
-        BadInput: The folder is no such export, or an address is missing.
+        BadInput: The folder is no such export, an address is missing, or there is no radio or vehicle to be reached by it.
         DoesNotFit: A vehicle's memory is smaller, or it refuses the bytes.
         MissingEngine: cflib is not installed.
     """
     planned = _read(Path(folder), uris)
-    if not dry_run:
-        for item in planned:
-            _send(item)
+    for number, item in enumerate(() if dry_run else planned):
+        try:
+            with _quiet():
+                _send(item)
+        except LtlplanError:
+            raise
+        except Exception as error:  # cflib raises bare ones: no radio, no vehicle, no such address
+            reason = (str(error).splitlines() or [type(error).__name__])[0].removesuffix(".")
+            sent = ", ".join(before.robot for before in planned[:number]) or "no robot"
+            raise BadInput(
+                f"{item.robot} at {item.uri} cannot be sent to: {reason}. What was exported is in {folder}; {sent} has been sent its "
+                f"trajectory so far, and nothing was started. Plug in the radio, switch the vehicle on, and look at the address."
+            ) from None
     return planned
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep what cflib logs of a failure, tracebacks too, off standard error where nobody listens to logs: it is raised as well."""
+    logger, handler = logging.getLogger("cflib"), logging.NullHandler()
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
 
 
 def write_entry(memory: Any, entry: Entry) -> bool:

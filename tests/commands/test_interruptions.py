@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -16,15 +17,21 @@ ROOT = Path(__file__).parents[2]
 SLOW_WRITER = """
 import sys, time
 from pathlib import Path
-from ltlplan.cli import _end_cleanly_on_sigterm
+from ltlplan.start import end_cleanly_on_sigterm
 from verify.data.folders import write_folder
-_end_cleanly_on_sigterm()
+end_cleanly_on_sigterm()
 def write(folder):
     (folder / "mission.yaml").write_text("half")
     print("writing", flush=True)
     time.sleep(60)
 write_folder(Path(sys.argv[1]), write)
 """
+
+
+def heed_interrupts() -> None:
+    """Let a child hear Ctrl-C though it may be ignored here, as under `nohup`."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
 def write_mark(folder: Path) -> None:
@@ -36,6 +43,7 @@ def start(target: Path) -> subprocess.Popen[str]:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     writer = subprocess.Popen(
         [sys.executable, "-c", SLOW_WRITER, str(target)],
+        preexec_fn=heed_interrupts,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -50,7 +58,7 @@ def start(target: Path) -> subprocess.Popen[str]:
 def test_an_interrupted_writer_clears_up(how: signal.Signals, tmp_path: Path) -> None:
     writer = start(tmp_path / "run")
     writer.send_signal(how)
-    writer.communicate(timeout=60)
+    writer.communicate(timeout=300)
     assert writer.returncode != 0
     assert list(tmp_path.iterdir()) == []
 
@@ -59,7 +67,7 @@ def test_the_next_writer_clears_up_after_a_killed_one_and_leaves_a_living_one_al
     killed, living = start(tmp_path / "run"), start(tmp_path / "run")
     try:
         killed.kill()
-        killed.communicate(timeout=60)
+        killed.communicate(timeout=300)
         assert len(list(tmp_path.iterdir())) == 2, "each writes beside the target"
         assert write_folder(tmp_path / "run", write_mark) == (
             tmp_path / "run" / "mission.yaml",
@@ -69,7 +77,7 @@ def test_the_next_writer_clears_up_after_a_killed_one_and_leaves_a_living_one_al
         assert living.poll() is None
     finally:
         living.terminate()
-        living.communicate(timeout=60)
+        living.communicate(timeout=300)
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
 
 
@@ -91,7 +99,8 @@ def test_a_folder_that_a_killed_writer_had_moved_away_comes_back(tmp_path: Path)
 
 def ltlplan(*arguments: str, cwd: Path, **options: object) -> subprocess.Popen[str]:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    return subprocess.Popen([sys.executable, "-m", "ltlplan.cli", *arguments], cwd=cwd, env=environment, text=True, **options)  # type: ignore[call-overload]
+    told = {"preexec_fn": heed_interrupts, **options}
+    return subprocess.Popen([sys.executable, "-m", "ltlplan", *arguments], cwd=cwd, env=environment, text=True, **told)  # type: ignore[call-overload]
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.1, 0.38, 0.6])
@@ -102,7 +111,7 @@ def test_ctrl_c_is_no_bug(delay: float, tmp_path: Path) -> None:
     assert "searching" in running.stderr.readline()
     time.sleep(delay)
     running.send_signal(signal.SIGINT)
-    _, said = running.communicate(timeout=60)
+    _, said = running.communicate(timeout=300)
     assert running.returncode == 130
     assert said.endswith("interrupted; no file was left half-written.\n")
     assert "Traceback" not in said
@@ -115,7 +124,7 @@ def test_a_reader_that_has_gone(arguments: tuple[str, ...], tmp_path: Path) -> N
     os.close(reading)
     running = ltlplan(*arguments, cwd=tmp_path, stdout=writing, stderr=subprocess.PIPE)
     os.close(writing)
-    _, said = running.communicate(timeout=60)
+    _, said = running.communicate(timeout=300)
     assert (running.returncode, said) == (141, "")
 
 
@@ -123,5 +132,94 @@ def test_a_reader_that_has_gone(arguments: tuple[str, ...], tmp_path: Path) -> N
 def test_an_output_without_room(tmp_path: Path) -> None:
     with Path("/dev/full").open("w") as full:
         running = ltlplan("automaton", "F a", "--json", cwd=tmp_path, stdout=full, stderr=subprocess.PIPE)
-        _, said = running.communicate(timeout=60)
+        _, said = running.communicate(timeout=300)
     assert (running.returncode, said) == (2, "bad input: The output cannot be read or written: No space left on device.\n")
+
+
+INTERRUPTED_WHILE_LOADING = """
+import os, signal, sys
+
+class Interrupting:
+    def find_spec(self, name, path=None, target=None):
+        if name == sys.argv[1]:
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupting())
+from ltlplan.start import main
+sys.argv[1:] = ["missions"]
+main()
+"""
+
+
+@pytest.mark.parametrize("module", ["ltlplan.cli", "typer", "ltlplan.commands.fly", "verify.data", "numpy"])
+def test_ctrl_c_while_the_command_line_itself_is_loaded(module: str, tmp_path: Path) -> None:
+    code = INTERRUPTED_WHILE_LOADING.replace("sys.argv[1]", repr(module))
+    running = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(ROOT)},
+        preexec_fn=heed_interrupts, capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    assert (running.returncode, running.stderr) == (130, "interrupted; no file was left half-written.\n")
+
+
+def test_until_interrupts_are_seen_to_nothing_is_loaded_that_takes_time() -> None:
+    code = "import sys; before = {*sys.modules}; import ltlplan.start; print(*({*sys.modules} - before))"
+    loaded = subprocess.run(
+        [sys.executable, "-S", "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert not {"typer", "typing", "re", "inspect", "logging", "numpy", "verify"} & set(loaded)
+
+
+def test_where_interrupts_are_ignored_the_work_goes_on(tmp_path: Path) -> None:
+    """As under `nohup`, or in the background of a script."""
+
+    def ignore() -> None:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    running = ltlplan("plan", "firefighting", cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=ignore)
+    assert running.stderr is not None
+    assert "searching" in running.stderr.readline()
+    running.send_signal(signal.SIGINT)
+    told, _ = running.communicate(timeout=300)
+    assert running.returncode == 0
+    assert "cost" in told
+
+
+def closing(*streams: int) -> Callable[[], None]:
+    return lambda: [os.close(stream) for stream in streams] and None
+
+
+@pytest.mark.parametrize(
+    "arguments", [("missions",), ("automaton", "F a", "--json"), ("--help",), ("plan", "nowhere"), ("nothing",)]
+)
+def test_a_closed_output_is_told_before_the_work(arguments: tuple[str, ...], tmp_path: Path) -> None:
+    running = ltlplan(*arguments, cwd=tmp_path, stderr=subprocess.PIPE, preexec_fn=closing(1))
+    _, said = running.communicate(timeout=300)
+    assert (running.returncode, said) == (
+        2,
+        "bad input: Standard output is closed; send it to a file, a program or /dev/null.\n",
+    )
+    running = ltlplan(*arguments, cwd=tmp_path, preexec_fn=closing(0, 1, 2))
+    assert running.wait(timeout=300) == 2
+
+
+def test_nothing_is_printed_into_the_files_where_streams_are_closed(tmp_path: Path) -> None:
+    """The first file that is opened would else be standard error, and progress would go into it."""
+    with (tmp_path / "told").open("w") as told:
+        running = ltlplan("run", "hoops-published", "--out", "run", cwd=tmp_path, stdout=told, preexec_fn=closing(0, 2))
+        assert running.wait(timeout=300) == 0
+    again = ltlplan("recheck", "run", cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    again.communicate(timeout=300)
+    assert again.returncode == 0
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full, a disk without room")
+@pytest.mark.parametrize(("arguments", "code"), [(("plan", "hoops-published"), 0), (("plan", "nowhere"), 2), (("nothing",), 2)])
+def test_a_full_or_deserted_standard_error_ends_no_work(arguments: tuple[str, ...], code: int, tmp_path: Path) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    with Path("/dev/full").open("w") as full:
+        for stream in (full, writing):
+            running = ltlplan(*arguments, cwd=tmp_path, stdout=subprocess.PIPE, stderr=stream)
+            running.communicate(timeout=300)
+            assert running.returncode == code
+    os.close(writing)

@@ -250,6 +250,17 @@ class Radio:
         element.write_done(element, address)
 
 
+def test_an_upload_that_reaches_nobody_is_told_in_words(certified, tmp_path, capfd):
+    pytest.importorskip("cflib", reason="cflib is not installed")
+    flight.export(*certified, tmp_path / "out", format="crazyflie")
+    uris = {"quad0": "nowhere://0/80/2M/E7E7E7E701", "quad1": "nowhere://0/80/2M/E7E7E7E702"}
+    with pytest.raises(
+        BadInput, match=r"quad0 at nowhere://.* cannot be sent to: .*; no robot has been sent its trajectory so far"
+    ):
+        flight.upload(tmp_path / "out", uris)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_an_upload_writes_those_bytes_at_that_offset_through_cflib(certified, tmp_path):
     memory = pytest.importorskip("cflib.crazyflie.mem.trajectory_memory", reason="cflib is not installed")
     flight.export(*certified, tmp_path, format="crazyflie", offset=132)

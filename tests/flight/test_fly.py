@@ -146,3 +146,9 @@ workspace: {min: [-1.6, -1.3, 0.2], max: [1.6, 1.3, 1.8]}
     assert any("still open" in sentence for sentence in log.verdicts)
     assert flight.compare(log, cert, {"quad0": path}).covered
     assert flight.campaign(plan, {"quad0": path}, cert, runs=2, model="paper").share_satisfied.value == 1.0
+
+
+@pytest.mark.parametrize("wind", ["1e308", "1e308,1e308,1e308", "-1e308", "0+1e308", "51", "30,30,30"])
+def test_absurd_winds_are_refused_without_a_warning(wind):
+    with pytest.raises(BadInput, match="is a storm; speeds are in m/s, at most 50"):
+        flight.Wind.parse(wind)

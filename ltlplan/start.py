@@ -1,0 +1,138 @@
+"""Where the command line begins and ends: interrupts and closed outputs are seen to before anything that takes time is loaded."""
+
+from __future__ import annotations
+
+import io
+import os
+import signal
+import sys
+
+TYPE_CHECKING = False  # as in `ltlplan`: until the interrupt is seen to, nothing is loaded that need not be
+if TYPE_CHECKING:
+    from types import FrameType
+    from typing import NoReturn
+
+    from typing_extensions import Buffer
+
+BROKEN_PIPE = 128 + 13
+"""Exit code where the reader of our output has gone, as in `ltlplan plan firefighting | head -1`: a shell's for SIGPIPE."""
+INTERRUPTED = 128 + 2
+CLOSED = 2
+
+
+def main() -> NoReturn:
+    """Run the command line; end with the exit code of the error, if any, and without a traceback for mistakes."""
+    interrupts = _told_of_interrupts()
+    code: int | str | None = INTERRUPTED
+    try:
+        end_cleanly_on_sigterm()
+        code = _outcome(as_json="--json" in sys.argv, interrupts=interrupts) if _has_outputs() else CLOSED
+    except BaseException:
+        if not interrupts:
+            raise
+    if code == INTERRUPTED and interrupts:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        sys.stderr.write("interrupted; no file was left half-written.\n")
+        sys.stderr.flush()
+        os._exit(INTERRUPTED)  # the interpreter's own end may turn it into a death by signal, if a library was being loaded
+    sys.exit(code)
+
+
+def _outcome(*, as_json: bool, interrupts: list[int]) -> int | str | None:
+    """Run the command and return its exit code; errors have been told by then."""
+    try:
+        from ltlplan.cli import app
+
+        code = app(standalone_mode=False)
+        sys.stdout.flush()
+        return code
+    except SystemExit as ended:  # typer's own word for a reader that has gone is 1, which is ours for a bug
+        if ended.code == 1 and not any(name.endswith("_COMPLETE") for name in os.environ):
+            return _let_go()
+        return _flushed(ended.code)
+    except BrokenPipeError:
+        return _let_go()
+    except Exception as error:  # the outermost door: every error becomes a message and an exit code
+        if interrupts:  # whatever the interrupt became on its way here, such as an ImportError of a library
+            return INTERRUPTED
+        from ltlplan.commands.terminal import report
+
+        try:
+            return _flushed(report(error, as_json=as_json))
+        except BrokenPipeError:
+            return _let_go()
+
+
+def _flushed(code: int | str | None) -> int | str | None:
+    """Write out what was printed, so that a full disk or a reader that has gone shows while it can be told."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        return _let_go()
+    except OSError as error:
+        from ltlplan.commands.terminal import report
+
+        return report(error, as_json=False)
+    return code
+
+
+def _let_go() -> int:
+    """Say nothing more to a reader that has gone."""
+    from ltlplan.commands.terminal import close_output
+
+    close_output()
+    return BROKEN_PIPE
+
+
+def _has_outputs() -> bool:
+    """Tell whether standard output is open; where another standard stream is closed, let it be the null device.
+
+    A closed one's number would else be given to the next file that is opened, and what libraries print would go into that.
+    """
+    closed = sys.stdout is None
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free, which is this one
+    encoding = "utf-8" if sys.stderr is None else sys.stderr.encoding
+    patient = io.BufferedWriter(_Patient(2, "wb", closefd=False))
+    sys.stderr = io.TextIOWrapper(patient, encoding=encoding, errors="backslashreplace", line_buffering=True)
+    if closed:
+        sys.stderr.write("bad input: Standard output is closed; send it to a file, a program or /dev/null.\n")
+    return not closed
+
+
+class _Patient(io.FileIO):
+    """Standard error that may be full, or whose reader may have gone: no reason to give up work, which has an output and a code."""
+
+    def write(self, data: Buffer, /) -> int:
+        try:
+            return super().write(data)
+        except OSError:
+            return memoryview(data).nbytes
+
+
+def _told_of_interrupts() -> list[int]:
+    """Return a list that Ctrl-C will be entered in, besides raising KeyboardInterrupt; where it is ignored it stays ignored."""
+    interrupts: list[int] = []
+
+    def note(number: int, frame: FrameType | None) -> None:
+        interrupts.append(number)
+        signal.default_int_handler(number, frame)
+
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, note)
+    return interrupts
+
+
+def end_cleanly_on_sigterm() -> None:
+    """Let SIGTERM unwind the stack, as Ctrl-C does, so that unfinished folders go; only in this process, not in its workers."""
+    mine = os.getpid()
+
+    def end(number: int, _frame: object) -> None:
+        if os.getpid() != mine:
+            os._exit(128 + number)
+        raise SystemExit(128 + number)
+
+    signal.signal(signal.SIGTERM, end)
