@@ -52,8 +52,8 @@ def test_options_that_messages_name_exist() -> None:
     known |= {"--help", "--version", "--install-completion"}
     for package in ("ltlplan", "refine", "flight", "verify"):
         for path in (ROOT / package).rglob("*.py"):
-            if path.name in ("crazyswarm_script.py", "px4_stream.py"):  # scripts with options of their own
-                continue
+            if path.name in ("crazyswarm_script.py", "px4_stream.py") or path.parent.name == "report":
+                continue  # scripts with options of their own; pages, whose styles have names like these
             for node in ast.walk(ast.parse(path.read_text())):
                 if isinstance(node, ast.Constant) and isinstance(node.value, str):
                     for option in re.findall(r"(?<![\w-])--[a-z][a-z-]+", node.value):
