@@ -20,6 +20,9 @@ HEADER = ("duration", *(f"{axis}^{power}" for axis in AXES for power in range(DE
 
 MAX_BYTES = 4_000_000
 
+_BEYOND = float(np.finfo(np.float32).max) + 2.0**103
+"""What rounds to no float32: half a step above the largest one, whose nine digits lie between the two."""
+
 
 def write_csv(trajectory: Trajectory, laps: int = 1) -> str:
     """Return the CSV text of a trajectory; of a cycle, that many laps.
@@ -92,6 +95,6 @@ def _number(cell: str, source: str, line: int, column: int) -> float:
         value = float(text)
     except ValueError:
         raise BadInput(f"{source}:{line}: {HEADER[column]} is {cell[:40]!r}; it must be a finite number.") from None
-    if not abs(value) <= float(np.finfo(np.float32).max):
+    if not abs(value) < _BEYOND:
         raise BadInput(f"{source}:{line}: {HEADER[column]} is {cell[:40]}; float32 cannot hold it.")
     return float(np.float32(value))
