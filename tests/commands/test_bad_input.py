@@ -9,7 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.flights import legs, plan_of, small_mission
 from tests.verify.data.test_mission_file import GOOD
+from tests.verify.test_recheck import write_folder
+from verify import certify
 
 
 def ltlplan(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -132,3 +135,14 @@ def test_help_does_not_import_the_engines(tmp_path: Path) -> None:
         [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
     )
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("name", ["mission.yaml", "plan.json", "certificate.json", "r0.csv", "flight.csv"])
+def test_a_pipe_is_never_waited_for(name: str, tmp_path: Path) -> None:
+    plan = plan_of(small_mission("true", regions=""), {})
+    team = {"r0": legs([[0, 0, 1]])}
+    folder = write_folder(tmp_path / "run", plan, team, certify(plan, team))
+    (folder / name).unlink(missing_ok=True)
+    os.mkfifo(folder / name)
+    commands = {"flight.csv": ["certify", str(folder), "--flight", str(folder / name), "--max-speed", "1"]}
+    refused(commands.get(name, ["recheck", str(folder)]), 2, "no file but a pipe", tmp_path)

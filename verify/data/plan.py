@@ -166,8 +166,26 @@ def plan_from_json(text: str, mission: Mission, source: str = PLAN_FILE) -> Plan
     except ValidationError as error:
         first = error.errors()[0]
         raise BadInput(f"{source}, {'.'.join(map(str, first['loc']))[:200]}: {first['msg'].splitlines()[0][:200]}.") from None
+    if where := _read_otherwise(data, json.loads(plan.to_json())):
+        raise BadInput(
+            f"{source}, {where.strip('.')}: this is not written as a plan is; numbers stand without quotes, names once."
+        )
     _check(plan, source)
     return plan
+
+
+def _read_otherwise(given: Any, read: Any) -> str:
+    """Return where a file says something in another way than a plan that was read from it; keys with defaults may be left out."""
+    if isinstance(given, dict) and isinstance(read, dict):
+        return next((f".{k[:40]}{where}" for k, v in given.items() if (where := _read_otherwise(v, read.get(k)))), "")
+    if isinstance(given, list) and isinstance(read, list) and len(given) == len(read):
+        if all(isinstance(text, str) for text in (*given, *read)):
+            given, read = sorted(given), sorted(read)  # letters are sets
+        return next(
+            (f".{i}{where}" for i, (a, b) in enumerate(zip(given, read, strict=True)) if (where := _read_otherwise(a, b))), ""
+        )
+    numbers = [isinstance(value, int | float) and not isinstance(value, bool) for value in (given, read)]
+    return "" if given == read and (all(numbers) or type(given) is type(read)) else "."
 
 
 def load_plan(path: str | Path, mission: Mission) -> Plan:

@@ -13,8 +13,10 @@ from contextlib import suppress
 from pathlib import Path
 
 from verify.data.errors import BadInput
+from verify.data.files import read_bytes
 from verify.data.ownership import MANIFEST, manifest_bytes, read_contents
 
+_MAX_BYTES = 200_000_000
 _STAMP = "<!-- written by ltlplan; SHA-256 of all above: "
 
 
@@ -52,10 +54,7 @@ def check_page(path: Path) -> None:
         raise BadInput(f"{path} is a folder; name a page to write, such as {path / 'show.html'}.")
     if not os.path.lexists(path):
         return
-    try:
-        above, stamp, rest = path.read_bytes().rpartition(_STAMP.encode())
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror or error}.") from None
+    above, stamp, rest = read_bytes(path, most=_MAX_BYTES, what="page").rpartition(_STAMP.encode())
     if path.is_symlink() or not stamp or rest != _stamp(above).removeprefix(stamp):
         raise BadInput(
             f"{path} is yours, or was changed since ltlplan wrote it; move it away, or name another file with --out."

@@ -69,6 +69,8 @@ class _Composer(Composer):
             raise NotAccepted(line, f"a number of {len(node.value)} characters; {MAX_NUMBER} is the most.")
         if isinstance(node, MappingNode):
             for key, _ in node.value:
+                if not isinstance(key, ScalarNode):
+                    raise NotAccepted(key.start_mark.line + 1, "a key must be text, not a list or a table.")
                 if key.tag == _MERGE:
                     raise NotAccepted(key.start_mark.line + 1, "merge keys (`<<`) are not accepted; write the keys out.")
         return node

@@ -251,6 +251,8 @@ def test_an_error_carries_its_faults() -> None:
 HOSTILE = {
     "merge": ("a: &x {b: 1}\nc: {<<: *x}\n", ":2: merge keys"),
     "merge list": ("a: &x {b: 1}\nc:\n  <<: [*x]\n", ":3: merge keys"),
+    "table as a key": ("a: 1\n? {b: 1}\n", ":2: a key must be text"),
+    "list as a key": ("a: 1\n? [b]\n: 2\n", ":2: a key must be text"),
     "omap": ("a: 1\nb: !!omap [c: 1]\n", ":2: YAML tags"),
     "set": ("a: !!set {x, y}\n", ":1: YAML tags"),
     "text by tag": ("name: !!str 5\n", ":1: YAML tags"),

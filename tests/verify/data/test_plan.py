@@ -65,3 +65,32 @@ def test_text_that_is_no_json_is_refused() -> None:
 def test_a_bare_string_is_no_letter() -> None:
     with pytest.raises(BadInput, match="is the string 'ab'"):
         Word.of(["ab"])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ('"seed": 0', '"seed": "0"', "seed"),
+        ('"seed": 0', '"seed": false', "seed"),
+        ('"complete": false', '"complete": 0', "complete"),
+        ('"cost": 0.0', '"cost": "0"', "cost"),
+        ('"method": "exact"', '"method": "exact", "method": "mtac-e"', "'method' stands twice"),
+    ],
+)
+def test_what_is_written_otherwise_than_it_is_meant_is_refused(old: str, new: str, says: str) -> None:
+    plan = firefighting_plan()
+    text = plan.to_json()
+    assert old in text
+    with pytest.raises(BadInput, match=says):
+        plan_from_json(text.replace(old, new, 1), plan.mission)
+
+
+def test_a_letter_is_a_set_and_names_each_once() -> None:
+    plan = firefighting_plan()
+    data = json.loads(plan.to_json())
+    letters = data["robots"]["quad0"]["word"]["prefix"]
+    letters[2] = ["water", "carrying"]
+    assert plan_from_json(json.dumps(data), plan.mission) == plan
+    letters[2] = ["water", "carrying", "water"]
+    with pytest.raises(BadInput, match=r"robots\.quad0\.word\.prefix\.2: this is not written as a plan is"):
+        plan_from_json(json.dumps(data), plan.mission)
