@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
@@ -106,7 +107,8 @@ def parse_mission(text: str, source: str = "mission") -> Mission:
     data = _plain(tree, (), lines, source)
     values, faults = _sections(data)
     found = [Fault(keys, _line(lines, keys), reason) for keys, reason in faults]
-    found += [Fault(keys, _line(lines, keys), reason) for keys, reason in broken_rules(values, data)]
+    with np.errstate(all="ignore"):  # absurd numbers end as infinities, which lie outside of everything
+        found += [Fault(keys, _line(lines, keys), reason) for keys, reason in broken_rules(values, data)]
     if found:
         raise MissionError(source, found)
     return Mission.model_validate(values)
@@ -119,7 +121,8 @@ def check_mission(mission: Mission) -> Mission:
         MissionError: All faults, with keys but without lines.
     """
     values = {name: getattr(mission, name) for name in Mission.model_fields}
-    faults = [Fault(keys, None, reason) for keys, reason in broken_rules(values, mission.resolved())]
+    with np.errstate(all="ignore"):
+        faults = [Fault(keys, None, reason) for keys, reason in broken_rules(values, mission.resolved())]
     if faults:
         raise MissionError(mission.name, faults)
     return mission
