@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from verify.data import Mission, Plan, Trajectory, mission_to_yaml
+from verify.data.events import EVENTS_FILE
 from verify.data.folders import PROOF, write_folder
 from verify.data.trajectory_csv import write_csv
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from ltlplan.pipeline import Result
 
 PLAN_FILES = ("mission.yaml", "plan.json")
-ONLINE_FILES = ("mission.yaml", "flight.csv", "report.html", "summary.txt")
+ONLINE_FILES = ("mission.yaml", EVENTS_FILE, "flight.csv", "report.html", "summary.txt")
 CAMPAIGN_FILES = (*PLAN_FILES, "campaign.json", "campaign.html")
 LOG_FILES = (*PLAN_FILES, "flight.csv")
 _EXPORT = "crazyswarm2"

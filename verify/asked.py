@@ -5,14 +5,16 @@ Nothing in `certificate.json` is believed: it is proved again before its margin 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from verify.certificate import ActionInstant, Certificate, judge
+from verify.data.errors import BadInput
+from verify.data.events import EVENTS_FILE, RobotLeaves, WorldEvent, load_events, require_known
 from verify.data.mission import Mission
 from verify.data.mission_file import load_mission_file
-from verify.data.plan import Plan
+from verify.data.plan import Plan, load_plan
 from verify.data.trajectory import Trajectory
 from verify.recheck import CERTIFICATE_FILE, MISSION_FILE, PLAN_FILE, proved_run, read_folder
 
@@ -75,7 +77,7 @@ def asked_of(source: str | Path) -> Asked:
     """Read what a flight was to do.
 
     Args:
-        source: A folder that `ltlplan run` wrote, or a mission file.
+        source: A folder that `ltlplan run` or `ltlplan fly` wrote, or a mission file.
 
     Raises:
         NotCertified: The folder's certificate is not proved any more, or a file was changed since.
@@ -87,7 +89,39 @@ def asked_of(source: str | Path) -> Asked:
     if (source / CERTIFICATE_FILE).exists():
         run = proved_run(source)
         return Asked.of_certificate(run.certificate, run.team, run.plan)
-    if (source / PLAN_FILE).exists():
-        plan, team = read_folder(source)
-        return Asked.of_certificate(judge(plan, team, largest=False), team, plan)
-    return Asked.of_mission(load_mission_file(source / MISSION_FILE))
+    if (source / EVENTS_FILE).exists():
+        return of_events(load_mission_file(source / MISSION_FILE), load_events(source / EVENTS_FILE))
+    if not (source / PLAN_FILE).exists():
+        return Asked.of_mission(load_mission_file(source / MISSION_FILE))
+    mission = load_mission_file(source / MISSION_FILE)
+    if not any((source / f"{name}.csv").exists() for name in mission.agents):
+        plan = load_plan(source / PLAN_FILE, mission)
+        return Asked((World(0.0, mission),), None, plan, mission.margin)
+    plan, team = read_folder(source)
+    return Asked.of_certificate(judge(plan, team, largest=False), team, plan)
+
+
+def of_events(mission: Mission, events: Sequence[WorldEvent]) -> Asked:
+    """Ask a mission whose world changed in flight.
+
+    Args:
+        mission: As it was at take-off.
+        events: What happened, in order of time, s of the recording.
+
+    Raises:
+        BadInput: An event cannot be.
+    """
+    worlds, gone = [World(0.0, mission)], dict[str, float]()
+    for event in events:
+        require_known(mission, event)
+        if isinstance(event, RobotLeaves):
+            if event.robot in gone:
+                raise BadInput(f"'{event.robot}' leaves twice, at {gone[event.robot]:g} s and at {event.time:g} s.")
+            gone[event.robot] = event.time
+            continue
+        try:
+            mission = event.apply(mission)
+        except ValueError as error:
+            raise BadInput(f"At {event.time:g} s {event}: {error}") from None
+        worlds.append(World(event.time, mission))
+    return Asked(tuple(worlds), margin=mission.margin, gone=gone)

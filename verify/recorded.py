@@ -230,7 +230,7 @@ class _Judge:
             return mission.initial_letter(robot), planned
         shown = [frozenset(self.samples.internal[robot][i]) & mission.internal_propositions for i in index]
         made = logged_actions(robot, self.samples.times[index], shown, mission, rows)
-        return shown[0], made if self.asked.plan is None else [*made, *unplanned(robot, made, planned, mission)]
+        return shown[0], made if self.asked.team is None else [*made, *unplanned(robot, made, planned, mission)]
 
     def _assumptions(self) -> Iterable[str]:
         first, last = float(self.samples.times[0]), float(self.samples.times[-1])
@@ -250,9 +250,11 @@ class _Judge:
                 yield (
                     "Internal states are those of the certificate's planned actions, each where the samples allow it at its place."
                 )
+        if len(self.asked.worlds) > 1 or self.asked.gone:
+            yield "The world changed in flight as the folder says; the formula is the one that was asked last."
         if self.paths is None:
-            yield "There are no trajectories to hold the flight against: nothing is said of a tube or of planned visits."
-        elif self.asked.plan is None:
+            yield "There are no trajectories to hold the flight against: nothing is said of a tube."
+        if self.asked.plan is None:
             yield "There is no plan to hold the flight against: nothing is said of planned visits."
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from verify.data import BadInput
 
 if TYPE_CHECKING:
-    from ltlplan.online.events import WorldEvent
+    from verify.data.events import WorldEvent
 
 _FORMS = (
     "write TIME ROBOT fails, TIME ROBOT leaves, TIME ROBOT joins X,Y,Z, TIME REGION moves X,Y,Z or TIME formula FORMULA, "
@@ -30,7 +30,7 @@ def parse_events(texts: Sequence[str]) -> tuple[WorldEvent, ...]:
 
 
 def _event(text: str) -> WorldEvent:
-    from ltlplan.online.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves
+    from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves
     from verify.data.mission import Agent
 
     first, _, rest = text.strip().partition(" ")

@@ -8,7 +8,7 @@
 | `pilot`, `course` | one robot: what it still has to do, and the way that it flies while that changes |
 | `progress` | where the letters flown so far may have led, and which may come next |
 | `switch` | which part should change hands |
-| `events` | what can change in the world |
+| `events` | what can change in the world (`verify.data.events`), checked before take-off |
 | `cross_entropy` | Algorithm 4 |
 
 Names are loaded at first use, so that a part of the package can be used by what the other parts stand on.
@@ -21,22 +21,22 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ltlplan.online.certified import CertifiedTeam
-    from ltlplan.online.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, WorldEvent
     from ltlplan.online.flight import OnlineFlight, fly_online
     from ltlplan.online.team import PERIOD, Desired, OnlineTeam
+    from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, WorldEvent
 
 _HOMES = {
-    "PERIOD": "team",
-    "CertifiedTeam": "certified",
-    "Desired": "team",
-    "HoopMoves": "events",
-    "NewFormula": "events",
-    "OnlineFlight": "flight",
-    "OnlineTeam": "team",
-    "RobotJoins": "events",
-    "RobotLeaves": "events",
-    "WorldEvent": "events",
-    "fly_online": "flight",
+    "PERIOD": "ltlplan.online.team",
+    "CertifiedTeam": "ltlplan.online.certified",
+    "Desired": "ltlplan.online.team",
+    "HoopMoves": "verify.data.events",
+    "NewFormula": "verify.data.events",
+    "OnlineFlight": "ltlplan.online.flight",
+    "OnlineTeam": "ltlplan.online.team",
+    "RobotJoins": "verify.data.events",
+    "RobotLeaves": "verify.data.events",
+    "WorldEvent": "verify.data.events",
+    "fly_online": "ltlplan.online.flight",
 }
 
 __all__ = [
@@ -57,4 +57,4 @@ __all__ = [
 def __getattr__(name: str) -> Any:  # the values have as many types as there are names
     if name not in _HOMES:
         raise AttributeError(f"module 'ltlplan.online' has no attribute '{name}'")
-    return getattr(importlib.import_module(f"ltlplan.online.{_HOMES[name]}"), name)
+    return getattr(importlib.import_module(_HOMES[name]), name)

@@ -29,12 +29,12 @@ from numpy.typing import NDArray
 
 from ltlplan.online.braking import Ways, come_to_rest
 from ltlplan.online.course import ORDERS
-from ltlplan.online.events import WorldEvent, changed
 from ltlplan.online.pilot import Pilot
 from ltlplan.online.residual import formula_left
 from ltlplan.online.team import PERIOD, Desired, OnlineTeam
 from ltlplan.pipeline import Certified, certified_team, plan
 from verify.data import LtlplanError, Mission, NotCertified, Plan, Trajectory, Unsatisfiable
+from verify.data.events import WorldEvent, changed
 from verify.data.formula import FALSE
 from verify.data.mission import Agent, Point
 from verify.data.mission_file import check_mission

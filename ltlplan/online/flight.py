@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
@@ -26,11 +26,12 @@ from flight.reference import Reference
 from flight.simulate import STEP, SUBSTEPS, Setup, Snapshot, steps
 from ltlplan.mtac import Progress
 from ltlplan.online.certified import CertifiedTeam
-from ltlplan.online.events import RobotJoins, RobotLeaves, WorldEvent, falls_on, in_order
+from ltlplan.online.events import falls_on, in_order
 from ltlplan.online.team import PERIOD, Desired, OnlineTeam
 from ltlplan.planner import with_seed
 from verify.behaviour import judge_formula
 from verify.data import BadInput, InternalError, Letter, Mission, NotCertified, Unsatisfiable
+from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
 from verify.data.mission import Agent, Point
 from verify.pieces import Piece
 from verify.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
@@ -79,6 +80,7 @@ class OnlineFlight:
         certificates: Digests of the certificates that were flown, in order.
         pieces: What was proved to be flown, where the flight was a certified one.
         earlier: The mission as it was before each change of the world, with the time in s of that change.
+        events: What changed, each with the time at which the team came to know of it.
     """
 
     mission: Mission
@@ -94,6 +96,12 @@ class OnlineFlight:
     certificates: tuple[str, ...] = ()
     pieces: tuple[Piece, ...] = ()
     earlier: tuple[tuple[float, Mission], ...] = ()
+    events: tuple[WorldEvent, ...] = ()
+
+    @property
+    def asked(self) -> Mission:
+        """The mission as it was at take-off."""
+        return self.earlier[0][1] if self.earlier else self.mission
 
     def require(self) -> OnlineFlight:
         """Return the flight if its words satisfy the formula.
@@ -188,6 +196,7 @@ class _Loop:
     said: list[Event] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
     earlier: list[tuple[float, Mission]] = field(default_factory=list)
+    happened: list[WorldEvent] = field(default_factory=list)
     satisfied_at: float | None = None
     held_since: float | None = None
     refused: bool = False
@@ -286,6 +295,7 @@ class _Loop:
                 letter, inside = self.letters[-1][event.robot], self.inside[-1][event.robot]
             self.landed[event.robot] = (self.now, positions[event.robot], letter, inside)
         self.earlier.append((self.now, self.team.mission))
+        self.happened.append(replace(event, time=self.now))
         self.team.change(event, self.now)
         self.satisfied_at = None
         if trouble is not None or self.refused:
@@ -360,6 +370,7 @@ class _Loop:
             np.array(self.seconds), words, proved and lost is None,
             self.team.certificates if isinstance(self.team, CertifiedTeam) else (),
             self.team.all_pieces if isinstance(self.team, CertifiedTeam) else (), tuple(self.earlier),
+            tuple(self.happened),
         )  # fmt: skip
 
     def _timeline(self, name: str, times: Floats) -> Timeline:

@@ -34,13 +34,13 @@ from ltlplan.automata import DEAD
 from ltlplan.hoops import route
 from ltlplan.mtac import metric
 from ltlplan.online.cross_entropy import OnlineSettings
-from ltlplan.online.events import HoopMoves, RobotJoins, RobotLeaves, WorldEvent
 from ltlplan.online.pilot import Pilot
 from ltlplan.online.progress import admits, after_events, at_start, can_finish
 from ltlplan.online.switch import Handover, better_hands, may_change
 from ltlplan.team_reader import Reader
 from ltlplan.team_walk import Options, Walker
 from verify.data import BadInput, Infeasible, Letter, LtlplanError, Mission, RobotPlan, Unsatisfiable, Word
+from verify.data.events import HoopMoves, RobotJoins, RobotLeaves, WorldEvent
 from verify.data.mission import Point
 
 Floats = NDArray[np.float64]

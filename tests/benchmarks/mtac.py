@@ -104,7 +104,7 @@ def ten_robots() -> Mission:
     """Ten robots, each of which has something to do."""
     mission = random_mission(1, robots=10, regions=8)
     spec = mission.spec.model_copy(update={"formula": " & ".join(f"F {name}" for name in mission.regions)})
-    from ltlplan.online.events import changed
+    from verify.data.events import changed
 
     return changed(mission, spec=spec)
 

@@ -144,6 +144,9 @@ def test_an_online_flight_says_what_it_is(tmp_path: Path) -> None:
         assert "Verdict on the flown words: holds" in said
         assert "paper" not in said, "whose experiment took another time"
         assert "quad0 fails and lands" in said
+    # the folder holds the world as it changed, and so its own log is judged as it was in flight
+    assert json.loads((out / "events.json").read_text())["events"][0]["robot"] == "quad0"
+    assert "satisfied" in ok("certify", str(out), "--flight", str(out / "flight.csv"), "--max-speed", "1.2")
     # there is no certificate, and so nothing to export
     with pytest.raises((BadInput, NotCertified)):
         ok("export", str(out), "--format", "crazyflie", "--out", str(tmp_path / "sent"))

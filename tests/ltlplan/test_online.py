@@ -7,11 +7,12 @@ import pytest
 
 import ltlplan
 from ltlplan.online.cross_entropy import OnlineSettings
-from ltlplan.online.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, changed, falls_on, in_order
+from ltlplan.online.events import falls_on, in_order
 from ltlplan.online.team import PERIOD, OnlineTeam
 from tests.random_missions import random_mission
 from verify import check_team
 from verify.data import BadInput, Unsatisfiable, parse_mission
+from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, changed
 from verify.data.mission import Agent
 
 

@@ -14,11 +14,11 @@ import pytest
 import ltlplan
 from ltlplan.online.braking import slow_down
 from ltlplan.online.certified import CertifiedTeam
-from ltlplan.online.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves
 from ltlplan.online.flight import NOT_ALL_CERTIFIED, fly_online
 from tests import dense_sampler
 from verify import check_samples, check_word
 from verify.data import BadInput, Trajectory, parse_mission
+from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves
 from verify.data.mission import Agent
 from verify.pieces import judge_stop
 

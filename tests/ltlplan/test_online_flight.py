@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.online.events import HoopMoves, NewFormula, RobotLeaves
 from ltlplan.online.flight import NOT_CERTIFIED, fly_online
 from ltlplan.report.online import online_html
 from tests.pages import bars_of, data_of
 from verify.data import BadInput, NotCertified, Unsatisfiable, parse_mission
+from verify.data.events import HoopMoves, NewFormula, RobotLeaves
 
 ONE = """
 format: 1

@@ -6,12 +6,12 @@ import pytest
 
 from ltlplan.allocation import Part, World
 from ltlplan.online import team
-from ltlplan.online.events import HoopMoves
 from ltlplan.online.flight import fly_online
 from ltlplan.online.switch import Handover, may_change
 from tests.ltlplan.test_mtac import small
 from tests.ltlplan.test_online import Flight
 from verify import check_word
+from verify.data.events import HoopMoves
 
 PLACES = {"a": (-2, 0, 1), "b": (1.5, 0, 1), "c": (-2, 1.5, 1), "d": (1.5, 1, 1)}
 TWO = [(-1.4, 0, 1), (1.5, 2.0, 1)]

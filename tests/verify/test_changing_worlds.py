@@ -1,0 +1,175 @@
+"""Recorded flights in a world that changed: every region is where it was at that time, and the last formula is asked of all."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.flights import small_mission
+from tests.recordings import claims, dense, refused
+from verify import Asked, Samples, asked_of, check_flight
+from verify.asked import of_events
+from verify.data import BadInput, mission_to_yaml
+from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, events_to_json, load_events
+from verify.data.mission import Agent
+
+ELSEWHERE = (0.0, 3.0, 1.0)
+CORNERS = np.array([(0.0, 0.0, 1.0), (2.0, 0.0, 1.0), (2.0, 2.0, 1.0)])
+"""At 0.5 m/s past `a` at (1, 0, 1), in it from 1.6 to 2.4 s, to the place from which nothing is near."""
+
+
+def flown(robots=1, corners=CORNERS, rate=100.0, apart=1.5) -> Samples:
+    legs = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    at = np.r_[0.0, np.cumsum(legs)] / 0.5
+    times = np.arange(0, at[-1] + 0.5 / rate, 1 / rate)
+    path = dense(times, at, corners)
+    return Samples(times, {f"r{i}": path - [0, 0, apart * i] for i in range(robots)})
+
+
+def verdict(mission, *events, samples=None):
+    return check_flight(flown() if samples is None else samples, of_events(mission, events), max_speed=0.8)
+
+
+def moves(time, center=ELSEWHERE):
+    return HoopMoves(time=time, region="a", center=center)
+
+
+def test_what_was_visited_where_it_was_then_counts():
+    mission = small_mission("F a")
+    assert verdict(mission, moves(5.0))
+    late = check_flight(flown(), Asked.of_mission(moves(0).apply(mission)), max_speed=0.8)
+    assert claims(late)["formula"] == {"fails"}  # the last world alone says the contrary
+
+
+def test_what_moves_to_where_the_robot_was_does_not_count():
+    mission = small_mission("F a", regions="a: {center: [0.0, 3.0, 1.0], radii: [0.2, 0.2, 0.2]}")
+    late = moves(5.0, (1.0, 0.0, 1.0))
+    assert claims(verdict(mission, late))["formula"] == {"fails"}
+    assert check_flight(flown(), Asked.of_mission(late.apply(mission)), max_speed=0.8)  # so says the last world alone
+    assert claims(verdict(mission, moves(1.0, (1.0, 0.0, 1.0))))["formula"] == {"holds"}
+
+
+def test_a_region_that_moves_onto_a_robot_is_entered_then():
+    mission = small_mission(
+        "!a U b", regions="a: {center: [0, 3, 1], radii: [0.2, 0.2, 0.2]}\nb: {center: [2, 1, 1], radii: [0.2, 0.2, 0.2]}"
+    )
+    assert verdict(mission)
+    broken = verdict(mission, moves(3.0, (1.5, 0.0, 1.0)))
+    assert refused(broken, "formula").time == pytest.approx(3.0, abs=0.02)
+
+
+def test_the_last_formula_is_asked_of_the_whole_flight():
+    mission = small_mission("F a")
+    assert refused(verdict(mission, NewFormula(time=6.0, formula="F a & G !a")), "formula").time == pytest.approx(1.6, abs=0.02)
+    assert verdict(small_mission("G !a"), NewFormula(time=1.0, formula="F a"))
+
+
+def test_a_robot_that_leaves_holds_its_last_letter_and_may_land():
+    mission = small_mission("F(a & F G a)", starts=((0, 0, 1), (0, 0, -0.5)), extra="separation: 0.3")
+    samples = flown(2)
+    down = samples.positions["r0"] - np.maximum(samples.times - 2.0, 0)[:, None] * np.array([0, 0, 0.6])
+    down[samples.times > 2.0, :2] = samples.positions["r0"][np.searchsorted(samples.times, 2.0), :2]
+    landed = Samples(samples.times, {**samples.positions, "r0": np.maximum(down, [-9, -9, -0.3])})
+    assert claims(verdict(mission, RobotLeaves(time=2.0, robot="r0"), samples=landed))["workspace"] == {"holds"}
+    own = small_mission("F a & (!a | F G (a | free))", starts=((0, 0, 1), (0, 0, -0.5)))
+    assert claims(verdict(own, RobotLeaves(time=2.0, robot="r0"), samples=landed))["formula"] == {"holds"}
+    joint = own.model_copy(update={"spec": own.spec.model_copy(update={"formula": "F G a", "team": "joint"})})
+    assert claims(verdict(joint, RobotLeaves(time=2.0, robot="r0"), samples=landed))["formula"] == {"holds"}
+    assert claims(verdict(joint, samples=landed))["formula"] == {"fails"}
+
+
+def test_a_robot_that_joins_is_one_of_the_team():
+    mission = small_mission("F a", starts=((0, 0, 1),))
+    joins = RobotJoins(time=1.0, robot="r1", agent=Agent(start=(0.0, 0.0, -0.5)))
+    assert verdict(mission, joins, samples=flown(2))
+    assert claims(verdict(mission, joins, samples=flown(2, apart=0.1)))["separation"] == {"fails"}
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(0.5, 4.0), st.floats(0.5, 4.0), st.sampled_from(["F a", "G !a", "F(a & F(!a & F a))"]))
+def test_verdicts_are_true_of_the_world_at_every_time(away, back, formula):
+    """`a` goes away and comes back while the robot passes; a dense look at both says what was shown."""
+    first, second = sorted((round(away, 3), round(back, 3)))
+    mission = small_mission(formula)
+    events = (moves(first), moves(second, (1.0, 0.0, 1.0)))
+    found = claims(verdict(mission, *events))["formula"]
+    inside = (max(1.6, 0.0), 2.4)
+    spans = [(max(inside[0], low), min(inside[1], high)) for low, high in ((0.0, first), (second, 8.0))]
+    spans = [span for span in spans if span[0] < span[1]]
+    if len(spans) == 2 and spans[0][1] >= spans[1][0]:
+        spans = [(spans[0][0], spans[1][1])]
+    shown = {"F a": bool(spans), "G !a": not spans, "F(a & F(!a & F a))": len(spans) == 2}[formula]
+    if found == {"holds"}:
+        assert shown
+    if found == {"fails"}:
+        assert not shown
+    if (
+        all(abs(t - edge) > 0.05 for t in (first, second) for edge in inside)
+        and second - first > 0.05
+        and formula != "F(a & F(!a & F a))"
+    ):
+        assert found == ({"holds"} if shown else {"fails"})
+
+
+# -- the file ---------------------------------------------------------------------------------------------------
+
+EVENTS = (
+    moves(1.5), HoopMoves(time=2.0, region="a", center=(1.0, 0.0, 1.0), yaw_deg=30.0), RobotLeaves(time=3.0, robot="r0", fails=False),
+    RobotJoins(time=3.0, robot="r9", agent=Agent(start=(0.0, 1.0, 1.0), cost={"length": 2.0})), NewFormula(time=4.0, formula="F a"),
+)  # fmt: skip
+
+
+def test_events_that_were_written_are_read_again(tmp_path: Path):
+    (tmp_path / "events.json").write_text(events_to_json(EVENTS))
+    assert load_events(tmp_path / "events.json") == EVENTS
+
+
+def test_a_folder_with_events_is_judged_with_them(tmp_path: Path):
+    (tmp_path / "mission.yaml").write_text(mission_to_yaml(small_mission("F a")))
+    (tmp_path / "events.json").write_text(events_to_json([moves(1.0)]))
+    assert claims(check_flight(flown(), asked_of(tmp_path), max_speed=0.8))["formula"] == {"fails"}
+    (tmp_path / "events.json").write_text(events_to_json([moves(6.0)]))
+    assert check_flight(flown(), asked_of(tmp_path), max_speed=0.8)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda d: d.pop("format"), "format"),
+        (lambda d: d.update(format=2), "format"),
+        (lambda d: d.update(events={}), "events"),
+        (lambda d: d["events"][0].update(event="vanishes"), "must be one of"),
+        (lambda d: d["events"][0].update(time=-1), "time"),
+        (lambda d: d["events"][0].update(time=9), "forward in time"),
+        (lambda d: d["events"][0].update(center=[1, 2]), "center"),
+        (lambda d: d["events"][0].pop("yaw_deg"), "must have the keys"),
+        (lambda d: d["events"][0].update(speed=1), "must have the keys"),
+        (lambda d: d["events"][2].update(fails="no"), "fails"),
+        (lambda d: d["events"][3]["agent"].pop("start"), "agent"),
+    ],
+)
+def test_files_that_hold_no_events_are_refused(tmp_path: Path, change, says):
+    data = json.loads(events_to_json(EVENTS))
+    change(data)
+    (tmp_path / "events.json").write_text(json.dumps(data))
+    with pytest.raises(BadInput, match=says):
+        load_events(tmp_path / "events.json")
+
+
+@pytest.mark.parametrize(
+    ("event", "says"),
+    [
+        (HoopMoves(time=1, region="c", center=ELSEWHERE), "not a region"),
+        (RobotLeaves(time=1, robot="r7"), "not a robot"),
+        (RobotJoins(time=1, robot="r0", agent=Agent(start=(0, 0, 1))), "already"),
+        (NewFormula(time=1, formula="F nowhere"), "nowhere"),
+    ],
+)
+def test_events_that_cannot_be_are_refused(event, says):
+    with pytest.raises(BadInput, match=says):
+        verdict(small_mission("F a"), event)
