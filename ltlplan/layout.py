@@ -41,15 +41,24 @@ class Layout:
         self.mission = mission
         self.regions = mission.all_regions
         self.slack = max(mission.margin, 1e-6)
+        every = list(self.regions.values())
+        self._names = list(self.regions)
+        self._centres = np.array([region.center for region in every]).reshape(-1, 3)
+        self._shapes = np.array([region.shape for region in every]).reshape(-1, 3, 3)
+        self._least = np.array([min(region.radii) for region in every])
+        self._greatest = np.array([max(region.radii) for region in every])
 
     @cached_property
     def neighbours(self) -> dict[str, frozenset[str]]:
         """For each region, the others with which it may have a point in common."""
         near: dict[str, set[str]] = {name: set() for name in self.regions}
-        for (a, one), (b, other) in itertools.combinations(self.regions.items(), 2):
-            if not apart(one, other):
-                near[a].add(b)
-                near[b].add(a)
+        for i, a in enumerate(self._names):  # centres and radii tell most of them apart, many at a time
+            distances = np.linalg.norm(self._centres[i + 1 :] - self._centres[i], axis=1)
+            for k in np.flatnonzero(distances <= (self._greatest[i + 1 :] + self._greatest[i]) * (1 + 1e-9)):
+                b = self._names[i + 1 + int(k)]
+                if not apart(self.regions[a], self.regions[b]):
+                    near[a].add(b)
+                    near[b].add(a)
         return {name: frozenset(others) for name, others in near.items()}
 
     @cached_property
@@ -59,13 +68,10 @@ class Layout:
 
     def at(self, point: Point) -> Spot:
         """Return which regions hold a point."""
-        inside: list[str] = []
-        clear = True
-        for name, region in self.regions.items():
-            level = math.sqrt(max(float(region.level(np.array(point))), 0.0))
-            clear = clear and abs(level - 1) * min(region.radii) > self.slack
-            if level <= 1:
-                inside.append(name)
+        offsets = np.array(point) - self._centres
+        levels = np.sqrt(np.maximum(np.einsum("ni,nij,nj->n", offsets, self._shapes, offsets), 0.0))
+        clear = bool(np.all(np.abs(levels - 1) * self._least > self.slack))
+        inside = [self._names[k] for k in np.flatnonzero(levels <= 1)]
         return Spot(point, tuple(sorted(inside, key=self._size, reverse=True)), clear)
 
     def around(self, region: str) -> tuple[str, ...] | None:

@@ -10,7 +10,6 @@ within a region's bounding sphere are looked at closely.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -170,9 +169,11 @@ class WordFilter:
         grown = np.zeros((len(positions), count), dtype=np.int64)
         wrong = np.zeros((len(positions), count), dtype=np.bool_)
         in_shrunk, in_grown, bad = shrunk.reshape(-1), grown.reshape(-1), wrong.reshape(-1)
-        centres = np.array([body.obstacle.centre for body in self._bodies]).reshape(-1, 3)
-        reach = np.array([body.reach for body in self._bodies])
-        for start, i, index, offset in _near(positions, centres, reach):
+        bodies = self._within(positions.min(axis=(0, 2)), positions.max(axis=(0, 2)))
+        centres = np.array([self._bodies[i].obstacle.centre for i in bodies]).reshape(-1, 3)
+        reach = np.array([self._bodies[i].reach for i in bodies])
+        for start, k, index, offset in _near(positions, centres, reach):
+            i = bodies[k]
             body, obstacle = self._bodies[i], self._bodies[i].obstacle
             level = _level(obstacle.matrix, offset)
             along = None if obstacle.normal is None else obstacle.normal @ offset
@@ -191,6 +192,14 @@ class WordFilter:
                 bad[at] |= ring
         final = self._run(np.concatenate([shrunk, grown], axis=1)) == len(self.word) - 1
         return np.all(walls, axis=0) & ~np.any(wrong, axis=0) & final[:count] & final[count:]
+
+    def _within(self, low: Floats, high: Floats) -> list[int]:
+        """Return the bodies that may reach into a box."""
+        if not self._bodies:
+            return []
+        centres = np.array([body.obstacle.centre for body in self._bodies])
+        beside = np.maximum(np.maximum(low - centres, centres - high), 0.0)
+        return np.flatnonzero(np.linalg.norm(beside, axis=1) <= [body.reach for body in self._bodies]).tolist()
 
     def _run(self, codes: Integers) -> Integers:
         """Run the automaton that accepts exactly the word, each letter held as long as it may be. Shape (paths,)."""
@@ -224,9 +233,8 @@ def word_filter(mission: Mission, plan: RobotPlan, *, slack: float = 0.0) -> Wor
     bodies = []
     for name, region in mission.all_regions.items():
         obstacle = where.obstacles[name]
-        reach = max(max(region.radii) * obstacle.level**0.5, math.hypot(obstacle.outer, obstacle.height))
         weight = place.get(name, 0)
-        bodies.append(_Body(obstacle, weight, name in sides, _grown(region.radii, -near), 1.000001 * reach))
+        bodies.append(_Body(obstacle, weight, name in sides, _grown(region.radii, -near), obstacle.reach))
     return WordFilter(visited, _codes(plan, place, sides), tuple(bodies), where.low, where.high)
 
 

@@ -18,14 +18,18 @@ from ltlplan.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.conjunction import Task, conjunct_automata
 from ltlplan.joint import joint_possible, plan_joint
 from ltlplan.lasso import LassoRun, cheapest_lasso
+from ltlplan.layout import Layout
 from ltlplan.longest import plan_longest
+from ltlplan.places import FEW, places_that_matter
 from ltlplan.systems import Cost, Node, Systems, TransitionSystem
 from ltlplan.team import Team
 from ltlplan.team_search import Checked, plan_team
 from ltlplan.word_lasso import closes_at_once, improve_lasso
 from verify.data import Formula, InternalError, Letter, Mission, Unsatisfiable, Visit, Word
+from verify.data.formula import FALSE
 
 TIES = 1e-6  # m, more than the tiny amounts that break ties between equally dear plans add up to
+MOST_NAMES = 400  # in a formula: decision diagrams of its letters are as deep as that
 WORD_STATES = 10_000  # states for looking for a cheaper infinite word than the planning automaton's
 
 
@@ -82,11 +86,12 @@ def assign(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAU
             hold together.
         TooLarge: A budget was used up before an answer was found.
     """
-    systems = Systems(mission, cost)
+    layout = Layout(mission)
+    systems = Systems(mission, cost, places=places_that_matter(mission, layout), layout=layout)
     each = [systems.of(name) for name in mission.agents]
     if mission.spec.trace == "infinite":
         return _assign_lasso(mission, systems, each[0], budget)
-    automata = conjunct_automata(mission.formula, "finite", budget=budget)
+    automata = conjunct_automata(_asked(mission, each), "finite", budget=budget)
     joint = mission.spec.team == "joint" and len(each) > 1
     bound, exhausted = 0.0, False  # on the dearest robot, where that is what counts
     if joint:
@@ -102,6 +107,24 @@ def assign(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAU
         raise _no_plan(mission, systems, each, found, joint=joint)
     plan = _assignment(mission, each, found, bound, exhausted)
     return replace(plan, notes=(*plan.notes, *_sizes(each, automata, found), *systems.unclear()))
+
+
+def _asked(mission: Mission, systems: Sequence[TransitionSystem]) -> Formula:
+    """Return the formula over what these systems can show: what nobody ever shows is false.
+
+    With few regions that is the mission's own formula, whatever is shown.
+
+    Raises:
+        TooLarge: It speaks of more names than conditions on letters can be made of.
+    """
+    if len(mission.all_regions) <= FEW:
+        return mission.formula
+    shown = {name for system in systems for label in system.labels for name in label}
+    asked = mission.formula.substitute(dict.fromkeys(mission.all_regions.keys() - shown, FALSE))
+    if (used := len(asked.names())) > MOST_NAMES:
+        hint = "`!free` speaks of all regions at once; name those that are meant instead."
+        raise TooLarge("The formula speaks of", used, "regions and propositions", MOST_NAMES, hint)
+    return asked
 
 
 def _sizes(systems: list[TransitionSystem], automata: Sequence[Automaton], found: Checked) -> Iterator[str]:
@@ -202,7 +225,7 @@ def visits_of(system: TransitionSystem, path: tuple[int, ...]) -> list[Visit]:
 
 def _assign_lasso(mission: Mission, systems: Systems, system: TransitionSystem, budget: Budget) -> Assignment:
     """Plan one robot's infinite trace; as many laps count as are flown."""
-    automata = conjunct_automata(mission.formula, "infinite", budget=budget)
+    automata = conjunct_automata(_asked(mission, [system]), "infinite", budget=budget)
     run = cheapest_lasso(system, automata, weight=mission.spec.repeat, budget=budget)
     if run is None:
         from ltlplan.why_not import explain

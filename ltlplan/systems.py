@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -159,16 +159,36 @@ class Systems:
     Args:
         mission: Whose regions and robots.
         cost: Costs of legs; straight lines where None.
+        places: Regions that robots may visit; all of them where None. The others are there, but nobody stops at them.
+        layout: How the mission's regions lie, where that is known already.
     """
 
-    def __init__(self, mission: Mission, cost: Cost | None = None) -> None:
+    def __init__(
+        self,
+        mission: Mission,
+        cost: Cost | None = None,
+        *,
+        places: Collection[str] | None = None,
+        layout: Layout | None = None,
+    ) -> None:
         self.mission = mission
         self.environment = environment_of(mission)
-        self.layout = Layout(mission)
+        self.layout = layout or Layout(mission)
         self.cost = cost
         self._regions = mission.all_regions
         self._internal = {state: frozenset(names) for state, names in mission.robot.states.items()}
+        self._places = {
+            name: spot for name, spot in self.layout.middles.items() if spot.clear and (places is None or name in places)
+        }
         self._around = {region: self.layout.around(region) for region in self._regions}
+        self._holding: dict[str, list[str]] = {region: [] for region in self._regions}
+        """For each region, the places whose middle lies in it."""
+        for name, spot in self._places.items():
+            for region in spot.inside:
+                self._holding[region].append(name)
+        self._order = {name: index for index, name in enumerate(self._places)}
+        sets = {id(regions): frozenset(regions) for regions in self.environment.successors.values()}
+        self._next = {vertex: sets[id(regions)] for vertex, regions in self.environment.successors.items()}
         self._base: dict[str, _Builder] = {}
 
     def of(self, robot: str) -> TransitionSystem:
@@ -219,7 +239,7 @@ class Systems:
     def _shared(self, robot: str) -> _Builder:
         """Return the part of A that does not depend on where a robot starts."""
         builder = _Builder()
-        stops = [_Stop(region, region, spot) for region, spot in self.layout.middles.items() if spot.clear]
+        stops = [_Stop(region, region, spot) for region, spot in self._places.items()]
         self._grow(builder, robot, stops)
         return builder
 
@@ -280,9 +300,8 @@ class Systems:
     def _ways(self, stop: _Stop) -> Iterator[_Way]:
         """Yield every way on from a stop."""
         around = self._around_stop(stop)
-        for target, spot in self.layout.middles.items():
-            if not spot.clear:
-                continue
+        for target in self._targets(stop):
+            spot = self._places[target]
             outside = tuple(name for name in spot.inside if name != target)
             start, letters = frozenset(stop.spot.inside), None
             if around is not None and around == outside and (self._around[target] is not None or not outside):
@@ -299,11 +318,17 @@ class Systems:
             if entered is not None:
                 yield _Way(_Stop(target, entered, spot), letters)
 
+    def _targets(self, stop: _Stop) -> list[str]:
+        """Return the places to which there may be a way: an edge leads into them, or nothing new is entered on the way."""
+        reached = {place for region in self._next[stop.entered] for place in self._holding[region]}
+        reached.update(place for region in stop.spot.inside for place in self._holding[region])
+        return sorted(reached, key=self._order.__getitem__)
+
     def _last_entered(self, entered: str, path: Sequence[Letter]) -> str | None:
         """Return the region entered last on a path, or None where an edge for it is missing."""
         for before, after in itertools.pairwise(path):
             for region in after - before:  # one at most: borders are passed one by one
-                if region not in self.environment.successors[entered]:
+                if region not in self._next[entered]:
                     return None
                 entered = region
         return entered

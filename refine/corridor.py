@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from refine.basis import bernstein_matrix
 from refine.course import Course
 from refine.legs import Tube
-from refine.obstacles import Plane
+from refine.obstacles import Plane, within
 from refine.qp import Programme, Row, rest_to_rest, solve
 from refine.spline import Spline
 from verify.data import Infeasible
@@ -101,7 +101,8 @@ def _broken(course: Course, path: Spline, known: Rules, buffer: float) -> Rules:
     points = path.sample(_SAMPLES)
     for index, leg in enumerate(course.legs):
         a, b = course.points[index], course.points[index + 1]
-        for number, body in enumerate(leg.obstacles):
+        for number in within(leg.obstacles, points[index].min(axis=0), points[index].max(axis=0)):
+            body = leg.obstacles[number]
             if ("body", index, number) not in known and body.clearance(points[index]).min() < 0.0:
                 plane = body.plane(a, b)
                 if plane is None:

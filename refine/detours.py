@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.legs import Stop, refused, show
-from refine.obstacles import Ball, Obstacle, blocking
+from refine.obstacles import Ball, Obstacle, blocking, within
 from refine.roadmap import way_around
 
 Floats = NDArray[np.float64]
@@ -141,8 +141,8 @@ def _around(
     sides = np.cos(_ANGLES)[:, None] * first + np.sin(_ANGLES)[:, None] * second
     lines = foot + _REACH[:, None] * sides[:, None, :]
     clear = np.all((lines >= low) & (lines <= high), axis=2)
-    for other in obstacles:
-        clear &= other.clearance(lines) >= _BESIDE
+    for index in within(obstacles, lines.min(axis=(0, 1)) - _BESIDE, lines.max(axis=(0, 1)) + _BESIDE):
+        clear &= obstacles[index].clearance(lines) >= _BESIDE
     vias = [lines[index, int(np.argmax(clear[index]))] for index in np.flatnonzero(clear.any(axis=1))]
     lengths = [float(np.linalg.norm(via - a) + np.linalg.norm(b - via)) for via in vias]
     for index in np.argsort(lengths, kind="stable")[:6]:

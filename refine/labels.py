@@ -35,7 +35,11 @@ def stays(path: Spline, regions: dict[str, Region], margin: float) -> tuple[Stay
     points = path.sample(_SAMPLES)[..., :3].reshape(-1, 3)
     times = (path.knots[:-1, None] + path.durations[:, None] * _SAMPLES).ravel()
     found: list[Stay] = []
+    low, high = points.min(axis=0), points.max(axis=0)
     for name, region in regions.items():
+        reach = max(region.radii) * (1.0 + max(margin, 0.0) / min(region.radii)) * (1 + 1e-9)
+        if any(a - reach > x or x > b + reach for a, x, b in zip(low, region.center, high, strict=True)):
+            continue
         level = np.sqrt(region.level(points))
         near = np.concatenate([[False], level <= 1.0 + margin / min(region.radii), [False]])
         edges = np.flatnonzero(near[1:] != near[:-1])

@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.obstacles import Ball, Disc, Obstacle, grown_region, ring
+from refine.obstacles import Ball, Disc, Obstacle, grown_region, ring, within
 from verify.data import Infeasible, Mission, RobotPlan, Witness
 from verify.data.mission import Hoop
 from verify.data.plan import Role, Waypoint
@@ -102,7 +102,12 @@ def leg_between(
     ends = np.stack([here.position, there.position])
     everywhere = {visit.region for visit in robot.visits}  # regions may overlap: which of them come when, the stays tell
     obstacles: list[Obstacle] = []
-    for region, grown in bodies.regions.items():
+    regions = tuple(bodies.regions.values())
+    near = set(within(regions, ends.min(axis=0) - pad, ends.max(axis=0) + pad))
+    for index, (region, grown) in enumerate(bodies.regions.items()):
+        if index not in near and region != passing:
+            obstacles.append(grown)
+            continue
         body = eased(grown, ends, pad)
         inside = body.clearance(ends) <= 0.0
         planned = inside[0] <= (region in everywhere or here.role == "start") and inside[1] <= (region in everywhere)

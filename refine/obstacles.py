@@ -8,7 +8,7 @@ leg and a convex body keeps the leg's whole curve outside once all its Bernstein
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,11 @@ class Ball:
         """Its smallest half-axis in m."""
         return float(1.0 / np.linalg.norm(self.root, 2))
 
+    @cached_property
+    def reach(self) -> float:
+        """Its largest half-axis in m."""
+        return float(1.0 / np.linalg.norm(self.root, -2))
+
     def clearance(self, points: Floats) -> Floats:
         """Return how far points are outside, in m (a lower bound of the distance), negative inside. Shape (..., 3) to (...)."""
         return (np.linalg.norm((points - self.centre) @ self.root.T, axis=-1) - 1.0) * self.least_radius
@@ -100,6 +105,11 @@ class Disc:
     radius: float
     half: float
     growth: float
+
+    @property
+    def reach(self) -> float:
+        """How far its points are from its centre at most, in m."""
+        return float(np.hypot(self.radius, self.half)) + self.growth
 
     def _nearest(self, points: Floats) -> Floats:
         """Return the nearest points of the cylinder."""
@@ -167,7 +177,22 @@ def keep_out(name: str, point: Floats, distance: float, z_scale: float) -> Ball:
 
 def blocking(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...]) -> Obstacle | None:
     """Return the first body that a straight leg meets."""
-    return next((body for body in obstacles if body.meets(a, b)), None)
+    near = within(obstacles, np.minimum(a, b), np.maximum(a, b))
+    return next((obstacles[index] for index in near if obstacles[index].meets(a, b)), None)
+
+
+def within(obstacles: tuple[Obstacle, ...], low: Floats, high: Floats) -> list[int]:
+    """Return which bodies may reach into a box, by their number: of a thousand bodies few are near."""
+    centres, reaches = _spheres(obstacles)
+    beside = np.maximum(np.maximum(low - centres, centres - high), 0.0)
+    return np.flatnonzero(np.einsum("ik,ik->i", beside, beside) <= reaches**2).tolist()
+
+
+@lru_cache(maxsize=256)
+def _spheres(obstacles: tuple[Obstacle, ...]) -> tuple[Floats, Floats]:
+    """Return the bodies' centres and how far they reach from there, m. Shapes (bodies, 3) and (bodies,)."""
+    centres = np.array([body.centre for body in obstacles]).reshape(-1, 3)
+    return centres, np.array([body.reach * (1 + 1e-9) + 1e-9 for body in obstacles])
 
 
 def _nearest_on_segment(a: Floats, b: Floats) -> Floats:

@@ -14,7 +14,7 @@ from itertools import combinations
 from typing import Literal
 
 from verify.data.errors import BadInput, InternalError
-from verify.data.formula import FREE, Formula, parse_formula
+from verify.data.formula import FALSE, FREE, Formula, parse_formula
 from verify.data.mission import Mission
 from verify.data.word import Letter, Word, show_letter
 from verify.explain import Reason, Where, explain, show
@@ -33,6 +33,10 @@ from verify.waits import mending_waits
 __all__ = ["judge_formula", "judge_transitions"]
 
 Times = Literal["timed", "parallel"]
+
+
+_MANY = 100
+"""Names in a formula up to which all of them are followed."""
 
 
 def judge_formula(
@@ -75,11 +79,20 @@ def judge_formula(
     if clock_error < 0:
         raise BadInput(f"clock_error must not be negative, not {float(clock_error):g} s.")
     formula = mission.formula
+    if len(formula.names()) > _MANY:  # of a thousand regions a flight comes to a few
+        formula = formula.substitute(dict.fromkeys(_never_shown(timelines), FALSE))
     try:
         verdict = _Judge(mission, timelines, relations, clock_error, times, budget, mending).judge(formula)
     except OutOfBudget as error:
         verdict = Verdict("undecided", f"The formula could not be decided: {error}.")
     return [verdict]
+
+
+def _never_shown(timelines: Mapping[str, Timeline]) -> frozenset[str]:
+    """Return the regions that no robot can be in at any time."""
+    every = {region for timeline in timelines.values() for region in timeline.initial}
+    shown = {region for t in timelines.values() for region, status in t.initial.items() if status != "no"}
+    return frozenset(every - shown - {change.region for timeline in timelines.values() for change in timeline.changes})
 
 
 @dataclass(frozen=True)

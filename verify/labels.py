@@ -88,10 +88,13 @@ def statuses(found: Levels, margin: Fraction) -> dict[str, dict[str, tuple[Span,
         margin: Within how many metres of the path the status must hold, exact.
     """
     paths = found.paths
-    thresholds = [_thresholds(region, margin) for region in paths.mission.all_regions.values()]
-    count = len(found.regions)
+    near = np.flatnonzero(~_far(found, margin))
+    regions = [paths.mission.all_regions[found.regions[column]] for column in near]
+    thresholds = [_thresholds(region, margin) for region in regions]
+    count = len(near)
+    place = {int(column): k for k, column in enumerate(near)}
     width = found.values.mid.shape[-1]
-    table = found.values.reshape(-1, width)
+    table = Balls(found.values.mid[:, near].reshape(-1, width), found.values.rad[:, near].reshape(-1, width))
     inside = np.array([t[0] for t in thresholds] * len(paths.segments)).reshape(-1, 2)
     outside = np.array([t[1] for t in thresholds] * len(paths.segments)).reshape(-1, 2)
     depth = DEPTH_WITHOUT if margin == 0 else DEPTH_WITH_MARGIN
@@ -102,10 +105,13 @@ def statuses(found: Levels, margin: Fraction) -> dict[str, dict[str, tuple[Span,
         of_robot[segment.robot].append(index)
     for robot, name in enumerate(paths.robots):
         result[name] = {}
+        whole = paths.segments[of_robot[robot][0]].start, paths.segments[of_robot[robot][-1]].stop
         for column, region in enumerate(found.regions):
             spans: list[Span] = []
-            for index in of_robot[robot]:
-                segment, row = paths.segments[index], index * count + column
+            if column not in place:
+                _append(spans, *whole, "no")
+            for index in of_robot[robot] if column in place else ():
+                segment, row = paths.segments[index], index * count + place[column]
                 parts = leaves[row]
                 if len(parts) == 1 and parts[0][2] is not None:
                     _append(spans, segment.start, segment.stop, parts[0][2])
@@ -116,6 +122,16 @@ def statuses(found: Levels, margin: Fraction) -> dict[str, dict[str, tuple[Span,
                         _append(spans, segment.time(start), segment.time(stop), mark or "may")
             result[name][region] = _settled(spans)
     return result
+
+
+def _far(found: Levels, margin: Fraction) -> np.ndarray:
+    """Tell which regions all robots are proved to be out of at all times, by the least coefficients alone. Shape (regions,).
+
+    Thresholds are rounded upwards by a thousand times what their floats are off.
+    """
+    scales = [float(extent(Ellipsoid.of(region)).scale) for region in found.paths.mission.all_regions.values()]
+    outside = (1.0 + np.array(scales) * float(margin) * (1 + 2.0**-40)) ** 2 * (1 + 2.0**-40)
+    return np.all(found.values.low.min(-1) > outside, axis=0)
 
 
 def changes(spans: dict[str, tuple[Span, ...]]) -> tuple[dict[str, Status], tuple[Change, ...]]:

@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Literal
 
@@ -81,20 +82,24 @@ class Relations:
     Attributes:
         disjoint: Pairs of regions (sorted by name) with no common point.
         nested: Pairs (inner, outer): every point of inner lies in outer.
+        followed: Regions that letters tell of; nothing is concluded from others. None for all.
     """
 
     disjoint: frozenset[tuple[str, str]] = field(default_factory=frozenset)
     nested: frozenset[tuple[str, str]] = field(default_factory=frozenset)
+    followed: frozenset[str] | None = None
 
     def among(self, regions: Collection[str]) -> Relations:
         """Return what is proved of these regions alone: where others are not followed, nothing can be told from them."""
-        return Relations(
-            frozenset((a, b) for a, b in self.disjoint if a in regions and b in regions),
-            frozenset((a, b) for a, b in self.nested if a in regions and b in regions),
-        )
+        kept = frozenset(regions)
+        return replace(self, followed=kept if self.followed is None else kept & self.followed)
 
     def allows(self, letter: frozenset[str]) -> bool:
         """Tell whether a set of regions can be the set that one point lies in."""
-        if any(a in letter and b in letter for a, b in self.disjoint):
+        known = letter if self.followed is None else letter & self.followed
+        if any(pair in self.disjoint for pair in itertools.combinations(sorted(known), 2)):
             return False
-        return all(outer in letter or inner not in letter for inner, outer in self.nested)
+        return all(
+            outer in known or inner not in known or not (self.followed is None or outer in self.followed)
+            for inner, outer in self.nested
+        )

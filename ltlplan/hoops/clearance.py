@@ -55,6 +55,7 @@ class Obstacle:
         outer: m; points farther from the axis than this are clear of the ring.
         inner: m; points nearer to the axis than this pass through the opening.
         near: m; a path that stays on one side of the opening keeps this far from it.
+        reach: m; points farther from the centre than this are clear of all of it.
     """
 
     name: str
@@ -66,6 +67,7 @@ class Obstacle:
     outer: float = 0.0
     inner: float = 0.0
     near: float = 0.0
+    reach: float = np.inf
 
     def holds(self, point: Floats) -> bool:
         """Tell whether a point is in the region or nearer to it than allowed."""
@@ -81,11 +83,20 @@ class Room:
         obstacles: By name.
         low: m, the workspace's lower corner, moved inwards by the margin. Shape (3,).
         high: m, the upper corner likewise. Shape (3,).
+        centres: Of the obstacles, in their order, m. Shape (obstacles, 3).
+        reaches: How far each of them reaches from its centre, m. Shape (obstacles,).
     """
 
     obstacles: dict[str, Obstacle]
     low: Floats
     high: Floats
+    centres: Floats
+    reaches: Floats
+
+    def near(self, low: Floats, high: Floats) -> NDArray[np.bool_]:
+        """Tell which obstacles may reach into boxes, given by their corners. Shapes (boxes, 3) twice to (boxes, obstacles)."""
+        beside = np.maximum(np.maximum(low[:, None] - self.centres, self.centres - high[:, None]), 0.0)
+        return np.einsum("bok,bok->bo", beside, beside) <= self.reaches**2
 
     def inside(self, point: Floats) -> bool:
         """Tell whether a point keeps clear of the walls."""
@@ -99,21 +110,30 @@ def room(mission: Mission, slack: float = 0.0) -> Room:
     obstacles: dict[str, Obstacle] = {}
     for name, region in mission.all_regions.items():
         centre, level = np.array(region.center), (1.0 + near / min(region.radii)) ** 2
+        reach = 1.000001 * max(region.radii) * level**0.5
         if isinstance(region, Hoop):
+            height, outer = region.rim / 2 + clear, region.opening + region.rim + clear
             obstacles[name] = Obstacle(
                 name,
                 centre,
                 region.shape,
                 level,
                 np.array(region.normal),
-                region.rim / 2 + clear,
-                region.opening + region.rim + clear,
+                height,
+                outer,
                 max(region.opening - clear, 1e-3),
                 near,
+                max(reach, 1.000001 * float(np.hypot(outer, height))),
             )
         else:
-            obstacles[name] = Obstacle(name, centre, region.shape, level)
-    return Room(obstacles, np.array(mission.workspace.min) + near, np.array(mission.workspace.max) - near)
+            obstacles[name] = Obstacle(name, centre, region.shape, level, reach=reach)
+    return Room(
+        obstacles,
+        np.array(mission.workspace.min) + near,
+        np.array(mission.workspace.max) - near,
+        np.array([obstacle.centre for obstacle in obstacles.values()]).reshape(-1, 3),
+        np.array([obstacle.reach for obstacle in obstacles.values()]),
+    )
 
 
 def conflicts(coefficients: Floats, durations: Floats, where: Room, permitted: Sequence[Collection[str]]) -> list[Conflict]:
@@ -158,11 +178,15 @@ def _claims(
 ) -> Iterator[tuple[int, str, Kind, Floats, Floats]]:
     """Yield (piece, name, kind, f, g): f > 0 or g > 0 must hold at every instant, given by values at the nodes."""
     never = np.full(path.shape[1], -1.0)
-    pieces = range(len(path))
-    for obstacle in where.obstacles.values():
+    every = range(len(path))
+    hull = np.einsum("mn,pna->pma", _interpolation()[1], path)  # a polynomial lies in the box of its Bernstein coefficients
+    near = where.near(hull.min(axis=1), hull.max(axis=1))
+    obstacles = list(where.obstacles.values())
+    for index in np.flatnonzero(near.any(axis=0)):
+        obstacle, pieces = obstacles[index], np.flatnonzero(near[:, index]).tolist()
         offset = path - obstacle.centre
         level = np.einsum("pna,ab,pnb->pn", offset, obstacle.matrix, offset)
-        enters = [obstacle.name in permitted[piece] for piece in pieces]
+        enters = [obstacle.name in allowed for allowed in permitted]
         for piece in pieces:
             if not enters[piece]:
                 yield piece, obstacle.name, "region", level[piece] - obstacle.level, never
@@ -187,7 +211,7 @@ def _claims(
                 obstacle.inner**2 - across[piece] if enters[piece] else past,
             )
     for axis in range(3):
-        for piece in pieces:
+        for piece in every:
             yield piece, "workspace", "workspace", path[piece, :, axis] - where.low[axis], never
             yield piece, "workspace", "workspace", where.high[axis] - path[piece, :, axis], never
 

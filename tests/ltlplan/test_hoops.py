@@ -435,7 +435,7 @@ def test_an_end_inside_the_last_region_is_reached_and_elsewhere_refused():
 
 
 def test_an_end_in_the_hoop_that_is_flown_through_last_is_refused_with_that_reason():
-    mission = small_mission(agents="quad0: {start: [-1.2, 0, 1], end: [0.05, 0, 1]}")
+    mission = small_mission(agents="quad0: {start: [-1.2, 0, 1], end: [0.07, 0, 1]}")
     with pytest.raises(BadInput, match="'h0', a hoop that is flown through, and so left again"):
         route_sequence(mission)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
@@ -26,6 +26,8 @@ from verify.data.vehicle import NotNegative, Number, Positive, Vehicle, load_veh
 from verify.data.word import Letter
 
 MISSION_FORMAT = 1
+_CHAIN = 40
+"""Terms of a conjunction that are joined one after another; more are halved."""
 
 Point = tuple[Number, Number, Number]
 Matrix = tuple[tuple[Number, Number, Number], tuple[Number, Number, Number], tuple[Number, Number, Number]]
@@ -367,10 +369,14 @@ class Mission(_Section):
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-def in_no_region(regions: dict[str, Region]) -> Formula:
-    """Return the formula for `free`: in none of these regions."""
+def in_no_region(regions: Collection[str]) -> Formula:
+    """Return the formula for `free`: in none of these regions. The conjunction of many is halved, so that it is never deep."""
+    names = list(regions)
+    if len(names) > _CHAIN:
+        half = len(names) // 2
+        return Formula("&", (in_no_region(names[:half]), in_no_region(names[half:])))
     formula = TRUE
-    for name in regions:
+    for name in names:
         outside = Formula("!", (Formula("name", (), name),))
         formula = outside if formula == TRUE else Formula("&", (formula, outside))
     return formula
