@@ -19,15 +19,16 @@ from scipy.special import betaincinv
 from flight.air import Wind
 from flight.airframe import Airframe, airframe_of
 from flight.attitude import Floats
+from flight.certified import require_certificate
 from flight.control import CONTROL_STEP, ControllerName
-from flight.fly import as_sensor, as_wind, require_team, require_tube
+from flight.fly import as_sensor, as_wind
 from flight.formula_state import FormulaState
 from flight.labels import PlannedAction, planned_actions, region_letters, regions_of
 from flight.reference import Reference, flown, sample_reference
 from flight.sensing import MotionCapture
 from flight.simulate import FRAME_STEPS, STEP, SUBSTEPS, ModelName, Setup, steps
 from flight.tube import relative_acceleration, stray_at_joints
-from verify.data import BadInput, Mission, NotCertified, Plan, Trajectory
+from verify.data import BadInput, Mission, Plan, Trajectory, check_plan, check_trajectories
 from verify.planned_paths import planned_paths
 
 MAX_RUNS = 100_000
@@ -190,17 +191,15 @@ def campaign(
     Raises:
         BadInput: Trajectories do not fit the mission, the certificate's margin is 0, or the number of runs or workers is out
             of range.
-        NotCertified: The certificate is of other trajectories.
+        NotCertified: The certificate is of other trajectories or of another mission.
     """
     if not 1 <= runs <= MAX_RUNS:
         raise BadInput(f"a campaign has 1 to {MAX_RUNS} runs, not {runs}.")
     if workers < 1 or seed < 0:
         raise BadInput(f"workers must be at least 1 and seed at least 0, not {workers} and {seed}.")
-    require_team(team)
-    if cert is not None and not cert.covers(team):
-        raise NotCertified("the certificate does not cover these trajectories; fly what was certified, or without it.")
+    plan, team = check_plan(plan), check_trajectories(team)
     if cert is not None:
-        require_tube(cert.margin)
+        require_certificate(cert, plan, team)
     mission = plan.mission
     reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1))
     frame = airframe_of(mission.vehicle) if airframe is None else airframe

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from flight.attitude import Floats
+from flight.certified import certified_mission
 from flight.formula_state import FormulaVerdict
 from flight.labels import certified_actions
 from flight.log import Event, FlightLog
@@ -18,7 +19,7 @@ from flight.recording import Recording
 from flight.reference import flown
 from flight.tube import TubeVerdict, relative_acceleration
 from verify.asked import Asked
-from verify.data import BadInput, Mission, NotCertified, Plan, Trajectory
+from verify.data import BadInput, Mission, NotCertified, Plan, Trajectory, check_trajectories
 from verify.flight_log import Samples
 from verify.recorded import FlightVerdict, check_flight
 
@@ -103,7 +104,8 @@ def compare(
     """
     if cert is None:
         raise NotCertified("there is no certificate to compare with.")
-    mission: Mission = cert.mission
+    mission = certified_mission(cert)
+    team = None if team is None else check_trajectories(team)
     if set(log.robots) != set(mission.agents):
         raise BadInput(f"the log has robots {', '.join(log.robots)}; the mission has {', '.join(mission.agents)}.")
     if not (np.isfinite(measurement) and measurement >= 0):

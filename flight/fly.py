@@ -10,6 +10,7 @@ import numpy as np
 from flight.air import Wind
 from flight.airframe import Airframe, airframe_of
 from flight.attitude import Floats, euler
+from flight.certified import require_certificate
 from flight.control import CONTROL_STEP, ControllerName
 from flight.labels import PlannedAction, internal_letters, planned_actions, region_letters, regions_of
 from flight.log import Event, FlightLog
@@ -18,7 +19,7 @@ from flight.reaction import LANDING_TIME, Reaction, Stop
 from flight.reference import Reference, flown, sample_reference
 from flight.sensing import MotionCapture
 from flight.simulate import FRAME_STEPS, STEP, SUBSTEPS, ModelName, Setup, Snapshot, steps
-from verify.data import BadInput, Mission, NotCertified, Plan, Trajectory
+from verify.data import BadInput, Mission, Plan, Trajectory, check_plan, check_trajectories
 from verify.planned_paths import PlannedPath, planned_paths
 
 Progress = Callable[[str, float], None]
@@ -56,15 +57,13 @@ def fly(
         progress: Called with a sentence and the share done.
 
     Raises:
-        BadInput: Trajectories do not fit the mission, or the certificate's margin is 0.
-        NotCertified: The certificate is of other trajectories.
+        BadInput: Plan or trajectories are not sound or do not fit each other, or the certificate's margin is 0.
+        NotCertified: The certificate is of other trajectories or of another mission.
     """
+    plan, team = check_plan(plan), check_trajectories(team)
     mission = plan.mission
-    require_team(team)
-    if cert is not None and not cert.covers(team):
-        raise NotCertified("the certificate does not cover these trajectories; fly what was certified, or without it.")
     if cert is not None:
-        require_tube(cert.margin)
+        require_certificate(cert, plan, team)
     frame = airframe_of(mission.vehicle) if airframe is None else airframe
     reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1))
     sensor = as_sensor(noise)
@@ -200,25 +199,6 @@ def as_wind(wind: Wind | str | float | None) -> Wind | None:
 def as_sensor(noise: MotionCapture | str | float | None) -> MotionCapture | None:
     """Return the motion capture that an argument means; None for perfect knowledge."""
     return noise if noise is None or isinstance(noise, MotionCapture) else MotionCapture.parse(noise)
-
-
-def require_team(team: Mapping[str, Trajectory]) -> None:
-    """Refuse what is no team of trajectories."""
-    if not team or not all(isinstance(path, Trajectory) for path in team.values()):
-        raise BadInput("a team is a table from each robot's name to its Trajectory.")
-
-
-def require_tube(margin: float) -> None:
-    """Refuse to fly in closed loop with a margin of 0, whose tube every flight leaves.
-
-    Raises:
-        BadInput: The margin is 0.
-    """
-    if margin == 0:
-        raise BadInput(
-            "A margin of 0 m leaves no tube to fly in: no vehicle, simulated or not, stays exactly on its polynomials. Ask for a "
-            "margin above 0, such as 0.05 (`margin:` in the mission, or --margin); planning and certifying go without one."
-        )
 
 
 def _stacked(values: list[Floats]) -> Floats:

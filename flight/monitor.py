@@ -16,7 +16,7 @@ from flight.formula_state import FormulaState, FormulaVerdict
 from flight.labels import PlannedAction, region_letters, regions_of
 from flight.log import Event
 from flight.tube import Tube, TubeVerdict, relative_acceleration
-from verify.data import Mission
+from verify.data import BadInput, Mission, check_mission
 from verify.planned_paths import PlannedPath
 
 
@@ -48,6 +48,10 @@ class Monitor:
             planned_acceleration: Bound on the planned acceleration, m/s^2.
             planned: What is flown, for where its pieces meet; without it one joint at most is taken to lie between two samples.
         """
+        mission = check_mission(mission, to_plan=False)
+        for name, value in (("margin", margin), ("measurement", measurement), ("planned_acceleration", planned_acceleration)):
+            if value is not None and not 0 <= value < float("inf"):
+                raise BadInput(f"{name} must be a number of at least 0, not {value!r:.40}.")
         self._mission, self._robots = mission, tuple(mission.agents)
         self._actions = [[a for a in sorted(actions, key=lambda a: a.time) if a.robot == name] for name in self._robots]
         self._margin, self._measurement = margin, measurement

@@ -20,6 +20,7 @@ from ltlplan import spot_engine
 from ltlplan.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.guards import FALSE, TRUE, Guards
 from verify.data import BadInput, Formula, Letter, Word, parse_formula
+from verify.data.formula import check_formula
 
 if TYPE_CHECKING:
     import networkx
@@ -394,7 +395,7 @@ def representative_letters(automata: Sequence[Automaton], *, budget: Budget = DE
 
 def as_formula(formula: str | Formula) -> Formula:
     """Return a formula that was given as text or as a value."""
-    return parse_formula(formula) if isinstance(formula, str) else formula
+    return parse_formula(formula) if isinstance(formula, str) else check_formula(formula)
 
 
 def _letter(letter: Iterable[str]) -> Letter:

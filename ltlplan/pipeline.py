@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from ltlplan.missions import load_mission
 from ltlplan.planner import make_plan
 from ltlplan.waits import with_waits
-from verify.data import BadInput, InternalError, Mission, NotCertified, Plan, Trajectory, Witness
+from verify.data import BadInput, InternalError, Mission, NotCertified, Plan, Trajectory, Witness, check_mission, check_plan
 
 if TYPE_CHECKING:
     from flight import FlightLog
@@ -89,10 +89,10 @@ def as_mission(mission: Asked) -> Mission:
     """Return the mission that an argument means.
 
     Raises:
-        BadInput: It means none.
+        BadInput: It means none, or one that is not allowed; all faults are listed.
     """
     if isinstance(mission, Mission):
-        return mission
+        return check_mission(mission)
     if not isinstance(mission, str | os.PathLike):
         raise BadInput(f"A mission is a Mission, a path, or the name of a shipped mission, not {type(mission).__name__}.")
     return load_mission(mission)
@@ -124,12 +124,14 @@ def certified_team(made: Plan, *, margin: float | None = None, progress: Progres
         progress: Told a sentence and the share done, 0 to 1.
 
     Raises:
+        BadInput: The plan or its mission is not sound.
         Infeasible: Refinement found no trajectory within the limits.
         NotCertified: The last of a handful of rounds was still refused; carries the witnesses.
     """
     import refine
     import verify
 
+    made = check_plan(made)
     say = progress or (lambda _sentence, _share: None)
     team: dict[str, Trajectory] | None = None
     witnesses: tuple[Witness, ...] = ()
@@ -170,7 +172,7 @@ def run(
         LtlplanError: Any of the stages refused; the class says which and the message why.
     """
     import flight
-    from flight.fly import require_tube
+    from flight.certified import require_tube
     from ltlplan import output
     from verify.data.folders import check_folder
 

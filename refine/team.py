@@ -17,7 +17,7 @@ from refine.single import HOVER, Ask, Pace, Robot, TooLong
 from refine.spline import Spline
 from refine.together import together
 from refine.wishes import wishes_of
-from verify.data import BadInput, DoesNotFit, Plan, Trajectory, Witness
+from verify.data import BadInput, DoesNotFit, Plan, Trajectory, Witness, check_plan
 
 Progress = Callable[[str, float], None]
 
@@ -70,7 +70,7 @@ def refine(
         DoesNotFit: A flight needs more than `max_pieces` pieces, and is not to rest.
     """
     del previous
-    _check(plan, pace, weight, max_pieces, too_long)
+    plan = _checked(plan, pace, weight, max_pieces, too_long)
     wishes = wishes_of(plan, tuple(witnesses))
     tell, ask = progress or _quiet, Ask(pace, weight, max_pieces, too_long)
     robots, starts = together(plan, wishes, ask, tell)
@@ -88,8 +88,8 @@ def refine(
     return flights
 
 
-def _check(plan: object, pace: object, weight: object, max_pieces: object, too_long: object) -> None:
-    """Refuse what is no question; whoever has no type checker gets a sentence as well."""
+def _checked(plan: object, pace: object, weight: object, max_pieces: object, too_long: object) -> Plan:
+    """Return a sound plan; refuse what is no question: whoever has no type checker gets a sentence as well."""
     if not isinstance(plan, Plan):
         raise BadInput(f"refine takes a Plan, not {type(plan).__name__} (points without a mission: refine.minimum_snap).")
     for name, value, allowed in (("pace", pace, get_args(Pace)), ("too_long", too_long, get_args(TooLong))):
@@ -101,16 +101,19 @@ def _check(plan: object, pace: object, weight: object, max_pieces: object, too_l
         raise BadInput(
             f"max_pieces is {max_pieces!r}; it must be a whole number of at least 2, as every flight has two pieces."
         )
+    plan = check_plan(plan)
     for name, robot in plan.robots.items():
         if robot.hold + robot.times[-1] > _LONGEST:
             raise BadInput(
                 f"{name} would fly for {robot.hold + robot.times[-1]:.3g} s; plans of up to {_LONGEST:.0f} s are refined."
             )
-    for precedence in plan.precedences:
-        for name, visit in (precedence.first, precedence.then):
-            visits = len(plan.robots[name].visits) if name in plan.robots else 0
-            if not 0 <= visit < visits:
-                raise BadInput(f"A precedence names visit {visit} of {name}, which has {visits} visits (counted from 0).")
+        last, visits = len(robot.waypoints) - 1, len(robot.visits)
+        if robot.cycle_waypoint is not None and not 0 <= robot.cycle_waypoint <= last:
+            raise BadInput(f"{name}: cycle_waypoint is {robot.cycle_waypoint}; it must lie from 0 to {last}.")
+        for number, waypoint in enumerate(robot.waypoints):
+            if waypoint.visit is not None and not 0 <= waypoint.visit < visits:
+                raise BadInput(f"{name}: waypoint {number} serves visit {waypoint.visit} of {visits} (counted from 0).")
+    return plan
 
 
 def _quiet(_sentence: str, _share: float) -> None:

@@ -5,17 +5,18 @@ Nothing in `certificate.json` is believed: it is proved again before its margin 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from verify.certificate import ActionInstant, Certificate, judge
 from verify.data.errors import BadInput
 from verify.data.events import EVENTS_FILE, RobotLeaves, WorldEvent, load_events, require_known
 from verify.data.mission import Mission
-from verify.data.mission_file import load_mission_file
-from verify.data.plan import Plan, load_plan
-from verify.data.trajectory import Trajectory
+from verify.data.mission_file import check_mission, load_mission_file
+from verify.data.plan import Plan, check_plan, load_plan
+from verify.data.trajectory import Trajectory, check_trajectories
 from verify.recheck import CERTIFICATE_FILE, MISSION_FILE, PLAN_FILE, proved_run, read_folder
 
 
@@ -66,6 +67,22 @@ class Asked:
             (World(0.0, certificate.mission),), team, plan, float(certificate.margin),
             float(getattr(certificate, "clock_error", 0.0)), tuple(certificate.actions),
         )  # fmt: skip
+
+    def checked(self) -> Asked:
+        """Return the same after every check that the files of its parts undergo.
+
+        Raises:
+            BadInput: A mission, the plan, a trajectory or a number is not sound.
+        """
+        for name, value in (("margin", self.margin), ("clock_error", self.clock_error)):
+            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
+                raise BadInput(f"{name} must be a number of at least 0, not {value!r:.40}.")
+        return replace(
+            self,
+            worlds=tuple(World(world.since, check_mission(world.mission, to_plan=False)) for world in self.worlds),
+            team=None if self.team is None else check_trajectories(self.team),
+            plan=None if self.plan is None else check_plan(self.plan),
+        )
 
     @property
     def mission(self) -> Mission:

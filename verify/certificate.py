@@ -33,8 +33,8 @@ from verify.claims import (
 )
 from verify.data.errors import BadInput, NotCertified
 from verify.data.mission import Mission
-from verify.data.plan import Plan
-from verify.data.trajectory import Trajectory
+from verify.data.plan import Plan, check_plan
+from verify.data.trajectory import Trajectory, check_trajectories
 from verify.labels import changes, statuses
 from verify.passages import crossings
 from verify.separation import stretch_of
@@ -192,6 +192,7 @@ def judge(
     Raises:
         BadInput: Team, plan and mission do not belong together, or an argument is out of range.
     """
+    plan, team = check_plan(plan), check_trajectories(team)
     mission = plan.mission
     asked = mission.margin if margin is None else margin
     for name, value in (("margin", asked), ("clock_error", clock_error)):

@@ -20,7 +20,7 @@ from flint import fmpq_poly
 from verify.balls import Balls, Floats, from_power
 from verify.data.errors import BadInput
 from verify.data.mission import Mission
-from verify.data.trajectory import DEGREE, Trajectory
+from verify.data.trajectory import DEGREE, Trajectory, check_trajectories
 from verify.exact import polynomial, rational
 
 Kind = Literal["piece", "step", "hover"]
@@ -159,13 +159,12 @@ def read_team(mission: Mission, team: Mapping[str, Trajectory]) -> TeamPaths:
             large to be a flight.
     """
     robots = tuple(mission.agents)
+    team = check_trajectories(team)
     if set(team) != set(robots):
         raise BadInput(f"The team has robots {', '.join(sorted(team)) or '(none)'}; the mission has {', '.join(robots)}.")
     lasso = mission.spec.trace == "infinite"
     for name in robots:
         trajectory = team[name]
-        if not isinstance(trajectory, Trajectory):
-            raise BadInput(f"{name} must be given a Trajectory, not {type(trajectory).__name__}.")
         if lasso and trajectory.cycle is None:
             raise BadInput(f"{name}: the mission's trace is infinite, so its trajectory needs a cycle.")
         if not lasso and trajectory.cycle is not None:

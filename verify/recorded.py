@@ -112,6 +112,7 @@ def check_flight(
         BadInput: No speed bound, samples further apart than it allows, arrays that do not fit, or a formula that names internal
             propositions which neither the recording nor a plan shows.
     """
+    asked = asked.checked()
     speed = require_speed(max_speed)
     require_error(error)
     if max_acceleration is not None and not (isinstance(max_acceleration, int | float) and 0 < max_acceleration <= LARGEST):

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from verify.behaviour import judge_formula
 from verify.data.errors import BadInput
 from verify.data.mission import Mission, Region
+from verify.data.mission_file import check_mission
 from verify.doom import every_behaviour_breaks
 from verify.flight_log import load_flight_log
 from verify.inclusion import DEFAULT_BUDGET
@@ -87,6 +88,7 @@ def check_samples(
     Raises:
         BadInput: No speed bound, samples further apart than it allows, or arrays that do not fit.
     """
+    mission = check_mission(mission, to_plan=False)
     speed = require_speed(max_speed)
     require_error(error)
     if mission.spec.formula is None:

@@ -134,7 +134,7 @@ def assert_within_limits(
         )
     try:
         spec = Spec(formula="true", trace=_trace(trajectory))
-        mission = check_mission(_mission({}, trajectory.evaluate(0.0), spec, vehicle, Limits(**limits)))  # type: ignore[arg-type]  # checked by the schema
+        mission = check_mission(_mission({}, trajectory.evaluate(0.0), spec, vehicle, Limits(**limits)), to_plan=False)  # type: ignore[arg-type]  # checked by the schema
     except ValidationError as problem:
         first = problem.errors()[0]
         raise BadInput(f"{'.'.join(map(str, first['loc'])) or 'limits'}: {first['msg']}.") from None
@@ -167,6 +167,8 @@ def _mission(
     """Wrap what is asked into a mission of one robot in a wide world; `start` is x, y, z in m and perhaps a heading in rad."""
     if not isinstance(regions, Mapping | Mission):
         raise BadInput(f"Regions are a mission, or a table of regions by name, not {type(regions).__name__}.")
+    if isinstance(regions, Mission):
+        regions = check_mission(regions, to_plan=False)
     found = regions.all_regions if isinstance(regions, Mission) else {n: _region(n, r) for n, r in regions.items()}
     x, y, z, *heading = (float(value) for value in np.asarray(start))
     yaw = math.degrees(heading[0]) if heading else 0.0

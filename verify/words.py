@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable
 from typing import Literal
 
 from verify.data.errors import BadInput
-from verify.data.formula import RESERVED_NAMES, Formula, parse_formula
+from verify.data.formula import RESERVED_NAMES, Formula, check_formula, parse_formula
 from verify.data.word import Word, show_letter
 from verify.explain import explain, show
 from verify.semantics import satisfies
@@ -57,14 +57,14 @@ def as_formula(formula: str | Formula, shown: Collection[str] = ()) -> Formula:
         return parse_formula(formula, shown=shown)
     if not isinstance(formula, Formula):
         raise BadInput(f"A formula is a text or a Formula, not {type(formula).__name__}.")
-    return formula
+    return check_formula(formula)
 
 
 def as_word(word: Letters, cycle: Iterable[Iterable[str]] | None = None, *, owner: str = "The word") -> Word:
     """Return a `Word` from what a user gives; refuse strings, which are no sequences of sets of names."""
     if isinstance(word, Word):
         if cycle is None:
-            return word
+            return _named(word, owner)
         if word.cycle is not None:
             raise BadInput(f"{owner} has a cycle already; give the cycle once.")
         word = word.prefix
@@ -80,6 +80,11 @@ def as_word(word: Letters, cycle: Iterable[Iterable[str]] | None = None, *, owne
 
 
 def _named(word: Word, owner: str) -> Word:
+    for part in (word.prefix, word.cycle or ()):
+        if not isinstance(part, tuple) or not all(isinstance(letter, frozenset) for letter in part):
+            raise BadInput(
+                f"{owner} is no sound Word: it must hold tuples of frozensets; `Word.of` makes one of any sets of names."
+            )
     for letter in word.letters:
         for name in letter:
             if not isinstance(name, str):

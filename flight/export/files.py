@@ -9,8 +9,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from flight.certified import certified_mission
 from flight.export.notes import readme
-from verify.data import BadInput, Mission, NotCertified, Trajectory
+from verify.data import BadInput, Mission, NotCertified, Trajectory, check_trajectories
 from verify.data.errors import did_you_mean
 from verify.data.folders import write_files
 
@@ -134,8 +135,8 @@ def make_product(
         if name not in known:
             takes = ", ".join(known) or "none"
             raise BadInput(f"'{name}' is not an option of {format}.{did_you_mean(name, known)} Options: {takes}.")
-    require_certified(team, cert, vehicle)
-    mission: Mission = cert.mission
+    team = check_trajectories(team)
+    mission = require_certified(team, cert, vehicle)
     ordered = {name: team[name] for name in mission.agents}
     request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options)
     make: Callable[[Request], Product] = getattr(import_module(f"flight.export.{module}"), function)
@@ -143,18 +144,21 @@ def make_product(
     return Product({**product.files, NOTE: readme(request, format, product.notes).encode()}, product.notes)
 
 
-def require_certified(team: Mapping[str, Trajectory], cert: Any, vehicle: str | None = None) -> None:
-    """Refuse a team that the certificate does not cover, bit for bit, or another airframe.
+def require_certified(team: Mapping[str, Trajectory], cert: Any, vehicle: str | None = None) -> Mission:
+    """Return the certificate's mission; refuse a team that it does not cover, bit for bit, or another airframe.
 
     Raises:
         NotCertified: As said.
+        BadInput: It is no certificate, or one whose values make no sense.
     """
     if cert is None:
         raise NotCertified("there is no certificate; only certified flights are exported (`verify.certify` makes one).")
+    mission = certified_mission(cert)
     failing = [claim for claim in cert.claims if claim.verdict != "holds"]
     if failing:
         raise NotCertified(f"the certificate has a claim that does not hold, {failing[0].name}: {failing[0].sentence}")
     if not cert.covers(team):
         raise NotCertified("the certificate does not cover these trajectories: they differ from what was certified.")
-    if vehicle is not None and vehicle != cert.mission.vehicle.name:
-        raise NotCertified(f"the certificate is for the airframe '{cert.mission.vehicle.name}', not '{vehicle}'.")
+    if vehicle is not None and vehicle != mission.vehicle.name:
+        raise NotCertified(f"the certificate is for the airframe '{mission.vehicle.name}', not '{vehicle}'.")
+    return mission

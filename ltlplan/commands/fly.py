@@ -103,7 +103,7 @@ def _team(source: str, progress: Progress) -> tuple[Plan, dict[str, Trajectory],
         certificate = recheck(source)
         plan, team = read_folder(source)
         return plan, team, certificate
-    from flight.fly import require_tube
+    from flight.certified import require_tube
     from ltlplan.pipeline import certified_team, plan
 
     mission = read_mission(source)

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from flight.airframe import airframe_of
 from flight.attitude import euler
+from flight.certified import require_tube
 from flight.control import CONTROL_STEP
-from flight.fly import as_sensor, as_wind, require_tube
+from flight.fly import as_sensor, as_wind
 from flight.log import Event, FlightLog
 from flight.reference import Reference
 from flight.simulate import STEP, SUBSTEPS, Setup, Snapshot, steps
@@ -30,7 +31,7 @@ from ltlplan.online.events import falls_on, in_order
 from ltlplan.online.team import PERIOD, Desired, OnlineTeam
 from ltlplan.planner import with_seed
 from verify.behaviour import judge_formula
-from verify.data import BadInput, InternalError, Letter, Mission, NotCertified, Unsatisfiable
+from verify.data import BadInput, InternalError, Letter, Mission, NotCertified, Unsatisfiable, check_mission
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
 from verify.data.mission import Agent, Point
 from verify.pieces import Piece
@@ -157,7 +158,7 @@ def fly_online(
         Unsatisfiable: Nothing that these robots can fly satisfies the formula, at take-off already.
         Infeasible: No way between the hoops was found at take-off.
     """
-    mission = with_seed(mission, seed)
+    mission = with_seed(check_mission(mission), seed)
     used_seed = mission.planner.seed
     if not 0 < max_seconds <= 3600:
         raise BadInput(f"max_seconds must be above 0 and at most 3600, not {max_seconds:g}.")

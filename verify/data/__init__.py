@@ -12,10 +12,10 @@ from verify.data.errors import (
 )
 from verify.data.formula import Formula, FormulaError, parse_formula
 from verify.data.mission import Mission
-from verify.data.mission_file import MissionError, load_mission_file, mission_to_yaml, parse_mission
-from verify.data.plan import Plan, RobotPlan, Visit, Waypoint, load_plan
+from verify.data.mission_file import MissionError, check_mission, load_mission_file, mission_to_yaml, parse_mission
+from verify.data.plan import Plan, RobotPlan, Visit, Waypoint, check_plan, load_plan
 from verify.data.sequence import Passage, Sequence, SequenceError, parse_sequence
-from verify.data.trajectory import Trajectory
+from verify.data.trajectory import Trajectory, check_trajectories
 from verify.data.vehicle import GRAVITY, Vehicle, load_vehicle, shipped_vehicles
 from verify.data.witness import Witness
 from verify.data.word import Letter, Word
@@ -46,6 +46,9 @@ __all__ = [
     "Waypoint",
     "Witness",
     "Word",
+    "check_mission",
+    "check_plan",
+    "check_trajectories",
     "load_mission_file",
     "load_plan",
     "load_vehicle",

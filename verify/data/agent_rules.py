@@ -16,14 +16,20 @@ from verify.data.vehicle import Vehicle
 Finding = tuple[tuple[str | int, ...], str]
 
 
-def broken_by_agents(values: Mapping[str, Any], robot: Robot | None, regions: list[str]) -> Iterator[Finding]:
+def broken_by_agents(
+    values: Mapping[str, Any], robot: Robot | None, regions: list[str], *, to_plan: bool = True
+) -> Iterator[Finding]:
     """Yield what is wrong with a mission's agents.
 
     Args:
         values: The sections that are sound by themselves, by key, as the schema's types.
         robot: The internal states, if they are sound.
         regions: Names of all regions, of those that are not sound as well.
+        to_plan: Whether starts and ends must leave room, as planning needs it.
     """
+    yield from _histories(values, robot, regions)
+    if not to_plan:
+        return
     agents: Mapping[str, Agent] = values.get("agents", {})
     spec: Spec | None = values.get("spec")
     for name, agent in agents.items():
@@ -37,7 +43,6 @@ def broken_by_agents(values: Mapping[str, Any], robot: Robot | None, regions: li
                 for sentence in _misplaced(point, values):
                     yield ("agents", name, key), sentence
     yield from _separation(values, agents)
-    yield from _histories(values, robot, regions)
 
 
 def _misplaced(point: Point, values: Mapping[str, Any]) -> Iterator[str]:

@@ -67,6 +67,9 @@ _INFIX: Mapping[str, tuple[int, int]] = {
     "U": (10, 9), "W": (10, 9), "R": (10, 9), "M": (10, 9),
 }  # fmt: skip
 _PREFIX_POWER = 11
+_ARGUMENTS: Mapping[object, int] = {
+    "true": 0, "false": 0, "name": 0, **dict.fromkeys(_PREFIX, 1), **dict.fromkeys(_INFIX, 2),
+}  # fmt: skip
 
 
 class FormulaError(BadInput):
@@ -222,6 +225,28 @@ def _with_spaces(name: str, known: Collection[str]) -> str | None:
         if left in known and right in known:
             return f"{left} {match.group()} {right}"
     return None
+
+
+def check_formula(formula: Formula) -> Formula:
+    """Return a formula that was made in code, if its operators have the arguments that they need.
+
+    Raises:
+        BadInput: They have not.
+    """
+    stack: list[object] = [formula]
+    seen: set[int] = set()
+    while stack:
+        node = stack.pop()
+        if not isinstance(node, Formula) or node.operator not in _ARGUMENTS or not isinstance(node.arguments, tuple):
+            raise BadInput(f"A formula is made of Formula values with known operators; {node!r:.80} is none.")
+        if len(node.arguments) != _ARGUMENTS[node.operator] or (node.operator == "name") != bool(node.name):
+            raise BadInput(
+                f"A Formula with operator `{node.operator}` is not {node!r:.80}: its arguments or its name do not fit."
+            )
+        if id(node) not in seen:
+            seen.add(id(node))
+            stack.extend(node.arguments)
+    return formula
 
 
 @dataclass(frozen=True, slots=True)

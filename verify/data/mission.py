@@ -12,16 +12,17 @@ import json
 import math
 from collections.abc import Collection, Mapping
 from functools import cached_property
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
 from verify.data.errors import BadInput
 from verify.data.file_names import MAX_LENGTH, name_fault
 from verify.data.formula import FREE, TRUE, Formula, parse_formula
 from verify.data.sequence import Sequence, parse_sequence
+from verify.data.value import Value
 from verify.data.vehicle import NotNegative, Number, Positive, Vehicle, load_vehicle
 from verify.data.word import Letter
 
@@ -38,11 +39,7 @@ Reading = Literal["own", "joint"]
 Count = Annotated[int, Field(strict=True, ge=1)]
 
 
-class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Spec(_Section):
+class Spec(Value):
     """What must hold."""
 
     formula: str | None = Field(default=None, description="LTL without X over regions, internal propositions and `free`")
@@ -53,8 +50,10 @@ class Spec(_Section):
     repeat: Count = Field(default=1, description="laps of the cycle that are flown, for infinite traces")
 
 
-class Region(_Section):
+class Region(Value):
     """A closed ellipsoid: the points r with (r - center)' matrix (r - center) <= 1."""
+
+    computed_from: ClassVar[dict[str, tuple[str, ...]]] = {"matrix": ("radii", "yaw_deg")}
 
     center: Point = Field(description="m, world frame")
     radii: tuple[Positive, Positive, Positive] = Field(description="m, along the region's own x, y, z")
@@ -98,6 +97,8 @@ class Hoop(Region):
     The normal is Rz(yaw) Ry(pitch) e_x: with pitch 0 it is horizontal, positive pitch turns it downwards.
     """
 
+    computed_from: ClassVar[dict[str, tuple[str, ...]]] = {**Region.computed_from, "normal": ("yaw_deg", "pitch_deg")}
+
     pitch_deg: Annotated[Number, Field(gt=-90, lt=90)] = Field(
         0.0, description="deg, turns the ring's normal (not the ellipsoid)"
     )
@@ -129,7 +130,7 @@ class Hoop(Region):
         return self
 
 
-class Environment(_Section):
+class Environment(Value):
     """Which regions can be reached from which (2022 paper, Def. 4.2)."""
 
     start: str = Field(default="robot", description="vertex where robots are before their first visit; left, never entered")
@@ -137,7 +138,7 @@ class Environment(_Section):
     directed: bool = Field(default=False, strict=True, description="whether edges lead one way only")
 
 
-class Action(_Section):
+class Action(Value):
     """A change of the internal state, made inside one region."""
 
     source: str = Field(alias="from", description="internal state before")
@@ -147,7 +148,7 @@ class Action(_Section):
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, serialize_by_alias=True)
 
 
-class Robot(_Section):
+class Robot(Value):
     """The internal transition system, the same for every agent (2022 paper, Def. 4.1)."""
 
     initial: str = Field(default="idle", description="internal state at time 0")
@@ -155,7 +156,7 @@ class Robot(_Section):
     actions: tuple[Action, ...] = Field(default=(), description="changes of the internal state")
 
 
-class Agent(_Section):
+class Agent(Value):
     """One quadcopter."""
 
     start: Point = Field(description="m, hovering there at time 0")
@@ -176,14 +177,14 @@ class Agent(_Section):
         return math.radians(self.yaw_deg)
 
 
-class LegLimits(_Section):
+class LegLimits(Value):
     """Limits that hold while a robot flies to one region, from its previous visit to this one."""
 
     speed: Positive | None = Field(default=None, description="m/s")
     acceleration: Positive | None = Field(default=None, description="m/s^2")
 
 
-class Limits(_Section):
+class Limits(Value):
     """Tightens the vehicle's own limits."""
 
     speed: Positive | None = Field(default=None, description="m/s")
@@ -196,7 +197,7 @@ class Limits(_Section):
     legs: dict[str, LegLimits] = Field(default_factory=dict, description="region: limits on the way there")
 
 
-class Box(_Section):
+class Box(Value):
     """An axis-aligned box, closed."""
 
     min: Point = Field(description="m, lower corner")
@@ -213,7 +214,7 @@ class Box(_Section):
         return all(low <= x <= high for low, x, high in zip(self.min, point, self.max, strict=True))
 
 
-class Planner(_Section):
+class Planner(Value):
     """How to plan."""
 
     method: Literal["exact", "mtac-e", "online-mtac-e"] = Field(default="exact", description="how robots and words are chosen")
@@ -230,7 +231,7 @@ class Planner(_Section):
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="source of every draw")
 
 
-class EffectiveLimits(_Section):
+class EffectiveLimits(Value):
     """What the flight must keep: the vehicle's limits, tightened by the mission. SI units, radians."""
 
     speed: float
@@ -268,7 +269,7 @@ MissionName = Annotated[
 ]
 
 
-class Mission(_Section):
+class Mission(Value):
     """Everything that was asked, with every default filled in."""
 
     format: Literal[1] = MISSION_FORMAT
@@ -294,6 +295,17 @@ class Mission(_Section):
     )
     planner: Planner = Field(default_factory=lambda: Planner())
     sequence: str | None = Field(default=None, description="hoop passages to fly exactly, such as `hoop0F (hoop1R)*`")
+
+    def changed(self, **fields: Any) -> Mission:
+        """Return a mission with some fields replaced, which has passed every check that a mission file undergoes.
+
+        Raises:
+            BadInput: There is no such field, or the new mission is not allowed; all faults are listed, each with its keys.
+        """
+        from verify.data.mission_file import check_mission  # it imports this module
+
+        self._require_fields(fields)
+        return check_mission(self.model_copy(update=fields))
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """Return a copy with changed fields; what is computed from fields is computed anew."""

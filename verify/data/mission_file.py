@@ -36,6 +36,7 @@ from verify.data.mission import (
 )
 from verify.data.mission_rules import broken_rules
 from verify.data.strict_yaml import MAX_DEPTH, MAX_NODES, NotAccepted, load_tree
+from verify.data.value import Remembered, plain
 from verify.data.vehicle import Vehicle
 
 MAX_BYTES = 1_000_000
@@ -114,18 +115,43 @@ def parse_mission(text: str, source: str = "mission") -> Mission:
     return Mission.model_validate(values)
 
 
-def check_mission(mission: Mission) -> Mission:
+_SOUND = {to_plan: Remembered() for to_plan in (False, True)}
+
+
+def check_mission(mission: Mission, *, to_plan: bool = True) -> Mission:
     """Return the mission after the same checks that a file undergoes, for missions built or changed in code.
+
+    What is returned is the mission that its fields say, whatever was put into it behind its back.
+
+    Args:
+        mission: What claims to be one.
+        to_plan: Whether it is to be planned. A flight that is there already can be judged and flown by a mission that asks
+            for nothing, or whose starts, ends and hoops leave no room.
 
     Raises:
         MissionError: All faults, with keys but without lines.
+        BadInput: It is no mission at all.
     """
-    values = {name: getattr(mission, name) for name in Mission.model_fields}
+    if not isinstance(mission, Mission):
+        raise BadInput(f"A mission is a Mission, not {type(mission).__name__}; `ltlplan.load_mission` reads one.")
+    data = plain(mission)
+    if data in _SOUND[to_plan]:
+        return mission.model_copy()
+    data = _without_none(data)
+    values, faults = _sections(data)
     with np.errstate(all="ignore"):
-        faults = [Fault(keys, None, reason) for keys, reason in broken_rules(values, mission.resolved())]
-    if faults:
-        raise MissionError(mission.name, faults)
-    return mission
+        found = [Fault(keys, None, reason) for keys, reason in [*faults, *broken_rules(values, data, to_plan=to_plan)]]
+    if found:
+        name = data.get("name")
+        raise MissionError(name if isinstance(name, str) and name else "mission", found)
+    sound = Mission.model_validate(values)
+    _SOUND[to_plan].add(plain(sound))
+    return sound
+
+
+def _without_none(value: Any) -> Any:
+    """Leave out what is None: in a mission that says the same as leaving it out."""
+    return {key: _without_none(part) for key, part in value.items() if part is not None} if isinstance(value, dict) else value
 
 
 def mission_to_yaml(mission: Mission) -> str:

@@ -23,12 +23,14 @@ COARSEST = 1e-4
 """m; the coarsest step of float32 positions in a workspace."""
 
 
-def broken_rules(values: Mapping[str, Any], data: Mapping[str, Any]) -> Iterator[Finding]:
+def broken_rules(values: Mapping[str, Any], data: Mapping[str, Any], *, to_plan: bool = True) -> Iterator[Finding]:
     """Yield what is wrong with a mission.
 
     Args:
         values: The sections that are sound by themselves, by key, as the schema's types.
         data: The whole mission as plain data, for the names of entries that are not sound.
+        to_plan: Whether it is to be planned: then it asks for something, and starts, ends and hoops leave room. A flight
+            that is there already can be judged without that.
     """
     region_names = [name for table in ("hoops", "regions") for name in _keys(data.get(table))]
     robot: Robot | None = values.get("robot") or (Robot() if "robot" not in data else None)
@@ -37,16 +39,17 @@ def broken_rules(values: Mapping[str, Any], data: Mapping[str, Any]) -> Iterator
     if robot is not None:
         yield from _robot(robot, region_names)
     if internal is not None:
-        yield from _formula(values, data, {*region_names, *internal, FREE})
+        yield from _formula(values, data, {*region_names, *internal, FREE}, needed=to_plan)
     yield from _sequence(values, data)
-    yield from _workspace(values.get("workspace"))
     if (environment := values.get("environment")) is not None:
         yield from _environment(environment, region_names)
     yield from _limits(values, region_names)
-    yield from _control_points(values)
+    if to_plan:
+        yield from _workspace(values.get("workspace"))
+        yield from _control_points(values)
     if "agents" in data and not _keys(data["agents"]):
         yield ("agents",), "a mission needs at least one agent, such as `quad0: {start: [0, 0, 1]}`."
-    yield from broken_by_agents(values, robot, region_names)
+    yield from broken_by_agents(values, robot, region_names, to_plan=to_plan)
     yield from _planner(values.get("planner"), values.get("agents", {}))
 
 
@@ -88,13 +91,13 @@ def _robot(robot: Robot, regions: list[str]) -> Iterator[Finding]:
             yield ("robot", "actions", index, "at"), unknown_region(action.at, regions)
 
 
-def _formula(values: Mapping[str, Any], data: Mapping[str, Any], names: set[str]) -> Iterator[Finding]:
+def _formula(values: Mapping[str, Any], data: Mapping[str, Any], names: set[str], *, needed: bool) -> Iterator[Finding]:
     spec: Spec | None = values.get("spec")
     if spec is None:
-        if "spec" not in data and "sequence" not in data:
+        if needed and "spec" not in data and "sequence" not in data:
             yield ("spec",), "missing: a mission needs spec.formula, a sequence, or both."
         return
-    if spec.formula is None and "sequence" not in data:
+    if needed and spec.formula is None and "sequence" not in data:
         yield ("spec", "formula"), "missing: a mission needs spec.formula, a sequence, or both."
     if spec.formula is not None:
         try:

@@ -10,12 +10,14 @@ import json
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from verify.data.errors import BadInput
 from verify.data.files import parse_json, read_text
 from verify.data.mission import Action, Mission, Point
+from verify.data.mission_file import check_mission
 from verify.data.sequence import Direction
+from verify.data.value import Remembered, Value, faults_of, plain
 from verify.data.vehicle import NotNegative, Number
 from verify.data.word import Word
 
@@ -27,11 +29,7 @@ MAX_BYTES = 20_000_000
 Role = Literal["start", "front", "rear", "centre", "avoid", "via", "end"]
 
 
-class _Value(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Visit(_Value):
+class Visit(Value):
     """One stay in one region.
 
     Attributes:
@@ -45,7 +43,7 @@ class Visit(_Value):
     actions: tuple[Action, ...] = ()
 
 
-class Waypoint(_Value):
+class Waypoint(Value):
     """A point that the path goes through.
 
     Attributes:
@@ -61,7 +59,7 @@ class Waypoint(_Value):
     visit: int | None = None
 
 
-class RobotPlan(_Value):
+class RobotPlan(Value):
     """What one robot does.
 
     Attributes:
@@ -96,14 +94,14 @@ class RobotPlan(_Value):
         return len({waypoint.position for waypoint in self.waypoints}) == 1
 
 
-class Precedence(_Value):
+class Precedence(Value):
     """`first` must have left its visit before `then` enters its own. Each is (robot, index of visit)."""
 
     first: tuple[str, int]
     then: tuple[str, int]
 
 
-class Plan(_Value):
+class Plan(Value):
     """The planner's whole answer; carries its mission.
 
     Attributes:
@@ -128,6 +126,15 @@ class Plan(_Value):
     complete: bool = False
     notes: tuple[str, ...] = ()
 
+    def changed(self, **fields: Any) -> Plan:
+        """Return a plan with some fields replaced, which is sound as a whole, its mission included.
+
+        Raises:
+            BadInput: There is no such field, or the new plan is not allowed; all faults are listed.
+        """
+        self._require_fields(fields)
+        return check_plan(self.model_copy(update=fields))
+
     @property
     def words(self) -> dict[str, Word]:
         """Each robot's word, in the mission's order."""
@@ -146,6 +153,30 @@ class Plan(_Value):
     def digest(self) -> str:
         """Return the SHA-256 of plan.json, in hexadecimal."""
         return hashlib.sha256(self.to_json().encode()).hexdigest()
+
+
+_SOUND = Remembered()
+
+
+def check_plan(plan: Plan) -> Plan:
+    """Return the plan, and its mission, after every check that a plan's file undergoes, for plans built or changed in code.
+
+    Raises:
+        BadInput: It is no plan, or it or its mission is not allowed; all faults are listed.
+    """
+    if not isinstance(plan, Plan):
+        raise BadInput(f"A plan is a Plan, not {type(plan).__name__}; `ltlplan.plan` makes one, `ltlplan.load_plan` reads one.")
+    mission = check_mission(getattr(plan, "mission", None), to_plan=False)  # type: ignore[arg-type]  # a plan that skipped its validation may have none
+    data = plain(plan)
+    if data in _SOUND:
+        return plan.model_copy(update={"mission": mission})
+    try:
+        sound = Plan.model_validate({**data, "mission": mission})
+    except ValidationError as error:
+        raise BadInput("\n".join(faults_of(error, "The plan"))) from None
+    _check(sound, "The plan")
+    _SOUND.add(plain(sound))
+    return sound
 
 
 def plan_from_json(text: str, mission: Mission, source: str = PLAN_FILE) -> Plan:
@@ -204,7 +235,12 @@ def _check(plan: Plan, source: str) -> None:
         unknown = [visit.region for visit in robot.visits if visit.region not in plan.mission.all_regions]
         if unknown:
             raise BadInput(f"{source}, {name}: '{unknown[0]}' is not a region of the mission.")
+        if robot.cycle_visit is not None and not 0 <= robot.cycle_visit <= len(robot.visits):
+            raise BadInput(f"{source}, {name}: cycle_visit is {robot.cycle_visit}; it must lie from 0 to {len(robot.visits)}.")
     for precedence in plan.precedences:
         for robot, visit in (precedence.first, precedence.then):
             if robot not in plan.robots or not 0 <= visit < len(plan.robots[robot].visits):
-                raise BadInput(f"{source}: a precedence names visit {visit} of '{robot}', which does not exist.")
+                count = len(plan.robots[robot].visits) if robot in plan.robots else 0
+                raise BadInput(
+                    f"{source}: a precedence names visit {visit} of {robot}, which has {count} visits, so it does not exist."
+                )

@@ -8,8 +8,10 @@ after its last piece the robot hovers where the polynomial ended.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -55,11 +57,11 @@ class Trajectory:
             )
         _require(np.isfinite(times) & (times > 0), times, "durations", "a positive, finite number of seconds")
         _require(np.isfinite(values), values, "coefficients", "finite")
-        if cycle is not None and not 0 <= cycle < len(times):
-            raise BadInput(f"cycle must be the index of a piece, 0 to {len(times) - 1}, not {cycle}.")
+        if cycle is not None and (isinstance(cycle, bool) or not isinstance(cycle, Integral) or not 0 <= cycle < len(times)):
+            raise BadInput(f"cycle must be the index of a piece, 0 to {len(times) - 1}, not {cycle!r:.40}.")
         object.__setattr__(self, "durations", times)
         object.__setattr__(self, "coefficients", values)
-        object.__setattr__(self, "cycle", cycle)
+        object.__setattr__(self, "cycle", None if cycle is None else int(cycle))
 
     def __len__(self) -> int:
         return len(self.durations)
@@ -140,6 +142,27 @@ class Trajectory:
             return self
         index = np.concatenate([np.arange(self.cycle), np.tile(np.arange(self.cycle, len(self)), laps)])
         return Trajectory(self.durations[index], self.coefficients[index])
+
+
+def check_trajectories(team: Mapping[str, Trajectory]) -> dict[str, Trajectory]:
+    """Return a team's trajectories made anew from their numbers, whatever was put into them behind their back.
+
+    Raises:
+        BadInput: It is no table of trajectories, or their numbers are not allowed.
+    """
+    if not isinstance(team, Mapping) or not team:
+        raise BadInput("A team is a table from each robot's name to its Trajectory.")
+    checked: dict[str, Trajectory] = {}
+    for name, trajectory in team.items():
+        if not isinstance(trajectory, Trajectory):
+            raise BadInput(f"{name} must be given a Trajectory, not {type(trajectory).__name__}.")
+        try:
+            checked[name] = Trajectory(trajectory.durations, trajectory.coefficients, cycle=trajectory.cycle)
+        except AttributeError:
+            raise BadInput(f"{name}: its Trajectory has no numbers; it was never made.") from None
+        except BadInput as error:
+            raise BadInput(f"{name}: {error}") from None
+    return checked
 
 
 def _frozen(values: ArrayLike, name: str) -> Floats:

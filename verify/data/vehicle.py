@@ -11,10 +11,11 @@ from functools import cache
 from importlib import resources
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
+from pydantic import Field, Strict, model_validator
 from ruamel.yaml import YAML
 
 from verify.data.errors import BadInput, did_you_mean
+from verify.data.value import Value
 
 GRAVITY = 9.80665
 """Standard gravity in m/s^2, along -z."""
@@ -24,10 +25,8 @@ Positive = Annotated[float, Strict(), Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Strict(), Field(ge=0, allow_inf_nan=False)]
 
 
-class Vehicle(BaseModel):
+class Vehicle(Value):
     """An airframe with its own limits. The vehicle is a sphere of `radius` around its centre."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: str = Field(description="name of the profile", min_length=1)
     mass: Positive = Field(description="kg, as flown")

@@ -1,0 +1,99 @@
+"""Values of several fields: frozen, without unknown keys, changed by making a new one, and told from what only looks like one.
+
+Python can make a value without validating it (`model_copy(update=...)`, `model_construct`, `object.__setattr__`), and can
+change one that was validated. The doors of the library therefore look at every value again; what was found sound once is
+remembered by its contents, so that looking costs a fraction of a millisecond.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import OrderedDict
+from typing import Any, ClassVar, Self
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from verify.data.errors import BadInput, did_you_mean
+
+_REMEMBERED = 1024
+
+
+class Value(BaseModel):
+    """A frozen value that knows no other fields than its own."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    computed_from: ClassVar[dict[str, tuple[str, ...]]] = {}
+    """Fields that are computed where they are not given, and the fields that they are computed from."""
+
+    def changed(self, **fields: Any) -> Self:
+        """Return a new value with some fields replaced, validated like any other; what is computed from them is computed anew.
+
+        Raises:
+            BadInput: There is no such field, or the new value is not allowed; all faults are listed.
+        """
+        self._require_fields(fields)
+        stale = {
+            name for name, sources in self.computed_from.items() if name not in fields and not fields.keys().isdisjoint(sources)
+        }
+        kept = {name: getattr(self, name) for name in self.model_fields_set - stale}
+        try:
+            return type(self).model_validate({**kept, **fields})
+        except ValidationError as error:
+            raise BadInput("\n".join(faults_of(error, type(self).__name__))) from None
+
+    def _require_fields(self, fields: dict[str, Any]) -> None:
+        known = type(self).model_fields
+        for name in fields:
+            if name not in known:
+                raise BadInput(
+                    f"A {type(self).__name__} has no field '{name}'.{did_you_mean(name, known)} Fields: {', '.join(known)}."
+                )
+
+
+def faults_of(error: ValidationError, owner: str) -> list[str]:
+    """Return pydantic's findings about a value as sentences."""
+    found: list[str] = []
+    for item in error.errors(include_url=False):
+        where = ".".join(str(part) for part in item["loc"])
+        reason = item["msg"].removeprefix("Value error, ").rstrip(".")
+        value = "" if item["type"] in ("missing", "value_error") else f", not {item.get('input')!r:.60}"
+        found.append(f"{owner}{'.' + where if where else ''}: {reason}{value}.")
+    return list(dict.fromkeys(found))
+
+
+def plain(value: BaseModel) -> dict[str, Any]:
+    """Return what a value holds, whatever that is, as plain data under the names of its file format.
+
+    Raises:
+        BadInput: It holds what cannot even be looked at.
+    """
+    try:
+        return value.model_dump(mode="python", by_alias=True, warnings=False)
+    except Exception as error:
+        raise BadInput(f"This is no {type(value).__name__}: {error}.") from None
+
+
+class Remembered:
+    """Contents that were found sound, by their digests; the oldest are forgotten."""
+
+    def __init__(self) -> None:
+        self._digests: OrderedDict[bytes, None] = OrderedDict()
+
+    def __contains__(self, data: dict[str, Any]) -> bool:
+        digest = _digest(data)
+        if digest not in self._digests:
+            return False
+        self._digests.move_to_end(digest)
+        return True
+
+    def add(self, data: dict[str, Any]) -> None:
+        """Remember contents."""
+        self._digests[_digest(data)] = None
+        while len(self._digests) > _REMEMBERED:
+            self._digests.popitem(last=False)
+
+
+def _digest(data: dict[str, Any]) -> bytes:
+    """Tell contents apart with the types of all their parts: a list is no tuple here, and NaN no number."""
+    return hashlib.sha256(repr(data).encode("utf-8", "backslashreplace")).digest()
