@@ -3,7 +3,7 @@
 The team automaton of the 2022 paper (Def. 4.6) is walked, never built: a state of it is a robot, the automaton's
 states so far, and the robot's `Whereabouts` in A = E x R. A robot's next step is a whole visit: it leaves where it is,
 enters a region, and may change its internal state there. Since the states are a set, the same walk serves before
-take-off (one state) and in flight (all states that the readings so far may have led to, see `online.progress`).
+take-off (one state) and in flight (all states that the readings so far may have led to, see `sharing.progress`).
 
 `Outlook` is the guide of that walk: for every state a lower bound on the metres that the team still has to fly, from one
 backward shortest-path search over a relaxation in which any robot that is free may be used again.

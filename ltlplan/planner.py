@@ -10,17 +10,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, SupportsIndex
+from typing import TYPE_CHECKING, Literal, SupportsIndex, get_args
 
 import numpy as np
 
 from verify.data import BadInput, Infeasible, Mission, Plan, RobotPlan
+from verify.data.errors import did_you_mean
+from verify.data.mission import Planner
 from verify.data.spacing import crowded, needed, spacing_of
 
 if TYPE_CHECKING:
     from ltlplan.search import Itinerary
 
 Progress = Callable[[str, float], None]
+
+METHODS: tuple[str, ...] = get_args(Planner.model_fields["method"].annotation)
+"""What `planner.method` may say."""
 
 
 def make_plan(mission: Mission, *, seed: int | None = None, progress: Progress | None = None) -> Plan:
@@ -32,7 +37,7 @@ def make_plan(mission: Mission, *, seed: int | None = None, progress: Progress |
         progress: Told a sentence and the share done, 0 to 1.
 
     Raises:
-        BadInput: Robots start, or are to end, nearer to each other than they may.
+        BadInput: There is no such method. Robots start, or are to end, nearer to each other than they may.
         Unsatisfiable: No word that these robots can fly satisfies the formula; the message says why.
         Infeasible: A word exists, but no way between the hoops was found.
     """
@@ -40,10 +45,17 @@ def make_plan(mission: Mission, *, seed: int | None = None, progress: Progress |
     mission = with_seed(mission, seed)
     say = progress or (lambda _sentence, _share: None)
     rng = np.random.default_rng(mission.planner.seed)
-    if mission.passages is None and mission.planner.method == "mtac-e":
+    method = mission.planner.method
+    if method not in METHODS:
+        raise BadInput(f"'{method}' is no planning method.{did_you_mean(method, METHODS)} Methods: {', '.join(METHODS)}.")
+    if mission.passages is None and method == "mtac-e":
         from ltlplan.mtac import allocate
 
         return allocate(mission, rng=rng, progress=progress)
+    if mission.passages is None and method == "online-mtac-e":
+        from ltlplan.sharing.simulated import share_online
+
+        return share_online(mission, rng=rng, progress=progress)
     nominal = nominal_paths(mission, progress=say)
     robots = _improved(mission, nominal.robots, rng, say)
     return _plan(mission, robots, nominal)

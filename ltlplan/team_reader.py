@@ -6,13 +6,14 @@ Where a task may be divided, whether words hold in every order, and which letter
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 from ltlplan.allocation import Accepting, State, States, World
 from ltlplan.automata import DEAD, translate
-from ltlplan.conjunction import Task, conjunct_automata
+from ltlplan.conjunction import Conjunction, Task, conjunct_automata
 from ltlplan.decomposition import decomposes_from
 from ltlplan.kinds import Kinds, OrderCheck
 from verify.data import BadInput, Letter
@@ -47,6 +48,12 @@ class Reader:
 
     def __contains__(self, state: Any) -> bool:
         return state != DEAD and self._automaton.is_accepting(state)
+
+    @property
+    def size(self) -> int:
+        """How many states the automaton has, at most."""
+        parts = self._automaton.parts if isinstance(self._automaton, Conjunction) else (self._automaton,)
+        return math.prod(len(part.states) for part in parts)
 
     def successor(self, state: Any, letter: Letter) -> Any:
         """Return the state after a letter, or `DEAD`."""

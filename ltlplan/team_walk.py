@@ -2,7 +2,7 @@
 
 `Walker` is the frame: neighbours of a walk, hand-over where the automaton's states may be divided, the best walks of a round.
 What a path costs, and when a team's parts count as finished, is handed in: `mtac` prices paths by cross-entropy and starts on
-the ground, `online.team` prices them by straight lines and starts from wherever a flying team has come to.
+the ground, `sharing.team` prices them by straight lines and starts from wherever a flying team has come to.
 """
 
 from __future__ import annotations

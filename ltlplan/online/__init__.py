@@ -1,17 +1,12 @@
-"""Online MTAC-E: tasks are shared and paths improved while the robots fly (2022 paper, Sections 6 and 7).
+"""Online flight: teams that share their tasks while they fly (2022 paper, Sections 6 and 7), with dynamics, and certified if asked.
 
 | module | what it holds |
 |---|---|
 | `flight` | a mission flown online in simulation, judged afterwards |
-| `team` | Algorithm 5, one step at a time |
-| `certified`, `residual`, `braking` | the same team flying certified pieces only: what is left, and how to come to rest |
-| `pilot`, `course` | one robot: what it still has to do, and the way that it flies while that changes |
-| `progress` | where the letters flown so far may have led, and which may come next |
-| `switch` | which part should change hands |
-| `events` | what can change in the world (`verify.data.events`), checked before take-off |
-| `cross_entropy` | Algorithm 4 |
+| `certified`, `braking` | the same team flying certified pieces only, and how it comes to rest |
 
-Names are loaded at first use, so that a part of the package can be used by what the other parts stand on.
+The method itself is in `ltlplan.sharing`. Names are loaded at first use, so that a part of the package can be used by what the
+other parts stand on.
 """
 
 from __future__ import annotations
@@ -22,17 +17,17 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from ltlplan.online.certified import CertifiedTeam
     from ltlplan.online.flight import OnlineFlight, fly_online
-    from ltlplan.online.team import PERIOD, Desired, OnlineTeam
+    from ltlplan.sharing.team import PERIOD, Desired, OnlineTeam
     from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, WorldEvent
 
 _HOMES = {
-    "PERIOD": "ltlplan.online.team",
+    "PERIOD": "ltlplan.sharing.team",
     "CertifiedTeam": "ltlplan.online.certified",
-    "Desired": "ltlplan.online.team",
+    "Desired": "ltlplan.sharing.team",
     "HoopMoves": "verify.data.events",
     "NewFormula": "verify.data.events",
     "OnlineFlight": "ltlplan.online.flight",
-    "OnlineTeam": "ltlplan.online.team",
+    "OnlineTeam": "ltlplan.sharing.team",
     "RobotJoins": "verify.data.events",
     "RobotLeaves": "verify.data.events",
     "WorldEvent": "verify.data.events",

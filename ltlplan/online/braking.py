@@ -18,7 +18,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.online.events import rim_distance
+from ltlplan.sharing.events import rim_distance
 from verify.claims import Claim
 from verify.data import Mission, Trajectory
 from verify.data.mission import LegLimits

@@ -6,7 +6,7 @@ and hold their positions until two things are proved:
 
 * a certificate of what is left, an ordinary mission: it begins where the robots hover, with each one's internal state and the
   region that it visited last, and its formula is what is left of the whole one in every way to read the letters so far
-  (`online.residual`);
+  (`sharing.residual`);
 * the whole formula on the whole flight (`verify.pieces`): the label timelines of all that was flown, slowing down included,
   each in the world as it then was, with the new piece at the end. Between the two, robots only hover.
 
@@ -28,14 +28,12 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ltlplan.online.braking import Ways, come_to_rest
-from ltlplan.online.course import ORDERS
-from ltlplan.online.pilot import Pilot
-from ltlplan.online.residual import formula_left
-from ltlplan.online.team import PERIOD, Desired, OnlineTeam
 from ltlplan.pipeline import Certified, certified_team, plan
-from verify.data import LtlplanError, Mission, NotCertified, Plan, Trajectory, Unsatisfiable
-from verify.data.events import WorldEvent, changed
-from verify.data.formula import FALSE
+from ltlplan.sharing.course import ORDERS
+from ltlplan.sharing.pilot import Pilot
+from ltlplan.sharing.team import PERIOD, Desired, OnlineTeam
+from verify.data import LtlplanError, Mission, NotCertified, Plan, Trajectory
+from verify.data.events import WorldEvent
 from verify.data.mission import Agent, Point
 from verify.data.mission_file import check_mission
 from verify.pieces import Piece, approaches, judge_pieces
@@ -106,7 +104,7 @@ class CertifiedTeam(OnlineTeam):
         try:
             if self.lost is not None:
                 raise NotCertified(self.lost)
-            left = self._left() if self.steps else self.mission
+            left = self.left() if self.steps else self.mission
             proved = certified_team(plan(check_mission(left), seed=self.seed))
             present = self._proved(left, proved)
         except LtlplanError as error:
@@ -223,27 +221,11 @@ class CertifiedTeam(OnlineTeam):
         if track is not None:
             pilot.where = replace(pilot.where, position=_point(track.evaluate(track.duration)[:3]))
 
-    def _left(self) -> Mission:
-        """Return what is left as a mission of its own, from where the robots hover.
-
-        Raises:
-            Unsatisfiable: Nothing that comes can make the formula true.
-        """
-        asked = self.mission.formula
-        left = formula_left(asked, self.reader, self.first_letters, self.shown, reading=self.mission.spec.team)
-        if left == FALSE:
-            raise Unsatisfiable("what was flown cannot be completed to satisfy the formula.")
-        spec = self.mission.spec.model_copy(update={"formula": str(left)})
-        return changed(self.mission, agents={name: self._agent(pilot) for name, pilot in self.pilots.items()}, spec=spec)
-
-    def _agent(self, pilot: Pilot) -> Agent:
-        """Return a robot as it hovers now, with what it brings from before."""
-        track, where = self._tracks[pilot.name], pilot.where
+    def agent(self, pilot: Pilot) -> Agent:
+        """Return a robot as it hovers now, with the heading that it has come to."""
+        track = self._tracks[pilot.name]
         yaw = float(track.evaluate(track.duration)[3])
-        been = where.vertex if where.inside is None and where.vertex in self.mission.all_regions else None
-        return self.mission.agents[pilot.name].model_copy(
-            update={"start": where.position, "yaw_deg": math.degrees(yaw), "internal": where.internal, "visited": been}
-        )
+        return super().agent(pilot).model_copy(update={"yaw_deg": math.degrees(yaw)})
 
 
 def _exact(now: float) -> Fraction:

@@ -1,6 +1,6 @@
 """A mission flown online in simulation: from its start until the formula is satisfied, then judged.
 
-This stands beside the pipeline, above planner, flight and judge: `online.team.OnlineTeam` says 50 times a second where the
+This stands beside the pipeline, above planner, flight and judge: `sharing.team.OnlineTeam` says 50 times a second where the
 robots should be, flight's closed loop flies there, and when it is over the checker judges the words that were flown. A flight of
 this kind is not certified beforehand and cannot be exported; log, summary and result say so. Its verdict is over label
 changes seen at 100 Hz, not over all times.
@@ -27,9 +27,9 @@ from flight.reference import Reference
 from flight.simulate import STEP, SUBSTEPS, Setup, Snapshot, steps
 from ltlplan.mtac import Progress
 from ltlplan.online.certified import CertifiedTeam
-from ltlplan.online.events import falls_on, in_order
-from ltlplan.online.team import PERIOD, Desired, OnlineTeam
 from ltlplan.planner import with_seed
+from ltlplan.sharing.events import falls_on, in_order
+from ltlplan.sharing.team import PERIOD, Desired, OnlineTeam
 from verify.behaviour import judge_formula
 from verify.data import BadInput, InternalError, Letter, Mission, NotCertified, Unsatisfiable, check_mission
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent

@@ -18,8 +18,8 @@ import numpy as np
 
 import ltlplan
 from ltlplan.mtac import straight_cost, walk
-from ltlplan.online.team import PERIOD, OnlineTeam
 from ltlplan.search import assign
+from ltlplan.sharing.team import PERIOD, OnlineTeam
 from ltlplan.team_walk import Options
 from tests.random_missions import random_mission
 from verify.data import Mission

@@ -15,8 +15,8 @@ import ltlplan
 from ltlplan.allocation import World
 from ltlplan.hoops import route
 from ltlplan.mtac import improved, walk
-from ltlplan.online import cross_entropy as online
 from ltlplan.quantile import quantile_samples
+from ltlplan.sharing import cross_entropy as online
 from ltlplan.team_reader import Reader
 from ltlplan.team_walk import Options
 from tests.benchmarks.mtac import race

@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.online.cross_entropy import OnlineSettings
-from ltlplan.online.events import falls_on, in_order
-from ltlplan.online.team import PERIOD, OnlineTeam
+from ltlplan.mtac import straight_cost
+from ltlplan.online.flight import fly_online
+from ltlplan.search import assign
+from ltlplan.sharing.cross_entropy import OnlineSettings
+from ltlplan.sharing.events import falls_on, in_order
+from ltlplan.sharing.team import PERIOD, OnlineTeam
 from tests.random_missions import random_mission
 from verify import check_team
-from verify.data import BadInput, Unsatisfiable, parse_mission
+from verify.data import BadInput, Mission, Unsatisfiable, parse_mission
 from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, changed
 from verify.data.mission import Agent
 
@@ -244,3 +247,46 @@ def test_a_hoop_that_moves_onto_a_robot_is_noticed(fire):
     assert "rim" in falls_on(fire, event, {"quad1": rim})
     assert falls_on(fire, event, {"quad1": (1.4, 0.0, 1.0)}) is None
     assert falls_on(fire, RobotLeaves(time=0.0, robot="quad1"), {"quad1": rim}) is None
+
+
+def row_of(robots: int, formula: str, team: str = "own") -> Mission:
+    """Robots in a row, and as many regions in a row opposite them."""
+    regions = ", ".join(f"r{i}: {{center: [{1.2 * i:.1f}, 1.5, 1.0], radii: [0.2, 0.2, 0.2]}}" for i in range(robots))
+    agents = ", ".join(f"q{i}: {{start: [{1.2 * i:.1f}, 0, 1.0]}}" for i in range(robots))
+    return parse_mission(
+        f"""
+format: 1
+name: row
+spec: {{formula: "{formula}", team: {team}}}
+regions: {{{regions}}}
+agents: {{{agents}}}
+vehicle: crazyflie-2.1
+workspace: {{min: [-2, -2, 0.2], max: [{1.2 * robots + 1:.1f}, 4, 1.8]}}
+"""
+    )
+
+
+def test_a_team_of_eight_is_shared_out_by_the_cheapest_search_and_takes_off():
+    mission = row_of(8, " & ".join(f"F r{i}" for i in range(8)))
+    team = OnlineTeam(mission, rng=np.random.default_rng(0))
+    assert team.complete
+    shared = {move.visit.region for pilot in team.pilots.values() for move in pilot.moves}
+    assert shared == set(mission.regions)
+    exact = assign(mission).cost
+    straight = sum(straight_cost(mission, {name: pilot.course.plan}) for name, pilot in team.pilots.items() if pilot.moves)
+    assert straight == pytest.approx(exact, abs=1e-6)
+    positions = {name: agent.start for name, agent in mission.agents.items()}
+    for step in range(150):
+        desired = team.step(step * PERIOD, positions)
+        positions = {name: tuple(desired.flat[0, :3, j]) for j, name in enumerate(team.pilots)}
+    assert max(math.dist(positions[name], agent.start) for name, agent in mission.agents.items()) > 0.1
+
+
+def test_two_places_that_are_to_be_held_at_once_are_shared_out():
+    """No walk of one robot after another leads to acceptance: neither letter alone is what is asked."""
+    mission = row_of(2, "F(r0 & r1)", "joint")
+    team = OnlineTeam(mission, rng=np.random.default_rng(0))
+    assert team.complete
+    assert sorted(move.visit.region for pilot in team.pilots.values() for move in pilot.moves) == ["r0", "r1"]
+    flight = fly_online(mission, seed=0, max_seconds=40)
+    assert flight.verdict

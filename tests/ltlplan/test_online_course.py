@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import ltlplan
 from ltlplan.hoops import route
-from ltlplan.online.course import BRAKE, GLIDE, Clock, course_of, glide
+from ltlplan.sharing.course import BRAKE, GLIDE, Clock, course_of, glide
 from verify.data import Visit
 
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from ltlplan.online import cross_entropy as online
-from ltlplan.online.cross_entropy import OnlineSettings
+from ltlplan.sharing import cross_entropy as online
+from ltlplan.sharing.cross_entropy import OnlineSettings
 from verify.data import BadInput
 
 ALL = np.ones(1, dtype=bool)

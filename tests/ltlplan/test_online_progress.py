@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ltlplan
-from ltlplan.online.progress import admits, at_start, can_finish, finishing_order
+from ltlplan.sharing.progress import admits, at_start, can_finish, finishing_order
 from tests.strategies import formulas
 from verify.data import BadInput
 

@@ -5,7 +5,7 @@ import itertools
 import pytest
 
 from ltlplan.allocation import World
-from ltlplan.online.residual import formula_left, progressed
+from ltlplan.sharing.residual import formula_left, progressed
 from ltlplan.team_reader import Reader
 from tests.ltlplan.test_mtac import small
 from verify import check_word

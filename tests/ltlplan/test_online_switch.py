@@ -5,9 +5,9 @@ import math
 import pytest
 
 from ltlplan.allocation import Part, World
-from ltlplan.online import team
 from ltlplan.online.flight import fly_online
-from ltlplan.online.switch import Handover, may_change
+from ltlplan.sharing import team
+from ltlplan.sharing.switch import Handover, may_change
 from tests.ltlplan.test_mtac import small
 from tests.ltlplan.test_online import Flight
 from verify import check_word

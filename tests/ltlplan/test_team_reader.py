@@ -10,7 +10,7 @@ from ltlplan.automata import DEAD, Automaton, translate
 from ltlplan.conjunction import Conjunction
 from ltlplan.decomposition import decomposes, decomposes_from
 from ltlplan.determinise import intersection
-from ltlplan.online.progress import at_start
+from ltlplan.sharing.progress import at_start
 from ltlplan.team_reader import Reader
 from tests.ltlplan.test_mtac import ROW, small
 from tests.strategies import formulas

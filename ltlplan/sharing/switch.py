@@ -2,20 +2,20 @@
 
 A part may go to another robot when nobody has begun it, its beginning is in the decomposition set, the taker is idle and
 carries what the part needs, the environment lets it go there, it is clearly cheaper, and the team can finish afterwards.
-This only tells; `online.team.OnlineTeam` lets the giver stop and gives both robots their new courses.
+This only tells; `sharing.team.OnlineTeam` lets the giver stop and gives both robots their new courses.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from ltlplan.allocation import Metric, Move, Part, World
 from ltlplan.mtac import metric
-from ltlplan.online.pilot import Pilot
-from ltlplan.online.progress import Standing, can_finish
+from ltlplan.sharing.pilot import Pilot
+from ltlplan.sharing.progress import Standing, can_finish
 from ltlplan.team_reader import Reader
 from verify.data import Mission
 from verify.data.mission import Point
@@ -58,9 +58,9 @@ def _part(world: World, robot: str, pilot: Pilot, moves: tuple[Move, ...]) -> Pa
 
 
 def better_hands(
-    mission: Mission, world: World, reader: Reader, standing: Standing, pilots: Mapping[str, Pilot]
+    mission: Mission, world: World, pilots: Mapping[str, Pilot], allowed: Callable[[Handover], bool]
 ) -> Handover | None:
-    """Return the hand-over that the decomposition set allows and that saves most, or None."""
+    """Return the hand-over that saves most of those that are allowed (see `may_change`), or None."""
     idle = [name for name, pilot in pilots.items() if pilot.done and pilot.arrived]
     if not idle:
         return None
@@ -74,9 +74,7 @@ def better_hands(
             for taker in idle:
                 gain = own - _length(world, leg, taker, pilots[taker].where.position, rest)
                 handover = Handover(giver, taker, kept)
-                if gain > SWITCH_GAIN * own and (best is None or gain > best[0]) and may_change(
-                    world, reader, standing, pilots, handover
-                ):  # fmt: skip
+                if gain > SWITCH_GAIN * own and (best is None or gain > best[0]) and allowed(handover):
                     best = (gain, handover)
             position = world.after(pilot.moves[kept]).position
     return None if best is None else best[1]

@@ -24,8 +24,8 @@ from ltlplan.allocation import Accepting, State
 from verify.data import BadInput
 from verify.data.word import Letter
 
-MAX_ORDERS = 120
-"""Serial orders that the gate tries at most; five robots with something left can be ordered in 120 ways."""
+MAX_ORDERS = 500
+"""Beginnings of serial orders that the gate looks at in vain at most; eight robots can be parted in 256 ways."""
 
 MAX_TOGETHER = 4
 """Events of one instant that are tried in every order; more are refused, robots are kept apart in time."""
@@ -193,10 +193,25 @@ def after_events(standing: Standing, events: Mapping[str, Letter]) -> Standing:
 
 
 def _finishing(standing: Standing, ahead: Ahead) -> Iterator[tuple[str, ...]]:
-    busy = [robot for robot, letters in ahead.items() if letters]
-    for order in itertools.islice(itertools.permutations(busy), MAX_ORDERS):
-        if follow(standing, ((robot, letter) for robot in order for letter in ahead[robot])).accepts():
-            yield order
+    """Yield serial orders that end in acceptance; what is left after some robots is not looked at twice in vain."""
+    vain: set[tuple[frozenset[str], frozenset[Pair]]] = set()
+
+    def complete(before: tuple[str, ...], here: Standing, left: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+        key = (frozenset(left), here.pairs)
+        if key in vain or len(vain) >= MAX_ORDERS:
+            return
+        found = not left and here.accepts()
+        if found:
+            yield before
+        for robot in left:
+            after = follow(here, ((robot, letter) for letter in ahead[robot]))
+            for order in complete((*before, robot), after, tuple(other for other in left if other != robot)):
+                found = True
+                yield order
+        if not found:
+            vain.add(key)
+
+    yield from complete((), standing, tuple(robot for robot, letters in ahead.items() if letters))
 
 
 def _joint(automaton: Accepting, states: Iterable[State], held: Mapping[str, Letter]) -> frozenset[Pair]:

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from ltlplan.allocation import Move, Part, Whereabouts, World
 from ltlplan.cost import Sampling, WeightedCost, cost_of
 from ltlplan.mtac import calmed
-from ltlplan.online import cross_entropy
-from ltlplan.online.course import GLIDE, Clock, course_of
-from ltlplan.online.cross_entropy import OnlineSettings, OnlineState
 from ltlplan.path_search import PathProblem, path_problem
 from ltlplan.quantile import square_root
+from ltlplan.sharing import cross_entropy
+from ltlplan.sharing.course import GLIDE, Clock, course_of
+from ltlplan.sharing.cross_entropy import OnlineSettings, OnlineState
 from verify.data import Letter, Mission, RobotPlan
 
 Floats = NDArray[np.float64]
@@ -58,7 +58,7 @@ class Passage:
 
 
 class Pilot:
-    """One robot in flight. It changes as it flies; `online.team.OnlineTeam` drives it.
+    """One robot in flight. It changes as it flies; `sharing.team.OnlineTeam` drives it.
 
     Attributes:
         name: The robot.

@@ -14,7 +14,6 @@ import numpy as np
 from verify.data import BadInput, Mission
 from verify.data.events import (
     HoopMoves,
-    NewFormula,
     RobotJoins,
     RobotLeaves,
     WorldEvent,
@@ -24,10 +23,6 @@ from verify.data.events import (
 )
 from verify.data.mission import Agent, Hoop, Point
 from verify.data.mission_file import check_mission
-
-__all__ = [
-    "HoopMoves", "NewFormula", "RobotJoins", "RobotLeaves", "WorldEvent", "changed", "falls_on", "in_order", "rim_distance",
-]  # fmt: skip
 
 
 def in_order(mission: Mission, events: Iterable[WorldEvent]) -> tuple[WorldEvent, ...]:

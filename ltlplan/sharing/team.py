@@ -8,10 +8,10 @@ online cross-entropy; the flag says when the formula is satisfied. What the prin
   condition is asked again several times a second: a part that nobody has begun, and whose beginning is in the decomposition
   set of the states that the automaton may be in now (what is done is done), goes to another robot where that is clearly cheaper.
 * A robot that has begun a part outside the decomposition set keeps it to its end, as the paper says.
-* The states are a set, because robots fly at the same time (`online.progress`); a robot that comes to a region enters
+* The states are a set, because robots fly at the same time (`sharing.progress`); a robot that comes to a region enters
   it only if the team can still finish afterwards, whatever the order of the events; otherwise it waits on its path.
 * The desired pose is not the raw sample at time t, which would jump by decimetres 50 times a second. Robots glide to a
-  sampled path where it is cheaper than the one that they fly (`online.course`).
+  sampled path where it is cheaper than the one that they fly (`sharing.course`).
 * Robots keep the mission's separation by waiting; one that hovers is flown around.
 
 None of this is certified: sampled paths, measured positions, no bound on what the vehicle does. The verdict on what was flown
@@ -24,24 +24,31 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.allocation import Part, Whereabouts, World
+from ltlplan.allocation import Move, Part, Whereabouts, World
 from ltlplan.automata import DEAD
 from ltlplan.hoops import route
 from ltlplan.mtac import metric
-from ltlplan.online.cross_entropy import OnlineSettings
-from ltlplan.online.pilot import Pilot
-from ltlplan.online.progress import admits, after_events, at_start, can_finish
-from ltlplan.online.switch import Handover, better_hands, may_change
+from ltlplan.sharing.cross_entropy import OnlineSettings
+from ltlplan.sharing.pilot import Pilot
+from ltlplan.sharing.progress import admits, after_events, at_start, can_finish
+from ltlplan.sharing.residual import formula_left
+from ltlplan.sharing.switch import Handover, better_hands, may_change
 from ltlplan.team_reader import Reader
 from ltlplan.team_walk import Options, Walker
-from verify.data import BadInput, Infeasible, Letter, LtlplanError, Mission, RobotPlan, Unsatisfiable, Word
-from verify.data.events import HoopMoves, RobotJoins, RobotLeaves, WorldEvent
-from verify.data.mission import Point
+from verify.data import BadInput, Infeasible, Letter, LtlplanError, Mission, RobotPlan, Unsatisfiable, Visit, Word
+from verify.data.events import HoopMoves, RobotJoins, RobotLeaves, WorldEvent, changed
+from verify.data.formula import FALSE
+from verify.data.mission import Agent, Point
+from verify.data.mission_file import check_mission
+
+if TYPE_CHECKING:
+    from ltlplan.search import Itinerary
 
 Floats = NDArray[np.float64]
 
@@ -96,8 +103,17 @@ class OnlineTeam:
         holding: Why the team holds position, or None.
     """
 
-    def __init__(self, mission: Mission, *, rng: Generator, settings: OnlineSettings | None = None) -> None:
+    def __init__(
+        self, mission: Mission, *, rng: Generator, settings: OnlineSettings | None = None, every_order: bool = False
+    ) -> None:
         """Prepare a team at its starts.
+
+        Args:
+            mission: What is asked.
+            rng: Source of every draw.
+            settings: Numbers of online cross-entropy; by default the mission's `planner` says.
+            every_order: Share only in ways whose words hold in every order of the robots, as plans are to; in flight some order
+                is enough, because the gate keeps it. The world may then not change.
 
         Raises:
             BadInput: The trace is infinite, there is a sequence, N <= 1 / rho, or a robot starts in two regions.
@@ -108,7 +124,7 @@ class OnlineTeam:
             raise BadInput("online MTAC-E shares tasks that end; an infinite trace is flown from a plan, without --online.")
         if mission.sequence is not None:
             raise BadInput("online MTAC-E chooses what is flown; a sequence is flown exactly from a plan, without --online.")
-        self.mission, self.rng = mission, rng
+        self.mission, self.rng, self.every_order = mission, rng, every_order
         self.settings = settings or OnlineSettings(
             elite=mission.planner.elite, trajectories=mission.planner.samples, window=WINDOW, floor=FLOOR
         )
@@ -383,6 +399,8 @@ class OnlineTeam:
         """Return a cheapest way to share what is left, by straight lines."""
         leg = metric(self.mission)
         starts = {name: pilot.where for name, pilot in self.pilots.items()}
+        if self.reader.size << len(starts) > MOST_WALKED:
+            return self._by_exact_search(blocked)
 
         def price(robot: str, part: Part) -> float:
             if (robot, part.moves) in blocked:
@@ -394,22 +412,83 @@ class OnlineTeam:
                     position = self.world.after(move).position
             return total
 
-        def holds(parts: Mapping[str, Part]) -> bool:
-            return can_finish(self.standing, {robot: part.ahead(self.world) for robot, part in parts.items()})
-
         begun = self.standing.settled
         walker = Walker(
             self.mission, self.world, self.reader, starts, begun=begun, takes_off=False,
-            divides=partial(self.reader.divides, begun=begun), metric=leg, price=price, holds=holds, options=Options(width=WIDTH),
+            divides=partial(self.reader.divides, begun=begun), metric=leg, price=price, holds=self._holds, options=Options(width=WIDTH),
         )  # fmt: skip
         best = walker.search(lambda _sentence, _share: None)
-        if best is None:
-            raise Unsatisfiable(
-                f"What is left of the formula cannot be satisfied by {', '.join(self.pilots)} from where they are."
-                if self.steps
-                else "No sharing of the formula among these robots was found."
-            )
-        return dict(best.parts)
+        return self._by_exact_search(blocked) if best is None else dict(best.parts)
+
+    def _by_exact_search(self, blocked: set[tuple[str, tuple]]) -> dict[str, Part]:
+        """Return the cheapest way to share what is left by the exact search: for teams whose walks are many, and for what no walk of
+        one robot after another leads to, such as a place and another one that robots are to hold at once.
+        """
+        from ltlplan.search import assign
+
+        problem: LtlplanError | None = None
+        try:
+            found = assign(check_mission(self.left()) if self.steps else self.mission).robots
+            parts = {name: self._part(self.pilots[name], itinerary) for name, itinerary in found.items()}
+            if self._holds(parts) and not any((name, part.moves) in blocked for name, part in parts.items()):
+                return parts
+        except LtlplanError as error:
+            problem = error
+        who = ", ".join(self.pilots)
+        raise Unsatisfiable(
+            f"What is left of the formula cannot be satisfied by {who} from where they are."
+            if self.steps
+            else "No sharing of the formula among these robots was found."
+        ) from problem
+
+    def left(self) -> Mission:
+        """Return what is left as a mission of its own, from where the robots hover.
+
+        Raises:
+            Unsatisfiable: Nothing that comes can make the formula true.
+        """
+        asked = self.mission.formula
+        left = formula_left(asked, self.reader, self.first_letters, self.shown, reading=self.mission.spec.team)
+        if left == FALSE:
+            raise Unsatisfiable("what was flown cannot be completed to satisfy the formula.")
+        spec = self.mission.spec.model_copy(update={"formula": str(left)})
+        return changed(self.mission, agents={name: self.agent(pilot) for name, pilot in self.pilots.items()}, spec=spec)
+
+    def agent(self, pilot: Pilot) -> Agent:
+        """Return a robot as it hovers now, with what it brings from before."""
+        where = pilot.where
+        been = where.vertex if where.inside is None and where.vertex in self.mission.all_regions else None
+        return self.mission.agents[pilot.name].model_copy(
+            update={"start": where.position, "internal": where.internal, "visited": been}
+        )
+
+    def _part(self, pilot: Pilot, itinerary: Itinerary) -> Part:
+        """Return one robot's visits as its part."""
+        where = pilot.where
+        moves: list[Move] = []
+        for index, visit in enumerate(itinerary.visits):
+            here = index == 0 and where.inside is not None  # it begins there, and does something there or not
+            if here and not visit.actions:
+                continue
+            wanted = Visit(region=visit.region, actions=visit.actions)
+            move = next(m for m in self.world.moves(where, first=here) if m.visit == wanted and m.in_place == here)
+            moves.append(move)
+            where = self.world.after(move)
+        return Part(pilot.where, tuple(moves), where.inside is None or where.inside not in itinerary.word.letters[-1])
+
+    def _holds(self, parts: Mapping[str, Part]) -> bool:
+        """Tell whether the team can finish by these parts."""
+        return self._keeps({robot: part.ahead(self.world) for robot, part in parts.items()})
+
+    def _keeps(self, ahead: Mapping[str, tuple[Letter, ...]]) -> bool:
+        """Tell whether the team can finish by these letters: in some order from now on, or if asked, in every order from the start."""
+        if not self.every_order:
+            return can_finish(self.standing, ahead)
+        return self.reader.holds_in_every_order({robot: (*self.word(robot), *letters) for robot, letters in ahead.items()})
+
+    def word(self, robot: str) -> list[Letter]:
+        """Return the letters that a robot has shown so far."""
+        return [self.first_letters[robot], *(events[robot] for _, events in self.shown if robot in events)]
 
     def _laid(self, parts: Mapping[str, Part]) -> tuple[str, tuple] | None:
         """Give robots their parts and courses; return a part that has no way, if there is one."""
@@ -431,17 +510,23 @@ class OnlineTeam:
         visits = part.visits if part.moves else ()
         return route(here, pilot.name, visits, word=word)
 
+    def _may_change(self, handover: Handover) -> bool:
+        if not may_change(self.world, self.reader, self.standing, self.pilots, handover):
+            return False
+        parts = handover.parts(self.world, self.pilots) if self.every_order else {}
+        return not parts or self._keeps({**self._ahead(), **{name: part.ahead(self.world) for name, part in parts.items()}})
+
     def _switch(self, now: float) -> tuple[str, ...]:
         """Let a part that nobody has begun change hands where that is clearly cheaper (lines 15 to 17)."""
         if self.holding is not None:
             return ()
         if self._handover is None and self.steps % SWITCH_STEPS == 0:
-            self._handover = better_hands(self.mission, self.world, self.reader, self.standing, self.pilots)
+            self._handover = better_hands(self.mission, self.world, self.pilots, self._may_change)
         if self._handover is None:
             return ()
         giver, taker = self._handover.giver, self._handover.taker
         one, other = self.pilots[giver], self.pilots[taker]
-        if not may_change(self.world, self.reader, self.standing, self.pilots, self._handover):
+        if not self._may_change(self._handover):
             self._handover = None  # it went on before it could stop, or another robot has changed what may be divided
             return ()
         if not (self._rests(one, now) and self._rests(other, now)):
@@ -471,6 +556,9 @@ SEARCHES = 4
 
 PATHS, MOST_PATHS = 72, 64
 """Paths that are sampled in one step, for all robots together and for one robot at most."""
+
+MOST_WALKED = 512
+"""States of the automaton, times sets of robots that may still go on, up to which a run is made by walks: their guide knows each."""
 
 WIDTH = 8
 """Walks side by side when sharing by straight lines; they cost next to nothing."""

@@ -1,6 +1,6 @@
 """What is left of a formula after letters were flown, as a formula of its own (progression; Bacchus and Kabanza 1998).
 
-In the air several robots move at once, so what was flown can be read in several ways (`online.progress`). Each way may
+In the air several robots move at once, so what was flown can be read in several ways (`sharing.progress`). Each way may
 leave another formula; what is left is their conjunction, so that whichever way it is read, the rest satisfies the whole.
 """
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from ltlplan.automata import DEAD
-from ltlplan.online.progress import Reading, after_events, at_start
+from ltlplan.sharing.progress import Reading, after_events, at_start
 from ltlplan.team_reader import Reader
 from verify.data import Formula, Letter, NotCertified
 from verify.data.formula import FALSE, TRUE
