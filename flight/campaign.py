@@ -6,9 +6,7 @@ Run k has seed `seed + k`, and `fly(..., seed=seed + k)` is, bit for bit, that r
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +22,7 @@ from flight.control import CONTROL_STEP, ControllerName
 from flight.fly import as_sensor, as_wind
 from flight.formula_state import FormulaState
 from flight.labels import PlannedAction, planned_actions, region_letters, regions_of
+from flight.processes import shared
 from flight.reference import Reference, flown, sample_reference
 from flight.sensing import MotionCapture
 from flight.simulate import FRAME_STEPS, STEP, SUBSTEPS, ModelName, Setup, steps
@@ -34,6 +33,8 @@ from verify.planned_paths import planned_paths
 MAX_RUNS = 100_000
 _BATCH = 500
 """Runs that are simulated side by side: enough to drown the cost of a call, few enough for the cache."""
+LEAST_SHARE = 400
+"""Fewest runs that a process of their own is worth: half as many take hardly less time, and starting one takes a second."""
 
 Progress = Callable[[str, float], None]
 
@@ -81,6 +82,8 @@ class Campaign:
         error_over_time: Median, 95th percentile and maximum over the runs of the worst robot's error at each time, m.
             Shape (samples, 3).
         certificate: Its digest, or None.
+        asked: How many runs were asked for.
+        varied: Whether anything differs between runs; where nothing does, one was flown for all of them, and shares say nothing.
     """
 
     mission: str
@@ -94,6 +97,8 @@ class Campaign:
     times: Floats
     error_over_time: Floats
     certificate: str | None
+    asked: int
+    varied: bool
 
     @property
     def share_inside(self) -> Share | None:
@@ -119,6 +124,8 @@ class Campaign:
     def sentences(self) -> tuple[str, ...]:
         """What was found, a sentence each."""
         worst = int(np.argmax(self.worst_error))
+        if not self.varied:
+            return self._sentences_of_one()
         found = [f"the formula was satisfied in {self.share_satisfied}."]
         if self.share_inside is not None:
             found.insert(0, f"every robot stayed inside its tube of {self.margin:g} m in {self.share_inside}.")
@@ -129,6 +136,22 @@ class Campaign:
         if self.contradictions:
             seeds = ", ".join(map(str, self.contradictions[:5]))
             found.append(f"BUG: {len(self.contradictions)} runs inside the tube broke the formula, with seeds {seeds}.")
+        return tuple(found)
+
+    def _sentences_of_one(self) -> tuple[str, ...]:
+        """What the one flight showed that stands for all, without shares and confidence: there is no chance in it."""
+        runs = "1 run" if self.asked == 1 else f"{self.asked} runs"
+        found = [
+            f"nothing varies between runs without noise and gusts, so one was flown for the {runs} asked for; "
+            "chance comes with noise (--noise 0.001) or gusts (--wind 1+0.3)."
+        ]
+        if self.inside is not None:
+            where = "every robot stayed inside" if self.inside[0] else f"{self.robots[self.worst_robot[0]]} left"
+            found.append(f"{where} its tube of {self.margin:g} m.")
+        found.append(f"the formula was {'satisfied' if self.satisfied[0] else 'not satisfied'}.")
+        found.append(f"worst error {1000 * self.worst_error[0]:.1f} mm by {self.robots[self.worst_robot[0]]}.")
+        if self.contradictions:
+            found.append("BUG: the run stayed inside the tube and broke the formula.")
         return tuple(found)
 
     def to_dict(self) -> dict[str, Any]:
@@ -150,8 +173,10 @@ class Campaign:
                 {"seed": seed, "worst_error": error, "robot": self.robots[robot], "inside": kept, "satisfied": good}
                 for seed, error, robot, kept, good in rows
             ],
-            "share_inside": None if self.share_inside is None else _share(self.share_inside),
-            "share_satisfied": _share(self.share_satisfied),
+            "asked": self.asked,
+            "varied": self.varied,
+            "share_inside": None if self.share_inside is None or not self.varied else _share(self.share_inside),
+            "share_satisfied": _share(self.share_satisfied) if self.varied else None,
             "worst_seed": self.worst_seed,
             "contradictions": list(self.contradictions),
         }
@@ -178,7 +203,7 @@ def campaign(
         plan: As for `fly`.
         team: As for `fly`.
         cert: As for `fly`; without one nothing is said of tubes.
-        runs: How many.
+        runs: How many; where nothing varies, one is flown.
         seed: Of the first run; run k has `seed + k`.
         wind: As for `fly`.
         noise: As for `fly`.
@@ -205,9 +230,13 @@ def campaign(
     frame = airframe_of(mission.vehicle) if airframe is None else airframe
     setup = Setup(frame, reference, as_wind(wind), as_sensor(noise), model, controller)
     job = _Job(mission, setup, planned_actions(plan, team, cert))
-    size = min(_BATCH, -(-runs // workers))
-    batches = [range(seed + first, seed + min(first + size, runs)) for first in range(0, runs, size)]
-    parts = _many(job, batches, workers, progress) if workers > 1 and len(batches) > 1 else _one_by_one(job, batches, progress)
+    varied = setup.varies
+    flown_runs = runs if varied else 1
+    processes = max(min(workers, flown_runs // LEAST_SHARE), 1)
+    count = -(-flown_runs // (_BATCH * processes)) * processes  # as many batches for each
+    size = -(-flown_runs // count)
+    batches = [range(seed + first, seed + min(first + size, flown_runs)) for first in range(0, flown_runs, size)]
+    parts = _many(job, batches, processes, progress) if processes > 1 else _one_by_one(job, batches, progress)
     peaks = np.concatenate([part.peaks for part in parts])
     errors = np.concatenate([part.errors for part in parts])
     # Between two steps of the dynamics a robot strays from the chord of its error by at most A h^2 / 8, and where pieces meet.
@@ -218,7 +247,7 @@ def campaign(
     return Campaign(
         mission=mission.name,
         robots=reference.robots,
-        seeds=_frozen(np.arange(seed, seed + runs)),
+        seeds=_frozen(np.arange(seed, seed + flown_runs)),
         worst_error=_frozen(worst),
         worst_robot=_frozen(np.argmax(peaks, axis=1)),
         inside=None if cert is None else _frozen(worst < float(cert.margin)),
@@ -229,6 +258,8 @@ def campaign(
             np.stack([np.median(errors, axis=0), np.percentile(errors, 95, axis=0), np.max(errors, axis=0)], axis=1)
         ),
         certificate=None if cert is None else cert.digest(),
+        asked=runs,
+        varied=varied,
     )
 
 
@@ -259,32 +290,9 @@ def _one_by_one(job: _Job, batches: Sequence[range], progress: Progress | None) 
 
 
 def _many(job: _Job, batches: Sequence[range], workers: int, progress: Progress | None) -> list[_Part]:
-    """Share the batches among processes; each writes how far it is into shared memory."""
-    context = multiprocessing.get_context("spawn")
-    shares = context.Array("d", len(batches))
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_remember, initargs=(shares,)) as pool:
-        futures = [pool.submit(_batch_of, job, seeds, index) for index, seeds in enumerate(batches)]
-        pending = set(futures)
-        while pending:
-            _, pending = wait(pending, timeout=0.2)
-            if progress is not None:
-                progress(_sentence(batches), float(sum(shares[:])) / len(batches))
-        return [future.result() for future in futures]
-
-
-_shares: Any = None  # the worker's view of the shared memory, set once when it starts
-
-
-def _remember(shares: Any) -> None:
-    global _shares  # the pool's initializer has no other way to hand it over
-    _shares = shares
-
-
-def _batch_of(job: _Job, seeds: range, index: int) -> _Part:
-    def report(share: float) -> None:
-        _shares[index] = share
-
-    return _batch(job, seeds, report)
+    """Share the batches among processes."""
+    say = None if progress is None else lambda share: progress(_sentence(batches), share)
+    return shared(_batch, job, batches, workers=workers, progress=say)
 
 
 def _batch(job: _Job, seeds: range, report: Callable[[float], None] | None) -> _Part:

@@ -60,6 +60,11 @@ class MotionCapture:
             raise BadInput(f"'{text}' is no noise: write the standard deviation of a position in m, such as 0.001.") from None
 
     @property
+    def varies(self) -> bool:
+        """Whether chance has any part in what is seen."""
+        return any((self.noise, self.dropout, self.attitude_noise, self.rate_noise))
+
+    @property
     def bound(self) -> float:
         """Greatest distance between a measured and a true position, m."""
         return CLIP * self.noise * float(np.sqrt(3.0))

@@ -75,6 +75,11 @@ class Setup:
     controller: ControllerName = "geometric"
     override: Callable[[int], Floats | None] | None = None
 
+    @property
+    def varies(self) -> bool:
+        """Whether seeds make a difference: still or steady air and perfect sensors leave nothing to chance."""
+        return (self.wind is not None and self.wind.gust > 0.0) or (self.sensor is not None and self.sensor.varies)
+
     def __post_init__(self) -> None:
         if self.model not in ("full", "paper"):
             raise BadInput(f"model must be 'full' or 'paper', not {self.model!r}.")

@@ -223,3 +223,27 @@ def test_a_full_or_deserted_standard_error_ends_no_work(arguments: tuple[str, ..
             running.communicate(timeout=300)
             assert running.returncode == code
     os.close(writing)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("delay", [0.0, 0.2, 0.8, 2.0, 4.0])
+def test_ctrl_c_in_a_terminal_ends_a_campaign_and_its_processes_in_silence(delay: float, tmp_path: Path) -> None:
+    """A terminal interrupts all processes of the command at once."""
+
+    def alone() -> None:
+        heed_interrupts()
+        os.setsid()
+
+    made = ltlplan("run", "hoops-published", "--out", "run", cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    made.communicate(timeout=300)
+    assert made.returncode == 0
+    arguments = ("fly", "run", "--runs", "100000", "--noise", "0.001", "--workers", "2", "--out", "campaign")
+    running = ltlplan(*arguments, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=alone)
+    assert running.stderr is not None
+    while "simulating" not in running.stderr.readline():
+        pass
+    time.sleep(delay)
+    os.killpg(running.pid, signal.SIGINT)
+    _, said = running.communicate(timeout=300)  # ends when the processes' standard errors are closed, too
+    assert (running.returncode, said) == (130, "interrupted; no file was left half-written.\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
