@@ -295,7 +295,7 @@ def forge(folder: Path) -> None:
 
 def sampled_claims(folder: Path, margin: float) -> None:
     """Assert densely sampled what an accepted folder claims of its paths: visits, regions kept out of, walls, separation, limits."""
-    mission = dense_sampler.read_mission(folder)
+    mission = parse_mission((folder / "mission.yaml").read_text(encoding="utf-8-sig")).resolved()  # with defaults for lost keys
     for name in ("r0", "r1"):  # headers may have white space or a byte order mark, which the sampler does not know
         lines = (folder / f"{name}.csv").read_text(encoding="utf-8-sig").replace("\ufeff", "").splitlines()
         (folder / f"{name}.csv").write_text("\n".join(["".join(lines[0].split()), *(line for line in lines[1:] if line), ""]))
@@ -308,7 +308,7 @@ def sampled_claims(folder: Path, margin: float) -> None:
         low, high = (np.array(mission["workspace"][key]) for key in ("min", "max"))
         assert np.all(points >= low + margin - slack)
         assert np.all(points <= high - margin + slack)
-        visited = {visit["region"] for visit in planned[name]["visits"]}
+        visited = {visit["region"] for visit in planned[name].get("visits", ())}
         for region, ball in regions.items():
             closest = float(np.sqrt(np.min(dense_sampler.level(ball, points))))
             radius = min(ball["radii"])
@@ -362,6 +362,6 @@ def test_no_mutated_folder_gets_a_false_verdict(seeds: Seeds, tmp_path: Path) ->
 
 @pytest.mark.slow
 def test_no_mutated_folder_of_thousands_gets_a_false_verdict(seeds: Seeds, tmp_path: Path) -> None:
-    as_they_were, made_anew = hunt_folders(seeds, tmp_path / "mutant", 4000, seed=1)
+    as_they_were, made_anew = hunt_folders(seeds, tmp_path / "mutant", 2500, seed=1)
     assert as_they_were
     assert made_anew
