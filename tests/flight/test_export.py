@@ -19,9 +19,9 @@ from flight.export.compressed import compressed_bytes, compressed_trajectory
 from flight.export.crazyflie import write_entry
 from flight.export.memory import MEMORY, Entry, poly4d_bytes, poly4d_trajectory, side_by_side
 from flight.export.px4 import to_ned
-from tests.flight.flights import Claim, float32, hoop6, mission, rest_to_rest, stand_in
+from tests.flight.flights import Claim, float32, hoop6, rest_to_rest, stand_in
 from tests.flight.flights import flight as made_flight
-from verify.data import BadInput, DoesNotFit, NotCertified, Trajectory
+from verify.data import BadInput, DoesNotFit, NotCertified, Trajectory, load_vehicle
 from verify.data.trajectory_csv import read_csv
 
 
@@ -57,7 +57,7 @@ def test_what_is_not_certified_is_refused(certified, tmp_path):
 
 def test_an_airframe_that_is_no_crazyflie_does_not_fit(certified, tmp_path):
     team, cert = certified
-    other = dataclasses.replace(cert, mission=mission("split-s-racer"))
+    other = dataclasses.replace(cert, mission=cert.mission.model_copy(update={"vehicle": load_vehicle("split-s-racer")}))
     for name in ("crazyswarm2", "crazyflie"):
         with pytest.raises(DoesNotFit, match="no Crazyflie"):
             flight.export(team, other, tmp_path, format=name)
