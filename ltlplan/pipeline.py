@@ -136,9 +136,14 @@ def certified_team(made: Plan, *, margin: float | None = None, progress: Progres
     team: dict[str, Trajectory] | None = None
     witnesses: tuple[Witness, ...] = ()
     for attempt in range(1, MAX_ROUNDS + 1):
-        say("refining" if attempt == 1 else f"refining, round {attempt}", (attempt - 1) / MAX_ROUNDS)
-        team = refine.refine(made, witnesses=witnesses, previous=team)
-        say("proving" if attempt == 1 else f"proving, round {attempt}", (attempt - 0.5) / MAX_ROUNDS)
+        again = "" if attempt == 1 else f", round {attempt}"
+
+        def refining(sentence: str, share: float, attempt: int = attempt, again: str = again) -> None:
+            say(f"refining{again}: {sentence}", (attempt - 1 + share / 2) / MAX_ROUNDS)
+
+        refining("one flight for each robot", 0.0)
+        team = refine.refine(made, witnesses=witnesses, previous=team, progress=refining)
+        say(f"proving{again}", (attempt - 0.5) / MAX_ROUNDS)
         certificate = verify.judge(made, team, margin=margin)
         refused = [claim for claim in certificate.claims if claim.verdict != "holds"]
         if not refused:

@@ -38,6 +38,7 @@ def command(
         return
     import json as json_text
 
+    from ltlplan.commands.progress import progress_bar
     from ltlplan.commands.summary import claim_lines
     from ltlplan.commands.terminal import print_json
     from verify import certify
@@ -47,7 +48,9 @@ def command(
 
     plan, team = read_folder(folder)
     error_of_clocks = _clock_error_before(folder) if clock_error is None else clock_error
-    certificate = certify(plan, team, margin=margin, clock_error=error_of_clocks)
+    with progress_bar(quiet=json) as progress:
+        progress("proving all claims", 0.0)
+        certificate = certify(plan, team, margin=margin, clock_error=error_of_clocks)
     written = replace_listed(folder, PROOF, certificate.to_json())
     if json:
         print_json(json_text.loads(certificate.to_json()))
@@ -78,6 +81,7 @@ def _judge_recording(
 ) -> None:
     """Judge a recorded flight of the folder's mission, claim by claim, for all times between its samples too."""
     from flight import read_recording
+    from ltlplan.commands.progress import progress_bar
     from ltlplan.commands.summary import recorded_lines
     from ltlplan.commands.terminal import print_json
     from verify import check_flight
@@ -94,7 +98,9 @@ def _judge_recording(
             table.times, {name: table.position[:, j] for j, name in enumerate(table.robots)}, rounding=table.rounding
         )
         begin = None if start is None else 0.0
-    verdict = check_flight(samples, asked, max_speed=max_speed, error=error, start=begin)
+    with progress_bar(quiet=as_json) as progress:
+        progress("judging the recording", 0.0)
+        verdict = check_flight(samples, asked, max_speed=max_speed, error=error, start=begin)
     if as_json:
         print_json({"mission": asked.mission.name, "flight": str(recording), **verdict.to_dict()})
     else:

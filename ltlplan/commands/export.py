@@ -37,7 +37,8 @@ def command(
     """
     import flight
     from flight.export.files import make_product
-    from ltlplan.commands.terminal import print_json, progress_bar
+    from ltlplan.commands.progress import progress_bar
+    from ltlplan.commands.terminal import print_json
     from ltlplan.output import write_plan_files, write_trajectories
     from verify import certify, recheck
     from verify.data import BadInput

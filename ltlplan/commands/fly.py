@@ -10,7 +10,7 @@ import typer
 from ltlplan.commands.options import JsonOption, SeedOption, read_mission
 
 if TYPE_CHECKING:
-    from ltlplan.commands.terminal import Progress
+    from ltlplan.commands.progress import Progress
     from verify import Certificate
     from verify.data import Plan, Trajectory
 
@@ -49,7 +49,7 @@ def command(
     json: JsonOption = False,
 ) -> None:
     """Fly a mission in simulation; exit code 5 where the flight left its tube or broke its formula."""
-    from ltlplan.commands.terminal import progress_bar
+    from ltlplan.commands.progress import progress_bar
     from verify.data import BadInput
 
     if (certified or event) and not online:

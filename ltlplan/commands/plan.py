@@ -22,8 +22,9 @@ def command(
     """Plan a mission: each robot's word, visits and cost."""
     import json as json_text
 
+    from ltlplan.commands.progress import progress_bar
     from ltlplan.commands.summary import plan_lines
-    from ltlplan.commands.terminal import print_json, progress_bar
+    from ltlplan.commands.terminal import print_json
     from ltlplan.output import PLAN_FILES, write_plan_files
     from ltlplan.pipeline import plan
     from verify.data.folders import check_folder, write_folder

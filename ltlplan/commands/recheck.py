@@ -12,11 +12,14 @@ def command(folder: FolderArgument, json: JsonOption = False) -> None:
     """Prove the certificate of a folder again from its files, and say which file was changed."""
     import json as json_text
 
+    from ltlplan.commands.progress import progress_bar
     from ltlplan.commands.summary import claim_lines
     from ltlplan.commands.terminal import print_json
     from verify import recheck
 
-    certificate = recheck(folder)
+    with progress_bar(quiet=json) as progress:
+        progress("proving all claims again", 0.0)
+        certificate = recheck(folder)
     if json:
         print_json(json_text.loads(certificate.to_json()))
         return

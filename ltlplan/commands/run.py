@@ -21,8 +21,9 @@ def command(
     json: options.JsonOption = False,
 ) -> None:
     """Plan, refine, certify, fly in simulation and export a mission."""
+    from ltlplan.commands.progress import progress_bar
     from ltlplan.commands.summary import holds, shortfall, summary_data, summary_lines
-    from ltlplan.commands.terminal import print_json, progress_bar
+    from ltlplan.commands.terminal import print_json
     from ltlplan.pipeline import run
 
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost, margin=margin)

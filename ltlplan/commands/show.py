@@ -24,7 +24,8 @@ def command(
     json: options.JsonOption = False,
 ) -> None:
     """Draw control points, primitives, the sampled paths of a round and the optimised path."""
-    from ltlplan.commands.terminal import print_json, progress_bar
+    from ltlplan.commands.progress import progress_bar
+    from ltlplan.commands.terminal import print_json
     from ltlplan.report.pictures import pictures_html
     from verify.data import BadInput
     from verify.data.single_files import check_page, replace_page

@@ -1,58 +1,14 @@
-"""What every command shows in the same way: progress, errors, JSON."""
+"""What every command shows in the same way: errors, JSON."""
 
 from __future__ import annotations
 
 import json
 import os
-import re
 import sys
 import traceback
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from typing import Any
 
-import typer
-
 from verify.data.errors import BadInput, InternalError, LtlplanError
-
-Progress = Callable[[str, float], None]
-
-
-@contextmanager
-def progress_bar(*, quiet: bool) -> Iterator[Progress]:
-    """Show progress on standard error: a live bar on a terminal, elsewhere a line for each new kind of work.
-
-    Yields the function that moves it (sentence, share done from 0 to 1).
-    """
-    if quiet:
-        yield lambda _sentence, _share: None
-        return
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield _lines()
-        return
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
-
-    columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TimeElapsedColumn())
-    with Bar(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("starting", total=1.0)
-        yield lambda sentence, share: bar.update(task, description=f"{sentence:<44.44}", completed=min(max(share, 0.0), 1.0))
-
-
-def _lines() -> Progress:
-    """Return a function that prints a line for each new kind of work."""
-    printed: set[str] = set()
-
-    def move(sentence: str, share: float) -> None:
-        kind = re.sub(r"[0-9.]+", "", sentence)  # a counter in it makes no new line
-        if kind not in printed:
-            printed.add(kind)
-            typer.echo(f"[{share:4.0%}] {sentence}", err=True)
-
-    return move
 
 
 def print_json(data: Any) -> None:
