@@ -7,7 +7,7 @@ import sys
 
 from tests.mutation.equivalent import EQUIVALENT
 from tests.mutation.sites import draw
-from tests.mutation.trial import try_faults
+from tests.mutation.trial import Finding, try_faults
 
 
 def main() -> int:
@@ -18,14 +18,17 @@ def main() -> int:
     parser.add_argument("--only", default="", help="only faults whose name holds this text")
     parser.add_argument("--jobs", type=int, default=2, help="processes at once")
     given = parser.parse_args()
-    findings = try_faults([fault for fault in draw(given.count, given.seed) if given.only in fault.name], jobs=given.jobs)
+    drawn = [fault for fault in draw(given.count, given.seed) if given.only in fault.name]
+    findings = try_faults(drawn, jobs=given.jobs, told=_show)
     survivors = [finding for finding in findings if not finding.noticed]
-    for finding in findings:
-        what = finding.noticed or ("changes nothing" if finding.fault.name in EQUIVALENT else "SURVIVES")
-        print(f"{finding.fault.path}:{finding.fault.line} {finding.fault.name}\n    {what} ({finding.tried} tests)")
     unknown = [finding for finding in survivors if finding.fault.name not in EQUIVALENT]
     print(f"{len(findings)} faults, {len(findings) - len(survivors)} noticed, {len(unknown)} survive that are not equivalent")
     return len(unknown)
+
+
+def _show(finding: Finding) -> None:
+    what = finding.noticed or ("changes nothing" if finding.fault.name in EQUIVALENT else "SURVIVES")
+    print(f"{finding.fault.path}:{finding.fault.line} {finding.fault.name}\n    {what} ({finding.tried} tests)", flush=True)
 
 
 if __name__ == "__main__":

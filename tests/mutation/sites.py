@@ -63,9 +63,9 @@ class Fault:
 
     @property
     def name(self) -> str:
-        """What tells this fault from others, whatever stands elsewhere in the file."""
+        """What tells this fault from others, whatever stands elsewhere in the file and wherever the file is."""
         number = f" #{self.same}" if self.same else ""
-        return f"{self.path}:{self.function or 'module'}: {self.before} -> {self.after}{number}"
+        return f"{self.function or Path(self.path).stem}: {self.before} -> {self.after}{number}"
 
 
 _Found = tuple[ast.expr, str, bool, Callable[[ast.expr], None]]
@@ -75,7 +75,7 @@ _Found = tuple[ast.expr, str, bool, Callable[[ast.expr], None]]
 def draw(count: int, seed: int, package: str = "verify") -> list[Fault]:
     """Draw faults at random: the same ones for a seed wherever the code around them is the same."""
     found = [fault for path in sorted((ROOT / package).rglob("*.py")) for fault in faults(path)]
-    found.sort(key=lambda fault: hashlib.sha256(f"{seed}:{fault.name}".encode()).digest())
+    found.sort(key=lambda fault: (hashlib.sha256(f"{seed}:{fault.name}".encode()).digest(), fault.path))
     return found[:count]
 
 

@@ -64,15 +64,18 @@ class Reach:
     functions: frozenset[str]
 
 
-def try_faults(drawn: Iterable[Fault], *, jobs: int = 1, seconds: float = SECONDS) -> list[Finding]:
+def try_faults(
+    drawn: Iterable[Fault], *, jobs: int = 1, seconds: float = SECONDS, told: Callable[[Finding], None] = lambda _: None
+) -> list[Finding]:
     """Plant each fault and say which test notices it.
 
     Args:
         drawn: The faults.
         jobs: How many processes work at once.
         seconds: Processor time for the tests of one fault, in s.
+        told: Called with each finding as it is made.
     """
-    runner = _Runner(list(drawn), jobs, seconds)
+    runner = _Runner(list(drawn), jobs, seconds, told)
     arguments = ["-q", "-p", "no:cacheprovider", "--hypothesis-seed=0", "--no-header", *TESTS]
     os.chdir(ROOT)
     pytest.main(arguments, plugins=[runner])
@@ -82,18 +85,22 @@ def try_faults(drawn: Iterable[Fault], *, jobs: int = 1, seconds: float = SECOND
 class _Runner:
     """A pytest plugin that takes over once the tests are collected."""
 
-    def __init__(self, drawn: list[Fault], jobs: int, seconds: float) -> None:
-        self.drawn, self.jobs, self.seconds = drawn, jobs, seconds
+    def __init__(self, drawn: list[Fault], jobs: int, seconds: float, told: Callable[[Finding], None]) -> None:
+        self.drawn, self.jobs, self.seconds, self.told = drawn, jobs, seconds, told
         self.findings: list[Finding] = []
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         reach = _in_parallel([functools.partial(_reach, part) for part in _parts(session.items, self.jobs)], self.jobs)
         table = {name: Reach(entry[0], frozenset(entry[1])) for part in reach for name, entry in part.items()}
         works = [functools.partial(_try, fault, _suspects(session.items, table, fault), self.seconds) for fault in self.drawn]
-        answers = _in_parallel(works, self.jobs, limit=4 * self.seconds)
-        for fault, answer in zip(self.drawn, answers, strict=True):
-            noticed, tried = answer if answer is not None else ("hangs", 0)
-            self.findings.append(Finding(fault, noticed, tried))
+        found: dict[int, Finding] = {}
+
+        def note(index: int, answer: tuple[str, int] | None) -> None:
+            found[index] = Finding(self.drawn[index], *(answer or ("hangs", 0)))
+            self.told(found[index])
+
+        _in_parallel(works, self.jobs, limit=4 * self.seconds, told=note)
+        self.findings += [found[index] for index in sorted(found)]
         return True
 
 
@@ -245,7 +252,9 @@ def _try_anew(fault: Fault, items: list[pytest.Item], seconds: float) -> tuple[s
     return (failed[0] if failed else done.stdout.strip().splitlines()[-1]), 0
 
 
-def _in_parallel(works: list[Callable[[], Any]], jobs: int, limit: float | None = None) -> list[Any]:
+def _in_parallel(
+    works: list[Callable[[], Any]], jobs: int, limit: float | None = None, told: Callable[[int, Any], None] | None = None
+) -> list[Any]:
     """Run each work in a forked child, some at once; None where one ran longer than the limit (s) or died."""
     context = multiprocessing.get_context("fork")
     answers: list[Any] = [None] * len(works)
@@ -268,6 +277,8 @@ def _in_parallel(works: list[Callable[[], Any]], jobs: int, limit: float | None 
                 child.join()
                 answers[index] = json.loads(answer.read_text()) if answer.exists() else None
                 del running[index]
+                if told is not None:
+                    told(index, answers[index])
     return answers
 
 

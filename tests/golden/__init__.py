@@ -1,0 +1,98 @@
+"""Golden results: words, costs, trajectories and verdicts of the shipped missions and of fifty random ones.
+
+`results.json` was written by `python -m tests.golden` before the modules were moved into rooms, with the versions that it
+names. A change in it means that a mission is planned, flown or judged otherwise than before: each such case stands, with its
+reason, in `CHANGED`. It is not written again to get a pass.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import refine
+import verify
+from ltlplan import load_mission, parse_mission, plan
+from ltlplan.missions import shipped_missions
+from tests.courses import course
+from tests.random_missions import random_mission
+from verify.data import LtlplanError, Mission, Word, mission_to_yaml
+
+RESULTS = Path(__file__).parent / "results.json"
+
+CHANGED: dict[str, str] = {}
+"""Cases whose results differ from the golden ones, each with its reason."""
+
+
+def cases() -> list[str]:
+    """Return the names of all cases."""
+    return [f"shipped {name}" for name in sorted(shipped_missions())] + [f"random {seed}" for seed in range(50)]
+
+
+def mission_of(case: str) -> Mission:
+    """Return a case's mission; the random ones are teams by either method, patrols, and courses of hoops, in turn."""
+    kind, name = case.split()
+    if kind == "shipped":
+        return load_mission(name)
+    seed = int(name)
+    match seed % 5:
+        case 0 | 1:
+            return random_mission(seed, samples=20, rounds=4)
+        case 2:
+            return _changed(random_mission(seed, samples=20, rounds=4), {"method: mtac-e": "method: exact"})
+        case 3:
+            team = random_mission(seed, robots=1, samples=20, rounds=4)
+            first, second, *_ = team.regions
+            formula = f"G F {first} & G F {second}"
+            return _changed(team, {team.spec.formula or "": formula, "trace: finite": "trace: infinite", "mtac-e": "exact"})
+        case _:
+            rng = np.random.default_rng(seed)
+            made = None
+            while made is None:
+                made = course(rng, 3, 3, cycle=seed % 2 == 0)
+            return made
+
+
+def _changed(mission: Mission, texts: dict[str, str]) -> Mission:
+    text = mission_to_yaml(mission)
+    for old, new in texts.items():
+        assert old in text, old
+        text = text.replace(old, new)
+    return parse_mission(text)
+
+
+def result(case: str) -> dict[str, Any]:
+    """Plan, refine and judge one case, and return what must not change."""
+    mission = mission_of(case)
+    try:
+        made = plan(mission)
+        team = refine.refine(made)
+    except LtlplanError as error:
+        return {"refused": type(error).__name__}
+    certificate = verify.judge(made, team)
+    return {
+        "words": {name: _letters(word) for name, word in made.words.items()},
+        "cost": made.cost,
+        "claims": [[claim.name, claim.robot, claim.verdict] for claim in certificate.claims],
+        "trajectories": {
+            name: hashlib.sha256(flown.durations.tobytes() + flown.coefficients.tobytes()).hexdigest()[:16]
+            for name, flown in team.items()
+        },
+    }
+
+
+def _letters(word: Word) -> dict[str, Any]:
+    cycle = word.cycle
+    return {
+        "prefix": [sorted(letter) for letter in word.prefix],
+        "cycle": None if cycle is None else [sorted(letter) for letter in cycle],
+    }
+
+
+def golden() -> dict[str, dict[str, Any]]:
+    """Read the golden results."""
+    return json.loads(RESULTS.read_text())
