@@ -212,11 +212,13 @@ class CertifiedTeam(OnlineTeam):
         if events:
             self._note(now, events)
 
-    def _rests(self, pilot: Pilot, now: float) -> bool:  # noqa: ARG002  # certified courses do not glide
+    def rests(self, pilot: Pilot, now: float) -> bool:  # noqa: ARG002  # certified courses do not glide
+        """Tell whether a robot has come to the end of its certified piece."""
         track = self._tracks.get(pilot.name)
         return track is None or self._time >= track.duration
 
-    def _root(self, pilot: Pilot, now: float) -> None:  # noqa: ARG002
+    def root(self, pilot: Pilot, now: float) -> None:  # noqa: ARG002
+        """Let a robot's whereabouts be where its certified piece ends."""
         track = self._tracks.get(pilot.name)
         if track is not None:
             pilot.where = replace(pilot.where, position=_point(track.evaluate(track.duration)[:3]))

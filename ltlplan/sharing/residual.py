@@ -13,8 +13,10 @@ from typing import Literal
 from ltlplan.automata import DEAD
 from ltlplan.sharing.progress import Reading, after_events, at_start
 from ltlplan.team_reader import Reader
-from verify.data import Formula, Letter, NotCertified
+from verify.data import Formula, Letter, Mission, NotCertified, Unsatisfiable
+from verify.data.events import changed
 from verify.data.formula import FALSE, TRUE
+from verify.data.mission import Agent
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +43,31 @@ class _Telling:
 
     def commutes(self, letter: Letter) -> bool:
         return self.reader.commutes(letter)
+
+
+def mission_left(
+    mission: Mission,
+    agents: Mapping[str, Agent],
+    reader: Reader,
+    first: Mapping[str, Letter],
+    shown: Sequence[tuple[float, Mapping[str, Letter]]],
+) -> Mission:
+    """Return what is left of a mission after letters were flown, as a mission of its own.
+
+    Args:
+        mission: What is asked of the whole.
+        agents: The robots as they are now.
+        reader: The formula's automaton.
+        first: What each robot showed first.
+        shown: Every change of a letter: (s, {robot: letter}).
+
+    Raises:
+        Unsatisfiable: Nothing that comes can make the formula true.
+    """
+    left = formula_left(mission.formula, reader, first, shown, reading=mission.spec.team)
+    if left == FALSE:
+        raise Unsatisfiable("what was flown cannot be completed to satisfy the formula.")
+    return changed(mission, agents=dict(agents), spec=mission.spec.model_copy(update={"formula": str(left)}))
 
 
 def formula_left(

@@ -12,7 +12,7 @@ online cross-entropy; the flag says when the formula is satisfied. What the prin
   it only if the team can still finish afterwards, whatever the order of the events; otherwise it waits on its path.
 * The desired pose is not the raw sample at time t, which would jump by decimetres 50 times a second. Robots glide to a
   sampled path where it is cheaper than the one that they fly (`sharing.course`).
-* Robots keep the mission's separation by waiting; one that hovers is flown around.
+* Robots keep the mission's separation by waiting; who waits for one that hovers gets a way around it, or it steps aside.
 
 None of this is certified: sampled paths, measured positions, no bound on what the vehicle does. The verdict on what was flown
 is the checker's, afterwards.
@@ -20,35 +20,26 @@ is the checker's, afterwards.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.allocation import Move, Part, Whereabouts, World
+from ltlplan.allocation import Part, Whereabouts, World
 from ltlplan.automata import DEAD
-from ltlplan.hoops import route
-from ltlplan.mtac import metric
 from ltlplan.sharing.cross_entropy import OnlineSettings
 from ltlplan.sharing.pilot import Pilot
 from ltlplan.sharing.progress import admits, after_events, at_start, can_finish
-from ltlplan.sharing.residual import formula_left
+from ltlplan.sharing.residual import mission_left
+from ltlplan.sharing.room_to_pass import led_around, make_way
+from ltlplan.sharing.sharing_out import share_out
 from ltlplan.sharing.switch import Handover, better_hands, may_change
 from ltlplan.team_reader import Reader
-from ltlplan.team_walk import Options, Walker
-from verify.data import BadInput, Infeasible, Letter, LtlplanError, Mission, RobotPlan, Unsatisfiable, Visit, Word
-from verify.data.events import HoopMoves, RobotJoins, RobotLeaves, WorldEvent, changed
-from verify.data.formula import FALSE
+from verify.data import BadInput, Infeasible, Letter, LtlplanError, Mission, RobotPlan, Unsatisfiable, Word
+from verify.data.events import HoopMoves, RobotJoins, RobotLeaves, WorldEvent
 from verify.data.mission import Agent, Point
-from verify.data.mission_file import check_mission
-
-if TYPE_CHECKING:
-    from ltlplan.search import Itinerary
 
 Floats = NDArray[np.float64]
 
@@ -67,7 +58,6 @@ LOOK_AHEAD = 1.6
 PATIENCE = 3.0
 """s that two robots wait for each other before the other one goes first."""
 
-
 STUCK = 12.0
 """s without any motion after which a team that has something left to do gives up."""
 
@@ -81,7 +71,7 @@ class Desired:
         satisfied: Whether what was shown so far satisfies the formula if nobody's letter changes any more.
         finished: Whether moreover everybody has come to rest at the end of a course.
         holding: A sentence where the team holds position because nothing is left that could satisfy the formula.
-        switched: Sentences about parts that changed hands in this step.
+        switched: Sentences about parts that changed hands in this step, and about robots that make way for each other.
     """
 
     flat: Floats
@@ -142,8 +132,15 @@ class OnlineTeam:
         self._stuck: dict[str, float] = {}
         self._first: list[str] = list(self.pilots)
         self._moved_at = 0.0
+        self._led: set[tuple[str, Point]] = set()
+        self._said: list[str] = []
         self._begin = 0
         self.allocate()
+
+    @property
+    def distance(self) -> float:
+        """M between robots' centres that they keep in flight, from where they should be."""
+        return self.mission.separation + CLEARANCE
 
     @property
     def cost(self) -> float:
@@ -168,11 +165,11 @@ class OnlineTeam:
             Infeasible: A part has no way that keeps clear.
         """
         for pilot in self.pilots.values():
-            pilot.take(Part(pilot.where), self._plan(pilot, Part(pilot.where)), self.rng)
+            pilot.take(Part(pilot.where), self.plan_for(pilot, Part(pilot.where)), self.rng)
         blocked: set[tuple[str, tuple]] = set()
         try:
             for _ in range(MAX_ATTEMPTS):
-                parts = self._share_out(blocked)
+                parts = share_out(self, blocked)
                 problem = self._laid(parts)
                 if problem is None:
                     self.holding, self._begin = None, self.steps + SEARCH_STEPS
@@ -195,14 +192,14 @@ class OnlineTeam:
         """
         self._see(now, positions)
         self._shared_again(now)
-        switched = self._switch(now)
+        self._said = list(self._switch(now))
         going = self._permitted(now)
         searching = self._searching()
         paths = min(MOST_PATHS, PATHS // max(len(searching), 1))
         for name, pilot in self.pilots.items():
             if self.holding is None and name in searching:
                 others = self._standing_still(name)
-                pilot.search(now, self.rng, paths, others, self.mission.separation + CLEARANCE)
+                pilot.search(now, self.rng, paths, others, self.distance)
             pilot.clock = pilot.clock.after(PERIOD, going[name]) if not pilot.arrived else pilot.clock
         self._give_up_if_stuck(now)
         self.steps += 1
@@ -212,7 +209,7 @@ class OnlineTeam:
             flat[0, 3, j] = self.mission.agents[name].yaw
         satisfied = self.standing.accepts()
         finished = satisfied and all(p.done and p.arrived for p in self.pilots.values())
-        return Desired(flat, satisfied, finished, self.holding, switched)
+        return Desired(flat, satisfied, finished, self.holding, tuple(self._said))
 
     def change(self, event: WorldEvent, now: float) -> None:
         """Take note of a change in the world: progress is kept, robots wait, and what is left is shared again.
@@ -253,11 +250,11 @@ class OnlineTeam:
 
     def _shared_again(self, now: float) -> None:
         """Share what is left when all robots hover; where that cannot be done they go on hovering, and say why."""
-        if not self._replan or not all(self._rests(pilot, now) for pilot in self.pilots.values()):
+        if not self._replan or not all(self.rests(pilot, now) for pilot in self.pilots.values()):
             return
         self._replan = False
         for pilot in self.pilots.values():
-            self._root(pilot, now)
+            self.root(pilot, now)
         if not self.pilots:
             self.holding = "No robot is left in the air."
             return
@@ -267,12 +264,13 @@ class OnlineTeam:
         except LtlplanError as error:
             self.holding = self.holding or str(error)
 
-    def _rests(self, pilot: Pilot, now: float) -> bool:
+    def rests(self, pilot: Pilot, now: float) -> bool:
+        """Tell whether a robot hovers, so that it can begin another course."""
         if self._replan and pilot.entered and not pilot.stop and not pilot.arrived:
             return False
         return (pilot.arrived or pilot.clock.resting) and not pilot.course.gliding(now)
 
-    def _root(self, pilot: Pilot, now: float) -> None:
+    def root(self, pilot: Pilot, now: float) -> None:
         """Let a robot's whereabouts be where it hovers, so that its next course begins without a jump."""
         x, y, z = (float(v) for v in pilot.course.flat(pilot.clock, now)[0])
         pilot.where = replace(pilot.where, position=(x, y, z))
@@ -351,7 +349,7 @@ class OnlineTeam:
         if len(names) < 2 or not moving:
             return going
         horizon = np.arange(1, 9) * (LOOK_AHEAD / 8)
-        least = self.mission.separation + CLEARANCE
+        least = self.distance
         held = np.stack([self.pilots[n].future(horizon, go=False) for n in names])
         gone = np.stack([self.pilots[n].future(horizon, go=True) if n in moving else held[i] for i, n in enumerate(names)])
         chosen = held.copy()
@@ -369,8 +367,12 @@ class OnlineTeam:
         waiting = [n for n in moving if not going[n] and self.pilots[n].clock.resting]
         self._stuck = {n: self._stuck.get(n, now) for n in waiting}
         if waiting and len(waiting) == len(moving) and now - min(self._stuck.values()) > PATIENCE:
-            self._first = self._first[1:] + self._first[:1]
             self._stuck = {}
+            said = make_way(self, waiting, now, self._led)
+            if said is not None:
+                self._said.append(said)
+            else:
+                self._first = self._first[1:] + self._first[:1]
         return going
 
     def _searching(self) -> set[str]:
@@ -395,64 +397,14 @@ class OnlineTeam:
 
     # -- who does what -------------------------------------------------------------------------------------
 
-    def _share_out(self, blocked: set[tuple[str, tuple]]) -> dict[str, Part]:
-        """Return a cheapest way to share what is left, by straight lines."""
-        leg = metric(self.mission)
-        starts = {name: pilot.where for name, pilot in self.pilots.items()}
-        if self.reader.size << len(starts) > MOST_WALKED:
-            return self._by_exact_search(blocked)
-
-        def price(robot: str, part: Part) -> float:
-            if (robot, part.moves) in blocked:
-                return math.inf
-            position, total = part.where.position, 0.0
-            for move in part.moves:
-                if not move.in_place:
-                    total += leg(robot, position, move.visit.region)
-                    position = self.world.after(move).position
-            return total
-
-        begun = self.standing.settled
-        walker = Walker(
-            self.mission, self.world, self.reader, starts, begun=begun, takes_off=False,
-            divides=partial(self.reader.divides, begun=begun), metric=leg, price=price, holds=self._holds, options=Options(width=WIDTH),
-        )  # fmt: skip
-        best = walker.search(lambda _sentence, _share: None)
-        return self._by_exact_search(blocked) if best is None else dict(best.parts)
-
-    def _by_exact_search(self, blocked: set[tuple[str, tuple]]) -> dict[str, Part]:
-        """Return the cheapest way to share what is left by the exact search: for teams whose walks are many, and for what no walk of
-        one robot after another leads to, such as a place and another one that robots are to hold at once.
-        """
-        from ltlplan.search import assign
-
-        problem: LtlplanError | None = None
-        try:
-            found = assign(check_mission(self.left()) if self.steps else self.mission).robots
-            parts = {name: self._part(self.pilots[name], itinerary) for name, itinerary in found.items()}
-            if self._holds(parts) and not any((name, part.moves) in blocked for name, part in parts.items()):
-                return parts
-        except LtlplanError as error:
-            problem = error
-        who = ", ".join(self.pilots)
-        raise Unsatisfiable(
-            f"What is left of the formula cannot be satisfied by {who} from where they are."
-            if self.steps
-            else "No sharing of the formula among these robots was found."
-        ) from problem
-
     def left(self) -> Mission:
         """Return what is left as a mission of its own, from where the robots hover.
 
         Raises:
             Unsatisfiable: Nothing that comes can make the formula true.
         """
-        asked = self.mission.formula
-        left = formula_left(asked, self.reader, self.first_letters, self.shown, reading=self.mission.spec.team)
-        if left == FALSE:
-            raise Unsatisfiable("what was flown cannot be completed to satisfy the formula.")
-        spec = self.mission.spec.model_copy(update={"formula": str(left)})
-        return changed(self.mission, agents={name: self.agent(pilot) for name, pilot in self.pilots.items()}, spec=spec)
+        agents = {name: self.agent(pilot) for name, pilot in self.pilots.items()}
+        return mission_left(self.mission, agents, self.reader, self.first_letters, self.shown)
 
     def agent(self, pilot: Pilot) -> Agent:
         """Return a robot as it hovers now, with what it brings from before."""
@@ -462,25 +414,7 @@ class OnlineTeam:
             update={"start": where.position, "internal": where.internal, "visited": been}
         )
 
-    def _part(self, pilot: Pilot, itinerary: Itinerary) -> Part:
-        """Return one robot's visits as its part."""
-        where = pilot.where
-        moves: list[Move] = []
-        for index, visit in enumerate(itinerary.visits):
-            here = index == 0 and where.inside is not None  # it begins there, and does something there or not
-            if here and not visit.actions:
-                continue
-            wanted = Visit(region=visit.region, actions=visit.actions)
-            move = next(m for m in self.world.moves(where, first=here) if m.visit == wanted and m.in_place == here)
-            moves.append(move)
-            where = self.world.after(move)
-        return Part(pilot.where, tuple(moves), where.inside is None or where.inside not in itinerary.word.letters[-1])
-
-    def _holds(self, parts: Mapping[str, Part]) -> bool:
-        """Tell whether the team can finish by these parts."""
-        return self._keeps({robot: part.ahead(self.world) for robot, part in parts.items()})
-
-    def _keeps(self, ahead: Mapping[str, tuple[Letter, ...]]) -> bool:
+    def keeps(self, ahead: Mapping[str, tuple[Letter, ...]]) -> bool:
         """Tell whether the team can finish by these letters: in some order from now on, or if asked, in every order from the start."""
         if not self.every_order:
             return can_finish(self.standing, ahead)
@@ -495,26 +429,28 @@ class OnlineTeam:
         plans = {}
         for name, part in parts.items():
             try:
-                plans[name] = self._plan(self.pilots[name], part)
+                plans[name] = self.plan_for(self.pilots[name], part)
             except Infeasible:
                 return name, part.moves
         for name, part in parts.items():
             self.pilots[name].take(part, plans[name], self.rng)
         return None
 
-    def _plan(self, pilot: Pilot, part: Part) -> RobotPlan:
-        """Lay the way of one robot from where it hovers."""
-        agent = self.mission.agents[pilot.name].model_copy(update={"start": pilot.where.position})
-        here = self.mission.model_copy(update={"agents": {pilot.name: agent}})
+    def plan_for(self, pilot: Pilot, part: Part, around: Iterable[Point] = ()) -> RobotPlan:
+        """Lay the way of one robot from where it hovers, around places where others do.
+
+        Raises:
+            Infeasible: There is none.
+        """
         word = Word((self.world.letter(pilot.where), *part.ahead(self.world)))
         visits = part.visits if part.moves else ()
-        return route(here, pilot.name, visits, word=word)
+        return led_around(self.mission, pilot.name, pilot.where.position, visits, word, around, self.distance)
 
     def _may_change(self, handover: Handover) -> bool:
         if not may_change(self.world, self.reader, self.standing, self.pilots, handover):
             return False
         parts = handover.parts(self.world, self.pilots) if self.every_order else {}
-        return not parts or self._keeps({**self._ahead(), **{name: part.ahead(self.world) for name, part in parts.items()}})
+        return not parts or self.keeps({**self._ahead(), **{name: part.ahead(self.world) for name, part in parts.items()}})
 
     def _switch(self, now: float) -> tuple[str, ...]:
         """Let a part that nobody has begun change hands where that is clearly cheaper (lines 15 to 17)."""
@@ -529,10 +465,10 @@ class OnlineTeam:
         if not self._may_change(self._handover):
             self._handover = None  # it went on before it could stop, or another robot has changed what may be divided
             return ()
-        if not (self._rests(one, now) and self._rests(other, now)):
+        if not (self.rests(one, now) and self.rests(other, now)):
             return ()
-        self._root(one, now)
-        self._root(other, now)
+        self.root(one, now)
+        self.root(other, now)
         parts = self._handover.parts(self.world, self.pilots)
         self._handover = None
         if self._laid(parts) is not None:
@@ -556,12 +492,6 @@ SEARCHES = 4
 
 PATHS, MOST_PATHS = 72, 64
 """Paths that are sampled in one step, for all robots together and for one robot at most."""
-
-MOST_WALKED = 512
-"""States of the automaton, times sets of robots that may still go on, up to which a run is made by walks: their guide knows each."""
-
-WIDTH = 8
-"""Walks side by side when sharing by straight lines; they cost next to nothing."""
 
 
 def _distance(path: Floats, others: Floats) -> Floats:

@@ -186,3 +186,54 @@ def test_firefighting_in_simulation(events, certified):
     positions = flight.log.position
     nearest = min(np.linalg.norm(positions[:, i] - positions[:, j], axis=1).min() for i in range(3) for j in range(i))
     assert nearest > mission.separation
+
+
+HELD_UP = """
+format: 1
+name: held up
+spec: {formula: "F a"}
+regions: {a: {center: [2.5, 0, 1.0], radii: [0.2, 0.2, 0.2]}}
+agents: {quad0: {start: [0, 0, 1]}, quad1: {start: [1.2, 0, 1], cost: {length: 100.0}}}
+vehicle: crazyflie-2.1
+workspace: {min: [-1, -1.5, 0.2], max: [4, 1.5, 1.8]}
+"""
+
+OCCUPIED = """
+format: 1
+name: occupied
+spec: {formula: "F(carrying & a)"}
+regions: {a: {center: [2.5, 0, 1.0], radii: [0.2, 0.2, 0.2]}, w: {center: [0, 0.9, 1.0], radii: [0.2, 0.2, 0.2]}}
+robot:
+  initial: none
+  states: {none: [], some: [carrying]}
+  actions: [{from: none, to: some, at: w}]
+agents: {quad0: {start: [0, 0, 1]}, quad1: {start: [2.5, 0, 1]}}
+vehicle: crazyflie-2.1
+workspace: {min: [-1, -1.5, 0.2], max: [4, 1.5, 1.8]}
+"""
+
+
+def least_distance(flight):
+    positions = flight.log.position
+    return float(np.linalg.norm(positions[:, 0] - positions[:, 1], axis=1).min())
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_robot_is_led_around_one_that_hovers_in_its_straight_way(seed):
+    mission = parse_mission(HELD_UP)
+    flight = fly_online(mission, seed=seed, max_seconds=40)
+    assert flight.require() is flight
+    assert flight.words == {"quad0": (frozenset(), frozenset({"a"})), "quad1": (frozenset(),)}
+    assert least_distance(flight) >= mission.separation
+    assert any("quad0 is led around quad1" in event.sentence for event in flight.log.events)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_an_idle_robot_steps_aside_where_another_one_is_to_go(seed):
+    mission = parse_mission(OCCUPIED)
+    flight = fly_online(mission, seed=seed, max_seconds=60)
+    assert flight.require() is flight
+    assert flight.words["quad0"][-1] == {"a", "carrying"}
+    assert flight.words["quad1"] == (frozenset({"a"}), frozenset())
+    assert least_distance(flight) >= mission.separation
+    assert any("quad1 steps aside for quad0" in event.sentence for event in flight.log.events)

@@ -1,0 +1,111 @@
+"""The satisfying run that online MTAC-E begins with, and its parts for each robot (Algorithm 5, lines 1 to 4), by straight lines.
+
+Walks of one robot after another over the team automaton find it, as offline. Where there are so many sets of robots and states that
+their guide would take long, and for what no such walk leads to (two places that are to be held at once), the exact search does.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import partial
+from typing import TYPE_CHECKING
+
+from ltlplan.allocation import Move, Part, World
+from ltlplan.mtac import metric
+from ltlplan.sharing.pilot import Pilot
+from ltlplan.team_walk import Options, Walker
+from verify.data import LtlplanError, Unsatisfiable, Visit
+from verify.data.mission_file import check_mission
+
+if TYPE_CHECKING:
+    from ltlplan.search import Itinerary
+    from ltlplan.sharing.team import OnlineTeam
+
+MOST_WALKED = 512
+"""States of the automaton, times sets of robots that may still go on, up to which a run is made by walks: their guide knows each."""
+
+WIDTH = 8
+"""Walks side by side; by straight lines they cost next to nothing."""
+
+
+def share_out(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, Part]:
+    """Return a cheap way to share what is left, by straight lines.
+
+    Args:
+        team: Where everybody is, and what the letters so far have led to.
+        blocked: Robots and moves that have no way.
+
+    Raises:
+        Unsatisfiable: There is none.
+    """
+    if team.reader.size << len(team.pilots) <= MOST_WALKED:
+        found = _by_walks(team, blocked)
+        if found is not None:
+            return found
+    return _by_exact_search(team, blocked)
+
+
+def _by_walks(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, Part] | None:
+    leg, world, begun = metric(team.mission), team.world, team.standing.settled
+    starts = {name: pilot.where for name, pilot in team.pilots.items()}
+
+    def price(robot: str, part: Part) -> float:
+        if (robot, part.moves) in blocked:
+            return math.inf
+        position, total = part.where.position, 0.0
+        for move in part.moves:
+            if not move.in_place:
+                total += leg(robot, position, move.visit.region)
+                position = world.after(move).position
+        return total
+
+    walker = Walker(
+        team.mission, world, team.reader, starts, begun=begun, takes_off=False, divides=partial(team.reader.divides, begun=begun),
+        metric=leg, price=price, holds=partial(_holds, team), options=Options(width=WIDTH),
+    )  # fmt: skip
+    best = walker.search(lambda _sentence, _share: None)
+    return None if best is None else dict(best.parts)
+
+
+def _by_exact_search(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, Part]:
+    """Return the cheapest way to share what is left.
+
+    Raises:
+        Unsatisfiable: There is none in which the blocked ways are not needed.
+    """
+    from ltlplan.search import assign
+
+    problem: LtlplanError | None = None
+    try:
+        found = assign(check_mission(team.left()) if team.steps else team.mission).robots
+        parts = {name: _part(team.world, team.pilots[name], itinerary) for name, itinerary in found.items()}
+        if _holds(team, parts) and not any((name, part.moves) in blocked for name, part in parts.items()):
+            return parts
+    except LtlplanError as error:
+        problem = error
+    raise Unsatisfiable(
+        f"What is left of the formula cannot be satisfied by {', '.join(team.pilots)} from where they are."
+        if team.steps
+        else "No sharing of the formula among these robots was found."
+    ) from problem
+
+
+def _holds(team: OnlineTeam, parts: Mapping[str, Part]) -> bool:
+    """Tell whether the team can finish by these parts."""
+    return team.keeps({robot: part.ahead(team.world) for robot, part in parts.items()})
+
+
+def _part(world: World, pilot: Pilot, itinerary: Itinerary) -> Part:
+    """Return one robot's visits as its part."""
+    where = pilot.where
+    moves: list[Move] = []
+    for index, visit in enumerate(itinerary.visits):
+        here = index == 0 and where.inside is not None  # it begins there, and does something there or not
+        if here and not visit.actions:
+            continue
+        wanted = Visit(region=visit.region, actions=visit.actions)
+        move = next(m for m in world.moves(where, first=here) if m.visit == wanted and m.in_place == here)
+        moves.append(move)
+        where = world.after(move)
+    return Part(pilot.where, tuple(moves), where.inside is None or where.inside not in itinerary.word.letters[-1])
