@@ -174,28 +174,52 @@ def _judged(
         internal = {name: [row[column] for row in log.letters] for name, column in columns.items()}
     rounding = log.rounding if isinstance(log, Recording) else (0.0, 0.0)
     samples = Samples(log.times, {name: position[:, j] for j, name in enumerate(names)}, internal, rounding)
-    whole = measurement + rounding[1]
-    end = max(path.duration for path in flown(mission, asked.team or {}).values())
-    speed = _fastest(samples, mission, whole, end) if max_speed is None else max_speed
     push = relative_acceleration(mission.vehicle, 0.0)
-    return check_flight(samples, asked, max_speed=speed, max_acceleration=push, error=measurement, start=start)
+
+    def judged(speed: float) -> FlightVerdict:
+        return check_flight(samples, asked, max_speed=speed, max_acceleration=push, error=measurement, start=start)
+
+    if max_speed is not None:
+        return judged(max_speed)
+    whole, end = measurement + rounding[1], max(path.duration for path in flown(mission, asked.team or {}).values())
+    first = float(log.times[0]) if start is None else start
+    speed = _fastest(samples, push, whole, first, first + end)
+    for _ in range(_ROUNDS):
+        if not np.isfinite(speed):
+            break
+        verdict = judged(speed)
+        needed = _fastest(samples, push, whole, verdict.alignment.low, verdict.alignment.high + end)
+        if needed <= speed:
+            return verdict
+        speed = needed * 1.001  # a fitted start left more of the flight unseen
+    raise BadInput(
+        "no bound on the robots' speed can be had of these samples and the digits of their times; give max_speed, in m/s."
+    )
 
 
-def _fastest(samples: Samples, mission: Mission, error: float, end: float) -> float:
-    """Bound the robots' speed at all times, m/s.
+_ROUNDS = 5
+"""How often a bound on the speed is made anew for the start that was fitted with it."""
 
-    On average it is what the samples show; at any time between them it is off that by at most the acceleration that the
-    rotors can give, times the gap, or the time that no sample covers.
+
+def _fastest(samples: Samples, push: float, error: float, start: float, stop: float) -> float:
+    """Bound the robots' speed from `start` to `stop`, m/s.
+
+    On average it is what a robot's samples show, as far as their places and times are known; at any time between them it is off that
+    by at most the acceleration that the rotors can give, `push`, times the gap. Where a robot was not seen at an end, likewise.
     """
-    push = relative_acceleration(mission.vehicle, 0.0)
-    beyond = max(float(samples.times[0]), end - float(samples.times[-1]), 0.0)
-    fastest = 0.0
+    late, fastest = samples.rounding[0], 0.0
     for places in samples.positions.values():
         seen = ~np.isnan(places).any(axis=1)
-        gaps, steps = np.diff(samples.times[seen]), np.linalg.norm(np.diff(places[seen], axis=0), axis=1)
-        if len(gaps):
-            fastest = max(fastest, float(np.max((steps + 2 * error) / gaps + push * gaps)))
-    return (fastest + push * beyond) * (1 + 1e-9)
+        times, steps = samples.times[seen], np.linalg.norm(np.diff(places[seen], axis=0), axis=1)
+        if len(times) == 1:
+            return np.inf
+        if not len(times):
+            continue  # refused in words where the flight is judged
+        shortest, longest = np.diff(times) - 2 * late, np.diff(times) + 2 * late
+        moved = np.divide(steps + 2 * error, shortest, out=np.full(len(steps), np.inf), where=shortest > 0)
+        beyond = max(float(times[0]) - start, stop - float(times[-1]), 0.0)
+        fastest = max(fastest, float(np.max(moved + push * longest)) + push * beyond)
+    return fastest * (1 + 1e-9)
 
 
 def _tube(judged: FlightVerdict, margin: float) -> tuple[TubeVerdict, dict[str, float], tuple[Event, ...]]:

@@ -110,7 +110,7 @@ class Monitor:
         before, self._time = len(self.events), time
         for name, tube, error in zip(self._robots, self._tubes, errors.tolist(), strict=True):
             was = tube.verdict
-            if tube.see(time, error) != was:
+            if tube.see(time, error) != was and self._margin is not None:
                 self._say_tube(name, tube, error)
         self._see_letters(time, measured)
         self._see_distances(measured)

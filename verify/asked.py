@@ -5,6 +5,7 @@ Nothing in `certificate.json` is believed: it is proved again before its margin 
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -77,12 +78,32 @@ class Asked:
         for name, value in (("margin", self.margin), ("clock_error", self.clock_error)):
             if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
                 raise BadInput(f"{name} must be a number of at least 0, not {value!r:.40}.")
+        self._require_order()
         return replace(
             self,
             worlds=tuple(World(world.since, check_mission(world.mission, to_plan=False)) for world in self.worlds),
             team=None if self.team is None else check_trajectories(self.team),
             plan=None if self.plan is None else check_plan(self.plan),
         )
+
+    def _require_order(self) -> None:
+        """Refuse worlds that do not follow one another, and robots that left at no time or were never there."""
+        if not self.worlds:
+            raise BadInput("There must be at least one world: the mission at take-off.")
+        for what, time in [
+            *(("change of the world", w.since) for w in self.worlds),
+            *(("leaving", t) for t in self.gone.values()),
+        ]:
+            if isinstance(time, bool) or not isinstance(time, int | float) or not math.isfinite(time):
+                raise BadInput(f"The time of a {what} must be a number of seconds, not {time!r:.40}.")
+        for before, after in itertools.pairwise(self.worlds[1:]):
+            if after.since < before.since:
+                raise BadInput(
+                    f"The world's changes must go forward in time, but {after.since:g} s follows {before.since:g} s."
+                )
+        for robot in self.gone:
+            if robot not in self.mission.agents:
+                raise BadInput(f"'{robot:.40}' leaves but is no robot of the mission ({', '.join(self.mission.agents)}).")
 
     @property
     def mission(self) -> Mission:

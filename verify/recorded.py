@@ -141,6 +141,11 @@ class _Judge:
         for robot, places in samples.positions.items():
             whole = track(robot, samples.times, places, bounds, start=self.start, stop=self.stop)
             gone = asked.gone.get(robot)
+            if gone is not None and gone < self.start:
+                raise BadInput(
+                    f"{robot} left at {gone:g} s, before the flight that is judged begins at {self.start:g} s: what it showed last "
+                    "was not recorded."
+                )
             self.tracks[robot] = whole if gone is None else whole.over(self.start, gone)
         self.rows = {robot: region_rows(one, asked.worlds) for robot, one in self.tracks.items()}
 
@@ -201,13 +206,17 @@ class _Judge:
             if plan is not None:
                 laps = _all_laps(plan.robots[robot], mission.spec.repeat)
                 near = region_rows(one, [World(0.0, widened(mission, self.asked.margin))])
-                yield visit_claim(one, laps, self.rows[robot], near)
+                start = np.array(mission.agents[robot].start)
+                starts_in = frozenset(name for name, region in mission.all_regions.items() if region.level(start) <= 1)
+                yield visit_claim(one, laps, self.rows[robot], near, starts_in)
                 wanted = [(v.region, v.direction) for v in laps.visits if v.direction is not None]
-                yield passage_claim(one, mission, wanted, self.rows[robot], self.asked.margin)
+                yield passage_claim(one, self.asked.worlds, wanted, self.rows[robot], self.asked.margin)
             elif mission.passages is not None:
                 sequence = mission.passages
                 flown = [*sequence.prefix, *(sequence.cycle or ()) * mission.spec.repeat]
-                yield passage_claim(one, mission, [(p.hoop, p.direction) for p in flown], self.rows[robot], mission.margin)
+                yield passage_claim(
+                    one, self.asked.worlds, [(p.hoop, p.direction) for p in flown], self.rows[robot], mission.margin
+                )
 
     def _space(self) -> Iterable[Claim]:
         worlds = self.asked.worlds
@@ -226,12 +235,20 @@ class _Judge:
         """Return a robot's internal propositions at the start, and its actions, each held against the samples."""
         mission, rows = self.asked.mission, self.rows[robot]
         planned = planned_actions(self.asked, robot, rows, self.alignment)
-        index = within(self.samples.times, self.tracks[robot].start, self.tracks[robot].stop)
+        one, times = self.tracks[robot], self.samples.times
+        index = within(times, one.start, one.stop)
         if self.samples.internal is None or not len(index):
             return mission.initial_letter(robot), planned
-        shown = [frozenset(self.samples.internal[robot][i]) & mission.internal_propositions for i in index]
-        made = logged_actions(robot, self.samples.times[index], shown, mission, rows)
-        return shown[0], made if self.asked.team is None else [*made, *unplanned(robot, made, planned, mission)]
+        first = int(index[0])
+        at, logged = [*times[index].tolist()], [self.samples.internal[robot][i] for i in index]
+        if at[0] > one.start:  # what it was when the flight began: of the last row before, or as the mission says
+            at = [float(times[first - 1]) if first else one.start, *at]
+            logged = [self.samples.internal[robot][first - 1] if first else mission.initial_letter(robot), *logged]
+        shown = [frozenset(letter) & mission.internal_propositions for letter in logged]
+        made = logged_actions(robot, np.array(at), shown, mission, rows)
+        if self.asked.team is None:
+            return shown[0], made
+        return shown[0], [*made, *unplanned(robot, made, planned, mission, until=Fraction(at[-1]))]
 
     def _assumptions(self) -> Iterable[str]:
         first, last = float(self.samples.times[0]), float(self.samples.times[-1])

@@ -9,12 +9,13 @@ out by less than the margin and coming back is no other visit, and going through
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 
+from verify.asked import World
 from verify.claims import Claim, Outcome
 from verify.data.mission import Hoop, Mission, Region
 from verify.data.plan import RobotPlan
@@ -48,7 +49,9 @@ class Token:
     stop: float
 
 
-def visit_claim(track: Track, plan: RobotPlan, rows: Mapping[str, Row], around: Mapping[str, Row]) -> Claim:
+def visit_claim(
+    track: Track, plan: RobotPlan, rows: Mapping[str, Row], around: Mapping[str, Row], starts_in: frozenset[str]
+) -> Claim:
     """The robot's stays in regions are its planned visits, in order, and no other.
 
     Args:
@@ -56,16 +59,21 @@ def visit_claim(track: Track, plan: RobotPlan, rows: Mapping[str, Row], around: 
         plan: Its visits.
         rows: Its regions.
         around: The same of regions that are larger by the margin (`widened`).
+        starts_in: Regions that its planned start is in; a stay in another one at the beginning is a visit.
     """
     robot, zero, end = track.robot, Fraction(track.start), Fraction(track.stop)
     spans = {region: spans_of(_without_edges(row, around[region]), zero, end) for region, row in rows.items()}
     matching = match(plan, spans)
+    if matching.extra is not None and matching.extra.region not in starts_in:
+        region = matching.extra.region
+        matching = replace(matching, fault=f"it begins in '{region}', where it does not start", region=region, time=Fraction(0))
     if not matching.fault:
         sentence = f"{robot} makes its {len(plan.visits)} planned visits, in order, and no other."
         return recorded_claim("visits", "holds", sentence, robot=robot)
     tokens = [
         Token(
-            stay.region, frozenset({stay.region}), bool(stay.must) and stay.start > 0, float(stay.start + zero), float(stay.stop + zero)
+            stay.region, frozenset({stay.region}), bool(stay.must) and (stay.start > 0 or stay.region not in starts_in),
+            float(stay.start + zero), float(stay.stop + zero),
         )
         for stay in stays(spans)
     ]  # fmt: skip
@@ -172,19 +180,20 @@ class RecordedCrossing:
 
 
 def passage_claim(
-    track: Track, mission: Mission, wanted: Sequence[tuple[str, str]], rows: Mapping[str, Row], margin: float
+    track: Track, worlds: Sequence[World], wanted: Sequence[tuple[str, str]], rows: Mapping[str, Row], margin: float
 ) -> Claim:
     """The robot passes exactly the wanted openings, in order, each within a stay in its hoop's region.
 
     Args:
         track: Where it was.
-        mission: Whose hoops and vehicle.
+        worlds: Where hoops stand, each from its time on; all hoops and the vehicle are the same in all of them.
         wanted: (hoop, way) of each planned passage.
         rows: The robot's regions.
         margin: How far from the plane of an opening a robot may turn back without having passed it once more, m.
     """
+    mission = worlds[0].mission
     robot, radius = track.robot, mission.vehicle.radius
-    found = crossings(track, mission, margin)
+    found = crossings(track, worlds, margin)
     tokens = []
     for crossing in found:
         through = bool(crossing.way) and crossing.off_axis <= mission.hoops[crossing.hoop].opening
@@ -241,16 +250,31 @@ def _doubt(
     return None
 
 
-def crossings(track: Track, mission: Mission, margin: float) -> list[RecordedCrossing]:
-    """Return the times at which a robot may be in an opening, in order of their starts."""
+def crossings(track: Track, worlds: Sequence[World], margin: float) -> list[RecordedCrossing]:
+    """Return the times at which a robot may be in an opening, in order of their starts.
+
+    A hoop that moves or turns stands somewhere else from then on: it is not flown through by that.
+    """
     found: list[RecordedCrossing] = []
-    for name, hoop in mission.hoops.items():
-        cells = track.cells()
-        for _ in range(_FINE):
-            cells = cells.at(np.flatnonzero(_near_plane(cells, hoop, margin) & _near_axis(cells, hoop))).halved()
-        if len(cells):
-            found.extend(_crossing(run, name, hoop, touching) for run, touching in _runs(cells, hoop, margin))
+    for name in worlds[0].mission.hoops:
+        for hoop, part in _standing(track, worlds, name):
+            cells = part.cells()
+            for _ in range(_FINE):
+                cells = cells.at(np.flatnonzero(_near_plane(cells, hoop, margin) & _near_axis(cells, hoop))).halved()
+            if len(cells):
+                found.extend(_crossing(run, name, hoop, touching) for run, touching in _runs(cells, hoop, margin))
     return sorted(found, key=lambda crossing: crossing.start)
+
+
+def _standing(track: Track, worlds: Sequence[World], name: str) -> Iterator[tuple[Hoop, Track]]:
+    """Yield each place at which a hoop stands while a robot is judged, with the robot's track meanwhile."""
+    changes = [i for i, world in enumerate(worlds) if i and world.mission.hoops[name] != worlds[i - 1].mission.hoops[name]]
+    since = [track.start, *(worlds[i].since for i in changes)]
+    until = [*since[1:], track.stop]
+    for index, start, stop in zip([0, *changes], since, until, strict=True):
+        part = track.over(start, stop)
+        if part.start <= part.stop:
+            yield worlds[index].mission.hoops[name], part
 
 
 def _near_plane(cells: Cells, hoop: Hoop, margin: float) -> np.ndarray:

@@ -120,6 +120,8 @@ def formula_claim(
     for one, other in itertools.pairwise(worlds):
         at = Fraction(other.since)
         for robot, own in rows.items():
+            if any(at < row[0][0] for row in own.values()):
+                continue  # the world changed before the flight began
             before: dict[str, Status] = {region: _until(row, at) for region, row in own.items()}
             after: dict[str, Status] = {
                 region: max(statuses_within(row, at, at), key=_ORDER.index) for region, row in own.items()

@@ -288,3 +288,29 @@ def test_what_a_plan_jumps_where_its_pieces_meet_counts():
     result = flight.compare(flight.Recording(("quad0",), times, still[:, None]), cert, team)
     assert result.tube == "unknown"
     assert result.bound["quad0"] > 0.1
+
+
+def test_one_robot_that_was_seen_late_is_not_taken_to_be_as_slow_as_the_samples_show(flown):
+    """Within 0.1 s its rotors can bring it from 0.15 m away, whatever the other robot's samples cover."""
+    team, cert, log = flown
+    still = np.stack([path.evaluate(np.minimum(log.times, path.duration))[:, :3] for path in team.values()], axis=1)
+    late = np.array(still)
+    late[log.times < 0.1, 0] = np.nan
+    assert flight.compare(flight.Recording(tuple(team), log.times, still), cert, team).tube == "inside"
+    result = flight.compare(flight.Recording(tuple(team), log.times, late), cert, team)
+    assert result.tube == "unknown"
+    assert result.bound["quad0"] > 0.15
+
+
+def test_times_with_few_digits_leave_robots_faster_than_they_seem(flown):
+    team, cert, log = flown
+    places = np.stack([path.evaluate(np.minimum(log.times, path.duration))[:, :3] for path in team.values()], axis=1)
+    speeds = []
+    for late in (0.0, 0.004):
+        judged = flight.compare(flight.Recording(tuple(team), log.times, places, (late, 0.0)), cert, team).judged
+        assert judged is not None
+        speeds.append(float(next(s for s in judged.assumptions if "faster than" in s).split()[-2]))
+    steps, gaps = np.linalg.norm(np.diff(places, axis=0), axis=2).max(axis=1), np.diff(log.times)
+    assert speeds[1] > (steps / (gaps - 0.008)).max() > speeds[0]
+    with pytest.raises(BadInput, match="max_speed"):
+        flight.compare(flight.Recording(tuple(team), log.times, places, (0.01, 0.0)), cert, team)

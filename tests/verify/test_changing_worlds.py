@@ -173,3 +173,50 @@ def test_files_that_hold_no_events_are_refused(tmp_path: Path, change, says):
 def test_events_that_cannot_be_are_refused(event, says):
     with pytest.raises(BadInput, match=says):
         verdict(small_mission("F a"), event)
+
+
+GATE = "g: {center: [1.0, 0.0, 1.0], radii: [0.25, 0.25, 0.25], opening: 0.25, rim: 0.03}"
+
+
+def through_the_gate(sequence: str, *events):
+    """Fly straight through a gate at 2 s, from behind, and stop 1 m after it."""
+    mission = small_mission(hoops=GATE, regions="", margin=0.05)
+    mission = mission.model_copy(update={"sequence": sequence, "spec": mission.spec.model_copy(update={"formula": None})})
+    straight = flown(corners=np.array([(0.0, 0.0, 1.0), (2.0, 0.0, 1.0)]))
+    return claims(check_flight(straight, of_events(mission, events), max_speed=0.8))["passages"]
+
+
+def test_a_gate_is_passed_as_it_stood_then():
+    turned = {"region": "g", "center": (1.0, 0.0, 1.0), "yaw_deg": 180.0}
+    away = {"region": "g", "center": (1.0, 2.0, 1.0)}
+    assert through_the_gate("gF") == {"holds"}
+    assert through_the_gate("gF", HoopMoves(time=3.0, **turned)) == {"holds"}
+    assert through_the_gate("gF", HoopMoves(time=1.0, **turned)) == {"undecided"}
+    assert through_the_gate("gR", HoopMoves(time=1.0, **turned)) == {"holds"}
+    assert through_the_gate("gF", HoopMoves(time=1.0, **away)) == {"fails"}
+    assert through_the_gate("gF", HoopMoves(time=1.0, **away), HoopMoves(time=1.5, region="g", center=(1.0, 0.0, 1.0))) == {
+        "holds"
+    }
+
+
+def test_what_changed_before_the_recording_begins_is_how_the_world_is():
+    mission = small_mission("F a", regions="a: {center: [0.0, 3.0, 1.0], radii: [0.2, 0.2, 0.2]}")
+    later = Samples(flown().times + 2, flown().positions)
+    assert verdict(mission, moves(1.0, (1.0, 0.0, 1.0)), samples=later)
+    assert claims(verdict(mission, moves(1.0, (1.0, 2.0, 2.0)), samples=later))["formula"] == {"fails"}
+
+
+@pytest.mark.parametrize(
+    ("events", "says"),
+    [
+        ([moves(3.0), moves(1.0)], "forward in time"),
+        ([moves(float("nan"))], "nan"),
+        ([moves(float("inf"))], "inf"),
+        ([RobotLeaves(time=float("nan"), robot="r1")], "nan"),
+        ([RobotLeaves(time=-1.0, robot="r1")], "before the flight"),
+    ],
+)
+def test_times_of_events_that_say_nothing_are_refused(events, says):
+    mission = small_mission("F a", starts=((0, 0, 1), (0, 0, -0.5)), extra="separation: 0.3")
+    with pytest.raises(BadInput, match=says):
+        verdict(mission, *events, samples=flown(2))

@@ -11,8 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.flights import plan_of
 from tests.recordings import asked, claims, darting, dense, fires, gates, judged, recorded, refused
 from verify import Asked, Samples, check_flight
+from verify.asked import World
 from verify.data import BadInput, Word
 from verify.semantics import satisfies
 
@@ -235,6 +237,52 @@ def test_digits_that_a_recording_lacks_are_an_error_as_well():
     coarse = judged(gates(), replace(recorded(gates()), rounding=(0.0005, 0.0005)))
     bound = {v: next(c.bound for c in v.claims if c.name == "tube") for v in (exact, coarse)}
     assert bound[coarse] > bound[exact] + 5e-4
+
+
+def test_a_region_that_the_robot_does_not_start_in_is_visited_from_the_first_row_on():
+    """The plan starts 0.8 m in front of the gate; who is in it when the recording begins has come to it."""
+    plan = gates()[0]
+    free = replace(asked(gates()), plan=plan_of(plan.mission, {"quad0": plan.robots["quad0"].visits[1:]}))
+    inside = float(np.argmax(gates()[1]["quad0"].evaluate(np.arange(0, 8, 0.001))[:, 0] >= 0)) / 1000
+    free = replace(free, team=None)
+    verdict = check_flight(recorded(gates(), begin=inside), free, max_speed=1.2)
+    assert refused(verdict, "visits").region == "gate0"
+    whole = check_flight(recorded(gates(), begin=inside), replace(free, plan=plan), max_speed=1.2)
+    assert claims(whole)["visits"] == {"holds"}
+    there = plan.mission.agents["quad0"].model_copy(update={"start": (0.0, 0.0, 1.0)})
+    starts = Asked((World(0.0, plan.mission.model_copy(update={"agents": {"quad0": there}})),), plan=free.plan, margin=0.05)
+    assert claims(check_flight(recorded(gates(), begin=inside), starts, max_speed=1.2))["visits"] == {"holds"}
+
+
+def filled_before(samples: Samples, begin: float, filled: float) -> Samples:
+    """Return a log from `begin` on in which quad0 carries water from `filled` on."""
+    kept = samples.times >= begin
+    letters = {
+        name: [frozenset({"carrying"} if name == "quad0" and t >= filled else ()) for t in samples.times[kept]]
+        for name in samples.positions
+    }
+    return Samples(samples.times[kept], {name: p[kept] for name, p in samples.positions.items()}, letters)
+
+
+def test_what_a_log_shows_first_came_about_since_the_flight_began():
+    """A log that begins with the action done says that it was made before, where it may have been made."""
+    visit = next(span for span in fires()[2].timelines["quad0"].changes if span.region == "water" and span.status == "must")
+    enters, instant = float(visit.time.high), fires()[2].actions[0].time
+    for begin, wanted in ((instant + 0.05, "undecided"), (0.2, "fails")):
+        verdict = judged(fires(), filled_before(recorded(fires()), begin, begin), start=0.0)
+        assert "fails" not in claims(verdict)["transitions"]
+        action = next(c for c in verdict.claims if c.name == "actions" and c.robot == "quad0")
+        assert action.verdict == wanted
+        assert claims(verdict)["formula"] == {wanted}
+    between = judged(fires(), filled_before(recorded(fires()), 0.0, instant), start=instant - 0.005)
+    assert claims(between)["actions"] == {"holds"}
+    assert enters < instant
+
+
+def test_an_action_that_is_due_after_a_logs_last_row_may_have_been_made():
+    instant = fires()[2].actions[0].time
+    verdict = judged(fires(), filled_before(recorded(fires(), end=instant - 0.1), 0.0, instant))
+    assert next(c.verdict for c in verdict.claims if c.name == "actions" and c.robot == "quad0") == "undecided"
 
 
 # -- against continuous paths that agree with the samples -------------------------------------------------------
