@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -64,7 +64,7 @@ def minimise(
     rng: np.random.Generator,
     others: Sequence[Search] = (),
     progress: Progress | None = None,
-    watch: Callable[[int, Floats, Floats], None] | None = None,
+    watch: Callable[[int, Floats, Floats], bool | None] | None = None,
 ) -> tuple[Search, tuple[float, ...]]:
     """Run a search to its target or its last round.
 
@@ -74,7 +74,7 @@ def minimise(
         rng: Source of every draw.
         others: Where populations beside the first one begin, if the options ask for several.
         progress: Told a sentence and the share of rounds done.
-        watch: Told the number, candidates and costs of each round.
+        watch: Told the number, candidates and costs of each round; the search ends where it says True.
 
     Returns:
         The search after its last round (of several populations the best one's), and the best cost after each round.
@@ -95,10 +95,13 @@ def minimise(
             state = state.tell(candidates, costs)
             seen.append((candidates, costs))
         history.append(state.best.best_cost)
-        if watch is not None:
-            watch(index, np.concatenate([candidates for candidates, _ in seen]), np.concatenate([costs for _, costs in seen]))
+        enough = watch is not None and watch(
+            index, np.concatenate([candidates for candidates, _ in seen]), np.concatenate([costs for _, costs in seen])
+        )
         if progress is not None:
             progress(f"round {index + 1}: best cost {history[-1]:.4g}", (index + 1) / options.rounds)
+        if enough:
+            break
     return state.best, tuple(history)
 
 
@@ -148,36 +151,62 @@ def improve(
     plan = plan.model_copy(update={"cost": nominal})
     if len(plan.waypoints) < 3 or chosen.rounds == 0 or len({w.position for w in plan.waypoints}) < 3:
         return Improvement(plan, nominal, nominal, (), ())
+    if nominal <= chosen.target:
+        return Improvement(plan, nominal, nominal, (), ())
     problem = path_problem(mission, plan, function, points=points)
-    mean = problem.mean
-    search, *others = searches(problem, chosen, spread=spread)
+    # a sample below the target ends the search only if it is kept when it is judged for all times
+    search, *others = searches(problem, replace(chosen, target=-math.inf), spread=spread)
     if not math.isfinite(search.best_cost) and len(plan.waypoints) * 3 > 2 * _LARGE:
         return Improvement(plan, nominal, nominal, (), ())  # so few points cannot show so long a word
-    shortlist: list[tuple[float, Floats]] = [(search.best_cost, mean)]
+    shortlist: list[tuple[float, Floats]] = [(search.best_cost, problem.mean)]
     kept: list[float] = []
+    judged = _Judged(mission, plan, problem, function, nominal)
 
-    def look(index: int, candidates: Floats, costs: Floats) -> None:
+    def look(index: int, candidates: Floats, costs: Floats) -> bool:
         kept.append(float(np.mean(np.isfinite(costs))))
         first = int(np.argmin(costs))
-        if costs[first] < shortlist[-1][0]:
+        better = bool(costs[first] < shortlist[-1][0])
+        if better:
             shortlist.append((float(costs[first]), candidates[first].copy()))
         if watch is not None:
             watch(index, problem, candidates, costs)
+        return better and shortlist[-1][0] <= chosen.target and judged(shortlist[-1][1]).cost <= chosen.target
 
     _, history = minimise(problem.costs, search, rng=rng, others=others, progress=progress, watch=look)
-    best, value, most = plan, nominal, max(_PIECES, flown_pieces(mission, plan))
-    for _, candidate in shortlist[:-_SHORTLIST:-1]:
-        paths = problem.paths(candidate[None])
-        found = candidate_plans(mission, plan, problem, problem.points(candidate[None])[0], float(paths.length[0]))
-        stretched = [_stretched(mission, other, float(paths.length[0]) / problem.length) for other in found]
-        costs = [(plan_cost(other, function), i) for i, other in enumerate(stretched)]
-        costs = [(c, i) for c, i in costs if c < nominal and flown_pieces(mission, stretched[i]) <= most]
-        if costs:
-            least = min(costs)[0]
-            value, index = next(c for c in costs if c[0] <= least * (1 + _SAME))
-            best = stretched[index].model_copy(update={"cost": value})
-            break
-    return Improvement(best, value, nominal, tuple(min(h, nominal) for h in history), tuple(kept))
+    found = next((better for _, each in shortlist[:-_SHORTLIST:-1] if (better := judged(each)).cost < nominal), plan)
+    return Improvement(found, found.cost, nominal, tuple(min(h, nominal) for h in history), tuple(kept))
+
+
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """Plans along candidates, judged for all times."""
+
+    mission: Mission
+    plan: RobotPlan
+    problem: PathProblem
+    cost: Cost
+    nominal: float
+    known: dict[bytes, RobotPlan] = field(default_factory=dict)
+
+    def __call__(self, candidate: Floats) -> RobotPlan:
+        """Return the plan along a candidate, with its cost; the nominal one where none is better and keeps clear."""
+        key = candidate.tobytes()
+        if key not in self.known:
+            self.known[key] = self._along(candidate)
+        return self.known[key]
+
+    def _along(self, candidate: Floats) -> RobotPlan:
+        problem, most = self.problem, max(_PIECES, flown_pieces(self.mission, self.plan))
+        length = float(problem.paths(candidate[None]).length[0])
+        found = candidate_plans(self.mission, self.plan, problem, problem.points(candidate[None])[0], length)
+        stretched = [_stretched(self.mission, other, length / problem.length) for other in found]
+        costs = [(plan_cost(other, self.cost), i) for i, other in enumerate(stretched)]
+        costs = [(c, i) for c, i in costs if c < self.nominal and flown_pieces(self.mission, stretched[i]) <= most]
+        if not costs:
+            return self.plan
+        least = min(costs)[0]
+        value, index = next(c for c in costs if c[0] <= least * (1 + _SAME))
+        return stretched[index].model_copy(update={"cost": value})
 
 
 def _with_hover(found: Improvement, nominal: RobotPlan, cost: Cost) -> Improvement:

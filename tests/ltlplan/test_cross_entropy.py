@@ -10,8 +10,10 @@ from ltlplan.hoops import route, route_sequence
 from ltlplan.missions import load_mission
 from ltlplan.path_result import flown_pieces
 from ltlplan.path_search import path_problem
+from ltlplan.pipeline import certified_team
 from ltlplan.splines import nominal_trajectory
 from ltlplan.tournament import Tournament
+from tests.benchmarks.hoops_scenarios import LIMIT, lengths, under_the_limit, wide_course
 from tests.courses import courses
 from verify import judge
 from verify.data import BadInput, Plan, Trajectory, Visit, Word
@@ -403,3 +405,29 @@ def test_a_word_too_long_for_the_search_keeps_its_nominal_path():
     found = improve(longer, "quad0", nominal, rng=np.random.default_rng(0), options=Options(samples=40, rounds=2))
     assert found.cost <= found.nominal
     assert [v.region for v in found.plan.visits] == [v.region for v in nominal.visits]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_prefix_and_suffix_come_below_five_metres_where_they_are_not_at_first(seed: int) -> None:
+    """Scenario 4.3's example J <= 5, on a course whose nominal lap is above it; a sample that is not kept ends no search."""
+    nominal, found = under_the_limit(seed)
+    before, after = lengths(nominal), lengths(found.plan)
+    assert before[1] is not None
+    assert after[1] is not None
+    assert before[1] > 6.0
+    assert max(after[0], after[1]) <= LIMIT
+    assert found.cost <= LIMIT < found.history[0]
+    assert 5 < len(found.history) < 60  # it takes rounds, and stops when it is there
+    assert found.plan.word == nominal.word
+
+
+def test_the_path_below_five_metres_is_certified() -> None:
+    mission = wide_course()
+    _, found = under_the_limit(0)
+    plan = Plan(mission=mission, robots={"quad0": found.plan}, method="sequence")
+    done = certified_team(plan)
+    assert done.certificate.holds
+    flown = done.team["quad0"]
+    assert flown.cycle is not None
+    at = flown.evaluate(np.linspace(flown.knots[flown.cycle], flown.knots[-1], 4000))[:, :3]
+    assert np.linalg.norm(np.diff(at, axis=0), axis=1).sum() <= LIMIT
