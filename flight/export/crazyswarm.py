@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 from ruamel.yaml import YAML
+from ruamel.yaml.scalarstring import DoubleQuotedScalarString
 
 from flight.export.crazyswarm_script import script
 from flight.export.files import NOTE, Product, Request
@@ -106,7 +107,7 @@ def _readable(path: Trajectory) -> Trajectory:
 def _configuration(request: Request, starts: dict[str, tuple[float, ...]], uris: dict[str, str]) -> str:
     """Return crazyflies.yaml: who flies, where each stands before the climb, and how positions are known."""
     robots = {
-        name: {
+        DoubleQuotedScalarString(name): {  # unquoted, YAML 1.1 readers take a robot named `no` or `on` for a Boolean
             "enabled": True,
             "uri": uris.get(name, f"radio://0/80/2M/E7E7E7E7{index + 1:02X}"),
             "initial_position": [round(start[0], 6), round(start[1], 6), 0.0],
@@ -131,9 +132,8 @@ def _configuration(request: Request, starts: dict[str, tuple[float, ...]], uris:
         },
     }
     buffer = io.StringIO()
-    yaml = YAML(typ="safe", pure=True)
+    yaml = YAML(pure=True)
     yaml.default_flow_style = None
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]  # ruamel declares it as None
     yaml.dump(content, buffer)
     given = "The radio addresses are the ones that were passed." if uris else "Put your own radio addresses in."
     return f"# Mission '{request.mission.name}', certificate {request.digest}. {given}\n{buffer.getvalue()}"

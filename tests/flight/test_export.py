@@ -168,6 +168,18 @@ def test_crazyflies_yaml_names_the_robots_and_their_places(certified, tmp_path):
     assert set(made["robot_types"]) == {"ltlplan"}
 
 
+def test_names_of_robots_are_text_to_readers_of_every_version(certified, tmp_path):
+    """A YAML 1.1 reader, as ROS has it, takes an unquoted `no` for a Boolean."""
+    flight.export(*certified, tmp_path)
+    text = (tmp_path / "crazyflies.yaml").read_text()
+    for old, new in (("quad0", "no"), ("quad1", "on")):
+        assert f'"{old}":' in text
+        text = text.replace(old, new)
+    reader = YAML(typ="safe", pure=True)
+    reader.version = (1, 1)
+    assert set(reader.load(text)["robots"]) == {"no", "on"}
+
+
 class Recorder:
     """Stands in for crazyflie_py: remembers what it was told, and where the robots are."""
 
