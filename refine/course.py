@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.bays import through_bays
-from refine.legs import PAD, PASSAGE, Leg, Stop, bodies_of, leads_to, leg_between, refused, show
+from refine.legs import PAD, PASSAGE, Leg, Stop, bodies_of, leads_to, leg_between, passage_radius, refused, show
 from refine.obstacles import Ball, blocking, grown_region
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Witness
 from verify.data.mission import Region
@@ -313,7 +313,7 @@ def _room(mission: Mission, robot: RobotPlan, stop: Stop, pad: float) -> Ball | 
         return replace(whole, root=whole.root / inner)
     if not through or stop.role not in PASSAGE:
         return None
-    radius = DEEP * (hoop.opening - mission.margin - mission.vehicle.radius - pad)
+    radius = DEEP * passage_radius(mission, hoop, pad)
     if stop.role == "centre":
         radius = min(radius, inner * min(region.radii))
     if radius <= 0.0:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from refine.obstacles import Ball, Disc, Obstacle, grown_region, ring, within
 from verify.data import Infeasible, Mission, RobotPlan, Witness
 from verify.data.mission import Hoop
+from verify.data.passage_room import room_in_opening, room_in_region
 from verify.data.plan import Role, Waypoint
 from verify.data.spacing import ROUNDING
 
@@ -152,15 +153,32 @@ def _passing(mission: Mission, robot: RobotPlan, here: Stop, there: Stop) -> str
     return visit.region
 
 
+def passage_radius(mission: Mission, hoop: Hoop, pad: float) -> float:
+    """Return how far from a hoop's axis a passage may be, in m; not positive where there is no room for it."""
+    margin = mission.margin + pad
+    return min(room_in_opening(hoop, mission.vehicle.radius, margin), room_in_region(hoop, margin))
+
+
 def _tube(mission: Mission, name: str, hoop_name: str, pad: float) -> Tube:
-    hoop: Hoop = mission.hoops[hoop_name]
-    radius = hoop.opening - mission.margin - mission.vehicle.radius - pad
+    hoop, margin = mission.hoops[hoop_name], mission.margin
+    radius = passage_radius(mission, hoop, pad)
     if radius <= 0.0:
-        raise Infeasible(
-            f"'{hoop_name}' has an opening of {hoop.opening:g} m; vehicle radius {mission.vehicle.radius:g} m and margin "
-            f"{mission.margin:g} m leave no room in it.",
-            Witness(claim="passages", sentence="opening too small", robot=name, region=hoop_name),
+        what, sentence = (
+            "opening",
+            (
+                f"'{hoop_name}' has an opening of {hoop.opening:g} m; vehicle radius {mission.vehicle.radius:g} m and margin "
+                f"{margin:g} m leave no room in it."
+            ),
         )
+        if room_in_opening(hoop, mission.vehicle.radius, margin + pad) > 0.0:
+            what, sentence = (
+                "region",
+                (
+                    f"'{hoop_name}' has radii {list(hoop.radii)} m: within the margin {margin:g} m of its opening, not even its axis is "
+                    "inside its region by the margin, so no visit could contain a passage. Give it larger `radii`, or ask for a smaller margin."
+                ),
+            )
+        raise Infeasible(sentence, Witness(claim="passages", sentence=f"{what} too small", robot=name, region=hoop_name))
     return Tube(np.array(hoop.center), np.array(hoop.normal), radius)
 
 

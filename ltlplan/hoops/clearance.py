@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verify.data.mission import Hoop, Mission
+from verify.data.passage_room import room_in_opening, room_in_region
 
 Floats = NDArray[np.float64]
 
@@ -53,7 +54,7 @@ class Obstacle:
         normal: Of the ring, where there is one. Shape (3,).
         height: m; the ring with its clearance fills |x| <= height along the normal.
         outer: m; points farther from the axis than this are clear of the ring.
-        inner: m; points nearer to the axis than this pass through the opening.
+        inner: m; points nearer to the axis than this pass through the opening, and are in the region meanwhile.
         near: m; a path that stays on one side of the opening keeps this far from it.
         reach: m; points farther from the centre than this are clear of all of it.
     """
@@ -121,7 +122,7 @@ def room(mission: Mission, slack: float = 0.0) -> Room:
                 np.array(region.normal),
                 height,
                 outer,
-                max(region.opening - clear, 1e-3),
+                max(min(room_in_opening(region, mission.vehicle.radius, near), room_in_region(region, near)), 1e-3),
                 near,
                 max(reach, 1.000001 * float(np.hypot(outer, height))),
             )
