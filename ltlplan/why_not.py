@@ -11,6 +11,8 @@ import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ltlplan.automata import DEAD, representative_letters
 from ltlplan.budget import Budget, TooLarge
 from ltlplan.conjunction import Task, conjunct_automata, conjuncts
@@ -19,10 +21,11 @@ from ltlplan.team import Team
 from ltlplan.team_search import cheapest_path
 from verify.data import Formula, Letter, Mission, Unsatisfiable, Word, parse_formula
 from verify.data.formula import FREE
-from verify.data.mission import in_no_region
+from verify.data.mission import Action, in_no_region
 
 BUDGET = Budget(states=200_000)
 MAX_SUBSETS = 300
+_FAR = 1e4  # m, to where a region is moved to see what is possible without it in the way
 
 Worlds = Sequence[TransitionSystem]
 Feasible = Callable[[Sequence[Formula], Worlds], bool]
@@ -67,6 +70,14 @@ def refused_in_some_order(mission: Mission, order: Sequence[tuple[str, Word]]) -
         order: The order, with words, that breaks the cheapest plan.
     """
     shown = ", then ".join(f"{robot} {word}" for robot, word in order)
+    if mission.spec.team == "joint" and len(mission.agents) > 1:
+        reason = (
+            "Under `team: joint` robots fly one at a time, whichever of them is first, while the others hold their first or last "
+            "letters. Plans exist that hold where one certain robot flies first, but none that holds whoever does. The cheapest one "
+            f"fails, for instance, where {shown} is flown. Let the formula hold while the other robot is still where it starts, or "
+            "one robot do it all."
+        )
+        return NoPlan([mission.spec.formula or "true"], [reason])
     reason = (
         "Plans exist that hold in one order of the robots, but none that holds in every order. "
         f"The cheapest one fails, for instance, when they are read one after another as {shown}."
@@ -133,7 +144,9 @@ class _Inquiry:
                 "Between two regions that lie apart a robot is in free flight and in neither of them; "
                 "`free` means in no region, so write for instance `(a | free)` where that may happen."
             ]
-        reasons: list[str] = []
+        reasons = [*self._lingering(core), *self._overlapping(core)]
+        if reasons:
+            return reasons
         for part in core:
             others = [other for other in core if other is not part]
             reasons += self._obstacles(part, others)
@@ -141,9 +154,48 @@ class _Inquiry:
             reasons.append("One robot alone could do it; the letters of the others at their starts break it.")
         if reasons:
             return reasons
+        over_time = all(any(node.operator in "FGUWRM" for node in part.walk()) for part in core)
+        if self.mission.spec.team == "joint" and len(self.worlds) > 1 and over_time:
+            return [
+                "Under `team: joint` robots fly one at a time, while the others hold their first or last letters: what several "
+                "robots would have to do in turns, or at once, is not planned."
+            ]
         if len(core) > 1:
             return ["Each part of this can hold without the others, but no order of visits serves them all."]
         return ["Some words satisfy this, but none that can be flown from these starts along these edges."]
+
+    def _lingering(self, core: list[Formula]) -> list[str]:
+        """Say whether it is in the way that a robot is still in the region whose action it has just made."""
+        actions = [action for action in self.mission.robot.actions if action.source != action.target]
+        for action in actions:
+            worlds = [_leaving_at_once(world, action) for world in self.worlds]
+            if self.feasible(core, worlds):
+                changed = sorted(set(self.mission.robot.states[action.target]) ^ set(self.mission.robot.states[action.source]))
+                shown = f", which changes {_and(changed)}," if changed else ""
+                return [
+                    f"The action {action.source} -> {action.target} is made inside {action.at}{shown} and the robot is still there "
+                    f"when it ends: it leaves {action.at} afterwards. Ask for what is meant outside of {action.at} alone, such as "
+                    f"`(... | {action.at})`."
+                ]
+        return []
+
+    def _overlapping(self, core: list[Formula]) -> list[str]:
+        """Say which two regions overlap so that no way to them is clear, though there would be one if they lay apart."""
+        regions, layout = self.mission.all_regions, self.systems.layout
+        named = sorted({name for part in core for name in self._names(part)} & regions.keys())
+        pairs = {tuple(sorted((a, b))) for a in named for b in layout.neighbours[a]}
+        for a, b in sorted(pairs):
+            far = (regions[b].center[0] + _FAR, *regions[b].center[1:])
+            table = "hoops" if b in self.mission.hoops else "regions"
+            moved = {**getattr(self.mission, table), b: regions[b].model_copy(update={"center": far})}
+            systems = Systems(self.mission.model_copy(update={table: moved}))
+            if self.feasible(core, [systems.of(name) for name in self.mission.agents]):
+                gap = float(np.linalg.norm(np.array(regions[a].center) - np.array(regions[b].center)))
+                return [
+                    f"{a} and {b} overlap, their middles {gap:.3g} m apart: whether a robot at one of them, or on the way to it, is in "
+                    f"the other as well is not clear by the margin {layout.slack:g} m. Move them apart, or one well inside the other."
+                ]
+        return []
 
     def _contradiction(self, core: list[Formula]) -> bool:
         """Tell whether not even robots that can show every letter at every time could do it."""
@@ -320,6 +372,15 @@ def _with_internal(world: TransitionSystem, proposition: str, mission: Mission) 
     if proposition not in mission.internal_propositions:
         return world
     return replace(world, labels=tuple(label | {proposition} for label in world.labels))
+
+
+def _leaving_at_once(world: TransitionSystem, action: Action) -> TransitionSystem:
+    """Return a world in which a robot that has made an action is not seen in the region of that action any more."""
+    if not world.nodes:
+        return world
+    gone = [action.at in node.regions and not node.flying and node.internal == action.target for node in world.nodes]
+    labels = tuple(label - {action.at} if away else label for label, away in zip(world.labels, gone, strict=True))
+    return replace(world, labels=labels)
 
 
 def _without_free_flight(world: TransitionSystem) -> TransitionSystem:
