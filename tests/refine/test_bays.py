@@ -65,11 +65,11 @@ def test_the_control_points_of_a_short_reach_lie_in_the_bay_of_their_own_hoop() 
 def test_a_passage_between_two_bays_that_meet() -> None:
     """Three gates in a row, so near each other that the passage of the middle one is all in the bays of the others."""
     gates = {
-        name: Hoop(center=(x, 0.0, 1.2), radii=(0.013, 0.013, 0.013), opening=0.4, rim=0.02, reach=0.06)
-        for name, x in (("first", 0.0), ("middle", 0.12), ("last", 0.205))
+        name: Hoop(center=(x, 0.0, 1.2), radii=(0.018, 0.018, 0.018), opening=0.4, rim=0.02, reach=0.06)
+        for name, x in (("first", 0.0), ("middle", 0.12), ("last", 0.206))
     }
     start = (0.06, 0.0, 1.2)
-    mission = room({"goal": ball(2.0, 0.5)}, {"q": Agent(start=start)}, hoops=gates, margin=0.01)
+    mission = room({"goal": ball(2.0, 0.5)}, {"q": Agent(start=start)}, hoops=gates, margin=0.007)
     plan = Plan(mission=mission, robots={"q": through(mission, "q", [("middle", "F")])})
     assert [len(leg.bays) for leg in course_of(mission, "q", plan.robots["q"]).legs] == [2, 1]
     path = refine(plan)["q"].evaluate(np.linspace(0.0, 3.0, 999))[:, :3]
