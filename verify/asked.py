@@ -79,12 +79,14 @@ class Asked:
             if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
                 raise BadInput(f"{name} must be a number of at least 0, not {value!r:.40}.")
         self._require_order()
-        return replace(
+        checked = replace(
             self,
             worlds=tuple(World(world.since, check_mission(world.mission, to_plan=False)) for world in self.worlds),
             team=None if self.team is None else check_trajectories(self.team),
             plan=None if self.plan is None else check_plan(self.plan),
         )
+        checked._require_fit()
+        return checked
 
     def _require_order(self) -> None:
         """Refuse worlds that do not follow one another, and robots that left at no time or were never there."""
@@ -104,6 +106,18 @@ class Asked:
         for robot in self.gone:
             if robot not in self.mission.agents:
                 raise BadInput(f"'{robot:.40}' leaves but is no robot of the mission ({', '.join(self.mission.agents)}).")
+
+    def _require_fit(self) -> None:
+        """Refuse worlds with other regions, and a plan or trajectories of other robots."""
+        regions = set(self.mission.all_regions)
+        for world in self.worlds:
+            if set(world.mission.all_regions) != regions or set(world.mission.hoops) != set(self.mission.hoops):
+                other = min(regions ^ set(world.mission.all_regions), default="a hoop")
+                raise BadInput(f"Regions may move, but none comes or goes: '{other}' is not in every world.")
+        robots = {"plan": None if self.plan is None else self.plan.robots, "team": self.team}
+        for what, found in robots.items():
+            if found is not None and set(found) != set(self.mission.agents):
+                raise BadInput(f"The {what} has robots {', '.join(found)}; the mission has {', '.join(self.mission.agents)}.")
 
     @property
     def mission(self) -> Mission:

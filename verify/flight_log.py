@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from verify.data.errors import BadInput, did_you_mean
 from verify.data.files import read_text
@@ -35,6 +35,38 @@ class Samples:
     positions: Mapping[str, NDArray[np.float64]]
     internal: Mapping[str, Sequence[frozenset[str]]] | None = None
     rounding: tuple[float, float] = (0.0, 0.0)
+
+    def checked(self) -> Samples:
+        """Return the same as float64, in which everything is judged, whatever the arrays were made of.
+
+        Raises:
+            BadInput: They are no arrays of real numbers.
+        """
+        if not isinstance(self.positions, Mapping):
+            raise BadInput(
+                f"positions must be a table from each robot's name to an array, not {type(self.positions).__name__}."
+            )
+        places = {name: _real(table, f"positions of {name}") for name, table in self.positions.items()}
+        if self.internal is not None and not isinstance(self.internal, Mapping):
+            raise BadInput(
+                f"internal must be a table from each robot's name to sets of names, not {type(self.internal).__name__}."
+            )
+        for name, row in (self.internal or {}).items():
+            for letter in row:
+                if isinstance(letter, str) or not isinstance(letter, Iterable):
+                    raise BadInput(f"internal of {name} must be sets of names, one a sample, not {str(letter)[:40]!r}.")
+        inner = None if self.internal is None else {name: tuple(map(frozenset, row)) for name, row in self.internal.items()}
+        return Samples(_real(self.times, "times"), places, inner, self.rounding)
+
+
+def _real(values: ArrayLike, name: str) -> NDArray[np.float64]:
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind in "iuf" or (array.dtype.kind == "O" and array.size):
+            return array.astype(np.float64)
+    except (TypeError, ValueError, OverflowError) as problem:
+        raise BadInput(f"{name} must be an array of numbers: {problem}.") from None
+    raise BadInput(f"{name} must be an array of numbers, not of {array.dtype}.")
 
 
 def load_flight_log(path: str | os.PathLike[str], mission: Mission) -> Samples:

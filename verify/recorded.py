@@ -112,17 +112,26 @@ def check_flight(
         BadInput: No speed bound, samples further apart than it allows, arrays that do not fit, or a formula that names internal
             propositions which neither the recording nor a plan shows.
     """
-    asked = asked.checked()
+    for value, kind in ((samples, Samples), (asked, Asked)):
+        if not isinstance(value, kind):
+            raise BadInput(
+                f"Give {kind.__name__}, not {type(value).__name__}: see `verify.load_flight_log` and `verify.asked_of`."
+            )
+    samples, asked = samples.checked(), asked.checked()
     speed = require_speed(max_speed)
     require_error(error)
-    if max_acceleration is not None and not (isinstance(max_acceleration, int | float) and 0 < max_acceleration <= LARGEST):
+    if max_acceleration is not None and not (_is_number(max_acceleration) and 0 < max_acceleration <= LARGEST):
         raise BadInput(f"max_acceleration must be above 0 m/s^2, not {str(max_acceleration)[:40]}.")
-    if start is not None and not (isinstance(start, int | float) and abs(start) <= LARGEST):
+    if start is not None and not (_is_number(start) and abs(start) <= LARGEST):
         raise BadInput(f"start must be a time of the recording, in s, not {str(start)[:40]}.")
     _require_fit(samples, asked)
     whole = with_rounding(float(error), speed, samples.rounding, samples.times, samples.positions.values())
     bounds = Bounds(speed, whole, np.inf if max_acceleration is None else float(max_acceleration))
     return _Judge(samples, asked, bounds, start, budget).judge()
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 class _Judge:
@@ -205,7 +214,7 @@ class _Judge:
         for robot, one in self.tracks.items():
             if plan is not None:
                 laps = _all_laps(plan.robots[robot], mission.spec.repeat)
-                near = region_rows(one, [World(0.0, widened(mission, self.asked.margin))])
+                near = region_rows(one, [World(w.since, widened(w.mission, self.asked.margin)) for w in self.asked.worlds])
                 start = np.array(mission.agents[robot].start)
                 starts_in = frozenset(name for name, region in mission.all_regions.items() if region.level(start) <= 1)
                 yield visit_claim(one, laps, self.rows[robot], near, starts_in)

@@ -10,13 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.flights import small_mission
+from tests.flights import plan_of, small_mission
 from tests.recordings import claims, dense, refused
 from verify import Asked, Samples, asked_of, check_flight
-from verify.asked import of_events
+from verify.asked import World, of_events
 from verify.data import BadInput, mission_to_yaml
 from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, events_to_json, load_events
 from verify.data.mission import Agent
+from verify.data.plan import Visit
 
 ELSEWHERE = (0.0, 3.0, 1.0)
 CORNERS = np.array([(0.0, 0.0, 1.0), (2.0, 0.0, 1.0), (2.0, 2.0, 1.0)])
@@ -220,3 +221,28 @@ def test_times_of_events_that_say_nothing_are_refused(events, says):
     mission = small_mission("F a", starts=((0, 0, 1), (0, 0, -0.5)), extra="separation: 0.3")
     with pytest.raises(BadInput, match=says):
         verdict(mission, *events, samples=flown(2))
+
+
+def test_a_stay_is_held_against_the_region_as_it_stood_then():
+    """Out of the region by 0.1 m and back are two visits, though all of it happens near where the region was before."""
+    mission = small_mission(margin=0.05, starts=((2.0, 0.0, 1.0),))
+    back = flown(corners=np.array([(2.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.3, 0.0, 1.0)]))
+    worlds = of_events(mission, [moves(0.3, (1.3, 0.0, 1.0))]).worlds
+    for count, wanted in ((1, "fails"), (2, "holds")):
+        plan = plan_of(mission, {"r0": [Visit(region="a")] * count})
+        found = check_flight(back, Asked(worlds, plan=plan, margin=0.05), max_speed=0.8)
+        assert claims(found)["visits"] == {wanted}
+
+
+def test_worlds_have_the_same_regions_and_plans_the_same_robots():
+    mission = small_mission("F a")
+    other = small_mission("F b", regions="b: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}")
+    two = small_mission("F a", starts=((0, 0, 1), (0, 2, 1)))
+    for asked, says in (
+        (Asked((World(0.0, mission), World(1.0, other))), "not in every world"),
+        (Asked((World(0.0, mission),), plan=plan_of(two, {})), "The plan has robots r0, r1"),
+        (Asked((World(0.0, mission), World(1.0, two)), plan=plan_of(mission, {})), "The plan has robots r0;"),
+        (Asked(()), "at least one world"),
+    ):
+        with pytest.raises(BadInput, match=says):
+            check_flight(flown(len(asked.mission.agents) if asked.worlds else 1), asked, max_speed=0.8)

@@ -220,6 +220,13 @@ def test_rows_after_the_end_of_the_flight_are_not_judged_and_that_is_said():
         (lambda s: s, {"max_speed": 0.1}, "allow"),
         (lambda s: s, {"error": -1.0}, "error must be"),
         (lambda s: s, {"start": float("nan")}, "start must be"),
+        (lambda s: s, {"start": True}, "start must be"),
+        (lambda s: s, {"max_acceleration": True}, "max_acceleration must be"),
+        (lambda s: None, {}, "Give Samples"),
+        (lambda s: replace(s, times=s.times.astype(str)), {}, "array of numbers"),
+        (lambda s: replace(s, times=s.times.astype(complex)), {}, "array of numbers"),
+        (lambda s: replace(s, positions=None), {}, "positions must be a table"),
+        (lambda s: replace(s, internal={n: ["carrying"] * len(s.times) for n in s.positions}), {}, "sets of names"),
         (lambda s: replace(s, times=s.times[::-1]), {}, "increase"),
         (lambda s: replace(s, positions={"quad0": s.positions["quad0"]}), {}, "robots"),
         (lambda s: replace(s, positions={n: p[:-1] for n, p in s.positions.items()}), {}, "shape"),
@@ -230,6 +237,18 @@ def test_rows_after_the_end_of_the_flight_are_not_judged_and_that_is_said():
 def test_bad_input(change, options, says):
     with pytest.raises(BadInput, match=says):
         check_flight(change(recorded(fires())), asked(fires()), **{"max_speed": 1.2, "start": 0.0, **options})
+
+
+def test_what_is_given_as_float32_or_lists_is_judged_in_float64():
+    given = recorded(gates())
+    short = {name: places.astype(np.float32) for name, places in given.positions.items()}
+    wide = {name: places.astype(np.float64) for name, places in short.items()}
+    lists = {name: places.tolist() for name, places in wide.items()}
+    bounds = [
+        [claim.bound for claim in judged(gates(), Samples(times, positions)).claims]
+        for times, positions in ((given.times, wide), (given.times, short), (given.times.tolist(), lists))
+    ]  # fmt: skip
+    assert bounds[0] == bounds[1] == bounds[2]
 
 
 def test_digits_that_a_recording_lacks_are_an_error_as_well():
