@@ -1,4 +1,16 @@
 """Planted faults that change nothing, each with the reason why."""
 
-EQUIVALENT: dict[str, str] = {}
+_ZERO = "where an end is zero itself, the least square and the least magnitude of the ends are zero as well"
+
+EQUIVALENT: dict[str, str] = {
+    "Interval.squared: self.low <= 0 -> self.low < 0": _ZERO,
+    "Interval.squared: self.high >= 0 -> self.high > 0": _ZERO,
+    "Interval.magnitude: self.low <= 0 -> self.low < 0": _ZERO,
+    "Interval.magnitude: self.high >= 0 -> self.high > 0": _ZERO,
+    "ways: low < high -> low <= high": "a window from a time to itself holds no time, and legs are judged over longer parts only",
+    "Tableau._ways: 0 -> 1 #2": (
+        "that marks entry 0 as put off, which is a name or a constant (parts come before what they are part of), and only "
+        "F, U and M count as put off; at most a way that asks for more than another is kept beside it"
+    ),
+}
 """By the fault's name."""

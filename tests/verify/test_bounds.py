@@ -148,6 +148,28 @@ def test_intervals_hold_every_result(sign, first, second):
     assert math.isnan(high) or high == math.inf or value <= Fraction(high)
 
 
+@pytest.mark.parametrize("divisor", [(0.0, 2.0), (-0.0, 2.0), (-2.0, 0.0), (-2.0, -0.0), (0.0, 0.0), (-2.0, 2.0)])
+@pytest.mark.parametrize("share", [(1.0, 3.0), (0.0, 0.0), (-3.0, 1.0), (-0.0, 5e-324)])
+def test_a_quotient_by_what_touches_zero_is_any_number(share, divisor):
+    first, second = (Interval(np.array([low]), np.array([high])) for low, high in (share, divisor))
+    result = first / second
+    assert (result.low[0], result.high[0]) == (-np.inf, np.inf)
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(0.0, 2.0), (-2.0, 0.0), (0.0, 0.0), (5e-324, 2.0), (-2.0, -5e-324), (1.0, 2.0), (-2.0, -1.0)]
+)
+def test_squares_and_magnitudes_of_what_touches_zero(low, high):
+    x = Interval(np.array([low]), np.array([high]))
+    least, most = min(abs(low), abs(high)), max(abs(low), abs(high))
+    assert (x.magnitude().low[0], x.magnitude().high[0]) == (least, most)
+    assert x.squared().low[0] >= 0.0
+    assert Fraction(x.squared().low[0]) <= Fraction(least) ** 2
+    assert Fraction(most) ** 2 <= Fraction(x.squared().high[0])
+    assert x.squared().low[0] >= least**2 * (1 - 1e-15)
+    assert (x.at_least_zero().low[0], x.at_least_zero().high[0]) == (max(low, 0.0), max(high, 0.0))
+
+
 @QUICK
 @given(st.floats(0, 1e6), st.floats(0, 1e6))
 def test_roots_squares_and_magnitudes_are_outward(a, b):

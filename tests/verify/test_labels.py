@@ -152,6 +152,22 @@ def test_two_roots_a_nanosecond_apart_are_two_switches():
     assert marks.count("switch") == len(roots) or "may" in marks
 
 
+def test_three_crossings_within_microseconds_are_three_switches():
+    # x = 1/4 + h with h = u (u^2 - d^2), u = t - 1/2, d = 2^-20: out, in and out again where |h| < 2^-61, below any rounding
+    square = 2.0**-40
+    coefficients = np.zeros((1, 4, 8))
+    coefficients[0, :3, 0] = [0.125 + square / 2, 0.0, 1.0]
+    coefficients[0, 0, 1:4] = [0.75 - square, -1.5, 1.0]
+    wobbling = Trajectory([1.0], coefficients)
+    mission = mission_at(wobbling, "a: {center: [0.0, 0.0, 1.0], radii: [0.25, 0.25, 0.25]}")
+    spans = spans_of(mission, wobbling)["a"]
+    assert [s.mark for s in spans] == ["must", "switch", "no", "switch", "must", "switch", "no"]
+    for span, crossing in zip(spans[1::2], (-1, 0, 1), strict=True):
+        assert span.start <= Fraction(1, 2) + crossing * Fraction(1, 2**20) <= span.stop
+    for span in spans[0::2]:
+        assert inside(wobbling, mission.all_regions["a"], (span.start + span.stop) / 2) == (span.mark == "must")
+
+
 def test_an_exit_and_re_entry_between_two_samples_is_seen():
     # a bump of 2 ms across the boundary: a 100 Hz sampler that misses the bump sees nothing
     coefficients = np.zeros((3, 4, 8))

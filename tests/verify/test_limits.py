@@ -106,6 +106,33 @@ def test_ties_are_kept_and_the_next_float_is_not(name, trajectory, value):
         assert not kept or extreme.bound <= limit
 
 
+HALF_KILO = {"mass": 0.5, "thrust_min": 1.0, "thrust_max": 9.0, "rotor_thrust_max": 3.0, "body_rate_deg": 1000.0}
+TWO_KILO = {"mass": 2.0, "thrust_min": 1.0, "thrust_max": 99.0, "rotor_thrust_max": 25.0, "body_rate_deg": 1000.0}
+
+
+@pytest.mark.parametrize("own", [HALF_KILO, TWO_KILO])
+@pytest.mark.parametrize(("name", "side"), [("thrust_max", 1), ("thrust_min", -1)])
+def test_ties_of_thrust_are_kept_and_the_next_float_is_not(own, name, side):
+    # f = (3, 0, 4) m/s^2 exactly, so m |f| is five times the mass, without any rounding
+    steady, thrust = constant((3, 0, 4 - GRAVITY)), 5.0 * own["mass"]
+    for limit, kept in ((thrust, True), (math.nextafter(thrust, -side * math.inf), False), (thrust + side * 1e-9, True)):
+        vehicle = MISSION.vehicle.model_copy(update={**own, name: limit})
+        extreme = extremes_of(steady, MISSION.model_copy(update={"vehicle": vehicle}))[name]
+        assert (extreme.holds, extreme.fails) == (kept, not kept)
+
+
+@pytest.mark.parametrize(("own", "least"), [(HALF_KILO, 0.75), (TWO_KILO, 0.75), (TWO_KILO, 2.5)])
+def test_a_tie_of_the_body_rate_is_kept_where_thrust_keeps_the_attitude_defined(own, least):
+    # f = (t, 0, 1) turns at 1 / (1 + t^2): at 1 rad/s where it begins, and m |f| never falls below the mass
+    degrees = next(d for d in (180 / math.pi, math.nextafter(180 / math.pi, 99)) if math.radians(d) == 1.0)
+    vehicle = MISSION.vehicle.model_copy(update={**own, "body_rate_deg": degrees, "thrust_min": least})
+    turning = constant((0, 0, 1 - GRAVITY), (1, 0, 0), duration=1.0)
+    extreme = extremes_of(turning, MISSION.model_copy(update={"vehicle": vehicle}))["body_rate"]
+    kept = least <= own["mass"]
+    assert extreme.holds == kept
+    assert not kept or extreme.bound == 1.0
+
+
 def test_a_limit_passed_by_a_millionth_for_a_millisecond():
     # the speed is 1 but for a bump of 1e-6 over about 1 ms in the middle of a second
     coefficients = np.zeros((3, 4, 8))

@@ -75,6 +75,19 @@ def test_a_u_turn_within_the_margin_of_the_opening_is_refused():
     assert crossings_of([[0, 0, 1], [0.94, 0, 1], [0, 0, 1]]) == ()
 
 
+@pytest.mark.parametrize("side", [-1, 1])
+@pytest.mark.parametrize(("stop", "why"), [([0.02, 0, 1], "turns back"), ([0.0, 0, 2], "leaves the opening sideways")])
+def test_what_turns_back_and_what_leaves_sideways_is_told_from_either_side(side, stop, why):
+    # from beyond the opening to within the margin of its plane, then back where it came from or along the plane over the rim
+    def at(x, y, z):
+        return [1 + side * x, y, z]
+
+    points = [at(1, 0, 1), at(stop[0], 0, 1), at(1, 0, 1)] if why == "turns back" else [at(1, 0, 1), at(0, 0, 1), at(*stop)]
+    (found,) = crossings_of(points)
+    assert found.way is None
+    assert why in found.reason
+
+
 def test_there_and_back_are_two_passages():
     assert [c.way for c in crossings_of([[0, 0, 1], [2, 0, 1], [0, 0, 1]])] == ["F", "R"]
 

@@ -109,6 +109,44 @@ def test_an_excursion_within_the_margin_is_on_the_way(limited, depth, seconds):
     assert kept(limited_plan(world(AB, f"{limited}: {{acceleration: {peak * 1.02}}}"), "ab"), team)
 
 
+def hurried_start_of_a_lap() -> Trajectory:
+    """Hover in a for 3 s; then lap after lap out of a by 0.015 m and back in a hurry, on to b, and back into a."""
+    hurry, there = out_and_back(0.05, 0.015, 0.15), [1.15, 0, 1]
+    return joined(legs([there], hold=3.0), hurry, legs([there, [3, 0, 1], there], speed=0.2), cycle=1)
+
+
+def lap_world(leg: str) -> Mission:
+    return small_mission(
+        regions=AB,
+        starts=[(float(np.float32(1.15)), 0.0, 1.0)],
+        margin=0.03,
+        trace="infinite",
+        extra=f"limits: {{legs: {{{leg}}}}}",
+    )
+
+
+def test_an_excursion_just_after_the_seam_is_on_the_way_that_began_in_the_lap_before():
+    """The robot starts in a, which is no visit; the visit of a lasts from one lap into the next, where the hurry is."""
+    team = {"r0": hurried_start_of_a_lap()}
+    plan = limited_plan(lap_world("a: {acceleration: 8.0}"), "ba", 0)
+    check(judged(plan, team), Right("limits.legs.acceleration", "r0", "a", 1, (3.0, 3.3)))
+    assert kept(limited_plan(lap_world("a: {acceleration: 40.0}"), "ba", 0), team)
+    # before the first lap begins, and with it the stay that is no visit, nothing is on the way
+    jolt = joined(
+        out_and_back(0.05, 0.015, 0.15), legs([[1.15, 0, 1]], hold=3.0), legs([[1.15, 0, 1], [3, 0, 1], [1.15, 0, 1]]), cycle=2
+    )
+    assert kept(limited_plan(lap_world("a: {acceleration: 8.0}"), "ba", 0), {"r0": jolt})
+
+
+def test_ways_of_a_lasso_whose_visits_do_not_match_are_those_of_its_first_lap():
+    team = {"r0": hurried_start_of_a_lap()}
+    plan = limited_plan(lap_world("b: {speed: 0.1}"), "abab", 1)
+    failed = {(c.name, c.witness.visit, c.verdict) for c in judged(plan, team).claims if c.verdict != "holds"}
+    assert ("visits", 3, "fails") in failed
+    assert ("limits.legs.speed", 1, "fails") in failed
+    assert ("limits.legs", 3, "undecided") in failed
+
+
 def test_a_second_dip_that_is_not_deep_enough_to_be_sure_is_on_the_way():
     """In a for sure, out by 0.02 m, back in by 0.02 m, and away: the nominal path comes back, which no tube proves."""
     hurry = legs([[1.1, 0, 1], [1.22, 0, 1], [1.18, 0, 1]], speed=0.8)
