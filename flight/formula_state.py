@@ -13,6 +13,7 @@ from typing import Literal
 
 from verify.data import Formula, Letter
 from verify.data.mission import Reading
+from verify.explain import show
 from verify.progression import DOOMED, SETTLED, Automaton, OutOfBudget, conjuncts, normal_form, to_formula
 
 FormulaVerdict = Literal["open", "satisfied", "violated", "undecided"]
@@ -39,7 +40,7 @@ class FormulaState:
         try:
             normals = conjuncts(normal_form(formula))
             kind = _Own if reading == "own" else _Joint
-            self._parts = [kind(str(to_formula(normal)), Automaton(normal), held) for normal in normals]
+            self._parts = [kind(show(to_formula(normal)), Automaton(normal), held) for normal in normals]
         except OutOfBudget:
             self._parts = []
             self.verdict = "undecided"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -41,7 +42,9 @@ def explain(formula: Formula, word: Word, where: Where) -> Reason:
 
 def show(formula: Formula) -> str:
     """Return the formula as text, cut where it is long."""
-    if sum(1 for _ in formula.walk()) > MAX_SHOWN:
+    if (
+        len(list(itertools.islice(formula.walk(), MAX_SHOWN + 1))) > MAX_SHOWN
+    ):  # one that shares its parts may be endless as text
         return "(a long formula)"
     text = str(formula)
     return text if len(text) <= MAX_SHOWN else text[: MAX_SHOWN - 3] + "..."
@@ -50,8 +53,12 @@ def show(formula: Formula) -> str:
 def _conjuncts(formula: Formula) -> list[Formula]:
     found: list[Formula] = []
     stack = [formula]
+    seen: set[int] = set()
     while stack:
         node = stack.pop()
+        if id(node) in seen:
+            continue
+        seen.add(id(node))
         if node.operator == "&":
             stack.extend(reversed(node.arguments))
         else:

@@ -7,6 +7,7 @@ of the negated formula. The two must agree.
 
 from __future__ import annotations
 
+import itertools
 from collections import OrderedDict
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
@@ -19,6 +20,9 @@ from verify.team_graph import JointGraph, Look, OwnGraph, TeamGraph
 
 DEFAULT_BUDGET = 100_000
 """Configurations (of team and formula together) that one conjunct of a formula may take."""
+
+READINGS = 20
+"""Readings that may be followed, for each configuration of the budget: where many robots can move at once they are far more."""
 
 
 _Node = tuple[Hashable, int]
@@ -73,6 +77,7 @@ def _in_breadth(graph: TeamGraph, automaton: Automaton, budget: int) -> Broken |
 
     layer: list[_Node] = []
     readings: list[tuple[_Node | None, Look, Hashable]] = []
+    followed = 0
     for look, state in graph.initial():
         if look is None:
             visit(state, automaton.initial, None, None, layer)
@@ -86,6 +91,9 @@ def _in_breadth(graph: TeamGraph, automaton: Automaton, budget: int) -> Broken |
             if graph.is_final(state) and not automaton.accepts(rest):
                 return Broken(_path(parents, node))
             for look, following in graph.steps(state):
+                followed += 1
+                if followed > READINGS * budget:
+                    raise OutOfBudget(f"more than {READINGS * budget} readings of the team")
                 if look is None:
                     visit(following, rest, node, None, layer)
                 else:
@@ -103,10 +111,13 @@ def _in_depth(graph: TeamGraph, automaton: Automaton, budget: int, *, backwards:
     cut = _Cutter(automaton.propositions)
     parents: _Parents = {}
     stack: list[_Node] = []
+    followed = 0
 
     def visit(steps: Iterable[tuple[Look | None, Hashable]], parent: _Node | None) -> None:
+        nonlocal followed
         rest = automaton.initial if parent is None else parent[1]
-        ordered = list(steps)
+        ordered = list(itertools.islice(steps, READINGS * budget))
+        followed += len(ordered)
         for look, state in reversed(ordered) if backwards else ordered:
             node = (state, rest if look is None else automaton.step(rest, cut(look.letter)))
             if node not in parents and node[1] != SETTLED:
@@ -114,7 +125,7 @@ def _in_depth(graph: TeamGraph, automaton: Automaton, budget: int, *, backwards:
                 stack.append(node)
 
     visit(graph.initial(), None)
-    while stack and len(parents) < budget:
+    while stack and len(parents) < budget and followed < READINGS * budget:
         node = stack.pop()
         if graph.is_final(node[0]) and not automaton.accepts(node[1]):
             return Broken(_path(parents, node))

@@ -21,6 +21,13 @@ Clause = tuple[int, int]
 """Obligations for the next position, and eventualities put off to it, both as bits over entries."""
 
 
+MAX_CLAUSES = 5_000
+"""Ways to meet the formula that one letter may leave."""
+
+MAX_STEPS = 10_000_000
+"""Pairs of ways that may be joined or compared."""
+
+
 @dataclass(frozen=True, slots=True)
 class BrokenRun:
     """A lasso that breaks the formula.
@@ -131,6 +138,7 @@ class Tableau:
         self.eventualities = [i for i, kind in enumerate(normal.kinds) if kind in ("F", "U", "M")]
         self._known: dict[tuple[int, Letter], tuple[Clause, ...]] = {}
         self._rewritten: dict[Letter, list[tuple[Clause, ...]]] = {}
+        self._steps = 0
 
     def kept(self, put_off: int) -> int:
         """Return marks for the eventualities that were not put off."""
@@ -147,7 +155,7 @@ class Tableau:
             clauses: tuple[Clause, ...] = ((0, 0),)
             for entry, options in enumerate(ways):
                 if obligations >> entry & 1:
-                    clauses = _both(clauses, options)
+                    clauses = self._both(clauses, options)
             self._known[key] = clauses
         return self._known[key]
 
@@ -167,44 +175,46 @@ class Tableau:
                 case "and":
                     way = yes
                     for argument in arguments:
-                        way = _both(way, ways[argument])
+                        way = self._both(way, ways[argument])
                 case "or":
-                    way = _smallest([clause for argument in arguments for clause in ways[argument]])
+                    way = self._smallest([clause for argument in arguments for clause in ways[argument]])
                 case "X" | "X[!]":
                     way = ((1 << arguments[0], 0),)
                 case "F":
-                    way = _smallest([*ways[arguments[0]], *put_off])
+                    way = self._smallest([*ways[arguments[0]], *put_off])
                 case "G":
-                    way = _both(ways[arguments[0]], again)
+                    way = self._both(ways[arguments[0]], again)
                 case "U":
-                    way = _smallest([*ways[arguments[1]], *_both(ways[arguments[0]], put_off)])
+                    way = self._smallest([*ways[arguments[1]], *self._both(ways[arguments[0]], put_off)])
                 case "W":
-                    way = _smallest([*ways[arguments[1]], *_both(ways[arguments[0]], again)])
+                    way = self._smallest([*ways[arguments[1]], *self._both(ways[arguments[0]], again)])
                 case "R":
-                    way = _both(ways[arguments[1]], _smallest([*ways[arguments[0]], *again]))
+                    way = self._both(ways[arguments[1]], self._smallest([*ways[arguments[0]], *again]))
                 case "M":
-                    way = _both(ways[arguments[1]], _smallest([*ways[arguments[0]], *put_off]))
+                    way = self._both(ways[arguments[1]], self._smallest([*ways[arguments[0]], *put_off]))
             ways.append(way)
         return ways
 
+    def _both(self, first: Iterable[Clause], second: Iterable[Clause]) -> tuple[Clause, ...]:
+        first, second = tuple(first), tuple(second)
+        self._count(len(first) * len(second))
+        return self._smallest([(a | c, b | d) for a, b in first for c, d in second])
 
-MAX_CLAUSES = 5_000
+    def _smallest(self, clauses: list[Clause]) -> tuple[Clause, ...]:
+        """Drop clauses that ask for all that another asks for, and more."""
+        kept: list[Clause] = []
+        for clause in sorted(set(clauses), key=lambda c: (c[0].bit_count() + c[1].bit_count(), c)):
+            self._count(len(kept))
+            if not any(a & clause[0] == a and b & clause[1] == b for a, b in kept):
+                kept.append(clause)
+                if len(kept) > MAX_CLAUSES:
+                    raise OutOfBudget(f"one letter leaves more than {MAX_CLAUSES} ways to meet the formula")
+        return tuple(kept)
 
-
-def _both(first: Iterable[Clause], second: Iterable[Clause]) -> tuple[Clause, ...]:
-    second = tuple(second)
-    return _smallest([(a | c, b | d) for a, b in first for c, d in second])
-
-
-def _smallest(clauses: list[Clause]) -> tuple[Clause, ...]:
-    """Drop clauses that ask for all that another asks for, and more."""
-    kept: list[Clause] = []
-    for clause in sorted(set(clauses), key=lambda c: (c[0].bit_count() + c[1].bit_count(), c)):
-        if not any(a & clause[0] == a and b & clause[1] == b for a, b in kept):
-            kept.append(clause)
-            if len(kept) > MAX_CLAUSES:
-                raise OutOfBudget(f"one letter leaves more than {MAX_CLAUSES} ways to meet the formula")
-    return tuple(kept)
+    def _count(self, steps: int) -> None:
+        self._steps += steps
+        if self._steps > MAX_STEPS:
+            raise OutOfBudget(f"reading the formula takes more than {MAX_STEPS} steps")
 
 
 def _components(edges: list[list[_Edge]]) -> list[list[int]]:

@@ -31,6 +31,8 @@ SETTLED: State = 1
 MAX_VARIABLES = 250
 MAX_NODES = 60_000
 MAX_OPERATIONS = 600_000
+MAX_VISITS = 10_000_000
+"""Nodes of what remains that may be rewritten, over all letters."""
 
 Kind = Literal["true", "false", "name", "not", "and", "or", "F", "G", "U", "W", "R", "M", "X", "X[!]"]
 
@@ -103,7 +105,26 @@ def _needs(node: Formula, negative: bool) -> list[tuple[Formula, bool]]:
         return [(node.arguments[0], not negative)]
     if node.operator == "->":
         return [(node.arguments[0], not negative), (node.arguments[1], negative)]
+    if node.operator in ("&", "|"):
+        return [(argument, negative) for argument in _operands(node)]
     return [(argument, negative) for argument in node.arguments]
+
+
+def _operands(node: Formula) -> list[Formula]:
+    """Return what a chain of one junction joins, each once, so that a chain of thousands is one entry at once."""
+    found: list[Formula] = []
+    seen: set[int] = set()
+    stack = list(node.arguments)
+    while stack:
+        part = stack.pop()
+        if id(part) in seen:
+            continue
+        seen.add(id(part))
+        if part.operator == node.operator:
+            stack.extend(part.arguments)
+        else:
+            found.append(part)
+    return found
 
 
 def _entry(node: Formula, negative: bool, table: _Table, done: dict[tuple[int, bool], int]) -> int:
@@ -298,7 +319,7 @@ class _Diagram:
         self.more_level = len(self.variables)
         bottom = self.more_level + 1
         self.nodes: list[tuple[int, int, int]] = [(bottom, 0, 0), (bottom, 1, 1)]  # level, where false, where true
-        self.operations = 0
+        self.operations = self.visits = 0
         self.unique: dict[tuple[int, int, int], int] = {}
         self.meets: dict[tuple[int, int], int] = {}
         self.joins: dict[tuple[int, int], int] = {}
@@ -435,7 +456,13 @@ class _Diagram:
                 done[node] = found
             return found
 
-        return go(state)
+        found = go(state)
+        self.visits += len(done)
+        if self.visits > MAX_VISITS:
+            raise OutOfBudget(
+                f"what remains of the formula takes more than {MAX_VISITS} visits to be rewritten, letter by letter"
+            )
+        return found
 
     def ends_well(self, state: int) -> bool:
         """Evaluate a rest where nothing is left to read."""

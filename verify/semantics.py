@@ -129,12 +129,16 @@ def _backwards(
 
 
 def _arguments_first(formula: Formula) -> list[Formula]:
-    """Return all nodes, arguments before their users, without recursion."""
+    """Return all nodes, each once, arguments before their users, without recursion."""
     order: list[Formula] = []
-    stack = [formula]
+    seen: set[int] = set()
+    stack: list[tuple[Formula, bool]] = [(formula, False)]
     while stack:
-        node = stack.pop()
-        order.append(node)
-        stack.extend(node.arguments)
-    order.reverse()
+        node, ready = stack.pop()
+        if ready:
+            order.append(node)
+        elif id(node) not in seen:
+            seen.add(id(node))
+            stack.append((node, True))
+            stack.extend((argument, False) for argument in node.arguments)
     return order

@@ -19,10 +19,14 @@ from typing import Any
 from verify.data.errors import MissingEngine
 from verify.data.formula import Formula
 from verify.data.word import Letter
-from verify.progression import Normal, OutOfBudget, to_formula
+from verify.progression import Normal, OutOfBudget, normal_form, to_formula
+from verify.tableau_size import tableau_states
 
 MAX_FORMULA = 400
 """Entries of one conjunct that Spot is still asked to translate."""
+
+MAX_PRODUCT = 1_000_000
+"""States of the team times states of the formula's automaton that Spot is still asked to search."""
 
 EASY = 8
 """Temporal operators up to which Spot is asked in this process."""
@@ -57,6 +61,7 @@ def some_word_breaks(graph: LetterGraph, normal: Normal) -> bool:
         MissingEngine: Spot is not installed.
         OutOfBudget: The formula is too large for it.
     """
+    _require_small(graph, normal)
     return _in_a_process(graph, normal, finite=True) if _is_hard(normal) else _some_word_breaks(graph, normal)
 
 
@@ -67,7 +72,22 @@ def some_run_breaks(graph: LetterGraph, normal: Normal) -> bool:
         MissingEngine: Spot is not installed.
         OutOfBudget: The formula is too large for it.
     """
+    _require_small(graph, normal)
     return _in_a_process(graph, normal, finite=False) if _is_hard(normal) else _some_run_breaks(graph, normal)
+
+
+def _require_small(graph: LetterGraph, normal: Normal) -> None:
+    """Refuse what Spot would take long for, by its size and before it is asked: Spot cannot be stopped."""
+    if len(normal.kinds) > MAX_FORMULA:
+        raise OutOfBudget(f"one part of the formula has {len(normal.kinds)} subformulas; Spot is asked up to {MAX_FORMULA}")
+    try:
+        states = tableau_states(normal_form(to_formula(normal), negated=True)) * graph.states
+    except OutOfBudget as error:
+        raise OutOfBudget(f"Spot is not asked for the second opinion: {error}") from None
+    if states > MAX_PRODUCT:
+        raise OutOfBudget(
+            f"Spot is not asked for the second opinion: team and formula have about {states} states together; {MAX_PRODUCT} is the most"
+        )
 
 
 def _is_hard(normal: Normal) -> bool:
@@ -167,8 +187,6 @@ def _renamed(normal: Normal) -> dict[str, str]:
 
 
 def _formula(spot: Any, normal: Normal, names: dict[str, str]) -> Any:
-    if len(normal.kinds) > MAX_FORMULA:
-        raise OutOfBudget(f"one part of the formula has {len(normal.kinds)} subformulas; Spot is asked up to {MAX_FORMULA}")
     formula = to_formula(normal)
     return spot.formula(formula.substitute({name: Formula("name", (), text) for name, text in names.items()}).quoted())
 

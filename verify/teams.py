@@ -79,6 +79,9 @@ def check_team(
 _Place = tuple[str, int | None, Letter]
 """One reading: robot (or the team), index of its letter, letter."""
 
+_Failure = tuple[Sequence[_Place], str]
+"""A team word that breaks the formula, and how the robots come to give it."""
+
 
 @dataclass(frozen=True)
 class _Kinds:
@@ -110,17 +113,18 @@ class _Team:
     def decide(self, claim: str) -> Verdict:
         """Decide one claim, conjunct by conjunct; of several counterexamples return a shortest."""
         doubts: list[str] = []
-        failures: list[Verdict] = []
+        failures: list[_Failure] = []
         for part in conjuncts(normal_form(self.formula)):
             try:
-                verdict = self._in_turn(part) if claim == "sequential" else self._at_once(part)
+                failure = self._in_turn(part) if claim == "sequential" else self._at_once(part)
             except OutOfBudget as error:
                 doubts.append(f"`{show(to_formula(part))}` could not be decided for the `{claim}` claim: {error}.")
                 continue
-            if verdict is not None:
-                failures.append(verdict)
+            if failure is not None:
+                failures.append(failure)
         if failures:
-            return min(failures, key=lambda failure: len(failure.readings()))
+            readings, how = min(failures, key=lambda failure: len(failure[0]))
+            return self._failure(claim, readings, how)
         if doubts:
             return Verdict("undecided", doubts[0], claim=claim)
         vacuous = vacuous_parts(self.formula, [Word(word) for word in self.words.values()])
@@ -148,7 +152,7 @@ class _Team:
             runs[name] = tuple(map(tuple, run))
         return _Kinds(tuple(seen), tuple(map(tuple, seen.values())), runs)
 
-    def _in_turn(self, part: Normal) -> Verdict | None:
+    def _in_turn(self, part: Normal) -> _Failure | None:
         kinds = self._kinds(part)
         graph = InTurn(kinds.words, kinds.counts, self.reading)
         order = find_bad_order(part, graph, self.budget)
@@ -165,9 +169,9 @@ class _Team:
                 held = held.union(*(self.words[other][0] for other in robots[position + 1 :]))
             first = 1 if self.reading == "joint" and position else 0  # its first letter is held already
             readings += [(robot, i, letter | held) for i, letter in enumerate(self.words[robot]) if i >= first]
-        return self._failure("sequential", readings, f"In the order {', '.join(robots)}: ")
+        return readings, f"In the order {', '.join(robots)}: "
 
-    def _at_once(self, part: Normal) -> Verdict | None:
+    def _at_once(self, part: Normal) -> _Failure | None:
         kinds = self._kinds(part)
         if self.reading == "own" and not part.uses_next and _holds_loosely(part, kinds):
             return None
@@ -187,7 +191,7 @@ class _Team:
             readings = _joint_places(kinds, broken.looks, self.words)
         else:
             readings = _own_places(kinds, broken.looks, self.words, one_for_all=not part.uses_next)
-        return self._failure("parallel", readings, "When the flights interleave: ")
+        return readings, "When the flights interleave: "
 
     def _graph(self, part: Normal, kinds: _Kinds) -> Shuffle | JointShuffle:
         if self.reading == "joint":

@@ -13,8 +13,12 @@ from verify.semantics import truth_table
 def implications(formula: Formula) -> Iterator[tuple[Formula, Formula]]:
     """Yield (implication, left side) for each `l -> r`, and each `!l | r` under a G."""
     stack = [(formula, False)]
+    seen: set[tuple[int, bool]] = set()
     while stack:
         node, always = stack.pop()
+        if (id(node), always) in seen:
+            continue
+        seen.add((id(node), always))
         if node.operator == "->":
             yield node, node.arguments[0]
         elif node.operator == "|" and always:

@@ -106,10 +106,10 @@ class Formula:
 
     def names(self) -> frozenset[str]:
         """Return the propositions that occur."""
-        return frozenset(node.name for node in self.walk() if node.operator == "name")
+        return frozenset(node.name for node in self._nodes() if node.operator == "name")
 
     def walk(self) -> Iterator[Formula]:
-        """Yield this node and all below it, parents first."""
+        """Yield this node and all below it, parents first, one that is shared as often as it occurs."""
         stack: list[Formula] = [self]
         while stack:
             node = stack.pop()
@@ -130,7 +130,18 @@ class Formula:
 
     def uses_next(self) -> bool:
         """Tell whether an X or X[!] occurs, so that truth depends on how time is sampled."""
-        return any(node.operator in ("X", "X[!]") for node in self.walk())
+        return any(node.operator in ("X", "X[!]") for node in self._nodes())
+
+    def _nodes(self) -> Iterator[Formula]:
+        """Yield this node and all below it, one that is shared only once."""
+        seen: set[int] = set()
+        stack: list[Formula] = [self]
+        while stack:
+            node = stack.pop()
+            if id(node) not in seen:
+                seen.add(id(node))
+                yield node
+                stack.extend(node.arguments)
 
     def quoted(self) -> str:
         """Return the formula fully parenthesised with quoted names, for Spot."""
@@ -197,7 +208,7 @@ def parse_formula(
             )  # fmt: skip
         if node.operator != "name" or node.name in (shown if names is None else names):
             continue
-        spaced = None if text[node.position] == '"' else _with_spaces(node.name, known - {node.name})
+        spaced = None if text[node.position] == '"' else _with_spaces(node.name, known)
         hint = "" if spaced is None else f"`{node.name}` is one name here; write `{spaced}`"
         if names is not None:
             listed = ", ".join(sorted(names)) or "(none)"
