@@ -191,10 +191,11 @@ def itinerary(system: TransitionSystem, path: tuple[int, ...]) -> Itinerary:
 
 
 def path_cost(system: TransitionSystem, path: tuple[int, ...]) -> float:
-    """Return the sum of the costs along a path."""
+    """Return the sum of the costs along a path; a letter that is read once more where the robot is costs nothing."""
     total = 0.0
     for source, target in itertools.pairwise(path):
-        total += min(cost for node, cost in system.edges[source] if node == target)
+        if source != target:
+            total += min(cost for node, cost in system.edges[source] if node == target)
     return total
 
 

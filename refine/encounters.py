@@ -13,6 +13,7 @@ import numpy as np
 from refine.course import standing_course
 from refine.giving_way import Mover, Way, mover, passing, roundabout
 from refine.labels import troubles
+from refine.leg_limits import slower_on_ways
 from refine.schedule import Conflict, departures
 from refine.single import NONE, Robot
 from refine.spacing import flight_of
@@ -143,7 +144,8 @@ def _along(plan: Plan, robot: Robot, path: Spline) -> tuple[Robot, float]:
     """Return a robot on a path, not slowed yet, and by how much it must be."""
     agent = plan.mission.agents[robot.name]
     yaw = heading_spline(path, agent.heading, agent.yaw)
-    return replace(robot, path=path, yaw=yaw, halts={}), stretch_to_limits(path, yaw, robot.limits)
+    factor = max(stretch_to_limits(path, yaw, robot.limits), slower_on_ways(plan.mission, robot.plan, path))
+    return replace(robot, path=path, yaw=yaw, halts={}), factor
 
 
 def _paced(robot: Robot, factor: float) -> Robot:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.course import Course
+from refine.labels import Stay, stays
 from refine.limits import Limits
 from refine.peaks import shares_used
 from refine.spline import Spline
@@ -21,6 +22,7 @@ from verify.data.mission import Region
 
 Floats = NDArray[np.float64]
 
+_SAMPLES = np.linspace(0.0, 1.0, 101)
 _TURNS = 50
 """Steps towards a plane between two regions."""
 
@@ -58,6 +60,63 @@ def slow_legs(mission: Mission, robot: RobotPlan, course: Course, path: Spline) 
         if "acceleration" in used:
             factors[legs] = np.maximum(factors[legs], np.sqrt(used["acceleration"][2][legs].max()) * (1 + 2 * SAFETY))
     return np.where(factors > 1.0 + SAFETY, factors * 1.02, factors * (factors > 1.0) + 1.0 * (factors <= 1.0))
+
+
+def slower_on_ways(mission: Mission, robot: RobotPlan, path: Spline) -> float:
+    """Return how many times slower a finite flight must be for the limits on its ways, wherever its course has led it.
+
+    A path that gives way to others, or that swings inside a region, may be on a way where its course knows of none.
+    """
+    factor = 1.0
+    limited = [visit for visit in range(len(robot.visits)) if robot.visits[visit].region in mission.limits.legs]
+    if not limited:
+        return factor
+    found = stays(path, mission.all_regions, mission.margin)
+    if [stay.region for stay in found] != [visit.region for visit in robot.visits]:
+        return factor  # the judge refuses its visits anyhow
+    times = (path.knots[:-1, None] + path.durations[:, None] * _SAMPLES).ravel()
+    points, speed, acceleration = path.sample(_SAMPLES)[..., :3].reshape(-1, 3), _size(path, 1), _size(path, 2)
+    for visit in limited:
+        own, on = mission.limits.legs[robot.visits[visit].region], _way(mission, found, visit, times, points)
+        for value, limit, power in ((speed, own.speed, 1.0), (acceleration, own.acceleration, 0.5)):
+            if limit is not None and on.any():
+                factor = max(factor, (float(value[on].max()) / limit) ** power * (1 + 2 * SAFETY))
+    return factor
+
+
+def _size(path: Spline, order: int) -> Floats:
+    return np.linalg.norm(path.sample(_SAMPLES, order)[..., :3], axis=-1).ravel()
+
+
+def _way(mission: Mission, found: tuple[Stay, ...], visit: int, times: Floats, points: Floats) -> NDArray[np.bool_]:
+    """Tell at which samples a robot may be on the way to a visit, as the judge counts: there, and back after excursions."""
+    stay = found[visit]
+    level, sure = _levels(mission, stay, times, points)
+    on = np.zeros(len(times), dtype=bool)
+    before = next((other for other in found[visit - 1 :: -1] if other.end < stay.start), None) if visit else None
+    arrival = int(np.argmax(sure)) if sure.any() else int(np.searchsorted(times, stay.end))
+    if before is None:
+        on[: arrival + 1] = True
+    else:
+        _, inside = _levels(mission, before, times, points)
+        left = int(np.argmax(inside)) if inside.any() else int(np.searchsorted(times, before.start))
+        on[left : arrival + 1] = ~inside[left : arrival + 1]
+    if sure.any():
+        last = len(sure) - 1 - int(np.argmax(sure[::-1]))
+        on[arrival:last] |= ~sure[arrival:last]
+        here = (times >= stay.start) & (times <= stay.end)
+        back = np.flatnonzero(here & (level <= 1.0) & (np.arange(len(times)) > last))
+        out = np.flatnonzero(here & (level > 1.0) & (np.arange(len(times)) > last))
+        if len(back) and len(out) and out[0] < back[-1]:
+            on[out[0] : back[-1] + 1] = True
+    return np.convolve(on, np.ones(3), "same") > 0  # a sample more at both ends
+
+
+def _levels(mission: Mission, stay: Stay, times: Floats, points: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return the level of a stay's region at all samples, and where in the stay the robot is in it for sure."""
+    region = mission.all_regions[stay.region]
+    level = np.sqrt(region.level(points))
+    return level, (level < 1.0 - mission.margin / min(region.radii)) & (times >= stay.start) & (times <= stay.end)
 
 
 def _on_the_way(mission: Mission, robot: RobotPlan, course: Course, visit: int) -> NDArray[np.bool_]:

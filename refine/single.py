@@ -17,7 +17,7 @@ from refine.corridor import BUFFER, Rules, fit, fixed_states, onward_rules, unti
 from refine.course import Course, course_of, thinned, with_stops
 from refine.elsewhere import moved_into_the_clear
 from refine.labels import troubles
-from refine.leg_limits import leg_speeds, slow_legs
+from refine.leg_limits import leg_speeds, slow_legs, slower_on_ways
 from refine.legs import PAD
 from refine.limits import Limits
 from refine.nlp import Steps, Timing, optimise
@@ -276,6 +276,8 @@ def _slowed(
     yaw = heading_spline(path, agent.heading, agent.yaw, cycle=course.cycle, rest=rest)
     factor = stretch_to_limits(path, yaw, limits)
     factor *= float(np.max(slow_legs(plan.mission, plan.robots[name], course, path.stretched(factor)), initial=1.0))
+    if course.cycle is None:
+        factor *= slower_on_ways(plan.mission, plan.robots[name], path.stretched(factor))
     return path.stretched(factor), None if yaw is None else yaw.stretched(factor)
 
 

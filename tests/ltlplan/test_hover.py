@@ -101,3 +101,24 @@ def test_improving_a_flight_that_hovers_improves_what_leads_there():
 
 def test_pictures_of_a_lasso_that_hovers():
     assert "optimised path" in pictures_html(asking("F hoop0 & F G free"))
+
+
+def test_a_round_that_reads_a_letter_twice_is_a_word_like_any_other() -> None:
+    """Where it begins, the automaton may need one more reading of the region that the robot is in."""
+    from ltlplan import parse_mission
+    from ltlplan.search import assign
+
+    mission = parse_mission("""
+format: 1
+name: patrol
+spec: {formula: "G F a & G F b", trace: infinite, repeat: 2}
+regions:
+  a: {center: [0.459, 0.787, 1.274], radii: [0.187, 0.191, 0.158]}
+  b: {center: [1.199, -0.673, 0.725], radii: [0.244, 0.161, 0.163]}
+  c: {center: [-1.069, 0.466, 1.103], radii: [0.237, 0.269, 0.212]}
+agents: {q: {start: [-0.374, -0.222, 1.199]}}
+vehicle: crazyflie-2.1
+workspace: {min: [-1.6, -1.3, 0.2], max: [1.6, 1.3, 1.8]}
+""")
+    (robot,) = assign(mission).robots.values()
+    assert {visit.region for visit in robot.visits[robot.cycle_visit :]} == {"a", "b"}
