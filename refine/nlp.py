@@ -1,9 +1,12 @@
 """Free times: a nonlinear programme over node states and durations, solved by IPOPT through CasADi (its only importer).
 
-Pieces are given by the states at their ends, so they join up to the third derivative by construction and the programme
-has no equality constraints. Limits are kept at instants within each piece (the caller closes the gap between them by a
-small stretch), corridors at Bernstein points (which hold for all times). Compiled programmes are kept by their shape, so a
-second solve with other points, limits or corridors starts at once.
+Pieces are given by the states at their ends, so they join up to the third derivative by construction, laps close by repeating
+a node, and the programme has no equality constraints. Times are unknown by their logarithms, and a node's velocity to jerk by
+what they amount to within the shorter piece beside it: flights that differ in pace alone then lie on a straight line. (In SI
+units velocities and times would have to bend together, and steps would stay short for hundreds of iterations.) Limits are kept
+at instants within each piece (the caller closes the gap between them by a small stretch), corridors at Bernstein points (which
+hold for all times). Compiled programmes are kept by their shape, so a second solve with other points, limits or corridors
+starts at once.
 """
 
 from __future__ import annotations
@@ -110,8 +113,7 @@ def optimise(problem: Timing) -> Spline:
     """
     shape = _shape(problem)
     solver = _solver(shape, SECONDS)
-    lower, upper = _bounds(problem)
-    guess = np.clip(_pack(problem.start), lower, upper)
+    guess, lower, upper = _pack(problem)
     low, high = _constraint_bounds(shape)
     answer = solver(x0=guess, lbx=lower, ubx=upper, lbg=low, ubg=high, p=_parameters(problem, shape))
     status = solver.stats()
@@ -145,38 +147,82 @@ def _shape(problem: Timing) -> _Shape:
     }
     limited = tuple(name for name, there in present.items() if there)
     planes = tuple(piece for piece, _ in problem.corridors)
-    balls = tuple(node for node, _ in problem.within)
+    balls = tuple(node for node, _ in _rooms(problem))
     return _Shape(
         pieces, problem.objective, limited, problem.instants, balls, planes, problem.cycle, problem.steps, problem.settled
     )
 
 
-# The unknowns of a node are scaled so that all are of the order of one: m, m/s, and tenths and hundredths of the rest.
-_SCALE = np.array([1.0, 1.0, 10.0, 100.0])
+_UNIT = 0.3
+"""m; with a node's own time it makes all unknowns of the order of one."""
 _NODE = 3 * ORDER
-_LIMITS, _PLANE = 9, 5
+_LOCAL = 2 * _NODE + 5
+"""Unknowns of a piece: the states at its ends, log durations of itself and of the pieces before and after either end."""
+_LIMITS, _PLANE, _PACE = 9, 5, 3
 
 
-def _pack(path: Spline) -> Floats:
-    return np.concatenate([(path.states / _SCALE[:, None]).ravel(), path.durations])
+def _nodes(problem: Timing) -> Floats:
+    """Return how each node's time goes: shares of the log durations before and after it, and a constant. Shape (nodes, 3).
+
+    It is that of the shorter piece beside the node in the first guess, for that one bends first; where velocity, acceleration or
+    jerk are given and are not 0, it stays as it is in the first guess.
+    """
+    log_durations = np.log(np.maximum(problem.start.durations, SHORTEST))
+    before, after = np.append(np.inf, log_durations), np.append(log_durations, np.inf)
+    if problem.cycle is not None:  # the last node is the cycle's
+        before, after = before[:-1], after[:-1]
+    moving = np.any(np.nan_to_num(_fixed(problem)[:, 1:]) != 0.0, axis=(1, 2))
+    first = before < after
+    return np.stack([first & ~moving, ~first & ~moving, np.where(moving, np.minimum(before, after), 0.0)], axis=1)
+
+
+def _fixed(problem: Timing) -> Floats:
+    """Return the fixed states of the programme's own nodes, without a last one that repeats another."""
+    if problem.cycle is None:
+        return problem.fixed
+    fixed = problem.fixed[:-1].copy()
+    fixed[problem.cycle] = np.where(np.isnan(fixed[problem.cycle]), problem.fixed[-1], fixed[problem.cycle])
+    return fixed
+
+
+def _units(nodes: Floats, log_durations: Floats) -> Floats:
+    """Return the units of all nodes' states. Shape (nodes, 4)."""
+    before, after = np.append(0.0, log_durations), np.append(log_durations, 0.0)
+    log_times = nodes[:, 0] * before[: len(nodes)] + nodes[:, 1] * after[: len(nodes)] + nodes[:, 2]
+    return _UNIT * np.exp(-log_times[:, None] * np.arange(ORDER))
+
+
+def _pack(problem: Timing) -> tuple[Floats, Floats, Floats]:
+    """Return the first guess, and the least and greatest values, of the unknowns."""
+    nodes, log_durations = _nodes(problem), np.log(np.maximum(problem.start.durations, SHORTEST))
+    units = _units(nodes, log_durations)[:, :, None]
+    fixed = _fixed(problem) / units
+    lower = np.append(np.where(np.isnan(fixed), -np.inf, fixed), np.full(len(log_durations), math.log(SHORTEST)))
+    upper = np.append(np.where(np.isnan(fixed), np.inf, fixed), np.full(len(log_durations), np.inf))
+    guess = np.append(problem.start.states[: len(nodes)] / units, log_durations)
+    return np.clip(guess, lower, upper), lower, upper
 
 
 def _unpack(x: Floats, problem: Timing) -> Spline:
-    nodes = len(problem.start) + 1
-    states = x[: nodes * _NODE].reshape(nodes, ORDER, 3) * _SCALE[:, None]
+    pieces = len(problem.start)
+    log_durations = x[-pieces:]
+    units = _units(_nodes(problem), log_durations)
+    states = x[:-pieces].reshape(-1, ORDER, 3) * units[:, :, None]
+    if problem.cycle is not None:
+        states = np.concatenate([states, states[problem.cycle][None]])
     given = ~np.isnan(problem.fixed)
     states[given] = problem.fixed[given]
-    if problem.cycle is not None:
-        states[-1] = states[problem.cycle]
-    return Spline(x[nodes * _NODE :], states)
+    return Spline(np.exp(log_durations), states)
 
 
-def _bounds(problem: Timing) -> tuple[Floats, Floats]:
-    fixed = problem.fixed / _SCALE[:, None]
-    lower = np.where(np.isnan(fixed), -np.inf, fixed).ravel()
-    upper = np.where(np.isnan(fixed), np.inf, fixed).ravel()
-    pieces = len(problem.start)
-    return np.append(lower, np.full(pieces, SHORTEST)), np.append(upper, np.full(pieces, np.inf))
+def _rooms(problem: Timing) -> list[tuple[int, Ball]]:
+    """Return the programme's own nodes that lie in bodies: a last one that repeats another counts where that one has none."""
+    if problem.cycle is None:
+        return list(problem.within)
+    last = len(problem.start)
+    known = {node for node, _ in problem.within}
+    kept = [(node, body) for node, body in problem.within if node != last or problem.cycle not in known]
+    return [(problem.cycle if node == last else node, body) for node, body in kept]
 
 
 def _parameters(problem: Timing, shape: _Shape) -> Floats:
@@ -195,8 +241,9 @@ def _parameters(problem: Timing, shape: _Shape) -> Floats:
     ]
     speeds = np.full(shape.pieces, limits.speed) if problem.speeds is None else np.minimum(problem.speeds, limits.speed)
     planes = [[*plane.normal, plane.offset, float(plane.onward)] for _, plane in problem.corridors]
-    balls = [np.concatenate([(body.root @ body.centre), body.root.ravel()]) for _, body in problem.within]
-    return np.concatenate([numbers, [problem.weight], np.where(np.isfinite(speeds), speeds, 1e3), *balls, *planes])
+    balls = [np.concatenate([body.root @ body.centre, _UNIT * body.root.ravel()]) for _, body in _rooms(problem)]
+    nodes = _nodes(problem).ravel()
+    return np.concatenate([numbers, [problem.weight], np.where(np.isfinite(speeds), speeds, 1e3), nodes, *balls, *planes])
 
 
 def _finite(value: float) -> float:
@@ -204,14 +251,14 @@ def _finite(value: float) -> float:
 
 
 def _constraint_bounds(shape: _Shape) -> tuple[Floats, Floats]:
-    """Return bounds on the constraints, which are all written as value <= 0 except for a fixed total time or a closed cycle."""
+    """Return bounds on the constraints, which are all written as value <= 0 except for a fixed total time."""
     low = np.zeros(_constraints(shape))
     low[: _inequalities(shape)] = -np.inf
     return low, np.zeros(len(low))
 
 
 def _constraints(shape: _Shape) -> int:
-    return _inequalities(shape) + (shape.objective == "snap") + (_NODE if shape.cycle is not None else 0)
+    return _inequalities(shape) + (shape.objective == "snap")
 
 
 def _inequalities(shape: _Shape) -> int:
@@ -231,20 +278,23 @@ def _solver(shape: _Shape, seconds: float) -> Any:
     Derivatives are put together from those of one piece, which are written out once and mapped over the pieces: several
     times faster than to have them taken from the whole programme, to compile as well as to evaluate.
     """
-    nodes, unknowns = shape.pieces + 1, (shape.pieces + 1) * _NODE + shape.pieces
+    nodes = shape.pieces + (shape.cycle is None)
+    unknowns = nodes * _NODE + shape.pieces
     x, numbers, weight = ca.MX.sym("x", unknowns), ca.MX.sym("limits", _LIMITS), ca.MX.sym("weight")
-    speeds, balls = ca.MX.sym("speeds", 1, shape.pieces), ca.MX.sym("balls", 12, len(shape.balls))
-    planes = ca.MX.sym("planes", _PLANE, len(shape.planes))
-    given = ca.veccat(numbers, weight, speeds, balls, planes)
-    states, times = ca.reshape(x[: nodes * _NODE], _NODE, nodes), x[nodes * _NODE :]
+    speeds, paces = ca.MX.sym("speeds", 1, shape.pieces), ca.MX.sym("paces", _PACE, nodes)
+    balls, planes = ca.MX.sym("balls", 12, len(shape.balls)), ca.MX.sym("planes", _PLANE, len(shape.planes))
+    given = ca.veccat(numbers, weight, speeds, paces, balls, planes)
+    columns = _columns(shape)
     value, cost_slope, limits_slope, bend = (f.map(shape.pieces) for f in _piece(shape.limited, shape.instants))
-    local = ca.vertcat(states[:, :-1], states[:, 1:], times.T)
-    data = (ca.repmat(numbers, 1, shape.pieces), speeds)
+    local = ca.reshape(x[columns.ravel().tolist()], _LOCAL, shape.pieces)
+    ends = [*range(1, nodes), *([] if shape.cycle is None else [shape.cycle])]
+    pace = ca.vertcat(paces[:, : shape.pieces], paces[:, ends])
+    data = (pace, ca.repmat(numbers, 1, shape.pieces), speeds)
     cost, limits = value(local, *data)
+    times = ca.exp(x[nodes * _NODE :])
     total = ca.sum1(times)
     share = {"time": 0.0, "snap": 1.0, "blend": 1.0 / weight}[shape.objective]
     constant = 0.0 if shape.objective == "snap" else 1.0
-    columns = np.array([[*range(_NODE * k, _NODE * (k + 2)), nodes * _NODE + k] for k in range(shape.pieces)])
     lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", _constraints(shape))
     constraints: list[Any] = []
     jacobian: list[tuple[Any, Any, Any]] = []
@@ -270,22 +320,22 @@ def _solver(shape: _Shape, seconds: float) -> Any:
     if shape.planes:
         beyond, beyond_slope, beyond_bend = (f.map(len(shape.planes)) for f in _wall())
         there, walled = list(shape.planes), columns[list(shape.planes)]
-        multipliers = blocks(beyond(local[:, there], planes), beyond_slope(local[:, there], planes), walled)
-        bends(beyond_bend(local[:, there], planes, multipliers), walled)
+        at_walls = (local[:, there], pace[:, there], planes)
+        multipliers = blocks(beyond(*at_walls), beyond_slope(*at_walls), walled)
+        bends(beyond_bend(*at_walls, multipliers), walled)
     for index, node in enumerate(shape.balls):
         root, place = ca.reshape(balls[3:, index], 3, 3).T, np.arange(3)[None] + node * _NODE
-        offset = root @ states[:3, node] - balls[:3, index]
+        offset = root @ x[place.ravel().tolist()] - balls[:3, index]
         multiplier = blocks(ca.sumsqr(offset) - 1.0, 2.0 * (root.T @ offset), place)
         bends(2.0 * multiplier * (root.T @ root), place)
+    stretch = constant * lam_f
+    clocks = nodes * _NODE + np.arange(shape.pieces)[None]
     if shape.objective == "snap":
-        blocks(total - numbers[_LIMITS - 1], ca.DM.ones(shape.pieces), nodes * _NODE + np.arange(shape.pieces)[None])
-    if shape.cycle is not None:
-        constraints.append(states[:, -1] - states[:, shape.cycle])
-        for node, sign in ((nodes - 1, 1.0), (shape.cycle, -1.0)):
-            jacobian.append((row + np.arange(_NODE), node * _NODE + np.arange(_NODE), sign * ca.DM.ones(_NODE)))
+        stretch += blocks(total - numbers[_LIMITS - 1], times, clocks)
+    hessian.append((clocks, clocks, stretch * times))
     objective = share * ca.sum2(cost) + constant * total
-    gradient = share * _gathered((unknowns, 1), [(columns, np.zeros(columns.size, int), cost_slope(local))])
-    gradient += ca.vertcat(ca.DM.zeros(nodes * _NODE), constant * ca.DM.ones(shape.pieces))
+    gradient = share * _gathered((unknowns, 1), [(columns, np.zeros(columns.size, int), cost_slope(local, pace))])
+    gradient += ca.vertcat(ca.DM.zeros(nodes * _NODE), constant * times)
     every = ca.vertcat(*constraints)
     options = {
         "print_time": False,
@@ -299,12 +349,24 @@ def _solver(shape: _Shape, seconds: float) -> Any:
         "ipopt.max_wall_time": seconds,
         "ipopt.tol": 1e-6,
         "ipopt.constr_viol_tol": 1e-7,
-        "ipopt.mu_strategy": "monotone" if shape.objective == "time" else "adaptive",
+        "ipopt.mu_strategy": "monotone" if shape.objective == "time" or shape.settled else "adaptive",
         "ipopt.alpha_for_y": "primal" if shape.steps == "plain" else "safer-min-dual-infeas",
     }
     if shape.settled:
         options |= _SETTLED
     return ca.nlpsol("timing", "ipopt", {"x": x, "f": objective, "g": every, "p": given}, options)
+
+
+def _columns(shape: _Shape) -> NDArray[np.int64]:
+    """Return where the unknowns of each piece are among all. Shape (pieces, _LOCAL)."""
+    nodes = shape.pieces + (shape.cycle is None)
+    begins = np.arange(shape.pieces)
+    ends = begins + 1
+    if shape.cycle is not None:
+        ends[-1] = shape.cycle
+    states = [nodes_of[:, None] * _NODE + np.arange(_NODE) for nodes_of in (begins, ends)]
+    clocks = np.clip(np.stack([begins, begins - 1, begins, ends - 1, ends], axis=1), 0, shape.pieces - 1)
+    return np.concatenate([*states, nodes * _NODE + clocks], axis=1)
 
 
 def _gathered(shape: tuple[int, int], entries: list[tuple[Any, Any, Any]], *, upper: bool = False) -> Any:
@@ -328,13 +390,13 @@ def forget() -> None:
 def _piece(limited: tuple[str, ...], instants: int) -> tuple[Any, Any, Any, Any]:
     """Return the functions of one piece.
 
-    They take its unknowns (the states at its ends and its duration), the limits, and its own speed limit.
+    They take its unknowns, how the times of its ends go, the limits, and its own speed limit.
 
     Returns:
         Its snap cost, and its limits as values that must be <= 0; the cost's gradient, which needs the unknowns only;
         the limits' Jacobian; and the Hessian of cost and limits, summed with multipliers.
     """
-    local, coefficients, unit, powers = _unknowns()
+    local, pace, coefficients, unit, powers = _unknowns()
     numbers, speed = ca.SX.sym("limits", _LIMITS), ca.SX.sym("speed")
     snap = ca.sum1(ca.sum2(unit * (ca.DM(SNAP) @ unit))) / powers[7]
     values: list[Any] = []
@@ -344,10 +406,10 @@ def _piece(limited: tuple[str, ...], instants: int) -> tuple[Any, Any, Any, Any]
     rows = ca.vertcat(*values) if values else ca.SX(0, 1)
     weight, multipliers = ca.SX.sym("weight"), ca.SX.sym("multipliers", rows.shape[0])
     hessian, _ = ca.hessian(weight * snap + ca.dot(multipliers, rows), local)
-    given = [local, numbers, speed]
+    given = [local, pace, numbers, speed]
     return (
         ca.Function("value", given, [snap, rows]),
-        ca.Function("cost_slope", [local], [ca.densify(ca.gradient(snap, local))]),
+        ca.Function("cost_slope", [local, pace], [ca.densify(ca.gradient(snap, local))]),
         ca.Function("limits_slope", given, [ca.densify(ca.jacobian(rows, local))]),
         ca.Function("bend", [*given, weight, multipliers], [ca.densify(hessian)]),
     )
@@ -356,7 +418,7 @@ def _piece(limited: tuple[str, ...], instants: int) -> tuple[Any, Any, Any, Any]
 @lru_cache(maxsize=1)
 def _wall() -> tuple[Any, Any, Any]:
     """Return the functions of a piece and a plane: values that must be <= 0, their Jacobian, and the Hessian of their sum."""
-    local, coefficients, _, _ = _unknowns()
+    local, pace, coefficients, _, _ = _unknowns()
     plane, multipliers = ca.SX.sym("plane", _PLANE), ca.SX.sym("multipliers", SIZE)
     normal, offset, onward = ca.vertsplit(plane, [0, 3, 4, 5])
     points = ca.DM(bernstein_matrix()) @ coefficients
@@ -364,26 +426,32 @@ def _wall() -> tuple[Any, Any, Any]:
     rows = offset - (points - onward * before) @ normal
     hessian, _ = ca.hessian(ca.dot(multipliers, rows), local)
     return (
-        ca.Function("beyond", [local, plane], [rows]),
-        ca.Function("beyond_slope", [local, plane], [ca.densify(ca.jacobian(rows, local))]),
-        ca.Function("beyond_bend", [local, plane, multipliers], [ca.densify(hessian)]),
+        ca.Function("beyond", [local, pace, plane], [rows]),
+        ca.Function("beyond_slope", [local, pace, plane], [ca.densify(ca.jacobian(rows, local))]),
+        ca.Function("beyond_bend", [local, pace, plane, multipliers], [ca.densify(hessian)]),
     )
 
 
-def _unknowns() -> tuple[Any, Any, Any, list[Any]]:
-    """Return a piece's unknowns, its coefficients and end states in unit time, and the powers of its duration."""
-    local = ca.SX.sym("local", 2 * _NODE + 1)
-    begin, end, time = ca.vertsplit(local, [0, _NODE, 2 * _NODE, 2 * _NODE + 1])
-    powers = [ca.SX(1)]
-    for _ in range(SIZE - 1):
-        powers.append(powers[-1] * time)
+def _unknowns() -> tuple[Any, Any, Any, Any, list[Any]]:
+    """Return a piece's unknowns, how its ends' times go, its coefficients and end states in unit time, and powers of its time."""
+    local, pace = ca.SX.sym("local", _LOCAL), ca.SX.sym("pace", 2 * _PACE)
+    *ends, clock, clocks = ca.vertsplit(local, [0, _NODE, 2 * _NODE, 2 * _NODE + 1, _LOCAL])
+    powers = _powers(ca.exp(clock), SIZE)
     unit = ca.SX(SIZE, 3)
-    for half, state in enumerate((begin, end)):
+    for half, state in enumerate(ends):
+        before, after, constant = ca.vertsplit(pace[half * _PACE : (half + 1) * _PACE])
+        log_time = before * clocks[2 * half] + after * clocks[2 * half + 1] + constant
+        factors = _powers(ca.exp(clock - log_time), ORDER)
         for derivative in range(ORDER):
-            unit[half * ORDER + derivative, :] = state[3 * derivative : 3 * derivative + 3].T * (
-                _SCALE[derivative] * powers[derivative]
-            )
-    return local, ca.DM(HERMITE) @ unit, unit, powers
+            unit[half * ORDER + derivative, :] = state[3 * derivative : 3 * derivative + 3].T * (_UNIT * factors[derivative])
+    return local, pace, ca.DM(HERMITE) @ unit, unit, powers
+
+
+def _powers(base: Any, count: int) -> list[Any]:
+    powers = [ca.SX(1)]
+    for _ in range(count - 1):
+        powers.append(powers[-1] * base)
+    return powers
 
 
 def _derivative(coefficients: Any, powers: list[Any], at: float, derivative: int) -> Any:

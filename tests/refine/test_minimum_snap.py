@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from refine import Limits, Spline, minimum_snap
 from refine.basis import bernstein_matrix
 from refine.nlp import Timing, optimise
+from refine.obstacles import Ball
 from refine.qp import Programme, Row, residual, rest_to_rest, solve
 from tests.benchmarks.refinement_courses import HOOP6, HOOP6_SNAP
 from verify.data import BadInput, Infeasible
@@ -49,6 +50,43 @@ def test_three_solvers_agree() -> None:
     again = minimum_snap(HOOP6, free.knots)
     np.testing.assert_allclose(again.states, free.states, atol=2e-3)
     assert again.snap_cost() == pytest.approx(free.snap_cost(), rel=1e-5)
+
+
+def test_states_in_motion_may_be_given() -> None:
+    """The least snap through points costs as much where the optimum's own velocities are given: there they are kept, to the bit."""
+    guess = minimum_snap(HOOP6, np.linspace(0.0, TIMES[-1], len(TIMES)))
+    fixed = rest_to_rest(HOOP6)
+    free = optimise(Timing(guess, fixed, Limits(speed=50.0), "snap"))
+    given = fixed.copy()
+    given[2:4, 1] = free.states[2:4, 1]
+    kept = optimise(Timing(guess, given, Limits(speed=50.0), "snap"))
+    np.testing.assert_array_equal(kept.states[2:4, 1], given[2:4, 1])
+    assert kept.snap_cost() == pytest.approx(free.snap_cost(), rel=1e-6)
+
+
+def test_a_lap_closes_wherever_its_repeated_point_is_given() -> None:
+    """A rule of the lap's last point is one of the point that it repeats: a room, a fixed point and velocity alike."""
+    guess = minimum_snap(HOOP6, TIMES)
+    fixed = rest_to_rest(HOOP6, 1)
+    fixed[[1, -1], 0] = np.nan
+    guess.states[-1] = guess.states[1]
+    room = Ball("room", HOOP6[1], np.eye(3) / 0.2)
+
+    def lap(fixed: np.ndarray, *nodes: int) -> Spline:
+        within = [(node, room) for node in nodes]
+        path = optimise(Timing(guess, fixed, Limits(speed=2.0), "blend", 300.0, within, cycle=1))
+        np.testing.assert_array_equal(path.states[-1], path.states[1])
+        return path
+
+    first, last, both = lap(fixed, 1), lap(fixed, 5), lap(fixed, 1, 5)
+    assert np.linalg.norm(first.states[1, 0] - HOOP6[1]) == pytest.approx(0.2, abs=1e-4)
+    for other in (last, both):
+        np.testing.assert_allclose(other.states[:, :2], first.states[:, :2], atol=1e-4)
+        np.testing.assert_allclose(other.durations, first.durations, atol=1e-5)
+    given = fixed.copy()
+    given[-1, :2] = first.states[1, :2]
+    np.testing.assert_array_equal(lap(given).states[1, :2], given[-1, :2])
+    assert lap(given).duration == pytest.approx(first.duration, rel=1e-3)
 
 
 @given(courses())
