@@ -87,6 +87,22 @@ def test_a_robot_that_has_landed_keeps_its_letter(flown):
     assert judge_pieces(asked(mission, "F a & F(!a & wet)"), pieces)[0].outcome == "fails"
 
 
+def test_a_robot_that_takes_off_later_hovered_at_its_start():
+    """It counts as being where it starts, and nowhere else, until a piece lets it fly."""
+    mission = asked(parse_mission(TWO), "G a")
+    at_a = mission.agents["quad0"].model_copy(update={"start": (0.6, 0.0, 1.0)})
+    alone, nobody = (mission.model_copy(update={"agents": agents}) for agents in ({"quad0": at_a}, {}))
+    still = np.zeros((1, 4, 8))
+    still[0, :3, 0] = at_a.start
+    moving = still.copy()
+    moving[0, 1, 1] = 1.0
+    for flown, wanted in ((still, "holds"), (moving, "fails")):
+        team = {"quad0": Trajectory([1.0], flown)}
+        pieces = [Piece(Fraction(0), Fraction(0), nobody, {}), Piece(Fraction(4), Fraction(4), alone, team)]
+        assert judge_pieces(alone, pieces)[0].outcome == wanted
+        assert judge_pieces(asked(alone, "F !a"), pieces)[0].outcome == {"holds": "fails", "fails": "holds"}[wanted]
+
+
 def test_a_region_that_jumps_while_another_edge_is_near_leaves_the_order_open(flown):
     mission, _, _ = flown
     # hovering at the edge of b, inside a larger a that goes away
@@ -115,6 +131,14 @@ def test_a_cut_trajectory_is_the_rest_of_it(seed):
     clear = np.abs((times + float(at))[:, None] - track.knots).min(axis=1) > 1e-6
     assert np.abs(rest.evaluate(times) - track.evaluate(times + float(at)))[clear].max() < 2 * SHIFT
     assert np.allclose(cut(track, Fraction(100)).evaluate(0.5), track.evaluate(100.0), atol=1e-12)
+
+
+def test_a_trajectory_that_is_cut_at_its_end_is_the_hover_there():
+    track = Trajectory([0.75, 1.5], np.random.default_rng(3).normal(0, 0.3, (2, 4, 8)).astype(np.float32))
+    for late in (Fraction(0), Fraction(1, 2**40), Fraction(7)):
+        rest = cut(track, Fraction(9, 4) + late)
+        assert len(rest) == 1
+        assert np.abs(rest.evaluate([0.0, 0.5, 99.0]) - track.evaluate(2.25)).max() < 1e-12
 
 
 def at_exactly(track, time):

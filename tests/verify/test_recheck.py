@@ -1,6 +1,7 @@
 import json
 import math
 import os
+import re
 import shutil
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from tests.flights import firefighting, legs, plan_of, small_mission
 from verify import certify, recheck
+from verify.certificate import payload_digest
 from verify.data.errors import BadInput, LtlplanError, NotCertified
 from verify.data.mission_file import mission_to_yaml
 from verify.data.plan import Visit
@@ -192,8 +194,6 @@ def test_a_hand_edited_certificate_is_refused(folder, name):
 
 
 def test_an_edit_with_its_digest_made_anew_is_refused(folder):
-    from verify.certificate import payload_digest
-
     path = folder / "certificate.json"
     for name, edit in edits().items():
         if name in ("digest", "trajectory", "mission", "plan", "robots", "cycle"):
@@ -212,8 +212,6 @@ def test_an_edit_with_its_digest_made_anew_is_refused(folder):
 
 
 def test_a_forged_sentence_is_refused_whatever_versions_are_named(folder):
-    from verify.certificate import payload_digest
-
     path = folder / "certificate.json"
     for sentence, accepted in ((None, True), ("All is well, and {}", False), ("{}9", False)):
         data = json.loads(path.read_text())
@@ -227,6 +225,37 @@ def test_a_forged_sentence_is_refused_whatever_versions_are_named(folder):
         if accepted:
             assert recheck(other).holds
             continue
+        with pytest.raises(NotCertified, match="its sentence is not the one that is proved"):
+            recheck(other)
+
+
+@pytest.mark.parametrize("name", ["limits.speed", "limits.yaw_rate"])  # 0.98438 m/s, 7.7505e-290 rad/s
+@pytest.mark.parametrize(("places", "accepted"), [(-2, False), (-1, True), (0, True), (1, True), (2, False)])
+def test_a_sentence_may_differ_by_one_last_place_as_other_machines_round(folder, name, places, accepted):
+    path = folder / "certificate.json"
+    data = json.loads(path.read_text())
+    (claim,) = (claim for claim in data["claims"] if claim["name"] == name)
+    before, digits, after = re.split(r"(?<=\.)(\d+)", claim["sentence"], maxsplit=1)
+    claim["sentence"] = f"{before}{int(digits) + places:0{len(digits)}d}{after}"
+    data["digest"] = payload_digest({k: v for k, v in data.items() if k != "digest"})
+    path.write_text(json.dumps(data))
+    if accepted:
+        assert recheck(folder).holds
+        return
+    with pytest.raises(NotCertified, match="its sentence is not the one that is proved"):
+        recheck(folder)
+
+
+def test_a_sentences_whole_numbers_are_not_rounded(folder):
+    path = folder / "certificate.json"
+    for old, new in (("1 planned", "2 planned"), ("(limit 2)", "(limit 3)"), ("r0", "r1")):
+        data = json.loads(path.read_text())
+        claim = next(claim for claim in data["claims"] if old in claim["sentence"])
+        claim["sentence"] = claim["sentence"].replace(old, new, 1)
+        data["digest"] = payload_digest({k: v for k, v in data.items() if k != "digest"})
+        other = folder.parent / f"copy-{new[0]}{len(new)}"
+        shutil.copytree(folder, other)
+        (other / "certificate.json").write_text(json.dumps(data))
         with pytest.raises(NotCertified, match="its sentence is not the one that is proved"):
             recheck(other)
 

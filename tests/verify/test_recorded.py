@@ -11,11 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.flights import plan_of
+from tests.flights import legs, plan_of, small_mission
 from tests.recordings import asked, claims, darting, dense, fires, gates, judged, recorded, refused
-from verify import Asked, Samples, check_flight
+from verify import Asked, Samples, certify, check_flight
 from verify.asked import World
 from verify.data import BadInput, Word
+from verify.data.plan import Visit
 from verify.semantics import satisfies
 
 
@@ -98,6 +99,49 @@ def test_robots_that_come_too_near_are_refused():
     witness = refused(verdict, "separation")
     assert (witness.robot, witness.other) == ("quad0", "quad2")
     assert witness.bound == pytest.approx(0.2, abs=1e-6)
+
+
+@pytest.mark.parametrize("gap", [0.2, 0.29, 0.31])
+def test_robots_that_meet_between_their_samples_are_not_said_to_keep_apart(gap):
+    """One flies 2 m past another that hovers, hardly faster than it has to: seen 1 m before it and 1 m beyond it."""
+    mission = small_mission(regions="", starts=[[-1.0, gap, 1.0], [0.0, 0.0, 1.0]], extra="separation: 0.3")
+    for turned in (1.0, -1.0):
+        places = {"r0": np.array([[-turned, gap, 1.0], [turned, gap, 1.0]]), "r1": np.tile([0.0, 0.0, 1.0], (2, 1))}
+        verdict = check_flight(Samples(np.array([0.0, 2.0]), places), Asked.of_mission(mission), max_speed=1.0 + 1e-9)
+        (claim,) = (claim for claim in verdict.claims if claim.name == "separation")
+        assert claim.verdict != "holds"
+        assert claim.bound <= gap + 1e-6
+    apart = {"r0": np.array([[-1.0, 1.0, 1.0], [1.0, 1.0, 1.0]]), "r1": np.tile([0.0, -1.0, 1.0], (2, 1))}
+    verdict = check_flight(Samples(np.array([0.0, 2.0]), apart), Asked.of_mission(mission), max_speed=1.0 + 1e-9)
+    (claim,) = (claim for claim in verdict.claims if claim.name == "separation")
+    assert claim.verdict == "holds"
+    assert claim.bound <= 2.0
+
+
+@pytest.mark.parametrize("missed", [None, 0, 1, 2])
+def test_planned_actions_of_every_lap_are_judged_where_the_robot_then_was(missed):
+    regions = """a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}
+b: {center: [0.0, 1.0, 1.0], radii: [0.2, 0.2, 0.2]}"""
+    robot = """robot: {initial: dry, states: {dry: [], wet: [wet]}, actions: [{from: dry, to: wet, at: a}, {from: wet, to: dry, at: b}]}"""
+    mission = small_mission("G F wet", regions=regions, margin=0.05, trace="infinite", extra=robot)
+    mission = mission.model_copy(update={"spec": mission.spec.model_copy(update={"repeat": 3})})
+    fill, empty = mission.robot.actions
+    plan = plan_of(mission, {"r0": [Visit(region="a", actions=(fill,)), Visit(region="b", actions=(empty,))]})
+    lasso = plan.robots["r0"].model_copy(update={"cycle_visit": 0})
+    plan = plan.model_copy(update={"robots": {"r0": lasso}})
+    path = legs([[0, 0, 1], [0, 0, 1.5], [1, 0, 1], [0, 1, 1], [0, 0, 1.5]], cycle=1)
+    made = plan, {"r0": path}, certify(plan, {"r0": path})
+    knot = float(path.knots[1])
+    lap = path.duration - knot
+    filled = next(action.time for action in made[2].actions if action.source == "dry")
+    times = [filled + k * lap for k in range(3)]
+    change = (lambda name, t, p: p) if missed is None else aside([0, 0, 0.5], times[missed], robot="r0")
+    verdict = judged(made, recorded(made, change, end=knot + 3 * lap), max_speed=2.0)
+    (claim,) = (claim for claim in verdict.claims if claim.name == "actions")
+    assert claim.verdict == ("holds" if missed is None else "fails")
+    if missed is not None:
+        assert claim.time == pytest.approx(times[missed], abs=1e-6)
+        assert (claim.witness.region, claim.witness.visit) == ("a", 0)
 
 
 def test_carrying_without_ever_having_been_at_the_water_does_not_count():

@@ -3,8 +3,9 @@ import importlib
 import pytest
 
 from tests.timelines import APART, timeline
-from verify import check_team, check_word, spot_opinion
+from verify import check_team, check_word, inclusion, spot_opinion
 from verify.data import MissingEngine, parse_formula
+from verify.data.errors import InternalError
 from verify.inclusion import letter_graph
 from verify.progression import OutOfBudget, normal_form
 from verify.robot_behaviour import from_timeline
@@ -45,6 +46,24 @@ def test_without_spot_words_are_judged_and_teams_say_what_is_missing(monkeypatch
     assert check_word("F a", [["a"]])
     with pytest.raises(MissingEngine, match="pip install spottl"):
         check_team("F a & F spotless", {"q0": [["a"]]})
+
+
+def test_what_few_robots_prove_of_a_large_team_needs_spots_agreement(monkeypatch):
+    """Of thirty robots that pass a one is followed, the others' letters coming at any time."""
+    team = {f"q{i}": [[], ["a"], []] for i in range(30)}
+    asked: list[int] = []
+
+    def agreeing(graph, normal):
+        asked.append(graph.states)
+        return some_word_breaks(graph, normal)
+
+    monkeypatch.setattr(inclusion, "some_word_breaks", agreeing)
+    assert check_team("F a", team).parallel
+    assert len(asked) == 1
+    assert asked[0] < 10
+    monkeypatch.setattr(inclusion, "some_word_breaks", lambda graph, normal: True)
+    with pytest.raises(InternalError, match="disagree"):
+        check_team("F a", team)
 
 
 def test_names_that_spot_would_misread():

@@ -154,6 +154,24 @@ def test_sequential_does_not_imply_parallel():
     assert len(found.parallel.readings()) == 4
 
 
+@pytest.mark.parametrize(
+    ("formula", "team"),
+    [
+        ("G(a -> F b)", ["b, a, a", "", ", , "]),
+        ("G a", ["b, , a", "b, a", ", , b"]),
+        ("G !(a & b)", ["b, b, b", ", b", "b, a, a"]),
+    ],
+)
+def test_a_shortest_counterexample_counts_repeated_letters(formula, team):
+    """Robots that repeat a letter do so while others go on: shortened words alone hide what can happen at once."""
+    words = tuple(tuple(frozenset(letter) for letter in word(text)) for text in team)
+    found = check_team(formula, {f"q{i}": list(letters) for i, letters in enumerate(words)}, "joint").parallel
+    parsed = parse_formula(formula)
+    shortest = next(w for w in all_at_once(words, 6, "joint") if not satisfies(parsed, Word(w)))
+    assert len(found.readings()) == len(shortest)
+    assert not satisfies(parsed, Word(tuple(letter for _, letter in found.readings())))
+
+
 def test_pairwise_decomposition_is_not_enough():
     formula = "F p0 & F p1 & (F p1 U p2)"
     pairs = [("p0", "p1, p2"), ("p0, p1", "p2")]

@@ -1,6 +1,7 @@
 from pathlib import Path
 
 import pytest
+import ruamel.yaml
 
 from ltlplan.missions import load_mission, shipped_missions
 from verify.data import BadInput, Mission, MissionError, mission_to_yaml, parse_mission
@@ -34,6 +35,18 @@ def test_a_sound_mission_is_read() -> None:
     mission = parse_mission(GOOD)
     assert mission.propositions == {"a", "b", "lit", "free"}
     assert mission.effective_limits.speed == mission.vehicle.speed
+
+
+def test_a_mission_is_written_alike_whether_or_not_yamls_c_library_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Digests are taken of what is written, so one machine's emitter must not fold lines otherwise than another's."""
+
+    class OtherEmitter(ruamel.yaml.emitter.Emitter):
+        def __init__(self, *arguments: object, **options: object) -> None:
+            raise AssertionError("the C library's emitter was asked for")
+
+    written = mission_to_yaml(load_mission("firefighting"))
+    monkeypatch.setattr(ruamel.yaml.main, "CEmitter", OtherEmitter)
+    assert mission_to_yaml(load_mission("firefighting")) == written
 
 
 @pytest.mark.parametrize("name", shipped_missions())

@@ -29,6 +29,20 @@ def test_a_plan_reads_back_as_itself() -> None:
     assert again.to_json() == plan.to_json()
 
 
+@pytest.mark.parametrize(("visit", "exists"), [(0, True), (1, True), (2, False), (-1, False)])
+def test_a_precedence_names_visits_that_there_are(visit: int, exists: bool) -> None:
+    plan = firefighting_plan()
+    robot = plan.robots["quad1"].model_copy(update={"visits": (Visit(region="loc1"), Visit(region="loc2"))})
+    plan = plan.model_copy(update={"robots": {**plan.robots, "quad1": robot}})
+    data = json.loads(plan.to_json())
+    data["precedences"] = [{"first": ["quad0", 0], "then": ["quad1", visit]}]
+    if exists:
+        assert plan_from_json(json.dumps(data), plan.mission).precedences[0].then == ("quad1", visit)
+        return
+    with pytest.raises(BadInput, match=rf"visit {visit} of quad1, which has 2 visits"):
+        plan_from_json(json.dumps(data), plan.mission)
+
+
 def test_a_plan_for_another_mission_is_refused() -> None:
     plan = firefighting_plan()
     with pytest.raises(BadInput, match="another mission"):
