@@ -317,8 +317,8 @@ class _Diagram:
             )
         self.level = {entry: i for i, entry in enumerate(self.variables)}
         self.more_level = len(self.variables)
-        bottom = self.more_level + 1
-        self.nodes: list[tuple[int, int, int]] = [(bottom, 0, 0), (bottom, 1, 1)]  # level, where false, where true
+        # level, where false, where true; nobody asks for the level of the two constants
+        self.nodes: list[tuple[int, int, int]] = [(self.more_level, 0, 0), (self.more_level, 1, 1)]
         self.operations = self.visits = 0
         self.unique: dict[tuple[int, int, int], int] = {}
         self.meets: dict[tuple[int, int], int] = {}

@@ -8,6 +8,11 @@ EQUIVALENT: dict[str, str] = {
     "Interval.magnitude: self.low <= 0 -> self.low < 0": _ZERO,
     "Interval.magnitude: self.high >= 0 -> self.high > 0": _ZERO,
     "ways: low < high -> low <= high": "a window from a time to itself holds no time, and legs are judged over longer parts only",
+    "_with_visit: float(s.start) <= time <= float(s.stop) -> float(s.start) <= time < float(s.stop)": (
+        "the time is that of a letter in which the region holds, which begins before the robot is out of it for sure"
+    ),
+    "_refuse_jumps: 17 -> 18": "only how many digits a message writes where 16 do not tell two floats apart, which 17 do",
+    "_statuses: 0.0 -> 0.0 #2": "twice zero is zero",
     "Tableau._ways: 0 -> 1 #2": (
         "that marks entry 0 as put off, which is a name or a constant (parts come before what they are part of), and only "
         "F, U and M count as put off; at most a way that asks for more than another is kept beside it"

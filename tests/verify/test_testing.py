@@ -9,6 +9,7 @@ from tests.timelines import mission
 from verify import Trajectory
 from verify.data import BadInput, FormulaError
 from verify.testing import assert_satisfies, assert_within_limits
+from verify.verdict import show_readings
 
 REGIONS = {"a": ((0.5, 0, 1), 0.2), "b": ((0, 1, 1), (0.3, 0.2, 0.2))}
 
@@ -34,6 +35,15 @@ def test_a_failure_prints_sentence_counterexample_and_timeline():
     assert "`b` never happens" in text
     assert "counterexample: robot {}, {a}, {}" in text
     assert "a: no from 0 s, must from 2.6 s, no from 3.4 s" in text
+
+
+@pytest.mark.parametrize("count", [24, 25, 60])
+def test_long_counterexamples_are_cut_in_the_middle(count):
+    readings = tuple(("q0" if i < 2 else "q1", frozenset({f"p{i}"})) for i in range(count))
+    shown = show_readings(readings).split(", ")
+    whole = [f"{{p{i}}}" for i in range(count)]
+    whole[0], whole[2] = "q0 {p0}", "q1 {p2}"
+    assert shown == (whole if count <= 24 else [*whole[:12], "...", *whole[-12:]])
 
 
 def test_at_a_margin_the_edge_is_open():
