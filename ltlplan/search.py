@@ -272,6 +272,7 @@ def _lasso_exists(parts: Sequence[Formula], system: TransitionSystem, budget: Bu
 
 def lasso_itinerary(system: TransitionSystem, prefix: tuple[int, ...], cycle: tuple[int, ...], laps: int) -> Itinerary:
     """Read an infinite path: visits of prefix and one lap, and the word, turned so that the cycle begins with a visit."""
+    cycle = tuple(node for node, after in zip(cycle, (*cycle[1:], cycle[0]), strict=True) if node != after) or cycle[:1]
     path = (*prefix, *cycle)
     entering = [i for i in range(len(cycle)) if _enters(system, path, len(prefix) + i, cycle)]
     if not entering:  # the cycle stays where it is

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,14 +10,16 @@ import pytest
 
 import ltlplan
 from flight import export
+from ltlplan import parse_mission
 from ltlplan.cost import cost_of, plan_cost
 from ltlplan.cross_entropy import improve
 from ltlplan.hoops import route
 from ltlplan.hover import then_hovering, until_hover
 from ltlplan.report.pictures import pictures_html
 from ltlplan.splines import Spline
+from tests.random_missions import random_mission
 from verify import check_word, recheck
-from verify.data import Infeasible, Mission, Visit
+from verify.data import Infeasible, Mission, Visit, mission_to_yaml
 from verify.data.mission import Hoop
 from verify.data.mission_file import check_mission
 
@@ -105,7 +108,6 @@ def test_pictures_of_a_lasso_that_hovers():
 
 def test_a_round_that_reads_a_letter_twice_is_a_word_like_any_other() -> None:
     """Where it begins, the automaton may need one more reading of the region that the robot is in."""
-    from ltlplan import parse_mission
     from ltlplan.search import assign
 
     mission = parse_mission("""
@@ -122,3 +124,24 @@ workspace: {min: [-1.6, -1.3, 0.2], max: [1.6, 1.3, 1.8]}
 """)
     (robot,) = assign(mission).robots.values()
     assert {visit.region for visit in robot.visits[robot.cycle_visit :]} == {"a", "b"}
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_patrol_costs_the_way_to_its_nearer_end_and_its_laps(seed: int) -> None:
+    """Two regions, straight ways: no lap begins with a visit more than it needs."""
+    from ltlplan.search import assign
+
+    mission = random_mission(seed, robots=1)
+    first, second, *_ = mission.regions
+    text = mission_to_yaml(mission).replace(f"formula: {mission.spec.formula}", f"formula: G F {first} & G F {second}")
+    text = text.replace("trace: finite", "trace: infinite").replace("mtac-e", "exact")
+    patrol = parse_mission(text)
+    assert patrol.spec.formula == f"G F {first} & G F {second}"
+    start, here, there = (
+        np.array(point) for point in (patrol.agents["quad0"].start, patrol.regions[first].center, patrol.regions[second].center)
+    )
+    least = 2 * np.linalg.norm(here - there) + min(np.linalg.norm(start - here), np.linalg.norm(start - there))
+    found = assign(patrol)
+    (robot,) = found.robots.values()
+    assert sorted(visit.region for visit in robot.visits) == sorted((first, second))
+    assert math.isclose(found.cost, least, rel_tol=1e-9)
