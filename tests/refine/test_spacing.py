@@ -56,6 +56,6 @@ def test_a_mission_made_in_code_is_refused_before_it_is_planned() -> None:
     mission = pair(np.array([-0.9, -0.3, 0.7]), np.array([-0.9, 0.3, 0.7]))
     agents = {**mission.agents, "r": mission.agents["r"].model_copy(update={"start": (-0.9, 0.0999, 0.7)})}
     with pytest.raises(
-        BadInput, match=r"q and r start 0\.3999 m from each other; 0\.401 m is needed: separation 0\.3 m, twice"
+        BadInput, match=r"agents\.r\.start: is 0\.3999 m from q's start; 0\.401 m is needed: separation 0\.3 m, twice"
     ):
         ltlplan.plan(mission.model_copy(update={"agents": agents}))
