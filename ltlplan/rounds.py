@@ -185,7 +185,9 @@ class _Search:
             self._push(state, (place, left, True), cost + rounds.there[place])
         for target, step in rounds.edges[place]:
             total, still = cost + rounds.weight * step, left & ~rounds.shown[target]
-            if target == self.home and not still:  # round; one that has not begun its lap begins it at home as well from the start
+            if (
+                target == self.home and not still
+            ):  # round; one that has not begun its lap begins it at home as well from the start
                 if entered:
                     self._push(state, _GOAL, total)
                 continue
