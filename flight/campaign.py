@@ -21,7 +21,7 @@ from flight.certified import require_certificate
 from flight.control import CONTROL_STEP, ControllerName
 from flight.fly import as_sensor, as_wind
 from flight.formula_state import FormulaState
-from flight.labels import PlannedAction, planned_actions, region_letters, regions_of
+from flight.labels import PlannedAction, RegionMasks, planned_actions, region_letters
 from flight.processes import shared
 from flight.reference import Reference, flown, sample_reference
 from flight.sensing import MotionCapture
@@ -301,13 +301,14 @@ def _batch(job: _Job, seeds: range, report: Callable[[float], None] | None) -> _
     robots, runs = len(reference.robots), len(seeds)
     samples = (len(reference.times) - 1) * SUBSTEPS // FRAME_STEPS + 1
     errors = np.empty((runs, samples), dtype=np.float32)
-    masks = np.zeros(robots * runs, dtype=np.int64)
+    regions = RegionMasks(job.mission)
+    masks = regions.none(robots * runs)
     changes: list[list[tuple[int, int, int]]] = [[] for _ in range(runs)]  # of each run: sample, robot, regions
     peak = np.zeros(robots * runs)
     for sample, entry in enumerate(steps(job.setup, seeds)):
         away = (entry.position.reshape(3, runs, robots) - reference.fine[entry.step][:, None]).astype(np.float64)
         errors[:, sample] = np.sqrt(np.max(away[0] * away[0] + away[1] * away[1] + away[2] * away[2], axis=1))
-        now = regions_of(job.mission, entry.position)
+        now = regions.of(entry.position)
         for vehicle in np.flatnonzero(now != masks) if sample else range(robots * runs):
             changes[vehicle // robots].append((sample, int(vehicle % robots), int(now[vehicle])))
         masks, peak = now, entry.peak

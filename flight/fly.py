@@ -12,7 +12,7 @@ from flight.airframe import Airframe, airframe_of
 from flight.attitude import Floats, euler
 from flight.certified import require_certificate
 from flight.control import CONTROL_STEP, ControllerName
-from flight.labels import PlannedAction, internal_letters, planned_actions, region_letters, regions_of
+from flight.labels import PlannedAction, RegionMasks, internal_letters, planned_actions, region_letters
 from flight.log import Event, FlightLog
 from flight.monitor import Monitor
 from flight.reaction import LANDING_TIME, Reaction, Stop
@@ -162,7 +162,8 @@ def _log(
     position = _stacked([entry.position for entry in entries])
     planned = reference.fine[steps_taken].transpose(0, 2, 1)
     table = region_letters(mission)
-    masks = [regions_of(mission, position[:, j].T).tolist() for j in robots]
+    regions = RegionMasks(mission)
+    masks = [regions.of(position[:, j].T).tolist() for j in robots]
     inner = [internal_letters(mission, robot, actions, times) for robot in reference.robots]
     first, sensed = entries[0], entries[0].measured is not None
     return FlightLog(

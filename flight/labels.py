@@ -20,6 +20,10 @@ SAMPLE_STEP = 0.002
 """s between samples of the nominal path, where the middle of a visit is looked for."""
 
 
+_BITS = 62
+"""Regions whose bits fit a 64-bit integer."""
+
+
 @dataclass(frozen=True, slots=True)
 class PlannedAction:
     """A change of one robot's internal state: from `time` on it has `propositions`."""
@@ -31,27 +35,47 @@ class PlannedAction:
     propositions: Letter
 
 
-def regions_of(mission: Mission, positions: Floats) -> NDArray[np.int64]:
-    """Return which regions each position lies in, as a bit mask: bit i is region i of `mission.all_regions`.
+class RegionMasks:
+    """Tells which regions positions lie in, as bit masks: bit i is region i of `mission.all_regions`.
 
-    Args:
-        mission: Whose regions, at most 62.
-        positions: m. Shape (3, n).
-
-    Returns:
-        Shape (n,).
+    Masks of up to 62 regions are 64-bit integers; those of more are Python's, in arrays of objects.
     """
-    mask = np.zeros(positions.shape[1:], dtype=np.int64)
-    for bit, region in enumerate(mission.all_regions.values()):
-        x, y, z = (positions[i] - region.center[i] for i in range(3))
-        ((a, b, c), (_, d, e), (_, _, f)) = region.shape.tolist()
-        level = a * x * x + d * y * y + f * z * z + 2.0 * (b * x * y + c * x * z + e * y * z)
-        mask |= (level <= 1.0).astype(np.int64) << bit
-    return mask
+
+    def __init__(self, mission: Mission) -> None:
+        regions = list(mission.all_regions.values())
+        self._centres = np.array([region.center for region in regions]).reshape(-1, 3)
+        self._shapes = [region.shape.tolist() for region in regions]
+        self._reaches = np.array([max(region.radii) for region in regions]) * (1 + 1e-9)
+        self._type: type = np.int64 if len(regions) <= _BITS else object
+
+    def none(self, count: int) -> NDArray[Any]:
+        """Return masks of so many positions in no region."""
+        return np.zeros(count, dtype=self._type)
+
+    def of(self, positions: Floats) -> NDArray[Any]:
+        """Return the mask of each position.
+
+        Args:
+            positions: m. Shape (3, n).
+
+        Returns:
+            Shape (n,).
+        """
+        mask = self.none(positions.shape[1])
+        if not mask.size:
+            return mask
+        low, high = np.fmin.reduce(positions, axis=1), np.fmax.reduce(positions, axis=1)  # whatever is no number is nowhere
+        beside = np.maximum(np.maximum(low - self._centres, self._centres - high), 0.0)
+        for bit in np.flatnonzero(np.einsum("ri,ri->r", beside, beside) <= self._reaches**2).tolist():
+            x, y, z = (positions[i] - self._centres[bit, i] for i in range(3))
+            ((a, b, c), (_, d, e), (_, _, f)) = self._shapes[bit]
+            level = a * x * x + d * y * y + f * z * z + 2.0 * (b * x * y + c * x * z + e * y * z)
+            mask |= (level <= 1.0).astype(self._type) << bit
+        return mask
 
 
 def region_letters(mission: Mission) -> dict[int, Letter]:
-    """Return a table that fills itself: bit mask of `regions_of` to set of names."""
+    """Return a table that fills itself: mask of `RegionMasks` to set of names."""
     return _Table(tuple(mission.all_regions))
 
 
@@ -119,7 +143,7 @@ def _from_path(plan: Plan, name: str, path: Trajectory) -> list[tuple[str, float
     if not any(visit.actions for visit in visits):
         return []
     times = np.arange(int(np.ceil(path.duration / SAMPLE_STEP)) + 1) * SAMPLE_STEP
-    inside = regions_of(plan.mission, path.evaluate(times)[:, :3].T)
+    inside = RegionMasks(plan.mission).of(path.evaluate(times)[:, :3].T)
     bits = {region: bit for bit, region in enumerate(plan.mission.all_regions)}
     found, after = [], 0
     for visit in visits:

@@ -13,7 +13,7 @@ import numpy as np
 
 from flight.attitude import Floats
 from flight.formula_state import FormulaState, FormulaVerdict
-from flight.labels import PlannedAction, region_letters, regions_of
+from flight.labels import PlannedAction, RegionMasks, region_letters
 from flight.log import Event
 from flight.tube import Tube, TubeVerdict, relative_acceleration
 from verify.data import BadInput, Mission, check_mission
@@ -62,7 +62,8 @@ class Monitor:
             for name in self._robots
         ]
         self._table = region_letters(mission)
-        self._regions = np.zeros(len(self._robots), dtype=np.int64)
+        self._masks = RegionMasks(mission)
+        self._regions = self._masks.none(len(self._robots))
         self._formula: FormulaState | None = None
         self._letters: list[frozenset[str]] = []
         self._apart = mission.separation
@@ -173,7 +174,7 @@ class Monitor:
 
     def _see_letters(self, time: float, measured: Floats) -> None:
         seen = ~np.isnan(measured[0])
-        self._regions = np.where(seen, regions_of(self._mission, np.where(seen, measured, 0.0)), self._regions)
+        self._regions = np.where(seen, self._masks.of(np.where(seen, measured, 0.0)), self._regions)
         letters = [self._table[mask] | self._inner(robot, time) for robot, mask in enumerate(self._regions.tolist())]
         if self._formula is None:
             self._formula = FormulaState(self._mission.formula, self._mission.spec.team, letters)

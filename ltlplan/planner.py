@@ -17,7 +17,6 @@ import numpy as np
 from verify.data import BadInput, Infeasible, Mission, Plan, RobotPlan
 from verify.data.errors import did_you_mean
 from verify.data.mission import Planner
-from verify.data.spacing import crowded, needed, spacing_of
 
 if TYPE_CHECKING:
     from ltlplan.search import Itinerary
@@ -41,7 +40,6 @@ def make_plan(mission: Mission, *, seed: int | None = None, progress: Progress |
         Unsatisfiable: No word that these robots can fly satisfies the formula; the message says why.
         Infeasible: A word exists, but no way between the hoops was found.
     """
-    _refuse_crowds(mission)
     mission = with_seed(mission, seed)
     say = progress or (lambda _sentence, _share: None)
     rng = np.random.default_rng(mission.planner.seed)
@@ -74,16 +72,6 @@ def with_seed(mission: Mission, seed: int | None) -> Mission:
     planner = mission.planner.model_copy(update={"seed": seed.__index__()})
     parts = {name: getattr(mission, name) for name in Mission.model_fields}
     return Mission.model_validate({**parts, "planner": planner})  # anew, so that nothing computed from the old seed stays
-
-
-def _refuse_crowds(mission: Mission) -> None:
-    """Raise where robots start or end too near each other; a mission from a file was refused when it was read."""
-    kept = spacing_of(mission)
-    for pair in crowded(mission.agents, kept):
-        raise BadInput(
-            f"{pair.first} and {pair.second} {pair.what} {pair.distance:.4f} m from each other; "
-            f"{needed(kept, mission.separation, mission.margin)}."
-        )
 
 
 @dataclass(frozen=True)
