@@ -93,7 +93,7 @@ def jumps(paths: TeamPaths, *, ends: bool = True) -> list[Jump]:
 
 def _worse(worst: Jump | None, name: str, knots: tuple[Fraction, ...], order: int, gap: Floats, error: Floats) -> Jump | None:
     allowed = JUMPS[order]
-    sizes = [(np.sqrt(((gap[:, :3] + error[:, :3]) ** 2).sum(1)) * (1 + 2.0**-40), np.abs(gap[:, :3] - error[:, :3]).max(1))]
+    sizes = [(np.sqrt(((gap[:, :3] + error[:, :3]) ** 2).sum(1)) * (1 + 2.0**-40), (gap[:, :3] - error[:, :3]).max(1))]
     labels = [QUANTITIES[order]]
     if order < len(HEADINGS):
         sizes.append((gap[:, 3] + error[:, 3], gap[:, 3] - error[:, 3]))

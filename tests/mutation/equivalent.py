@@ -8,6 +8,11 @@ EQUIVALENT: dict[str, str] = {
     "Interval.magnitude: self.low <= 0 -> self.low < 0": _ZERO,
     "Interval.magnitude: self.high >= 0 -> self.high > 0": _ZERO,
     "ways: low < high -> low <= high": "a window from a time to itself holds no time, and legs are judged over longer parts only",
+    "_near: d_low.min(-1) >= -bound -> d_low.min(-1) > -bound": (
+        "a part that just reaches the bound is halved instead of taken whole, and its halves count as near as well"
+    ),
+    "progression: 10000000 -> 10000001": "only how soon the budget of an undecided answer ends, by one node",
+    "_largest_margin: 0.0 -> 0.0": "twice zero is zero",
     "_with_visit: float(s.start) <= time <= float(s.stop) -> float(s.start) <= time < float(s.stop)": (
         "the time is that of a letter in which the region holds, which begins before the robot is out of it for sure"
     ),

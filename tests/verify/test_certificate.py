@@ -5,12 +5,14 @@ import numpy as np
 import pytest
 
 import verify
-from tests.flights import changed, firefighting, legs, plan_of, small_mission
+from tests.flights import REST_TO_REST, changed, firefighting, legs, plan_of, small_mission
 from verify import certify, judge
+from verify.continuity import jumps
 from verify.data.errors import BadInput, NotCertified
 from verify.data.mission import Action
 from verify.data.plan import Plan, Visit
 from verify.data.trajectory import Trajectory
+from verify.paths import read_team
 
 LIMITS = {
     "speed",
@@ -124,6 +126,21 @@ def test_a_lap_must_close_on_itself():
     assert "continuity" in refused(plan, {"r0": open_lap})
     one_way = legs([[0, 0, 1], [1, 0, 1], [0, 0, 1]], cycle=2 - 1)
     assert "continuity" in refused(plan, {"r0": one_way})
+
+
+def test_a_joint_that_closes_is_not_said_to_be_broken_where_rounding_hides_it():
+    """From rest to rest over 2^40 m: every derivative ends exactly at zero, which balls of a metre cannot tell."""
+    coefficients = np.zeros((1, 4, 8))
+    coefficients[0, 2, 0] = 1.0
+    coefficients[0, 0, 4:] = np.array(REST_TO_REST) * 2.0**40
+    path = Trajectory([1.0], coefficients)
+    (claim,) = (
+        c for c in judge(plan_of(small_mission(regions=""), {}), {"r0": path}, largest=False).claims if c.name == "continuity"
+    )
+    assert claim.verdict == "undecided"
+    (jump,) = jumps(read_team(small_mission(regions=""), {"r0": path}))
+    assert jump.share > 1
+    assert jump.sure <= 0
 
 
 def test_limits_of_a_leg():
