@@ -11,6 +11,10 @@ EQUIVALENT: dict[str, str] = {
     "_near: d_low.min(-1) >= -bound -> d_low.min(-1) > -bound": (
         "a part that just reaches the bound is halved instead of taken whole, and its halves count as near as well"
     ),
+    "_at_least: Fraction(high) < limit -> Fraction(high) <= limit": (
+        "what is reached is rounded up to a next float, so at equality the path is nearer than the limit, as the exact answer says"
+    ),
+    "extent: 44 -> 45": "both bounds are proved before they are returned; only how near the first attempt is, a part in 2^44",
     "progression: 10000000 -> 10000001": "only how soon the budget of an undecided answer ends, by one node",
     "_largest_margin: 0.0 -> 0.0": "twice zero is zero",
     "_with_visit: float(s.start) <= time <= float(s.stop) -> float(s.start) <= time < float(s.stop)": (

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from verify import exact
-from verify.balls import Balls, constants, dot, from_power, halves, nearest, raised, restricted
+from verify.balls import Balls, constants, dot, from_power, gamma, halves, nearest, raised, restricted
 from verify.bounds import peaks
 from verify.intervals import Interval, interval
 
@@ -111,6 +111,18 @@ def test_parts_of_a_piece_lie_in_their_balls(values, start, share):
 def test_nearest_bounds_its_error(value):
     number, error = nearest(value)
     assert abs(Fraction(number) - value) <= Fraction(error)
+
+
+@pytest.mark.parametrize("operations", [1, 2, 3, 10, 100, 4097, 2**30])
+def test_chains_of_rounded_operations_are_off_by_no_more_than_gamma(operations):
+    # Higham's bound: each operation is off by a factor of 1 + e with |e| <= 2^-53
+    unit = Fraction(1, 2**53)
+    assert (
+        operations * unit / (1 - operations * unit)
+        <= Fraction(gamma(operations))
+        <= operations * unit * (1 + Fraction(1, 2**19))
+    )
+    assert (1 + unit) ** min(operations, 100) - 1 <= Fraction(gamma(min(operations, 100)))
 
 
 def test_numbers_beyond_floats_prove_nothing():
