@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from fractions import Fraction
 from random import Random
 
 import numpy as np
@@ -18,6 +19,7 @@ from verify.asked import World
 from verify.data import BadInput, Word
 from verify.data.plan import Visit
 from verify.semantics import satisfies
+from verify.tracks import Bounds, track
 
 
 def moved(by, robot="quad0", when=(-np.inf, np.inf)):
@@ -139,6 +141,20 @@ b: {center: [0.0, 1.0, 1.0], radii: [0.2, 0.2, 0.2]}"""
     if missed is not None:
         assert claim.time == pytest.approx(times[missed], abs=1e-6)
         assert (claim.witness.region, claim.witness.visit) == ("a", 0)
+
+
+def test_cells_of_a_track_are_no_shorter_than_their_time_and_way():
+    """However often gaps are halved: half their time, and half their chord, are bounded from above in exact numbers."""
+    rng = np.random.default_rng(4)
+    times, places = np.cumsum(rng.uniform(0.003, 2.0, 40)), rng.normal(size=(40, 3))
+    cells = track("r0", times, places, Bounds(1e4, 0.0), start=float(times[0]), stop=float(times[-1])).cells()
+    for _ in range(4):
+        for gap, low, high, half, along in zip(cells.gap, cells.low, cells.high, cells.half, cells.along, strict=True):
+            share = (Fraction(float(high)) - Fraction(float(low))) / 2
+            assert share * (Fraction(float(times[gap + 1])) - Fraction(float(times[gap]))) <= Fraction(float(half))
+            step = [Fraction(float(b)) - Fraction(float(a)) for a, b in zip(places[gap], places[gap + 1], strict=True)]
+            assert share**2 * sum(x * x for x in step) <= Fraction(float(along)) ** 2
+        cells = cells.halved()
 
 
 def test_carrying_without_ever_having_been_at_the_water_does_not_count():
