@@ -6,6 +6,7 @@ import io
 import os
 import signal
 import sys
+from weakref import ref
 
 TYPE_CHECKING = False  # as in `ltlplan`: until the interrupt is seen to, nothing is loaded that need not be
 if TYPE_CHECKING:
@@ -18,19 +19,24 @@ BROKEN_PIPE = 128 + 13
 """Exit code where the reader of our output has gone, as in `ltlplan plan firefighting | head -1`: a shell's for SIGPIPE."""
 INTERRUPTED = 128 + 2
 CLOSED = 2
+_AGAIN = 0.1
+"""s until an interrupt that got lost is raised again."""
 
 
 def main() -> NoReturn:
     """Run the command line; end with the exit code of the error, if any, and without a traceback for mistakes."""
-    interrupts = _told_of_interrupts()
+    interrupts = _Interrupts()
+    interrupts.attend()
     code: int | str | None = INTERRUPTED
     try:
         end_cleanly_on_sigterm()
         code = _outcome(as_json="--json" in sys.argv, interrupts=interrupts) if _has_outputs() else CLOSED
+        interrupts.over = True
     except BaseException:
-        if not interrupts:
+        interrupts.over = True
+        if not interrupts.heard:
             raise
-    if code == INTERRUPTED and interrupts:
+    if code == INTERRUPTED and interrupts.heard:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         sys.stderr.write("interrupted; no file was left half-written.\n")
         sys.stderr.flush()
@@ -38,7 +44,7 @@ def main() -> NoReturn:
     sys.exit(code)
 
 
-def _outcome(*, as_json: bool, interrupts: list[int]) -> int | str | None:
+def _outcome(*, as_json: bool, interrupts: _Interrupts) -> int | str | None:
     """Run the command and return its exit code; errors have been told by then."""
     try:
         from ltlplan.cli import app
@@ -53,7 +59,7 @@ def _outcome(*, as_json: bool, interrupts: list[int]) -> int | str | None:
     except BrokenPipeError:
         return _let_go()
     except Exception as error:  # the outermost door: every error becomes a message and an exit code
-        if interrupts:  # whatever the interrupt became on its way here, such as an ImportError of a library
+        if interrupts.heard:  # whatever the interrupt became on its way here, such as an ImportError of a library
             return INTERRUPTED
         from ltlplan.commands.terminal import report
 
@@ -113,17 +119,46 @@ class _Patient(io.FileIO):
             return memoryview(data).nbytes
 
 
-def _told_of_interrupts() -> list[int]:
-    """Return a list that Ctrl-C will be entered in, besides raising KeyboardInterrupt; where it is ignored it stays ignored."""
-    interrupts: list[int] = []
+class _Interrupt(KeyboardInterrupt):
+    """Ctrl-C, as an object whose end can be noticed."""
 
-    def note(number: int, frame: FrameType | None) -> None:
-        interrupts.append(number)
-        signal.default_int_handler(number, frame)
 
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, note)
-    return interrupts
+class _Interrupts:
+    """Ctrl-C raises KeyboardInterrupt here, and again wherever a library lets that go unheard, until the end is reached.
+
+    Some code drops every exception: weak references' callbacks, which run while modules are loaded, `try: import ...` of parts that
+    may be absent, callbacks out of C. The work would go on as if nobody had asked for its end.
+
+    Attributes:
+        heard: Whether there was one.
+        over: Whether the end is reached, so that none is raised any more.
+    """
+
+    def __init__(self) -> None:
+        self.heard = self.over = False
+        self._raised: ref[_Interrupt] | None = None
+
+    def attend(self) -> None:
+        """Begin; where Ctrl-C is ignored it stays ignored."""
+        if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+            return
+        signal.signal(signal.SIGINT, self._hear)
+        if hasattr(signal, "setitimer"):
+            signal.signal(signal.SIGALRM, self._hear)
+        shown = sys.unraisablehook
+        sys.unraisablehook = lambda lost: None if isinstance(lost.exc_value, _Interrupt) else shown(lost)
+
+    def _hear(self, _number: int, _frame: FrameType | None) -> None:
+        if self.over:
+            return
+        self.heard = True
+        interrupt = _Interrupt()
+        self._raised = ref(interrupt, self._lose)
+        raise interrupt
+
+    def _lose(self, _gone: ref[_Interrupt]) -> None:
+        if not self.over and hasattr(signal, "setitimer"):
+            signal.setitimer(signal.ITIMER_REAL, _AGAIN)
 
 
 def end_cleanly_on_sigterm() -> None:

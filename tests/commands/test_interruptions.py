@@ -161,6 +161,45 @@ def test_ctrl_c_while_the_command_line_itself_is_loaded(module: str, tmp_path: P
     assert (running.returncode, running.stderr) == (130, "interrupted; no file was left half-written.\n")
 
 
+INTERRUPTED_UNHEARD = """
+import os, signal, sys, weakref
+
+class Dropping:
+    def find_spec(self, name, path=None, target=None):
+        if name == "scipy":
+            thing = Dropping()
+            if HOW == "callback":
+                watch = weakref.ref(thing, interrupt)
+                del thing
+            else:
+                try:
+                    interrupt()
+                except BaseException:
+                    pass
+
+def interrupt(*_):
+    os.kill(os.getpid(), signal.SIGINT)
+    sum(range(1000))
+
+sys.meta_path.insert(0, Dropping())
+from ltlplan.start import main
+sys.argv[1:] = ["run", "firefighting"]
+main()
+"""
+
+
+@pytest.mark.parametrize("how", ["callback", "try"])
+def test_ctrl_c_that_a_library_drops_is_raised_again(how: str, tmp_path: Path) -> None:
+    code = INTERRUPTED_UNHEARD.replace("HOW", repr(how))
+    running = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(ROOT)},
+        preexec_fn=heed_interrupts, capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    assert (running.returncode, running.stderr.splitlines()[-1:]) == (130, ["interrupted; no file was left half-written."])
+    assert "Traceback" not in running.stderr
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
+
+
 def test_until_interrupts_are_seen_to_nothing_is_loaded_that_takes_time() -> None:
     code = "import sys; before = {*sys.modules}; import ltlplan.start; print(*({*sys.modules} - before))"
     loaded = subprocess.run(
