@@ -116,16 +116,20 @@ def _parts(items: list[pytest.Item], count: int) -> list[list[pytest.Item]]:
 
 
 def _suspects(items: list[pytest.Item], table: dict[str, Reach], fault: Fault) -> list[pytest.Item]:
-    """Return the tests that may notice a fault: those of its own module first, then the others, quick ones first."""
+    """Return the tests that may notice a fault, a module's together: those of its own module first, then quick modules."""
     if not fault.function:
-        chosen = items
-    else:
-        entered = f"{fault.path}:{_first_line(plant(fault), fault)}"
-        chosen = [item for item in items if item.nodeid in table and entered in table[item.nodeid].functions]
+        return items
+    entered = f"{fault.path}:{_first_line(plant(fault), fault)}"
+    chosen = [item for item in items if item.nodeid in table and entered in table[item.nodeid].functions]
     own = f"test_{Path(fault.path).stem}"
-    return sorted(
-        chosen, key=lambda item: (own not in item.nodeid, table[item.nodeid].seconds if item.nodeid in table else 0.0)
-    )
+    modules: dict[str, list[pytest.Item]] = {}
+    for item in chosen:
+        modules.setdefault(str(item.path), []).append(item)
+
+    def order(path: str) -> tuple[bool, float]:
+        return Path(path).stem != own, sum(table[item.nodeid].seconds for item in modules[path])
+
+    return [item for path in sorted(modules, key=order) for item in modules[path]]
 
 
 def _reach(items: list[pytest.Item]) -> dict[str, tuple[float, list[str]]]:
@@ -170,8 +174,8 @@ def _try(fault: Fault, items: list[pytest.Item], seconds: float) -> tuple[str, i
         if isinstance(value, functools._lru_cache_wrapper):  # what was computed before the fault
             value.cache_clear()
     begun = time.process_time()
-    for number, item in enumerate(items, 1):
-        if not _passes(item, None):
+    for number, (item, following) in enumerate(zip(items, [*items[1:], None], strict=True), 1):
+        if not _passes(item, following):
             return item.nodeid, number
         if time.process_time() - begun > seconds:
             return "", number
