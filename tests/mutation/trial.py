@@ -253,7 +253,7 @@ def _try_anew(fault: Fault, items: list[pytest.Item], seconds: float) -> tuple[s
     if done.returncode == 0:
         return "", len(items)
     failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
-    return (failed[0] if failed else done.stdout.strip().splitlines()[-1]), 0
+    return (failed[0] if failed else (done.stdout.strip().splitlines() or [f"ends with {done.returncode}"])[-1]), 0
 
 
 def _in_parallel(
