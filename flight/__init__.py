@@ -1,16 +1,16 @@
 """Simulate certified flights, watch them, compare them with recordings, and export them to real vehicles."""
 
-from flight.air import Wind
-from flight.airframe import Airframe, airframe_of, shipped_airframes
-from flight.campaign import Campaign, Share, campaign
-from flight.compare import Comparison, compare
-from flight.export import Exported, export, formats, quantised, upload, with_hovers
-from flight.fly import fly
-from flight.log import Event, FlightLog
-from flight.monitor import Monitor
-from flight.recording import Recording, read_recording
-from flight.sensing import MotionCapture
-from flight.tables import read_log, write_log
+from flight.campaigns import Campaign, Share, campaign
+from flight.comparison import Comparison, compare
+from flight.exports import Exported, export, formats, quantised, upload, with_hovers
+from flight.flights import fly
+from flight.logs.log import Event, FlightLog
+from flight.logs.recordings import Recording, read_recording
+from flight.logs.tables import read_log, write_log
+from flight.model.airframe import Airframe, airframe_of, shipped_airframes
+from flight.model.disturbances import Wind
+from flight.model.sensing import MotionCapture
+from flight.monitoring.monitor import Monitor
 
 __all__ = [
     "Airframe",

@@ -11,8 +11,8 @@ TYPE_CHECKING = False  # type checkers take it for True; `typing` takes long to 
 if TYPE_CHECKING:
     from typing import Any
 
-    from ltlplan.automata import Automaton, translate
-    from ltlplan.decomposition import decomposition_set
+    from ltlplan.logic.automata import Automaton, translate
+    from ltlplan.logic.decomposition import decomposition_set
     from ltlplan.missions import load_mission
     from ltlplan.pipeline import Result, plan, run
     from verify.data import (
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     )
 
 _HOMES = {
-    "Automaton": "ltlplan.automata",
+    "Automaton": "ltlplan.logic.automata",
     "LtlplanError": "verify.data",
     "Mission": "verify.data",
     "Plan": "verify.data",
@@ -36,14 +36,14 @@ _HOMES = {
     "Trajectory": "verify.data",
     "Vehicle": "verify.data",
     "Word": "verify.data",
-    "decomposition_set": "ltlplan.decomposition",
+    "decomposition_set": "ltlplan.logic.decomposition",
     "load_mission": "ltlplan.missions",
     "load_plan": "verify.data",
     "load_vehicle": "verify.data",
     "parse_mission": "verify.data",
     "plan": "ltlplan.pipeline",
     "run": "ltlplan.pipeline",
-    "translate": "ltlplan.automata",
+    "translate": "ltlplan.logic.automata",
 }
 
 __version__ = "0.1.0"

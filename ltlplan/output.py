@@ -1,4 +1,4 @@
-"""What a run writes into its folder, and under which names; `verify.data.folders` puts it there whole or not at all."""
+"""What a run writes into its folder, and under which names; `verify.data.storage.folders` puts it there whole or not at all."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from verify.data import Mission, Plan, Trajectory, mission_to_yaml
 from verify.data.events import EVENTS_FILE
-from verify.data.folders import PROOF, write_folder
+from verify.data.storage.folders import PROOF, write_folder
 from verify.data.trajectory_csv import write_csv
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ _EXPORT = "crazyswarm2"
 
 def run_files(mission: Mission) -> tuple[str, ...]:
     """Return what `write_run` writes for a mission, so that its folder can be looked at before minutes of work."""
-    from flight.export.crazyswarm import file_names
+    from flight.exports.crazyswarm import file_names
 
     tables = tuple(f"{name}.csv" for name in mission.agents)
     exported = tuple(f"{_EXPORT}/{name}" for name in file_names(mission.agents))

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from ltlplan.missions import load_mission
 from ltlplan.planner import make_plan
-from ltlplan.waits import with_waits
+from ltlplan.precedences import with_waits
 from verify.data import BadInput, InternalError, Mission, NotCertified, Plan, Trajectory, Witness, check_mission, check_plan
 
 if TYPE_CHECKING:
@@ -179,7 +179,7 @@ def run(
     import flight
     from flight.certified import require_tube
     from ltlplan import output
-    from verify.data.folders import check_folder
+    from verify.data.storage.folders import check_folder
 
     def part(low: float, high: float) -> Progress:
         return lambda sentence, share: progress(sentence, low + (high - low) * share) if progress else None

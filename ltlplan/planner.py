@@ -19,7 +19,7 @@ from verify.data.errors import did_you_mean
 from verify.data.mission import Planner
 
 if TYPE_CHECKING:
-    from ltlplan.search import Itinerary
+    from ltlplan.search.exact import Itinerary
 
 Progress = Callable[[str, float], None]
 
@@ -47,7 +47,7 @@ def make_plan(mission: Mission, *, seed: int | None = None, progress: Progress |
     if method not in METHODS:
         raise BadInput(f"'{method}' is no planning method.{did_you_mean(method, METHODS)} Methods: {', '.join(METHODS)}.")
     if mission.passages is None and method == "mtac-e":
-        from ltlplan.mtac import allocate
+        from ltlplan.mtac.offline import allocate
 
         return allocate(mission, rng=rng, progress=progress)
     if mission.passages is None and method == "online-mtac-e":
@@ -100,8 +100,8 @@ def nominal_paths(mission: Mission, *, progress: Progress | None = None) -> Nomi
         Unsatisfiable: No word that these robots can fly satisfies the formula.
         Infeasible: A word exists, but no way between the hoops was found.
     """
-    from ltlplan.alternatives import lay_cheapest
-    from ltlplan.hoops import route_sequence
+    from ltlplan.paths.hoops import route_sequence
+    from ltlplan.search.next_best import lay_cheapest
 
     say = progress or (lambda _sentence, _share: None)
     if mission.passages is not None:
@@ -126,7 +126,7 @@ def nominal_paths(mission: Mission, *, progress: Progress | None = None) -> Nomi
 
 def _laid(mission: Mission, name: str, itinerary: Itinerary) -> tuple[RobotPlan, list[str]]:
     """Lay one robot's path; where the nearest sides of its hoops are blocked, by the cheapest sides, with a note."""
-    from ltlplan.hoops import route
+    from ltlplan.paths.hoops import route
 
     def by(directions: Literal["nearest", "cheapest"]) -> RobotPlan:
         return route(mission, name, itinerary.visits, itinerary.cycle_visit, directions=directions, word=itinerary.word)
@@ -151,7 +151,7 @@ def generators(mission: Mission, rng: np.random.Generator) -> dict[str, np.rando
 
 
 def _improved(mission: Mission, robots: dict[str, RobotPlan], rng: np.random.Generator, say: Progress) -> dict[str, RobotPlan]:
-    from ltlplan.mtac import improved
+    from ltlplan.mtac.offline import improved
 
     better: dict[str, RobotPlan] = {}
     for index, (name, own) in enumerate(generators(mission, rng).items()):

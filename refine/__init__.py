@@ -5,18 +5,18 @@
 cuts a flight that is too long for the vehicle's memory.
 """
 
-from refine.clock import ClockRanOut
-from refine.fastest import time_optimal
-from refine.limits import Limits, Rotors
-from refine.minimum_snap import minimum_snap
-from refine.parts import split
-from refine.quantise import jumps, on_grid, quantise
-from refine.retiming import retime
-from refine.spline import Spline
+from refine.heading.spin import least_spin, with_least_spin
+from refine.heading.yaw import heading_spline
+from refine.limits.stretching import stretch_to_limits
+from refine.limits.values import Limits, Rotors
+from refine.solvers.fastest import time_optimal
+from refine.solvers.retiming import retime
+from refine.solvers.timeout import ClockRanOut
+from refine.spline.least_snap import minimum_snap
+from refine.spline.parts import split
+from refine.spline.rounding import jumps, on_grid, quantise
+from refine.spline.values import Spline
 from refine.team import refine
-from refine.timing import stretch_to_limits
-from refine.turning import least_spin, with_least_spin
-from refine.yaw import heading_spline
 
 __all__ = [
     "ClockRanOut",

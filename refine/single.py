@@ -12,20 +12,20 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.clock import ClockRanOut
-from refine.corridor import BUFFER, Rules, fit, fixed_states, onward_rules, until_kept
-from refine.course import Course, course_of, thinned, with_stops
-from refine.elsewhere import moved_into_the_clear
-from refine.labels import troubles
-from refine.leg_limits import leg_speeds, slow_legs, slower_on_ways
-from refine.legs import PAD
-from refine.limits import Limits
-from refine.nlp import Steps, Timing, optimise
-from refine.obstacles import Ball
-from refine.spline import Spline
-from refine.timing import stretch_to_limits
-from refine.wishes import Wishes
-from refine.yaw import heading_spline
+from refine.corridor.bodies import Ball
+from refine.corridor.course import Course, course_of, thinned, with_stops
+from refine.corridor.fitting import BUFFER, Rules, fit, fixed_states, onward_rules, until_kept
+from refine.corridor.leg_limits import leg_speeds, slow_legs, slower_on_ways
+from refine.corridor.legs import PAD
+from refine.corridor.relocation import moved_into_the_clear
+from refine.corridor.sampled_stays import troubles
+from refine.feedback import Wishes
+from refine.heading.yaw import heading_spline
+from refine.limits.stretching import stretch_to_limits
+from refine.limits.values import Limits
+from refine.solvers.nlp import Steps, Timing, optimise
+from refine.solvers.timeout import ClockRanOut
+from refine.spline.values import Spline
 from verify.data import Infeasible, Plan, RobotPlan
 
 Floats = NDArray[np.float64]

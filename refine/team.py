@@ -12,11 +12,11 @@ from typing import get_args
 
 import numpy as np
 
-from refine.quantise import quantise
+from refine.coordination.team_flights import together
+from refine.feedback import wishes_of
 from refine.single import HOVER, Ask, Pace, Robot, TooLong
-from refine.spline import Spline
-from refine.together import together
-from refine.wishes import wishes_of
+from refine.spline.rounding import quantise
+from refine.spline.values import Spline
 from verify.data import BadInput, DoesNotFit, Plan, Trajectory, Witness, check_plan
 
 Progress = Callable[[str, float], None]

@@ -16,7 +16,7 @@ import refine
 import verify
 from ltlplan.online.flight import fly_online
 from ltlplan.pipeline import certified_team
-from tests.flights import legs, plan_of, small_mission
+from tests.helpers.flights import legs, plan_of, small_mission
 from verify.data import BadInput, Formula, Mission, Plan, Trajectory, Word, check_mission
 from verify.data.formula import TRUE
 from verify.data.mission import Limits

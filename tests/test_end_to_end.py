@@ -13,7 +13,7 @@ import pytest
 import ltlplan
 import verify
 from ltlplan.missions import shipped_missions
-from tests.dense_sampler import level, quantities, read_flight, read_mission, regions_of
+from tests.helpers.dense_sampler import level, quantities, read_flight, read_mission, regions_of
 from verify.data import load_plan
 
 RATE = 2000.0

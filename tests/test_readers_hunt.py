@@ -20,21 +20,21 @@ from hypothesis import given, settings
 from ruamel.yaml import YAML
 
 import flight
-from flight.tables import log_from_csv
-from tests import dense_sampler
-from tests.flight.flights import flight as made_flight
-from tests.flight.flights import stand_in
-from tests.flights import legs, plan_of, small_mission
+from flight.logs.tables import log_from_csv
+from tests.helpers import dense_sampler
+from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.stand_ins import flight as made_flight
+from tests.helpers.stand_ins import stand_in
 from tests.strategies.files import Recorded, certificates, missions, plans, recordings, trajectories
 from tests.strategies.mutants import mutated_bytes, mutated_json, no_hang
-from tests.verify.test_recheck import write_folder
+from tests.verify.test_run_folder import write_folder
 from verify import certify, recheck
 from verify.certificate import payload_digest
 from verify.data import LtlplanError, Mission, Plan, Trajectory, Word, mission_to_yaml, parse_mission
 from verify.data.plan import Visit, plan_from_json
 from verify.data.trajectory_csv import read_csv, write_csv
-from verify.flight_log import read_flight_log
-from verify.recheck import certificate_from_json
+from verify.recordings.flight_log import read_flight_log
+from verify.run_folder import certificate_from_json
 
 REGIONS = "a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}\nb: {center: [-1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}"
 
@@ -150,7 +150,7 @@ workspace: {min: [-1.6, -1.3, 0.2], max: [1.6, 1.3, 1.8]}
 
 def _text(data: bytes) -> str:
     """As files are decoded; what is no UTF-8 is refused before any reader sees it."""
-    from verify.data.files import decoded
+    from verify.data.storage.reading import decoded
 
     return decoded(data, "mutant", "file")
 

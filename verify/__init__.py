@@ -4,17 +4,17 @@
 `verify.data`.
 """
 
-from verify.asked import Asked, asked_of
 from verify.certificate import ActionInstant, Certificate, certify, judge
 from verify.claims import Claim
 from verify.data import NotCertified, Trajectory, Witness
-from verify.flight_log import Samples, load_flight_log
-from verify.recheck import recheck
-from verify.recorded import FlightVerdict, check_flight
-from verify.samples import check_recording, check_samples
-from verify.teams import check_team
-from verify.verdict import TeamVerdict, Verdict
-from verify.words import check_word
+from verify.logic.verdict import TeamVerdict, Verdict
+from verify.recordings.asked import Asked, asked_of
+from verify.recordings.flight_log import Samples, load_flight_log
+from verify.recordings.flight_verdict import FlightVerdict, check_flight
+from verify.recordings.samples import check_recording, check_samples
+from verify.run_folder import recheck
+from verify.words.team_verdict import check_team
+from verify.words.word_verdict import check_word
 
 __all__ = [
     "ActionInstant",

@@ -18,7 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from verify.behaviour import judge_formula
+from verify.behaviour.timeline import Timeline
+from verify.behaviour.transitions import judge_transitions
+from verify.behaviour.word_claims import judge_formula
 from verify.claims import (
     Claim,
     Evidence,
@@ -35,13 +37,11 @@ from verify.data.errors import BadInput, NotCertified
 from verify.data.mission import Mission
 from verify.data.plan import Plan, check_plan
 from verify.data.trajectory import Trajectory, check_trajectories
-from verify.labels import changes, statuses
-from verify.passages import crossings
-from verify.separation import stretch_of
-from verify.timeline import Timeline
-from verify.transitions import judge_transitions
-from verify.verdict import Verdict
-from verify.visits import Matching, internal_changes, match
+from verify.logic.verdict import Verdict
+from verify.motion.membership import changes, statuses
+from verify.motion.passages import crossings
+from verify.motion.separation import stretch_of
+from verify.motion.visits import Matching, internal_changes, match
 
 CERTIFICATE_FORMAT = 1
 
@@ -171,7 +171,7 @@ def certify(
     )
 
 
-@np.errstate(all="ignore")  # infinities and NaN arise from absurd numbers; they prove nothing, see `balls`
+@np.errstate(all="ignore")  # infinities and NaN arise from absurd numbers; they prove nothing, see `verify.arithmetic.balls`
 def judge(
     plan: Plan,
     team: Mapping[str, Trajectory],

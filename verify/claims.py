@@ -12,21 +12,21 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Literal
 
-from verify import limits as limit_module
-from verify.continuity import Jump, jumps
+from verify.behaviour.timeline import Relations
 from verify.data.plan import Plan
 from verify.data.sequence import Passage, Sequence
 from verify.data.trajectory import Trajectory
 from verify.data.witness import Witness
-from verify.labels import Levels, Span, levels, statuses
-from verify.limits import Extreme, extremes, leg_extremes
-from verify.passages import Clearance, Crossing, HoopFrames, clearances, hoop_frames
-from verify.paths import TeamPaths, read_team
-from verify.regions import relations
-from verify.separation import Meetings, Nearness, distance_exactly, distances, meetings, stretch_of, wall_exactly, walls
-from verify.timeline import Relations
-from verify.visits import ActionFault, Matching, Stay
-from verify.ways import ways
+from verify.motion import limits as limit_module
+from verify.motion.continuity import Jump, jumps
+from verify.motion.leg_windows import ways
+from verify.motion.limits import Extreme, extremes, leg_extremes
+from verify.motion.membership import Levels, Span, levels, statuses
+from verify.motion.passages import Clearance, Crossing, HoopFrames, clearances, hoop_frames
+from verify.motion.paths import TeamPaths, read_team
+from verify.motion.regions import relations
+from verify.motion.separation import Meetings, Nearness, distance_exactly, distances, meetings, stretch_of, wall_exactly, walls
+from verify.motion.visits import ActionFault, Matching, Stay
 
 Outcome = Literal["holds", "fails", "undecided"]
 

@@ -19,7 +19,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from verify.behaviour import judge_formula
+from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
+from verify.behaviour.transitions import judge_transitions
+from verify.behaviour.word_claims import judge_formula
 from verify.claims import (
     Claim,
     Evidence,
@@ -35,14 +37,12 @@ from verify.data.mission import Agent, Mission
 from verify.data.plan import Plan, RobotPlan, Waypoint
 from verify.data.trajectory import Trajectory
 from verify.data.word import Word
-from verify.labels import Mark, Span, levels, statuses
-from verify.paths import read_team
-from verify.regions import relations
-from verify.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
-from verify.transitions import judge_transitions
-from verify.verdict import Verdict
-from verify.visits import match
-from verify.ways import ways
+from verify.logic.verdict import Verdict
+from verify.motion.leg_windows import ways
+from verify.motion.membership import Mark, Span, levels, statuses
+from verify.motion.paths import read_team
+from verify.motion.regions import relations
+from verify.motion.visits import match
 
 Approach = tuple[Fraction, Fraction, str]
 """From when until when, exact, in s, a robot may be on its way to a region, and which that is."""
@@ -102,7 +102,7 @@ def judge_pieces(mission: Mission, pieces: Sequence[Piece]) -> list[Verdict]:
 
 @np.errstate(all="ignore")
 def approaches(plan: Plan, team: Mapping[str, Trajectory]) -> dict[str, tuple[Approach, ...]]:
-    """Return for each robot when it may be on its way to each planned visit, as `verify.ways` says, in order of their starts.
+    """Return for each robot when it may be on its way to each planned visit, as `verify.motion.leg_windows` says, in order of their starts.
 
     Of certified trajectories, that is every planned visit.
     """

@@ -23,21 +23,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import ValidationError
 
-from verify.behaviour import judge_formula
+from verify.behaviour.timeline import Timeline
+from verify.behaviour.word_claims import judge_formula
 from verify.claims import Evidence, limit_claims
-from verify.continuity import jumps
 from verify.data.errors import BadInput
 from verify.data.mission import Agent, Box, Limits, Mission, Region, Spec
 from verify.data.mission_file import MissionError, check_mission
 from verify.data.plan import Plan, RobotPlan, Waypoint
 from verify.data.trajectory import Trajectory
 from verify.data.word import Word
-from verify.labels import changes, levels, statuses
-from verify.paths import read_team
-from verify.regions import relations
-from verify.samples import check_samples, sampled_timeline
-from verify.timeline import Timeline
-from verify.verdict import Verdict, show_readings
+from verify.logic.verdict import Verdict, show_readings
+from verify.motion.continuity import jumps
+from verify.motion.membership import changes, levels, statuses
+from verify.motion.paths import read_team
+from verify.motion.regions import relations
+from verify.recordings.samples import check_samples, sampled_timeline
 
 Samples = tuple[ArrayLike, ArrayLike]
 """Times in s, shape (n,), and positions in m, shape (n, 3)."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 if TYPE_CHECKING:
-    from ltlplan.automata import Automaton
-    from ltlplan.conjunction import Conjunction
+    from ltlplan.logic.automata import Automaton
+    from ltlplan.logic.conjunction import Conjunction
     from verify.data import Mission
 
 from ltlplan.commands.options import JsonOption
@@ -77,8 +77,8 @@ def _mission(source: str) -> Mission | None:
 
 
 def _show_formula(source: str | Mission, kind: Format, trace: Any, form: Any) -> None:
-    from ltlplan.automata import translate
     from ltlplan.commands.terminal import print_json
+    from ltlplan.logic.automata import translate
     from verify.data import parse_formula
 
     formula = parse_formula(source) if isinstance(source, str) else source.formula
@@ -92,13 +92,13 @@ def _show_formula(source: str | Mission, kind: Format, trace: Any, form: Any) ->
 
 
 def _explicit(automaton: Automaton | Conjunction) -> Automaton:
-    from ltlplan.automata import Automaton
+    from ltlplan.logic.automata import Automaton
 
     return automaton if isinstance(automaton, Automaton) else automaton.multiplied()
 
 
 def _plain(automaton: Automaton | Conjunction) -> dict[str, Any]:
-    from ltlplan.decomposition import decomposition_set
+    from ltlplan.logic.decomposition import decomposition_set
 
     explicit = _explicit(automaton)
     data: dict[str, Any] = {
@@ -120,14 +120,14 @@ def _plain(automaton: Automaton | Conjunction) -> dict[str, Any]:
 
 
 def _drawn(dot: str, kind: Format) -> str:
-    from ltlplan.drawings import svg
+    from ltlplan.systems.drawings import svg
 
     return svg(dot) if kind == "svg" else dot
 
 
 def _system_dot(mission: Mission, view: View) -> str:
-    from ltlplan import drawings
-    from ltlplan.systems import Systems
+    from ltlplan.systems import drawings
+    from ltlplan.systems.transition_systems import Systems
 
     if view == "robot":
         return drawings.robot_dot(mission)
@@ -136,16 +136,16 @@ def _system_dot(mission: Mission, view: View) -> str:
     system = Systems(mission).of(next(iter(mission.agents)))
     if view == "agent":
         return drawings.system_dot(system)
-    from ltlplan.automata import translate
-    from ltlplan.products import PlanningAutomaton
+    from ltlplan.logic.automata import translate
+    from ltlplan.systems.products import PlanningAutomaton
 
     return drawings.product_dot(PlanningAutomaton(system, translate(mission.formula, mission.spec.trace)))
 
 
 def _graph(mission: Mission, view: View) -> dict[str, Any]:
-    from ltlplan.automata import translate
-    from ltlplan.products import PlanningAutomaton
-    from ltlplan.systems import Systems, environment_of, robot_graph
+    from ltlplan.logic.automata import translate
+    from ltlplan.systems.products import PlanningAutomaton
+    from ltlplan.systems.transition_systems import Systems, environment_of, robot_graph
 
     if view == "robot":
         graph: Any = robot_graph(mission)

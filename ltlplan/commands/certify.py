@@ -39,12 +39,12 @@ def command(
     import json as json_text
 
     from ltlplan.commands.progress import progress_bar
-    from ltlplan.commands.summary import claim_lines
     from ltlplan.commands.terminal import print_json
+    from ltlplan.report.summary import claim_lines
     from verify import certify
-    from verify.data.folders import PROOF
-    from verify.data.single_files import replace_listed
-    from verify.recheck import read_folder
+    from verify.data.storage.folders import PROOF
+    from verify.data.storage.single_files import replace_listed
+    from verify.run_folder import read_folder
 
     plan, team = read_folder(folder)
     error_of_clocks = _clock_error_before(folder) if clock_error is None else clock_error
@@ -63,8 +63,8 @@ def command(
 
 def _clock_error_before(folder: Path) -> float:
     """Return the clock error of the folder's certificate, so that proving again does not drop it; 0 without one."""
-    from verify.data.folders import PROOF
-    from verify.recheck import read_certificate
+    from verify.data.storage.folders import PROOF
+    from verify.run_folder import read_certificate
 
     path = folder / PROOF
     return float(read_certificate(path)["clock_error"]) if path.exists() else 0.0
@@ -82,12 +82,12 @@ def _judge_recording(
     """Judge a recorded flight of the folder's mission, claim by claim, for all times between its samples too."""
     from flight import read_recording
     from ltlplan.commands.progress import progress_bar
-    from ltlplan.commands.summary import recorded_lines
     from ltlplan.commands.terminal import print_json
+    from ltlplan.report.summary import recorded_lines
     from verify import check_flight
-    from verify.asked import asked_of
     from verify.data import NotCertified
-    from verify.flight_log import Samples, load_flight_log
+    from verify.recordings.asked import asked_of
+    from verify.recordings.flight_log import Samples, load_flight_log
 
     asked = asked_of(folder)
     if _is_our_log(recording):
@@ -112,7 +112,7 @@ def _judge_recording(
 
 def _is_our_log(path: Path) -> bool:
     """Tell a log of ours, which holds internal propositions, from a table of motion capture."""
-    from flight.log import COLUMNS
-    from verify.data.files import begins_with
+    from flight.logs.log import COLUMNS
+    from verify.data.storage.reading import begins_with
 
     return begins_with(path, ",".join(COLUMNS).encode(), "recording")

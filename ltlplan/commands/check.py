@@ -27,8 +27,8 @@ def command(
 ) -> None:
     """Check one word, or the words of a team one after another and interleaved; exit code 5 where a claim is not proved."""
     from ltlplan.commands.terminal import print_json
-    from verify.teams import check_team
-    from verify.words import check_word, parse_word
+    from verify.words.team_verdict import check_team
+    from verify.words.word_verdict import check_word, parse_word
 
     given = [parse_word(word) for word in words]
     if len(given) == 1:
@@ -39,7 +39,7 @@ def command(
     if json:
         print_json({"formula": formula, "words": list(map(str, given)), **{n: v.to_dict() for n, v in verdicts.items()}})
     else:
-        from verify.verdict import show_readings
+        from verify.logic.verdict import show_readings
 
         for name, verdict in verdicts.items():
             typer.echo(f"{name}: {verdict.outcome}. {verdict.sentence}")

@@ -36,14 +36,14 @@ def command(
     written with a certificate of its own. So are flights of one piece for crazyswarm2, whose loader needs a second.
     """
     import flight
-    from flight.export.files import make_product
+    from flight.exports.files import make_product
     from ltlplan.commands.progress import progress_bar
     from ltlplan.commands.terminal import print_json
     from ltlplan.output import write_plan_files, write_trajectories
     from verify import certify, recheck
     from verify.data import BadInput
-    from verify.data.folders import PROOF, check_folder, put_files, write_folder
-    from verify.recheck import read_folder
+    from verify.data.storage.folders import PROOF, check_folder, put_files, write_folder
+    from verify.run_folder import read_folder
 
     if dry_run and not upload:
         raise BadInput("--dry-run goes with --upload ROBOT=URI.")

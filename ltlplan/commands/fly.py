@@ -87,7 +87,7 @@ class _Finish:
 
 def _check(out: Path | None, files: tuple[str, ...]) -> None:
     """Refuse a folder that cannot be written, before minutes of work."""
-    from verify.data.folders import check_folder
+    from verify.data.storage.folders import check_folder
 
     if out is not None:
         check_folder(out, files)
@@ -97,7 +97,7 @@ def _team(source: str, progress: Progress) -> tuple[Plan, dict[str, Trajectory],
     """Return a certified team: from a run's folder, proved again, or by planning the mission."""
     if Path(source).is_dir():
         from verify import recheck
-        from verify.recheck import read_folder
+        from verify.run_folder import read_folder
 
         progress("proving the folder's certificate again", 0.0)
         certificate = recheck(source)
@@ -119,7 +119,7 @@ def _single(
 ) -> _Finish:  # fmt: skip
     import flight
     from ltlplan.output import LOG_FILES
-    from verify.data.folders import write_folder
+    from verify.data.storage.folders import write_folder
 
     _check(out, LOG_FILES)
     plan, team, certificate = _team(source, progress)
@@ -158,10 +158,10 @@ def _campaign(
 ) -> _Finish:  # fmt: skip
     import json
 
-    from flight.campaign import campaign
+    from flight.campaigns import campaign
     from ltlplan.output import CAMPAIGN_FILES
     from ltlplan.report.campaign import campaign_html
-    from verify.data.folders import write_folder
+    from verify.data.storage.folders import write_folder
 
     _check(out, CAMPAIGN_FILES)
     plan, team, certificate = _team(source, progress)
@@ -191,7 +191,7 @@ def _online(
     from ltlplan.commands.events import parse_events
     from ltlplan.online.flight import fly_online
     from ltlplan.output import ONLINE_FILES
-    from verify.data.folders import write_folder
+    from verify.data.storage.folders import write_folder
 
     _check(out, ONLINE_FILES)
     mission = read_mission(source)

@@ -58,7 +58,7 @@ def write_template(name: str) -> Path:
     from importlib import resources
 
     from verify.data import BadInput
-    from verify.data.file_names import name_fault
+    from verify.data.storage.file_names import name_fault
 
     stem = name.removesuffix(".yaml").removesuffix(".yml")
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", Path(stem).name):

@@ -67,7 +67,7 @@ def read_mission(
         changes["sequence"] = None
         changes["spec"] = mission.spec.model_copy(update={"formula": formula})
     if cost is not None:
-        from ltlplan.cost import parse_cost
+        from ltlplan.paths.costs import parse_cost
 
         changes["planner"] = mission.planner.model_copy(update={"cost": parse_cost(cost)})
     if margin is not None:

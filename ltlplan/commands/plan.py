@@ -23,11 +23,11 @@ def command(
     import json as json_text
 
     from ltlplan.commands.progress import progress_bar
-    from ltlplan.commands.summary import plan_lines
     from ltlplan.commands.terminal import print_json
     from ltlplan.output import PLAN_FILES, write_plan_files
     from ltlplan.pipeline import plan
-    from verify.data.folders import check_folder, write_folder
+    from ltlplan.report.summary import plan_lines
+    from verify.data.storage.folders import check_folder, write_folder
 
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost)
     if out is not None:

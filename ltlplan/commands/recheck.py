@@ -13,8 +13,8 @@ def command(folder: FolderArgument, json: JsonOption = False) -> None:
     import json as json_text
 
     from ltlplan.commands.progress import progress_bar
-    from ltlplan.commands.summary import claim_lines
     from ltlplan.commands.terminal import print_json
+    from ltlplan.report.summary import claim_lines
     from verify import recheck
 
     with progress_bar(quiet=json) as progress:

@@ -22,9 +22,9 @@ def command(
 ) -> None:
     """Plan, refine, certify, fly in simulation and export a mission."""
     from ltlplan.commands.progress import progress_bar
-    from ltlplan.commands.summary import holds, shortfall, summary_data, summary_lines
     from ltlplan.commands.terminal import print_json
     from ltlplan.pipeline import run
+    from ltlplan.report.summary import holds, shortfall, summary_data, summary_lines
 
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost, margin=margin)
     with progress_bar(quiet=json) as progress:

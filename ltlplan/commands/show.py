@@ -28,7 +28,7 @@ def command(
     from ltlplan.commands.terminal import print_json
     from ltlplan.report.pictures import pictures_html
     from verify.data import BadInput
-    from verify.data.single_files import check_page, replace_page
+    from verify.data.storage.single_files import check_page, replace_page
 
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost)
     page = out or Path(f"{asked.name}.html")

@@ -17,26 +17,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flight.airframe import airframe_of
-from flight.attitude import euler
 from flight.certified import require_tube
-from flight.control import CONTROL_STEP
-from flight.fly import as_sensor, as_wind
-from flight.log import Event, FlightLog
-from flight.reference import Reference
-from flight.simulate import STEP, SUBSTEPS, Setup, Snapshot, steps
-from ltlplan.mtac import Progress
+from flight.closed_loop import STEP, SUBSTEPS, Setup, Snapshot, steps
+from flight.control.controllers import CONTROL_STEP
+from flight.flights import as_sensor, as_wind
+from flight.logs.log import Event, FlightLog
+from flight.model.airframe import airframe_of
+from flight.model.attitude import euler
+from flight.model.reference import Reference
+from ltlplan.mtac.offline import Progress
 from ltlplan.online.certified import CertifiedTeam
 from ltlplan.planner import with_seed
 from ltlplan.sharing.events import falls_on, in_order
 from ltlplan.sharing.team import PERIOD, Desired, OnlineTeam
-from verify.behaviour import judge_formula
+from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
+from verify.behaviour.word_claims import judge_formula
 from verify.data import BadInput, InternalError, Letter, Mission, NotCertified, Unsatisfiable, check_mission
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
 from verify.data.mission import Agent, Point
+from verify.logic.verdict import Verdict
 from verify.pieces import Piece
-from verify.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
-from verify.verdict import Verdict
 
 Floats = NDArray[np.float64]
 
@@ -171,7 +171,7 @@ def fly_online(
         else:
             team = OnlineTeam(mission, rng=np.random.default_rng(used_seed))
     except Unsatisfiable:
-        from ltlplan.search import assign
+        from ltlplan.search.exact import assign
 
         assign(mission)  # says which parts cannot hold together
         raise

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import plotly.graph_objects as go
 
-from flight.draw import sample_paths, scene
+from flight.pictures import sample_paths, scene
 from flight.shapes import Floats
 from ltlplan.report.charts import error_chart, label_chart, rotor_chart, truth_chart
 from ltlplan.report.history import Reading, Spell, letter_spells, still_to_do, team_readings
@@ -85,7 +85,7 @@ def report_html(result: Result) -> str:
 
 def _header(result: Result, end: float) -> str:
     """Return the answer: the verdict, what must be known before anything else, what was asked, the figures."""
-    from ltlplan.commands.summary import certified_sentence, holds, shortfall
+    from ltlplan.report.summary import certified_sentence, holds, shortfall
 
     mission = result.mission
     good = holds(result)
@@ -112,7 +112,7 @@ def _header(result: Result, end: float) -> str:
 
 def _facts(result: Result, end: float) -> list[tuple[str, str, str]]:
     """Return the figures of the first screen: name, value, what to compare it with."""
-    from ltlplan.commands.summary import tracking
+    from ltlplan.report.summary import tracking
 
     mission, certificate = result.mission, result.certificate
     idle = sum(not robot.visits for robot in result.plan.robots.values())
@@ -137,7 +137,7 @@ def _facts(result: Result, end: float) -> list[tuple[str, str, str]]:
 
 def _tasks(result: Result) -> dict[str, str]:
     """Return each robot's visits in words."""
-    from ltlplan.commands.summary import visits_text
+    from ltlplan.report.summary import visits_text
 
     return {name: visits_text(robot) for name, robot in result.plan.robots.items()}
 
@@ -168,7 +168,7 @@ def _chart(title: str, figure: str, note: str) -> str:
 
 
 def _plan_table(result: Result) -> str:
-    from ltlplan.commands.summary import tracking, visits_text
+    from ltlplan.report.summary import tracking, visits_text
 
     flown = tracking(result)
     rows = [
@@ -181,7 +181,7 @@ def _plan_table(result: Result) -> str:
 
 
 def _claim_table(certificate: Certificate) -> str:
-    from ltlplan.commands.summary import HEADER, claim_rows, tightest_rows
+    from ltlplan.report.summary import HEADER, claim_rows, tightest_rows
 
     def claims(rows: list[tuple[str, ...]]) -> str:
         return table(HEADER, rows, numbers=(3, 4, 5), verdict=2)
@@ -192,7 +192,7 @@ def _claim_table(certificate: Certificate) -> str:
 
 
 def _flight_notes(result: Result) -> str:
-    from ltlplan.commands.summary import flight_sentences
+    from ltlplan.report.summary import flight_sentences
 
     sentences = flight_sentences(result)
     return section("Monitor", listed(sentences)) if sentences else ""

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import plotly.graph_objects as go
 
-from flight.draw import CLEAR
+from flight.pictures import CLEAR
 from ltlplan.report.over_time import FAR, GRID, MARK, over_time
 from ltlplan.report.page import figure_place, listed, page_html, section
 
 if TYPE_CHECKING:
-    from flight.campaign import Campaign
+    from flight.campaigns import Campaign
 
 
 _NOTES = {

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import plotly.graph_objects as go
 
-from flight.draw import robot_colour
+from flight.pictures import robot_colour
 from flight.shapes import Floats
 from ltlplan.report.bars import Bar, bars_html
 from ltlplan.report.history import Reading, Spell, truth_spells

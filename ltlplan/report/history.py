@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verify.data import Formula, Letter, Mission, Word
-from verify.progression import DOOMED, SETTLED, Automaton, normal_form
-from verify.semantics import truth_table
+from verify.logic.progression import DOOMED, SETTLED, Automaton, normal_form
+from verify.logic.semantics import truth_table
 
 Floats = NDArray[np.float64]
 

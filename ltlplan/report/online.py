@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from flight.draw import scene
+from flight.pictures import scene
 from ltlplan.report.charts import shown_chart, truth_chart
 from ltlplan.report.history import Spell, still_to_do, team_readings
 from ltlplan.report.page import listed, page_html, section, warning

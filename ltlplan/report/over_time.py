@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import plotly.graph_objects as go
 
-from flight.draw import CLEAR, LEGEND
+from flight.pictures import CLEAR, LEGEND
 from flight.shapes import Floats, rounded
 
 GRID = "rgba(128,136,150,0.25)"

@@ -9,15 +9,15 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from ltlplan.hoops import route
-from ltlplan.hoops.draw import control_point_figure, path_figure, primitives_figure, round_figure
-from ltlplan.mtac import improved
+from ltlplan.mtac.offline import improved
+from ltlplan.paths.hoops import route
+from ltlplan.paths.hoops.pictures import control_point_figure, path_figure, primitives_figure, round_figure
 from ltlplan.planner import generators, make_plan
 from ltlplan.report.page import figure_place, listed, page_html, section
 from verify.data import BadInput
 
 if TYPE_CHECKING:
-    from ltlplan.path_search import PathProblem
+    from ltlplan.paths.path_problem import PathProblem
     from verify.data import Mission
 
 Floats = NDArray[np.float64]

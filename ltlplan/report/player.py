@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from flight.draw import Floats, robot_colour
+from flight.pictures import Floats, robot_colour
 from ltlplan.report.history import Spell
 from ltlplan.report.page import figure_place
 from verify.data.word import show_letter

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.splines import Spline
+from ltlplan.paths.spline_matrices import Spline
 from verify.data import RobotPlan
 
 Floats = NDArray[np.float64]

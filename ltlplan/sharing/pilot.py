@@ -13,11 +13,11 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.allocation import Move, Part, Whereabouts, World
-from ltlplan.cost import Sampling, WeightedCost, cost_of
-from ltlplan.mtac import calmed
-from ltlplan.path_search import PathProblem, path_problem
-from ltlplan.quantile import square_root
+from ltlplan.mtac.allocation import Move, Part, Whereabouts, World
+from ltlplan.mtac.offline import calmed
+from ltlplan.paths.costs import Sampling, WeightedCost, cost_of
+from ltlplan.paths.path_problem import PathProblem, path_problem
+from ltlplan.paths.quantile import square_root
 from ltlplan.sharing import cross_entropy
 from ltlplan.sharing.course import GLIDE, Clock, course_of
 from ltlplan.sharing.cross_entropy import OnlineSettings, OnlineState

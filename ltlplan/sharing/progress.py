@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from ltlplan.allocation import Accepting, State
+from ltlplan.mtac.allocation import Accepting, State
 from verify.data import BadInput
 from verify.data.word import Letter
 

@@ -10,9 +10,9 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from ltlplan.automata import DEAD
+from ltlplan.logic.automata import DEAD
+from ltlplan.mtac.task_reader import Reader
 from ltlplan.sharing.progress import Reading, after_events, at_start
-from ltlplan.team_reader import Reader
 from verify.data import Formula, Letter, Mission, NotCertified, Unsatisfiable
 from verify.data.events import changed
 from verify.data.formula import FALSE, TRUE

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.allocation import Part
-from ltlplan.hoops import route
+from ltlplan.mtac.allocation import Part
+from ltlplan.paths.hoops import route
 from ltlplan.sharing.progress import admits
 from verify.data import Infeasible, Mission, RobotPlan, Visit, Word
 from verify.data.mission import Point, Region

@@ -11,15 +11,15 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ltlplan.allocation import Move, Part, World
-from ltlplan.mtac import metric
+from ltlplan.mtac.allocation import Move, Part, World
+from ltlplan.mtac.beam_search import Options, Walker
+from ltlplan.mtac.offline import metric
 from ltlplan.sharing.pilot import Pilot
-from ltlplan.team_walk import Options, Walker
 from verify.data import LtlplanError, Unsatisfiable, Visit
 from verify.data.mission_file import check_mission
 
 if TYPE_CHECKING:
-    from ltlplan.search import Itinerary
+    from ltlplan.search.exact import Itinerary
     from ltlplan.sharing.team import OnlineTeam
 
 MOST_WALKED = 512
@@ -74,7 +74,7 @@ def _by_exact_search(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[
     Raises:
         Unsatisfiable: There is none in which the blocked ways are not needed.
     """
-    from ltlplan.search import assign
+    from ltlplan.search.exact import assign
 
     problem: LtlplanError | None = None
     try:

@@ -17,14 +17,14 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.cost import Sampling, WeightedCost, cost_of, plan_cost
-from ltlplan.hoops import route
-from ltlplan.mtac import Progress, objective, yardstick
-from ltlplan.path_result import candidate_plans
-from ltlplan.path_search import PathProblem
-from ltlplan.sampled import word_filter
+from ltlplan.mtac.offline import Progress, objective, yardstick
+from ltlplan.paths.costs import Sampling, WeightedCost, cost_of, plan_cost
+from ltlplan.paths.hoops import route
+from ltlplan.paths.path_problem import PathProblem
+from ltlplan.paths.path_result import candidate_plans
+from ltlplan.paths.sampled_paths import word_filter
+from ltlplan.paths.spline_matrices import Spline
 from ltlplan.sharing.team import PERIOD, OnlineTeam
-from ltlplan.splines import Spline
 from verify.data import BadInput, Infeasible, Mission, Plan, RobotPlan, Unsatisfiable, Visit, Word
 from verify.data.mission import Hoop, Point
 from verify.data.sequence import Direction
@@ -61,7 +61,7 @@ def share_online(mission: Mission, *, rng: Generator, progress: Progress | None 
     try:
         team = OnlineTeam(mission, rng=rng, every_order=True)
     except Unsatisfiable:
-        from ltlplan.search import assign
+        from ltlplan.search.exact import assign
 
         assign(mission)  # says which parts cannot hold together
         raise

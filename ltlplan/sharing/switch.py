@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ltlplan.allocation import Metric, Move, Part, World
-from ltlplan.mtac import metric
+from ltlplan.mtac.allocation import Metric, Move, Part, World
+from ltlplan.mtac.offline import metric
+from ltlplan.mtac.task_reader import Reader
 from ltlplan.sharing.pilot import Pilot
 from ltlplan.sharing.progress import Standing, can_finish
-from ltlplan.team_reader import Reader
 from verify.data import Mission
 from verify.data.mission import Point
 

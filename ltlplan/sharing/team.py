@@ -4,7 +4,7 @@
 paper, a satisfying run is made at the first step; whoever is cheapest gets each part of it; paths are sampled for each robot by
 online cross-entropy; the flag says when the formula is satisfied. What the printed algorithm leaves open:
 
-* The run is made by the walk of `team_walk` with straight lines for costs, so that robots can go within a second. The switch
+* The run is made by the walk of `ltlplan.mtac.beam_search` with straight lines for costs, so that robots can go within a second. The switch
   condition is asked again several times a second: a part that nobody has begun, and whose beginning is in the decomposition
   set of the states that the automaton may be in now (what is done is done), goes to another robot where that is clearly cheaper.
 * A robot that has begun a part outside the decomposition set keeps it to its end, as the paper says.
@@ -27,8 +27,9 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.allocation import Part, Whereabouts, World
-from ltlplan.automata import DEAD
+from ltlplan.logic.automata import DEAD
+from ltlplan.mtac.allocation import Part, Whereabouts, World
+from ltlplan.mtac.task_reader import Reader
 from ltlplan.sharing.cross_entropy import OnlineSettings
 from ltlplan.sharing.pilot import Pilot
 from ltlplan.sharing.progress import admits, after_events, at_start, can_finish
@@ -36,7 +37,6 @@ from ltlplan.sharing.residual import mission_left
 from ltlplan.sharing.room_to_pass import led_around, make_way
 from ltlplan.sharing.sharing_out import share_out
 from ltlplan.sharing.switch import Handover, better_hands, may_change
-from ltlplan.team_reader import Reader
 from verify.data import BadInput, Infeasible, Letter, LtlplanError, Mission, RobotPlan, Unsatisfiable, Word
 from verify.data.events import HoopMoves, RobotJoins, RobotLeaves, WorldEvent
 from verify.data.mission import Agent, Point

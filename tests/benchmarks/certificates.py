@@ -18,25 +18,25 @@ import numpy as np
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from tests.flights import firefighting, quantised, small_mission, wandering
-from tests.second_reading import compare
-from verify.balls import dot
-from verify.behaviour import judge_formula
-from verify.bounds import peaks
+from tests.helpers.flights import firefighting, quantised, small_mission, wandering
+from tests.helpers.second_reading import compare
+from verify.arithmetic.balls import dot
+from verify.arithmetic.bounds import peaks
+from verify.arithmetic.exact import nonnegative, polynomial
+from verify.behaviour.timeline import Timeline
+from verify.behaviour.word_claims import judge_formula
 from verify.certificate import judge
 from verify.claims import Evidence, limit_claims, rim_claims, separation_claims, workspace_claims
-from verify.continuity import jumps
 from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import GRAVITY
 from verify.data.word import Word
-from verify.exact import nonnegative, polynomial
-from verify.labels import changes, levels, statuses
-from verify.passages import crossings
-from verify.paths import read_team
-from verify.regions import relations
-from verify.semantics import satisfies
-from verify.timeline import Timeline
+from verify.logic.semantics import satisfies
+from verify.motion.continuity import jumps
+from verify.motion.membership import changes, levels, statuses
+from verify.motion.passages import crossings
+from verify.motion.paths import read_team
+from verify.motion.regions import relations
 
 FORMULAS = (
     "F a",

@@ -22,11 +22,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from ltlplan.cost import WeightedCost
-from ltlplan.cross_entropy import minimise, searches
-from ltlplan.gaussian import Options
-from ltlplan.path_search import PathProblem, path_problem
-from tests.courses import courses
+from ltlplan.paths.costs import WeightedCost
+from ltlplan.paths.cross_entropy import minimise, searches
+from ltlplan.paths.gaussian import Options
+from ltlplan.paths.path_problem import PathProblem, path_problem
+from tests.helpers.courses import courses
 
 COST = WeightedCost({"length": 1.0, "effort": 0.5})
 

@@ -18,17 +18,17 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from ltlplan.automata import translate
-from ltlplan.budget import DEFAULT_BUDGET, Budget, TooLarge
-from ltlplan.conjunction import Task, conjunct_automata
-from ltlplan.lasso import cheapest_lasso
+from ltlplan.logic.automata import translate
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
+from ltlplan.logic.conjunction import Task, conjunct_automata
 from ltlplan.missions import load_mission
-from ltlplan.products import TeamAutomaton, full_product, full_product_size
-from ltlplan.search import assign
-from ltlplan.systems import Systems
-from ltlplan.team import Team
-from ltlplan.team_search import plan_team
-from tests.worlds import world
+from ltlplan.search.exact import assign
+from ltlplan.search.lassos.lasso import cheapest_lasso
+from ltlplan.search.reduced_graph import Team
+from ltlplan.search.team_search import plan_team
+from ltlplan.systems.products import TeamAutomaton, full_product, full_product_size
+from ltlplan.systems.transition_systems import Systems
+from tests.helpers.worlds import world
 from verify import check_team
 from verify.data import Formula, Mission, parse_formula
 

@@ -18,11 +18,11 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import flight
-from flight.airframe import Airframe, airframe_of
-from flight.control import CONTROL_STEP
-from flight.reference import sample_reference
-from flight.simulate import SUBSTEPS, Setup, steps
-from tests.flight.flights import StandIn, hoop6
+from flight.closed_loop import SUBSTEPS, Setup, steps
+from flight.control.controllers import CONTROL_STEP
+from flight.model.airframe import Airframe, airframe_of
+from flight.model.reference import sample_reference
+from tests.helpers.stand_ins import StandIn, hoop6
 from verify.data import Plan, Trajectory, load_vehicle
 
 FLIGHT_TIME = 30.0
@@ -115,7 +115,7 @@ def firefighting() -> tuple[Plan, dict[str, Trajectory]]:
 
 def step_responses() -> None:
     """Print how each vehicle answers a step of 0.3 m along x, 0.2 m along y and z, and 0.6 rad of heading."""
-    from tests.flight.test_control import STEPS, response
+    from tests.flight.control.test_control import STEPS, response
 
     print("\nstep responses of the geometric controller: overshoot, time to stay within 10 % (s)")
     print(f"{'':<30} {'0.3 m in x':>16} {'0.2 m in y, z':>16} {'0.6 rad heading':>16}")

@@ -18,12 +18,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from ltlplan.cost import Cost, SampledPaths, WeightedCost
-from ltlplan.cross_entropy import Improvement, Options, improve
-from ltlplan.hoops import route, route_sequence
 from ltlplan.missions import load_mission
-from ltlplan.search import assign
-from ltlplan.splines import Spline
+from ltlplan.paths.costs import Cost, SampledPaths, WeightedCost
+from ltlplan.paths.cross_entropy import Improvement, Options, improve
+from ltlplan.paths.hoops import route, route_sequence
+from ltlplan.paths.spline_matrices import Spline
+from ltlplan.search.exact import assign
 from verify.data import Mission, RobotPlan
 from verify.data.mission import Hoop
 from verify.data.mission_file import check_mission

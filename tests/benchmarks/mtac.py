@@ -17,11 +17,11 @@ from functools import cache
 import numpy as np
 
 import ltlplan
-from ltlplan.mtac import straight_cost, walk
-from ltlplan.search import assign
+from ltlplan.mtac.beam_search import Options
+from ltlplan.mtac.offline import straight_cost, walk
+from ltlplan.search.exact import assign
 from ltlplan.sharing.team import PERIOD, OnlineTeam
-from ltlplan.team_walk import Options
-from tests.random_missions import random_mission
+from tests.helpers.random_missions import random_mission
 from verify.data import Mission
 from verify.data.mission import Agent
 

@@ -12,13 +12,13 @@ import sys
 import numpy as np
 
 import ltlplan
-from ltlplan.allocation import World
-from ltlplan.hoops import route
-from ltlplan.mtac import improved, walk
-from ltlplan.quantile import quantile_samples
+from ltlplan.mtac.allocation import World
+from ltlplan.mtac.beam_search import Options
+from ltlplan.mtac.offline import improved, walk
+from ltlplan.mtac.task_reader import Reader
+from ltlplan.paths.hoops import route
+from ltlplan.paths.quantile import quantile_samples
 from ltlplan.sharing import cross_entropy as online
-from ltlplan.team_reader import Reader
-from ltlplan.team_walk import Options
 from tests.benchmarks.mtac import race
 from verify import check_team
 from verify.data import Visit

@@ -23,12 +23,12 @@ from scipy.linalg import solveh_banded
 import ltlplan
 import verify
 from refine import Limits, minimum_snap, refine, time_optimal
-from refine.limits import rotors_of
-from refine.minimum_snap import banded_problem
-from refine.nlp import forget
-from refine.obstacles import Plane
+from refine.corridor.bodies import Plane
+from refine.heading.spin import with_least_spin
+from refine.limits.values import rotors_of
 from refine.single import Pace
-from refine.turning import with_least_spin
+from refine.solvers.nlp import forget
+from refine.spline.least_snap import banded_problem
 from tests.benchmarks.refinement_courses import (
     HOOP6,
     HOOP6_BLEND,

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 
 from refine import Limits, Spline, quantise
-from refine.quantise import exact_end
+from refine.spline.rounding import exact_end
 from verify.claims import Claim, Evidence, limit_claims
 from verify.data import GRAVITY, Mission, Plan, RobotPlan, Trajectory, Vehicle, Word, load_vehicle
 from verify.data.mission import Agent, Box

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 import refine
+from tests.helpers.random_plans import random_plan
 from tests.refine import test_random_plans as plans
-from tests.refine.random_plans import random_plan
 from verify.data import DoesNotFit, Infeasible
 
 

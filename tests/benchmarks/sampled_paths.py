@@ -20,10 +20,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from ltlplan.cost import Sampling, WeightedCost
-from ltlplan.path_search import path_problem
-from ltlplan.sampled import label, run
-from tests.courses import courses
+from ltlplan.paths.costs import Sampling, WeightedCost
+from ltlplan.paths.path_problem import path_problem
+from ltlplan.paths.sampled_paths import label, run
+from tests.helpers.courses import courses
 
 
 class Visits:

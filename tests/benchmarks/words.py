@@ -20,13 +20,14 @@ import numpy as np
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from tests.spot_reading import spot_accepts
-from tests.timelines import mission
-from verify import check_samples, check_team, check_word, inclusion
-from verify.behaviour import judge_formula
+from tests.helpers.spot_reading import spot_accepts
+from tests.helpers.timelines import mission
+from verify import check_samples, check_team, check_word
+from verify.behaviour import inclusion
+from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
+from verify.behaviour.word_claims import judge_formula
 from verify.data import Formula, Word, parse_formula
-from verify.semantics import satisfies
-from verify.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
+from verify.logic.semantics import satisfies
 
 FIREFIGHTING = "F loc1 & F loc2 & G(smoke -> carrying)"
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import ltlplan
-from flight.campaign import campaign
+from flight.campaigns import campaign
 from ltlplan.online.flight import fly_online
 from ltlplan.report import report_html
 from ltlplan.report.campaign import campaign_html

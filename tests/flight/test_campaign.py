@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import flight
-from tests.flight.flights import Instant, stand_in
-from tests.flight.flights import flight as made_flight
+from tests.helpers.stand_ins import Instant, stand_in
+from tests.helpers.stand_ins import flight as made_flight
 from verify.data import BadInput, NotCertified
 
 CONDITIONS = {"wind": "0.4,0.2,0+0.3", "noise": 0.001}
@@ -47,7 +47,7 @@ def test_a_run_of_a_campaign_is_the_flight_with_its_seed(made, found):
 
 
 def test_findings_do_not_depend_on_batches(made, found, monkeypatch):
-    monkeypatch.setattr(importlib.import_module("flight.campaign"), "_BATCH", 4)
+    monkeypatch.setattr(importlib.import_module("flight.campaigns"), "_BATCH", 4)
     shares = []
     again = flight.campaign(*made, runs=6, seed=40, progress=lambda _, share: shares.append(share), **CONDITIONS)
     assert again.to_dict() == found.to_dict()
@@ -59,7 +59,7 @@ def test_findings_do_not_depend_on_batches(made, found, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("workers", [2, 3, 16])
 def test_findings_do_not_depend_on_the_number_of_processes(made, found, monkeypatch, workers):
-    monkeypatch.setattr(importlib.import_module("flight.campaign"), "LEAST_SHARE", 1)
+    monkeypatch.setattr(importlib.import_module("flight.campaigns"), "LEAST_SHARE", 1)
     shares = []
     again = flight.campaign(
         *made, runs=6, seed=40, workers=workers, progress=lambda _, share: shares.append(share), **CONDITIONS

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import flight
-from flight.control import CONTROL_STEP
-from flight.reference import sample_reference
-from flight.sensing import MotionCapture
-from flight.simulate import SUBSTEPS, Setup, steps
-from tests.flight.flights import Instant, StandIn, mission, rest_to_rest, stand_in
-from tests.flight.flights import flight as made_flight
+from flight.closed_loop import SUBSTEPS, Setup, steps
+from flight.control.controllers import CONTROL_STEP
+from flight.model.reference import sample_reference
+from flight.model.sensing import MotionCapture
+from tests.helpers.stand_ins import Instant, StandIn, mission, rest_to_rest, stand_in
+from tests.helpers.stand_ins import flight as made_flight
 from verify.data import BadInput, NotCertified, Plan, RobotPlan, Trajectory, Visit, Waypoint, Word, load_vehicle
 from verify.data.mission_file import parse_mission
 

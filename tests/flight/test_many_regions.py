@@ -7,7 +7,7 @@ import pytest
 
 import ltlplan
 from flight import fly
-from flight.labels import RegionMasks, region_letters
+from flight.monitoring.letters import RegionMasks, region_letters
 from ltlplan import parse_mission
 from ltlplan.pipeline import certified_team
 from verify.data import Mission

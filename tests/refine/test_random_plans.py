@@ -9,8 +9,8 @@ import pytest
 
 import verify
 from refine import refine
-from tests.refine.easy_answers import easy_answer, faults, sampled
-from tests.refine.random_plans import random_plan
+from tests.helpers.easy_answers import easy_answer, faults, sampled
+from tests.helpers.random_plans import random_plan
 from tests.refine.test_team import ball, room, straight
 from verify.data import DoesNotFit, Infeasible, Plan, Witness
 from verify.data.mission import Agent

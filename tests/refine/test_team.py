@@ -11,16 +11,16 @@ import pytest
 import flight
 import verify
 from ltlplan.missions import load_mission
-from refine import course as course_module
 from refine import refine
 from refine import single as single_module
-from refine.course import course_of, thinned
-from refine.labels import troubles
-from refine.minimum_snap import minimum_snap
-from refine.nlp import Timing, optimise
-from refine.schedule import Conflict, Flight, departures
-from refine.spline import Spline
-from tests.random_missions import random_mission
+from refine.coordination.departures import Conflict, Flight, departures
+from refine.corridor import course as course_module
+from refine.corridor.course import course_of, thinned
+from refine.corridor.sampled_stays import troubles
+from refine.solvers.nlp import Timing, optimise
+from refine.spline.least_snap import minimum_snap
+from refine.spline.values import Spline
+from tests.helpers.random_missions import random_mission
 from verify.data import DoesNotFit, Infeasible, Mission, Plan, RobotPlan, Visit, Waypoint, Witness, Word
 from verify.data.mission import Agent, Box, Hoop, LegLimits, Limits, Region, Spec
 from verify.data.plan import Precedence

@@ -6,8 +6,8 @@ from fractions import Fraction
 
 from hypothesis import strategies as st
 
+from verify.behaviour.timeline import Change, Enclosure, Timeline
 from verify.data import Formula, Word
-from verify.timeline import Change, Enclosure, Timeline
 
 NAMES = ("a", "b", "c")
 _UNARY = ("!", "F", "G")

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 
 import verify
-from tests.flights import REST_TO_REST, changed, firefighting, legs, plan_of, small_mission
+from tests.helpers.flights import REST_TO_REST, changed, firefighting, legs, plan_of, small_mission
 from verify import certify, judge
-from verify.continuity import jumps
 from verify.data.errors import BadInput, NotCertified
 from verify.data.mission import Action
 from verify.data.plan import Plan, Visit
 from verify.data.trajectory import Trajectory
-from verify.paths import read_team
+from verify.motion.continuity import jumps
+from verify.motion.paths import read_team
 
 LIMITS = {
     "speed",

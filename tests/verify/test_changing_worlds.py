@@ -10,14 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.flights import plan_of, small_mission
-from tests.recordings import claims, dense, refused
+from tests.helpers.flights import plan_of, small_mission
+from tests.helpers.recordings import claims, dense, refused
 from verify import Asked, Samples, asked_of, check_flight
-from verify.asked import World, of_events
 from verify.data import BadInput, mission_to_yaml
 from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, events_to_json, load_events
 from verify.data.mission import Agent
 from verify.data.plan import Visit
+from verify.recordings.asked import World, of_events
 
 ELSEWHERE = (0.0, 3.0, 1.0)
 CORNERS = np.array([(0.0, 0.0, 1.0), (2.0, 0.0, 1.0), (2.0, 2.0, 1.0)])

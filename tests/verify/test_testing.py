@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.timelines import mission
+from tests.helpers.timelines import mission
 from verify import Trajectory
 from verify.data import BadInput, FormulaError
+from verify.logic.verdict import show_readings
 from verify.testing import assert_satisfies, assert_within_limits
-from verify.verdict import show_readings
 
 REGIONS = {"a": ((0.5, 0, 1), 0.2), "b": ((0, 1, 1), (0.3, 0.2, 0.2))}
 

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
 from verify.data.errors import BadInput
-from verify.data.file_names import MAX_LENGTH, name_fault
 from verify.data.formula import FREE, TRUE, Formula, parse_formula
 from verify.data.sequence import Sequence, parse_sequence
+from verify.data.storage.file_names import MAX_LENGTH, name_fault
 from verify.data.value import Value
 from verify.data.vehicle import NotNegative, Number, Positive, Vehicle, load_vehicle
 from verify.data.word import Letter

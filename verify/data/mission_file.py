@@ -19,7 +19,6 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from verify.data.errors import BadInput, did_you_mean
-from verify.data.files import read_text
 from verify.data.mission import (
     Action,
     Agent,
@@ -34,8 +33,9 @@ from verify.data.mission import (
     Robot,
     Spec,
 )
-from verify.data.mission_rules import broken_rules
-from verify.data.strict_yaml import MAX_DEPTH, MAX_NODES, NotAccepted, load_tree
+from verify.data.rules.missions import broken_rules
+from verify.data.storage.reading import read_text
+from verify.data.storage.strict_yaml import MAX_DEPTH, MAX_NODES, NotAccepted, load_tree
 from verify.data.value import Remembered, plain
 from verify.data.vehicle import Vehicle
 

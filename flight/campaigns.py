@@ -1,0 +1,367 @@
+"""Campaigns: the same flight a thousand times, in wind and noise, and what share of the runs kept its promises.
+
+A run that stays inside its tube and yet breaks the formula would be a bug of the certificate; a campaign hunts for one.
+Run k has seed `seed + k`, and `fly(..., seed=seed + k)` is, bit for bit, that run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import betaincinv
+
+from flight.certified import require_certificate
+from flight.closed_loop import FRAME_STEPS, STEP, SUBSTEPS, ModelName, Setup, steps
+from flight.control.controllers import CONTROL_STEP, ControllerName
+from flight.flights import as_sensor, as_wind
+from flight.model.airframe import Airframe, airframe_of
+from flight.model.attitude import Floats
+from flight.model.disturbances import Wind
+from flight.model.reference import Reference, flown, sample_reference
+from flight.model.sensing import MotionCapture
+from flight.monitoring.formula_state import FormulaState
+from flight.monitoring.letters import PlannedAction, RegionMasks, planned_actions, region_letters
+from flight.monitoring.tube import relative_acceleration, stray_at_joints
+from flight.processes import shared
+from verify.data import BadInput, Mission, Plan, Trajectory, check_plan, check_trajectories
+from verify.recordings.planned_paths import planned_paths
+
+MAX_RUNS = 100_000
+_BATCH = 500
+"""Runs that are simulated side by side: enough to drown the cost of a call, few enough for the cache."""
+LEAST_SHARE = 400
+"""Fewest runs that a process of their own is worth: half as many take hardly less time, and starting one takes a second."""
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """A share of runs, with its exact (Clopper-Pearson) 95 % confidence interval."""
+
+    count: int
+    of: int
+    low: float
+    high: float
+
+    @classmethod
+    def make(cls, good: NDArray[np.bool_]) -> Share:
+        """Return the share of runs that are True."""
+        n, k = len(good), int(np.count_nonzero(good))
+        low = 0.0 if k == 0 else float(betaincinv(k, n - k + 1, 0.025))
+        high = 1.0 if k == n else float(betaincinv(k + 1, n - k, 0.975))
+        return cls(k, n, low, high)
+
+    @property
+    def value(self) -> float:
+        """The share itself."""
+        return self.count / self.of
+
+    def __str__(self) -> str:
+        return f"{self.count} of {self.of} ({100 * self.value:.1f} %, 95 % confidence {100 * self.low:.2f} to {100 * self.high:.2f} %)"
+
+
+@dataclass(frozen=True, eq=False)
+class Campaign:
+    """What a campaign found. Arrays are read-only, one entry a run.
+
+    Attributes:
+        mission: The mission's name.
+        robots: Names.
+        seeds: Shape (runs,).
+        worst_error: Largest distance from the plan of any robot at any time, m. Shape (runs,).
+        worst_robot: Index of that robot. Shape (runs,).
+        inside: Whether every robot was inside its tube at every time; None without a certificate. Shape (runs,).
+        satisfied: Whether the flown path (sampled at 100 Hz) satisfies the formula. Shape (runs,).
+        margin: delta of the certificate, m, or None.
+        times: s. Shape (samples,).
+        error_over_time: Median, 95th percentile and maximum over the runs of the worst robot's error at each time, m.
+            Shape (samples, 3).
+        certificate: Its digest, or None.
+        asked: How many runs were asked for.
+        varied: Whether anything differs between runs; where nothing does, one was flown for all of them, and shares say nothing.
+    """
+
+    mission: str
+    robots: tuple[str, ...]
+    seeds: NDArray[np.int64]
+    worst_error: Floats
+    worst_robot: NDArray[np.int64]
+    inside: NDArray[np.bool_] | None
+    satisfied: NDArray[np.bool_]
+    margin: float | None
+    times: Floats
+    error_over_time: Floats
+    certificate: str | None
+    asked: int
+    varied: bool
+
+    @property
+    def share_inside(self) -> Share | None:
+        """Share of runs inside the tube; None without a certificate."""
+        return None if self.inside is None else Share.make(self.inside)
+
+    @property
+    def share_satisfied(self) -> Share:
+        """Share of runs whose path satisfies the formula."""
+        return Share.make(self.satisfied)
+
+    @property
+    def worst_seed(self) -> int:
+        """Seed of the run with the largest error."""
+        return int(self.seeds[np.argmax(self.worst_error)])
+
+    @property
+    def contradictions(self) -> tuple[int, ...]:
+        """Seeds of runs inside the tube that break the formula: each is a bug of the certificate, or of this judge."""
+        return () if self.inside is None else tuple(int(seed) for seed in self.seeds[self.inside & ~self.satisfied])
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What was found, a sentence each."""
+        worst = int(np.argmax(self.worst_error))
+        if not self.varied:
+            return self._sentences_of_one()
+        found = [f"the formula was satisfied in {self.share_satisfied}."]
+        if self.share_inside is not None:
+            found.insert(0, f"every robot stayed inside its tube of {self.margin:g} m in {self.share_inside}.")
+        found.append(
+            f"worst error {1000 * self.worst_error[worst]:.1f} mm by {self.robots[self.worst_robot[worst]]} "
+            f"with seed {self.worst_seed}; median of the runs' worst {1000 * float(np.median(self.worst_error)):.1f} mm."
+        )
+        if self.contradictions:
+            seeds = ", ".join(map(str, self.contradictions[:5]))
+            found.append(f"BUG: {len(self.contradictions)} runs inside the tube broke the formula, with seeds {seeds}.")
+        return tuple(found)
+
+    def _sentences_of_one(self) -> tuple[str, ...]:
+        """What the one flight showed that stands for all, without shares and confidence: there is no chance in it."""
+        runs = "1 run" if self.asked == 1 else f"{self.asked} runs"
+        found = [
+            f"nothing varies between runs without noise and gusts, so one was flown for the {runs} asked for; "
+            "chance comes with noise (--noise 0.001) or gusts (--wind 1+0.3)."
+        ]
+        if self.inside is not None:
+            where = "every robot stayed inside" if self.inside[0] else f"{self.robots[self.worst_robot[0]]} left"
+            found.append(f"{where} its tube of {self.margin:g} m.")
+        found.append(f"the formula was {'satisfied' if self.satisfied[0] else 'not satisfied'}.")
+        found.append(f"worst error {1000 * self.worst_error[0]:.1f} mm by {self.robots[self.worst_robot[0]]}.")
+        if self.contradictions:
+            found.append("BUG: the run stayed inside the tube and broke the formula.")
+        return tuple(found)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the findings as plain data, a row for each run included."""
+        inside = [None] * len(self.seeds) if self.inside is None else self.inside.tolist()
+        rows = zip(
+            self.seeds.tolist(),
+            self.worst_error.tolist(),
+            self.worst_robot.tolist(),
+            inside,
+            self.satisfied.tolist(),
+            strict=True,
+        )
+        return {
+            "mission": self.mission,
+            "certificate": self.certificate,
+            "margin": self.margin,
+            "runs": [
+                {"seed": seed, "worst_error": error, "robot": self.robots[robot], "inside": kept, "satisfied": good}
+                for seed, error, robot, kept, good in rows
+            ],
+            "asked": self.asked,
+            "varied": self.varied,
+            "share_inside": None if self.share_inside is None or not self.varied else _share(self.share_inside),
+            "share_satisfied": _share(self.share_satisfied) if self.varied else None,
+            "worst_seed": self.worst_seed,
+            "contradictions": list(self.contradictions),
+        }
+
+
+def campaign(
+    plan: Plan,
+    team: Mapping[str, Trajectory],
+    cert: Any = None,
+    *,
+    runs: int = 100,
+    seed: int = 0,
+    wind: Wind | str | float | None = None,
+    noise: MotionCapture | str | float | None = None,
+    model: ModelName = "full",
+    controller: ControllerName = "geometric",
+    airframe: Airframe | None = None,
+    workers: int = 1,
+    progress: Progress | None = None,
+) -> Campaign:
+    """Simulate many flights of the team, in which nobody reacts to alarms, and judge each.
+
+    Args:
+        plan: As for `fly`.
+        team: As for `fly`.
+        cert: As for `fly`; without one nothing is said of tubes.
+        runs: How many; where nothing varies, one is flown.
+        seed: Of the first run; run k has `seed + k`.
+        wind: As for `fly`.
+        noise: As for `fly`.
+        model: As for `fly`.
+        controller: As for `fly`.
+        airframe: As for `fly`.
+        workers: Processes; the findings do not depend on it. More than one needs a script that may be imported.
+        progress: Called with a sentence and the share done.
+
+    Raises:
+        BadInput: Trajectories do not fit the mission, the certificate's margin is 0, or the number of runs or workers is out
+            of range.
+        NotCertified: The certificate is of other trajectories or of another mission.
+    """
+    if not 1 <= runs <= MAX_RUNS:
+        raise BadInput(f"a campaign has 1 to {MAX_RUNS} runs, not {runs}.")
+    if workers < 1 or seed < 0:
+        raise BadInput(f"workers must be at least 1 and seed at least 0, not {workers} and {seed}.")
+    plan, team = check_plan(plan), check_trajectories(team)
+    if cert is not None:
+        require_certificate(cert, plan, team)
+    mission = plan.mission
+    reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1))
+    frame = airframe_of(mission.vehicle) if airframe is None else airframe
+    setup = Setup(frame, reference, as_wind(wind), as_sensor(noise), model, controller)
+    job = _Job(mission, setup, planned_actions(plan, team, cert))
+    varied = setup.varies
+    flown_runs = runs if varied else 1
+    processes = max(min(workers, flown_runs // LEAST_SHARE), 1)
+    count = -(-flown_runs // (_BATCH * processes)) * processes  # as many batches for each
+    size = -(-flown_runs // count)
+    batches = [range(seed + first, seed + min(first + size, flown_runs)) for first in range(0, flown_runs, size)]
+    parts = _many(job, batches, processes, progress) if processes > 1 else _one_by_one(job, batches, progress)
+    peaks = np.concatenate([part.peaks for part in parts])
+    errors = np.concatenate([part.errors for part in parts])
+    # Between two steps of the dynamics a robot strays from the chord of its error by at most A h^2 / 8, and where pieces meet.
+    paths = planned_paths(mission, team)
+    pushed = relative_acceleration(mission.vehicle, max(path.acceleration for path in paths.values())) * STEP * STEP / 8.0
+    between = pushed + max(stray_at_joints(path, time - STEP, time + STEP) for path in paths.values() for time in path.joints)
+    worst = np.max(peaks, axis=1) + between
+    return Campaign(
+        mission=mission.name,
+        robots=reference.robots,
+        seeds=_frozen(np.arange(seed, seed + flown_runs)),
+        worst_error=_frozen(worst),
+        worst_robot=_frozen(np.argmax(peaks, axis=1)),
+        inside=None if cert is None else _frozen(worst < float(cert.margin)),
+        satisfied=_frozen(np.concatenate([part.satisfied for part in parts])),
+        margin=None if cert is None else float(cert.margin),
+        times=_frozen(np.arange(errors.shape[1]) * FRAME_STEPS * STEP),
+        error_over_time=_frozen(
+            np.stack([np.median(errors, axis=0), np.percentile(errors, 95, axis=0), np.max(errors, axis=0)], axis=1)
+        ),
+        certificate=None if cert is None else cert.digest(),
+        asked=runs,
+        varied=varied,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    mission: Mission
+    setup: Setup
+    actions: tuple[PlannedAction, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """Findings of a batch: peaks (runs, robots), errors of the worst robot (runs, samples), verdicts (runs,)."""
+
+    peaks: Floats
+    errors: NDArray[np.float32]
+    satisfied: NDArray[np.bool_]
+
+
+def _one_by_one(job: _Job, batches: Sequence[range], progress: Progress | None) -> list[_Part]:
+    def part_of(index: int) -> Callable[[float], None] | None:
+        if progress is None:
+            return None
+        said = progress
+        return lambda share: said(_sentence(batches), (index + share) / len(batches))
+
+    return [_batch(job, seeds, part_of(index)) for index, seeds in enumerate(batches)]
+
+
+def _many(job: _Job, batches: Sequence[range], workers: int, progress: Progress | None) -> list[_Part]:
+    """Share the batches among processes."""
+    say = None if progress is None else lambda share: progress(_sentence(batches), share)
+    return shared(_batch, job, batches, workers=workers, progress=say)
+
+
+def _batch(job: _Job, seeds: range, report: Callable[[float], None] | None) -> _Part:
+    """Simulate runs side by side and note when which robot's regions change."""
+    reference: Reference = job.setup.reference
+    robots, runs = len(reference.robots), len(seeds)
+    samples = (len(reference.times) - 1) * SUBSTEPS // FRAME_STEPS + 1
+    errors = np.empty((runs, samples), dtype=np.float32)
+    regions = RegionMasks(job.mission)
+    masks = regions.none(robots * runs)
+    changes: list[list[tuple[int, int, int]]] = [[] for _ in range(runs)]  # of each run: sample, robot, regions
+    peak = np.zeros(robots * runs)
+    for sample, entry in enumerate(steps(job.setup, seeds)):
+        away = (entry.position.reshape(3, runs, robots) - reference.fine[entry.step][:, None]).astype(np.float64)
+        errors[:, sample] = np.sqrt(np.max(away[0] * away[0] + away[1] * away[1] + away[2] * away[2], axis=1))
+        now = regions.of(entry.position)
+        for vehicle in np.flatnonzero(now != masks) if sample else range(robots * runs):
+            changes[vehicle // robots].append((sample, int(vehicle % robots), int(now[vehicle])))
+        masks, peak = now, entry.peak
+        if report is not None and sample % 100 == 0:
+            report(sample / samples)
+    judge = _Judge(job, reference.robots)
+    satisfied = np.array([judge.satisfied(found) for found in changes], dtype=np.bool_)
+    if report is not None:
+        report(1.0)
+    return _Part(peak.reshape(runs, robots), errors, satisfied)
+
+
+class _Judge:
+    """Judges words of runs; runs whose letters change in the same order share one verdict."""
+
+    def __init__(self, job: _Job, robots: tuple[str, ...]) -> None:
+        self._mission, self._table = job.mission, region_letters(job.mission)
+        self._actions = sorted(
+            (int(np.ceil(round(action.time / (FRAME_STEPS * STEP), 6))), robots.index(action.robot), action.propositions)
+            for action in job.actions
+        )
+        self._count, self._robots = len(robots), robots
+        self._known: dict[tuple[tuple[tuple[int, frozenset[str]], ...], ...], bool] = {}
+
+    def satisfied(self, changes: list[tuple[int, int, int]]) -> bool:
+        regions: list[frozenset[str]] = [frozenset()] * self._count
+        inner = [self._mission.initial_letter(name) for name in self._robots]
+        events: dict[int, dict[int, frozenset[str]]] = {}
+        entries = [(sample, 1, robot, self._table[mask]) for sample, robot, mask in changes]
+        entries += [(sample, 0, robot, letter) for sample, robot, letter in self._actions]
+        for sample, kind, robot, letter in sorted(entries, key=lambda entry: entry[:3]):
+            (regions if kind else inner)[robot] = letter
+            events.setdefault(sample, {})[robot] = regions[robot] | inner[robot]
+        word = tuple(tuple(sorted(change.items(), key=lambda item: item[0])) for _, change in sorted(events.items()))
+        if word not in self._known:
+            first, *rest = word
+            state = FormulaState(self._mission.formula, self._mission.spec.team, [letter for _, letter in first])
+            for change in rest:
+                state.change(dict(change))
+            finite = self._mission.spec.trace == "finite"
+            self._known[word] = state.end(finite=finite) in (("satisfied",) if finite else ("satisfied", "open"))
+        return self._known[word]
+
+
+def _sentence(batches: Sequence[range]) -> str:
+    return f"simulating {sum(map(len, batches))} runs"
+
+
+def _share(share: Share) -> dict[str, float]:
+    return {"count": share.count, "of": share.of, "low": share.low, "high": share.high}
+
+
+def _frozen(values: NDArray[Any]) -> NDArray[Any]:
+    values = np.array(values, order="C")
+    values.setflags(write=False)
+    return values

@@ -1,0 +1,217 @@
+"""The Crazyflie's compressed trajectories: millimetres and milliseconds as integers, Bezier control points.
+
+A start of 8 bytes (int16 mm, tenths of a degree), then for each piece one byte of types, uint16 ms, and the control points
+without the first one, which is where the piece before ended. A piece of no duration ends it. Plain rounding breaks velocity and
+higher derivatives where pieces meet; `quantised` therefore fits pieces of one common length, whose control points can be
+integers and yet join up to the third derivative. That is another path than the one that was refined, by millimetres, so it
+is the quantised path that must be certified; the export refuses anything that rounding would still change.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Mapping
+from math import comb
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flight.exports.files import Product, Request
+from verify.data import BadInput, DoesNotFit, Trajectory
+
+MILLIMETRES = 32767
+"""Most that an int16 holds."""
+MILLISECONDS = 65535
+"""Most that an uint16 holds."""
+_POINTS = (0, 1, 3, 7)
+_KIND = 1
+
+Integers = NDArray[np.int64]
+
+
+def quantised(team: Mapping[str, Trajectory], *, step: float = 0.35) -> dict[str, Trajectory]:
+    """Return paths near a team's that compressed trajectories hold exactly: the ones to certify and export.
+
+    They keep the team's times at their joints, but for the stretch (well below a piece) that a common length of
+    pieces in whole milliseconds needs, and are continuous up to the third derivative.
+
+    Args:
+        team: Trajectories with heading 0.
+        step: Length of a piece to aim at, s. Shorter ones follow the path better, but round its speed more.
+
+    Raises:
+        BadInput: step is not between 0.05 and 5 s.
+        DoesNotFit: A position is beyond 32.767 m, or a heading is not 0.
+    """
+    if not 0.05 <= step <= 5.0:
+        raise BadInput(f"step must be 0.05 to 5 s, not {step}.")
+    return {name: _fitted(name, path, step) for name, path in team.items()}
+
+
+def _fitted(name: str, path: Trajectory, step: float) -> Trajectory:
+    """Fit pieces of one length to a path, by its position and three derivatives at their joints."""
+    _require_no_heading(name, path)
+    split = 0.0 if path.cycle is None else float(path.knots[path.cycle])
+    spans = [(begin, end) for begin, end in ((0.0, split), (split, path.duration)) if end > begin]
+    length, counts = _common_length([end - begin for begin, end in spans], step)
+    derivatives: list[NDArray[np.float64]] = []
+    for (begin, end), count in zip(spans, counts, strict=True):
+        times = begin + (end - begin) * np.arange(count) / count
+        slower = (end - begin) / (count * length / 1000.0)
+        derivatives.append(np.stack([path.evaluate(times, order) * slower**order for order in range(4)]))
+    last = np.stack([path.evaluate(path.duration, order) for order in range(4)])[:, None]
+    if path.cycle is not None:  # the lap ends as it begins
+        last = derivatives[-1][:, :1]
+    at_joints = np.concatenate([*derivatives, last], axis=1)
+    at_joints[:, :, 3] = 0.0
+    d = length / 1000.0
+    # In mm: position, and the first three differences of control points that the derivatives mean.
+    place, first, second, third = np.rint(1000.0 * at_joints * np.array([1, d / 7, d**2 / 42, d**3 / 210])[:, None, None])
+    p, q = (place[:-1], first[:-1], second[:-1], third[:-1]), (place[1:], first[1:], second[1:], third[1:])
+    points = np.stack(
+        [
+            p[0], p[0] + p[1], p[0] + 2 * p[1] + p[2], p[0] + 3 * p[1] + 3 * p[2] + p[3],
+            q[0] - 3 * q[1] + 3 * q[2] - q[3], q[0] - 2 * q[1] + q[2], q[0] - q[1], q[0],
+        ],
+        axis=-1,
+    )  # fmt: skip
+    _require_near(name, points)
+    cycle = None if path.cycle is None else sum(counts[:-1])
+    return _decoded(np.full(len(points), length, dtype=np.int64), points.astype(np.int64), cycle)
+
+
+def _common_length(spans: list[float], step: float) -> tuple[int, list[int]]:
+    """Return a length in ms and a number of pieces for each span, so that they fill the spans with little stretch."""
+    best: tuple[float, int, list[int]] | None = None
+    shortest = min(spans)
+    for count in range(1, max(2, int(2 * shortest / step)) + 1):
+        length = math.ceil(round(1000.0 * shortest / count, 6))
+        counts = [math.ceil(round(1000.0 * span / length, 6)) for span in spans]
+        stretch = max(count * length / (1000.0 * span) for count, span in zip(counts, spans, strict=True))
+        price = stretch - 1.0 + 0.02 * abs(math.log(length / (1000.0 * step)))
+        if length <= MILLISECONDS and (best is None or price < best[0]):
+            best = (price, length, counts)
+    if best is None:
+        raise DoesNotFit(
+            f"a span of {shortest:g} s cannot be cut into pieces of at most {MILLISECONDS / 1000:g} s near {step:g} s."
+        )
+    return best[1], best[2]
+
+
+def _require_no_heading(name: str, path: Trajectory) -> None:
+    if np.any(path.coefficients[:, 3] != 0.0):
+        raise DoesNotFit(
+            f"{name} has a heading other than 0; the firmware divides tenths of a degree by 0.1 and takes the result for "
+            "radians, so compressed flights keep heading 0."
+        )
+
+
+def _require_near(name: str, points: NDArray[Any]) -> None:
+    worst = float(np.max(np.abs(points)))
+    if worst > MILLIMETRES:
+        raise DoesNotFit(f"{name} has a control point {worst / 1000:g} m from the origin; compressed flights reach 32.767 m.")
+
+
+def compressed_bytes(name: str, path: Trajectory) -> tuple[bytes, int]:
+    """Return the exact bytes of a finite flight and its number of pieces.
+
+    Raises:
+        DoesNotFit: A position, duration or heading is out of range, or rounding would change the path.
+    """
+    durations, points = _encoded(name, path)
+    if _decoded(durations, points, None) != Trajectory(path.durations, path.coefficients):
+        raise DoesNotFit(
+            f"{name}'s trajectory does not survive rounding to millimetres and milliseconds; "
+            "certify `flight.quantised(team)` and export that."
+        )
+    data = bytearray(struct.pack("<hhhh", *points[0, :, 0].tolist()))
+    for duration, piece in zip(durations.tolist(), points, strict=True):
+        kinds, stored = 0, bytearray()
+        for axis in range(4):
+            kind = 0 if np.all(piece[axis] == piece[axis, 0]) else 3
+            kinds |= kind << (2 * axis)
+            stored += struct.pack(f"<{_POINTS[kind]}h", *piece[axis, 8 - _POINTS[kind] :].tolist())
+        data += struct.pack("<BH", kinds, duration) + stored
+    data += struct.pack("<BH", 0, 0)
+    return bytes(data), len(durations)
+
+
+def compressed_trajectory(data: bytes) -> Trajectory:
+    """Read compressed bytes as the firmware does.
+
+    Raises:
+        BadInput: They end in the middle of a piece, or hold no piece.
+    """
+    try:
+        last = np.array(struct.unpack_from("<hhhh", data, 0), dtype=np.int64)
+        place, durations, pieces = 8, [], []
+        while True:
+            kinds, duration = struct.unpack_from("<BH", data, place)
+            place += 3
+            if duration == 0:
+                break
+            piece = np.empty((4, 8), dtype=np.int64)
+            for axis in range(4):
+                count = _POINTS[kinds >> (2 * axis) & 3]
+                own = [int(last[axis]), *struct.unpack_from(f"<{count}h", data, place)]
+                place += 2 * count
+                piece[axis] = own * 8 if count == 0 else _raised(own)
+            durations.append(duration)
+            pieces.append(piece)
+            last = piece[:, 7]
+    except struct.error:
+        raise BadInput(f"{len(data)} bytes end in the middle of a compressed trajectory.") from None
+    if not pieces:
+        raise BadInput("a compressed trajectory needs at least one piece.")
+    return _decoded(np.array(durations, dtype=np.int64), np.array(pieces), None)
+
+
+def product(request: Request) -> Product:
+    """Return the files of a compressed Crazyflie upload."""
+    from flight.exports.crazyflie import upload_files
+
+    return upload_files(request, compressed_bytes, _KIND)
+
+
+def _raised(points: list[int]) -> list[int]:
+    """Return eight control points of the same curve where that is exact in integers."""
+    if len(points) != 8:
+        raise BadInput("linear and cubic pieces are not written here and cannot be read exactly.")
+    return points
+
+
+def _encoded(name: str, path: Trajectory) -> tuple[Integers, Integers]:
+    """Round to ms and to control points in mm. Shapes (pieces,) and (pieces, 4, 8).
+
+    Raises:
+        DoesNotFit: A position or duration is out of range, or a heading is not 0.
+    """
+    _require_no_heading(name, path)
+    durations = np.rint(1000.0 * path.durations).astype(np.int64)
+    for index, duration in enumerate(path.durations.tolist()):
+        if not 1 <= round(1000.0 * duration) <= MILLISECONDS:
+            raise DoesNotFit(f"{name}, piece {index}: {duration:g} s; a compressed piece lasts 0.001 to 65.535 s.")
+    scaled = path.coefficients * path.durations[:, None, None] ** np.arange(8)
+    to_points = np.array([[comb(i, k) / comb(7, k) if k <= i else 0.0 for k in range(8)] for i in range(8)])
+    rounded = np.rint(1000.0 * np.einsum("ik,pak->pai", to_points, scaled))
+    _require_near(name, rounded)
+    points = rounded.astype(np.int64)
+    points[1:, :, 0] = points[:-1, :, 7]
+    return durations, points
+
+
+def _decoded(durations: Integers, points: Integers, cycle: int | None) -> Trajectory:
+    """Return the polynomials of control points in mm over durations in ms, rounded to float32 once."""
+    to_powers = np.array(
+        [[comb(7, k) * comb(k, j) * (-1) ** (k - j) if j <= k else 0 for j in range(8)] for k in range(8)], dtype=np.int64
+    )
+    exact = np.einsum("kj,paj->pak", to_powers, points)  # integers below 2^53
+    seconds = durations[:, None, None] / 1000.0
+    coefficients = exact / 1000.0 / seconds ** np.arange(8)
+    return Trajectory(_float32(durations / 1000.0), _float32(coefficients), cycle=cycle)
+
+
+def _float32(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return values.astype(np.float32).astype(np.float64)

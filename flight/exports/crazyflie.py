@@ -1,0 +1,183 @@
+"""Upload to Crazyflies through cflib: the exact bytes of the trajectory memory, and a way to send them.
+
+The export writes one `.bin` a robot and `upload.json`, which says what `define_trajectory` is told; that is the dry run.
+`upload` sends the same bytes over the radio.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from flight.exports.crazyswarm import require_crazyflie
+from flight.exports.files import Product, Request
+from flight.exports.memory import Entry, poly4d_bytes, side_by_side
+from verify.data import BadInput, DoesNotFit, LtlplanError, MissingEngine, Trajectory
+from verify.data.storage.reading import parse_json, read_bytes
+
+KINDS = ("poly4d", "poly4d_compressed")
+_POLY4D = 0
+_MOST = 1_000_000
+"""Bytes of a file of an export; a vehicle holds four thousand."""
+
+
+def product(request: Request) -> Product:
+    """Return the files of an uncompressed Crazyflie upload."""
+    return upload_files(request, lambda name, path: (poly4d_bytes(name, path), len(path)), _POLY4D)
+
+
+def upload_files(request: Request, encode: Callable[[str, Trajectory], tuple[bytes, int]], kind: int) -> Product:
+    """Return `<robot>.bin` for each robot, and upload.json.
+
+    Args:
+        request: The export.
+        encode: Turns a robot's name and finite flight into bytes and a number of pieces.
+        kind: 0 for Poly4D, 1 for compressed.
+    """
+    require_crazyflie(request)
+    ids, begin = request.options.get("trajectory_ids", {}), request.options.get("offset", 0)
+    unknown = sorted(set(ids) - set(request.team))
+    if unknown:
+        raise BadInput(f"trajectory_ids names '{unknown[0]}', which is not a robot of the mission: {', '.join(request.team)}.")
+    files: dict[str, bytes] = {}
+    table: dict[str, Any] = {}
+    for name, path in request.flown.items():
+        data, pieces = encode(name, path)
+        trajectory_id = ids.get(name, 0)
+        (entry,) = side_by_side({trajectory_id: (name, data, pieces)}, kind, begin)
+        files[f"{name}.bin"] = entry.data
+        table[name] = {
+            "file": f"{name}.bin",
+            "trajectory_id": entry.trajectory_id,
+            "offset": entry.offset,
+            "pieces": entry.pieces,
+            "type": KINDS[kind],
+            "duration": path.duration,
+            "start": [float(x) for x in path.evaluate(0.0)],
+        }
+    content = {"mission": request.mission.name, "certificate": request.digest, "margin": request.margin, "robots": table}
+    files["upload.json"] = (json.dumps(content, indent=1) + "\n").encode()
+    return Product(
+        files, ("Each .bin holds the exact bytes for the vehicle's trajectory memory, at the offset in upload.json.",)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Uploaded:
+    """What was sent to one vehicle, or would have been.
+
+    Attributes:
+        robot: Name.
+        uri: Radio address.
+        entry: Id, offset, number of pieces, kind and the exact bytes.
+    """
+
+    robot: str
+    uri: str
+    entry: Entry
+
+
+def upload(folder: str | os.PathLike[str], uris: Mapping[str, str], *, dry_run: bool = False) -> tuple[Uploaded, ...]:
+    """Send an exported folder's trajectories to Crazyflies over the radio.
+
+    Nothing is started. Several exports with other ids and offsets can lie side by side in one vehicle.
+
+    Args:
+        folder: Written by `export(..., format="crazyflie")` or `"crazyflie-compressed"`.
+        uris: Radio address of each robot.
+        dry_run: Send nothing; return what would be sent.
+
+    Raises:
+        BadInput: The folder is no such export, an address is missing, or there is no radio or vehicle to be reached by it.
+        DoesNotFit: A vehicle's memory is smaller, or it refuses the bytes.
+        MissingEngine: cflib is not installed.
+    """
+    planned = _read(Path(folder), uris)
+    for number, item in enumerate(() if dry_run else planned):
+        try:
+            with _quiet():
+                _send(item)
+        except LtlplanError:
+            raise
+        except Exception as error:  # cflib raises bare ones: no radio, no vehicle, no such address
+            reason = (str(error).splitlines() or [type(error).__name__])[0].removesuffix(".")
+            sent = ", ".join(before.robot for before in planned[:number]) or "no robot"
+            raise BadInput(
+                f"{item.robot} at {item.uri} cannot be sent to: {reason}. What was exported is in {folder}; {sent} has been sent its "
+                f"trajectory so far, and nothing was started. Plug in the radio, switch the vehicle on, and look at the address."
+            ) from None
+    return planned
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep what cflib logs of a failure, tracebacks too, off standard error where nobody listens to logs: it is raised as well."""
+    logger, handler = logging.getLogger("cflib"), logging.NullHandler()
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+
+
+def write_entry(memory: Any, entry: Entry) -> bool:
+    """Write an entry's bytes through cflib's trajectory memory element, and tell whether it succeeded."""
+
+    class _Bytes:
+        def pack(self) -> bytes:
+            return entry.data
+
+    memory.trajectory = [_Bytes()]
+    return bool(memory.write_data_sync(start_addr=entry.offset))
+
+
+def _read(folder: Path, uris: Mapping[str, str]) -> tuple[Uploaded, ...]:
+    try:
+        robots = parse_json(read_bytes(folder / "upload.json", most=_MOST, what="upload.json"), "upload.json")["robots"]
+        parts = {name: _part(folder, name, row) for name, row in robots.items()}
+    except (ValueError, KeyError, TypeError, AttributeError, BadInput) as error:
+        raise BadInput(f"{folder} is no Crazyflie export: {str(error).removesuffix('.')}.") from None
+    items: list[Uploaded] = []
+    for name, (trajectory_id, offset, pieces, kind, data) in parts.items():
+        if name not in uris:
+            raise BadInput(f"no radio address for '{name}'; robots: {', '.join(parts)}.")
+        (entry,) = side_by_side({trajectory_id: (name, data, pieces)}, kind, offset)
+        items.append(Uploaded(name, uris[name], entry))
+    return tuple(items)
+
+
+def _part(folder: Path, name: str, row: Mapping[str, Any]) -> tuple[int, int, int, int, bytes]:
+    """Return a robot's trajectory id, offset, number of pieces, kind and bytes."""
+    numbers = [row[key] for key in ("trajectory_id", "offset", "pieces")]
+    if row["file"] != f"{name}.bin" or Path(name).name != name or not all(type(number) is int for number in numbers):
+        raise BadInput(f"what upload.json says of '{name[:40]}' is not what an export writes")
+    return (*numbers, KINDS.index(row["type"]), read_bytes(folder / f"{name}.bin", most=_MOST, what="trajectory"))
+
+
+def _send(item: Uploaded) -> None:
+    """Open a link, write and define the trajectory, close it."""
+    try:
+        import cflib.crtp
+        from cflib.crazyflie import Crazyflie
+        from cflib.crazyflie.mem import MemoryElement
+        from cflib.crazyflie.syncCrazyflie import SyncCrazyflie
+    except ImportError:
+        raise MissingEngine("uploading needs cflib: pip install 'ltlplan[crazyflie]'.") from None
+    cflib.crtp.init_drivers()
+    with SyncCrazyflie(item.uri, cf=Crazyflie()) as link:
+        memories = link.cf.mem.get_mems(MemoryElement.TYPE_TRAJ)
+        if not memories:
+            raise DoesNotFit(f"{item.robot} at {item.uri} has no trajectory memory.")
+        if memories[0].size < item.entry.offset + len(item.entry.data):
+            raise DoesNotFit(f"{item.robot}'s trajectory memory has {memories[0].size} bytes, too few.")
+        if not write_entry(memories[0], item.entry):
+            raise DoesNotFit(f"{item.robot} at {item.uri} did not take the trajectory.")
+        link.cf.high_level_commander.define_trajectory(
+            item.entry.trajectory_id, item.entry.offset, item.entry.pieces, type=item.entry.kind
+        )

@@ -1,0 +1,139 @@
+"""Crazyswarm2: one CSV a robot, a crazyflies.yaml and a script that flies the mission.
+
+The CSV is what uav_trajectories and crazyswarm2 read: a header and 33 columns, numbers as `%.9g` so that float32
+survives. Crazyswarm2's loader fails on a file with one piece; `with_hovers` gives such flights a second one, which is then certified
+with the first.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from ruamel.yaml import YAML
+from ruamel.yaml.scalarstring import DoubleQuotedScalarString
+
+from flight.exports.crazyswarm_script import script
+from flight.exports.files import NOTE, Product, Request
+from verify.data import BadInput, DoesNotFit, Trajectory
+from verify.data.storage.ownership import MANIFEST
+from verify.data.trajectory_csv import write_csv
+
+PIECES = 31
+"""Pieces that the vehicle's memory of 4096 bytes holds."""
+
+HOVER = 1.0
+"""s of hover behind a flight of one piece."""
+
+_CONFIGURATION = "crazyflies.yaml"
+_SCRIPT = "fly_mission.py"
+
+
+def file_names(robots: Iterable[str]) -> tuple[str, ...]:
+    """Return the names of all files of a crazyswarm2 export, note and manifest included."""
+    return (*(f"{name}.csv" for name in robots), _CONFIGURATION, _SCRIPT, NOTE, MANIFEST)
+
+
+def product(request: Request) -> Product:
+    """Return the files of a crazyswarm2 export."""
+    require_crazyflie(request)
+    uris = request.options.get("uris", {})
+    unknown = sorted(set(uris) - set(request.team))
+    if unknown:
+        raise BadInput(f"uris names '{unknown[0]}', which is not a robot of the mission: {', '.join(request.team)}.")
+    files: dict[str, bytes] = {}
+    for name, path in request.flown.items():
+        require_float32(name, path)
+        if len(path) > PIECES:
+            raise DoesNotFit(
+                f"{name} has {len(path)} pieces; the vehicle's memory holds {PIECES}. Fly fewer laps or stream it."
+            )
+        if len(path) == 1:
+            raise DoesNotFit(
+                f"{name} has one piece, and crazyswarm2's loader fails on such files; certify `flight.with_hovers(team)` and "
+                "export that (a lap of one piece that moves needs a second one, or `repeat` 2)."
+            )
+        files[f"{name}.csv"] = write_csv(path).encode()
+    starts = {name: tuple(map(float, path.evaluate(0.0))) for name, path in request.team.items()}
+    duration = max(path.duration for path in request.flown.values())
+    files[_CONFIGURATION] = _configuration(request, starts, uris).encode()
+    files[_SCRIPT] = script(request, starts, duration).encode()
+    note = "fly_mission.py climbs, goes to the starts, and begins only if every robot is within the margin of its own."
+    return Product(files, (note,))
+
+
+def require_crazyflie(request: Request) -> None:
+    """Refuse a vehicle that is no Crazyflie by the size of its numbers.
+
+    Raises:
+        DoesNotFit: It weighs more than any Crazyflie can lift.
+    """
+    vehicle = request.mission.vehicle
+    if vehicle.mass > 0.1:
+        raise DoesNotFit(f"the certificate is for '{vehicle.name}' of {vehicle.mass:g} kg, which is no Crazyflie.")
+
+
+def require_float32(name: str, path: Trajectory) -> None:
+    """Refuse numbers that the vehicle's float32 would change after they were certified.
+
+    Raises:
+        DoesNotFit: As said.
+    """
+    if not path.is_float32:
+        raise DoesNotFit(f"{name}'s trajectory does not survive the vehicle's float32; round it before it is certified.")
+
+
+def with_hovers(team: Mapping[str, Trajectory], laps: int = 1) -> dict[str, Trajectory]:
+    """Return a team's flights with two pieces at least, so that crazyswarm2 can read them: the ones to certify and export.
+
+    A hover of one piece is cut into halves, which are the same flight. Behind any other flight of one piece comes a hover
+    of 1 s where it ends, to the nearest float32: a step that only a certificate of both pieces covers. A lap of one
+    piece that moves is returned as it is.
+    """
+    return {name: _readable(path) if len(path.flattened(laps)) == 1 else path for name, path in team.items()}
+
+
+def _readable(path: Trajectory) -> Trajectory:
+    if not path.coefficients[:, :, 1:].any():
+        return Trajectory(np.repeat(path.durations / 2, 2), np.repeat(path.coefficients, 2, axis=0), cycle=path.cycle)
+    if path.cycle is not None:
+        return path
+    hover = np.zeros((1, 4, 8))
+    hover[0, :, 0] = path.evaluate(path.duration).astype(np.float32)
+    return Trajectory(np.append(path.durations, HOVER), np.concatenate([path.coefficients, hover]))
+
+
+def _configuration(request: Request, starts: dict[str, tuple[float, ...]], uris: dict[str, str]) -> str:
+    """Return crazyflies.yaml: who flies, where each stands before the climb, and how positions are known."""
+    robots = {
+        DoubleQuotedScalarString(name): {  # unquoted, YAML 1.1 readers take a robot named `no` or `on` for a Boolean
+            "enabled": True,
+            "uri": uris.get(name, f"radio://0/80/2M/E7E7E7E7{index + 1:02X}"),
+            "initial_position": [round(start[0], 6), round(start[1], 6), 0.0],
+            "type": "ltlplan",
+        }
+        for index, (name, start) in enumerate(starts.items())
+    }
+    content = {
+        "fileversion": 3,
+        "robots": robots,
+        "robot_types": {
+            "ltlplan": {
+                "motion_capture": {"tracking": "librigidbodytracker", "marker": "default", "dynamics": "default"},
+                "big_quad": False,
+                "battery": {"voltage_warning": 3.8, "voltage_critical": 3.7},
+            }
+        },
+        "all": {
+            "firmware_logging": {"enabled": True, "default_topics": {"pose": {"frequency": 10}, "status": {"frequency": 1}}},
+            "firmware_params": {"commander": {"enHighLevel": 1}, "stabilizer": {"estimator": 2, "controller": 2}},
+            "broadcasts": {"num_repeats": 15, "delay_between_repeats_ms": 1},
+        },
+    }
+    buffer = io.StringIO()
+    yaml = YAML(pure=True)
+    yaml.default_flow_style = None
+    yaml.dump(content, buffer)
+    given = "The radio addresses are the ones that were passed." if uris else "Put your own radio addresses in."
+    return f"# Mission '{request.mission.name}', certificate {request.digest}. {given}\n{buffer.getvalue()}"

@@ -1,0 +1,120 @@
+"""PX4 and ArduPilot: MAVLink setpoints for offboard (guided) flight, as a telemetry log a robot, and a script that sends them.
+
+Each entry is a SET_POSITION_TARGET_LOCAL_NED with position, velocity, acceleration, heading and its rate. Our world is taken
+as east, north, up (ROS's REP 103), theirs is north, east, down: north = y, east = x, down = -z, and heading is counted
+from north clockwise. A `.tlog` is eight bytes of time (microseconds, big-endian) before each message.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from flight.exports.files import Product, Request
+from flight.model.attitude import Floats
+from verify.data import BadInput, MissingEngine, Trajectory
+
+RATE = 50.0
+"""Setpoints a second."""
+
+_SENDER = (255, 190)  # system and component of a ground station's planner
+_AUTOPILOT = 1
+
+
+def product(request: Request) -> Product:
+    """Return one `.tlog` a robot, `flight.json` with what belongs to all, and `stream_setpoints.py` that flies them with PX4."""
+    rate, origin = float(request.options.get("rate", RATE)), request.options.get("origin", (0.0, 0.0, 0.0))
+    if not 2.0 < rate <= 500.0:
+        raise BadInput(f"rate must be above 2 (PX4 leaves offboard flight below that) and at most 500 a second, not {rate:g}.")
+    try:
+        centre = np.array([float(x) for x in origin])
+    except (TypeError, ValueError):
+        centre = np.zeros(0)
+    if centre.shape != (3,) or not np.all(np.isfinite(centre)):
+        raise BadInput(f"origin must be three finite numbers in m, not {origin}.")
+    duration = max(path.duration for path in request.flown.values())
+    files = {
+        f"{name}.tlog": _log(path, index + 1, rate, centre, duration, request.digest)
+        for index, (name, path) in enumerate(request.flown.items())
+    }
+    files["flight.json"] = _described(request, rate, centre, duration)
+    files["stream_setpoints.py"] = (resources.files("flight.exports") / "px4_stream.py").read_bytes()
+    systems = ", ".join(f"{name} is system {index + 1}" for index, name in enumerate(request.team))
+    return Product(
+        files,
+        (
+            f"Setpoints at {rate:g} a second; {systems}. stream_setpoints.py sends them to PX4 in real time; see its first lines.",
+            "North is the mission's y, east its x; the local frame's origin is "
+            f"({', '.join(f'{x:g}' for x in centre)}) m in the mission's frame.",
+            "The certificate is of the path that the setpoints are samples of; what an autopilot does between them is its own.",
+        ),
+    )
+
+
+def _described(request: Request, rate: float, origin: Floats, duration: float) -> bytes:
+    """Return what the streaming script reads beside the logs."""
+    robots = {name: {"system": index + 1, "file": f"{name}.tlog"} for index, name in enumerate(request.team)}
+    data = {
+        "certificate": request.digest,
+        "margin": request.margin,
+        "rate": rate,
+        "duration": duration,
+        "origin": origin.tolist(),
+        "robots": robots,
+    }
+    return (json.dumps(data, indent=1) + "\n").encode()
+
+
+def to_ned(flat: Floats, origin: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Return position, velocity and acceleration in NED, heading and its rate.
+
+    Args:
+        flat: x, y, z, yaw and two derivatives. Shape (3, samples, 4).
+        origin: m. Shape (3,).
+
+    Returns:
+        Shapes (samples, 3) three times, (samples,) twice.
+    """
+    position = flat[0, :, :3] - origin
+    swapped = [np.stack([v[:, 1], v[:, 0], -v[:, 2]], axis=1) for v in (position, flat[1, :, :3], flat[2, :, :3])]
+    heading = np.mod(math.pi / 2 - flat[0, :, 3] + math.pi, 2 * math.pi) - math.pi
+    return swapped[0], swapped[1], swapped[2], heading, -flat[1, :, 3]
+
+
+def _log(path: Trajectory, system: int, rate: float, origin: Floats, duration: float, digest: str) -> bytes:
+    mavlink = _pymavlink()
+    packer = mavlink.MAVLink(None, srcSystem=_SENDER[0], srcComponent=_SENDER[1])
+    content = bytearray()
+
+    def add(message: Any, microseconds: int) -> None:
+        content.extend(struct.pack(">Q", microseconds))
+        content.extend(message.pack(packer))
+        packer.seq = (packer.seq + 1) % 256
+
+    text = f"certificate {digest}".encode()
+    for chunk in range(-(-len(text) // 50)):
+        part = text[50 * chunk : 50 * chunk + 50]
+        add(mavlink.MAVLink_statustext_message(mavlink.MAV_SEVERITY_INFO, part, id=1, chunk_seq=chunk), 0)
+    times = np.minimum(np.arange(math.ceil(round(duration * rate, 6)) + 1) / rate, duration)
+    flat = np.stack([path.evaluate(times, order) for order in range(3)])
+    rows = np.concatenate([part.reshape(len(times), -1) for part in to_ned(flat, origin)], axis=1)
+    for time, row in zip(times.tolist(), rows.tolist(), strict=True):
+        message = mavlink.MAVLink_set_position_target_local_ned_message(
+            round(1000 * time), system, _AUTOPILOT, mavlink.MAV_FRAME_LOCAL_NED, 0, *row
+        )
+        add(message, round(1e6 * time))
+    return bytes(content)
+
+
+def _pymavlink() -> Any:
+    """Return pymavlink's MAVLink 2 dialect."""
+    try:
+        from pymavlink.dialects.v20 import common
+    except ImportError:
+        raise MissingEngine("PX4 export needs pymavlink: pip install 'ltlplan[px4]'.") from None
+    return common

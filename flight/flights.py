@@ -1,0 +1,211 @@
+"""One simulated flight of a team, from its plan and trajectories to its log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from flight.certified import require_certificate
+from flight.closed_loop import FRAME_STEPS, STEP, SUBSTEPS, ModelName, Setup, Snapshot, steps
+from flight.control.controllers import CONTROL_STEP, ControllerName
+from flight.logs.log import Event, FlightLog
+from flight.model.airframe import Airframe, airframe_of
+from flight.model.attitude import Floats, euler
+from flight.model.disturbances import Wind
+from flight.model.reference import Reference, flown, sample_reference
+from flight.model.sensing import MotionCapture
+from flight.monitoring.letters import PlannedAction, RegionMasks, internal_letters, planned_actions, region_letters
+from flight.monitoring.monitor import Monitor
+from flight.monitoring.reaction import LANDING_TIME, Reaction, Stop
+from verify.data import BadInput, Mission, Plan, Trajectory, check_plan, check_trajectories
+from verify.recordings.planned_paths import PlannedPath, planned_paths
+
+Progress = Callable[[str, float], None]
+
+
+def fly(
+    plan: Plan,
+    team: Mapping[str, Trajectory],
+    cert: Any = None,
+    *,
+    seed: int = 0,
+    wind: Wind | str | float | None = None,
+    noise: MotionCapture | str | float | None = None,
+    model: ModelName = "full",
+    controller: ControllerName = "geometric",
+    airframe: Airframe | None = None,
+    reaction: Reaction | None = None,
+    progress: Progress | None = None,
+) -> FlightLog:
+    """Simulate the team's flight in closed loop and return its log.
+
+    Args:
+        plan: The plan that the trajectories fly; carries the mission.
+        team: One trajectory a robot; a cycle is flown as often as the mission's `repeat` says.
+        cert: A certificate of this team; gives the tube's margin and the instants of planned actions. Without one
+            the log says that the flight is not certified.
+        seed: Of every random number; the same seed gives the same log.
+        wind: None for still air; otherwise a Wind, or text or a number for `Wind.parse` (m/s).
+        noise: None for perfect knowledge of the state; otherwise a MotionCapture, or a position's standard
+            deviation in m.
+        model: `full` (twelve states, rotors, battery) or `paper` (eqs. (1) to (3)).
+        controller: `geometric`, or `paper` (the papers' controller).
+        airframe: Lag, drag and gains; the vehicle's own by default.
+        reaction: What the team does when the monitor raises the alarm; the mission's own choice by default.
+        progress: Called with a sentence and the share done.
+
+    Raises:
+        BadInput: Plan or trajectories are not sound or do not fit each other, or the certificate's margin is 0.
+        NotCertified: The certificate is of other trajectories or of another mission.
+    """
+    plan, team = check_plan(plan), check_trajectories(team)
+    mission = plan.mission
+    if cert is not None:
+        require_certificate(cert, plan, team)
+    frame = airframe_of(mission.vehicle) if airframe is None else airframe
+    reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1))
+    sensor = as_sensor(noise)
+    actions = planned_actions(plan, team, cert)
+    chosen: Reaction = mission.reaction if reaction is None else reaction
+    watcher = _Watcher(mission, reference, actions, cert, sensor, chosen, planned_paths(mission, team))
+    setup = Setup(frame, watcher.reference, as_wind(wind), sensor, model, controller, watcher.override)
+    entries: list[Snapshot] = []
+    count = (len(reference.times) - 1) * SUBSTEPS // FRAME_STEPS
+    for entry in steps(setup, [seed]):
+        entries.append(entry)
+        if watcher.over(entry):
+            break
+        if progress is not None and len(entries) % 100 == 0:
+            progress("simulating the flight", min(len(entries) / (count + 1), 1.0))
+    watcher.monitor.finish(reference.duration)
+    notes = [] if frame.known else [f"no airframe is known for '{mission.vehicle.name}'; lag, drag and gains are estimates."]
+    if cert is None:
+        notes.append(
+            "this flight has no certificate; planned actions happen in the middle of their visits on the sampled path."
+        )
+    monitor = watcher.monitor
+    verdict = {"satisfied": True, "violated": False}.get(monitor.formula)
+    events = tuple(monitor.events)
+    return _log(mission, watcher.reference, actions, entries, cert, events, notes, seed, verdict, monitor.tube)
+
+
+class _Watcher:
+    """The monitor at work during a simulation, and what the team does when it raises the alarm."""
+
+    def __init__(
+        self,
+        mission: Mission,
+        reference: Reference,
+        actions: tuple[PlannedAction, ...],
+        cert: Any,
+        sensor: MotionCapture | None,
+        reaction: Reaction,
+        planned: Mapping[str, PlannedPath],
+    ) -> None:
+        if reaction not in ("carry_on", "hold", "land"):
+            raise BadInput(f"reaction must be 'carry_on', 'hold' or 'land', not {reaction!r}.")
+        self._mission = mission
+        self._reaction: Reaction = reaction
+        self._delay = 0 if sensor is None else int(np.ceil(sensor.delay / CONTROL_STEP))
+        self._ticks = len(reference.times) - 1
+        self.reference = reference.extended(LANDING_TIME, CONTROL_STEP, SUBSTEPS) if reaction == "land" else reference
+        self.monitor = Monitor(
+            mission,
+            actions,
+            margin=None if cert is None else float(cert.margin),
+            measurement=0.0 if sensor is None else sensor.bound,
+            planned_acceleration=max(path.acceleration for path in planned.values()),
+            planned=planned,
+        )
+        self._alarm: int | None = None
+        self._stop: Stop | None = None
+
+    def over(self, entry: Snapshot) -> bool:
+        """Let the monitor see one entry of the log; return whether the flight is over."""
+        time = entry.step * STEP
+        seen = entry.position if entry.measured is None else entry.measured
+        self.monitor.see(time, seen, self.reference.fine[entry.step])
+        if self._alarm is None and self.monitor.alarmed and self._reaction != "carry_on":
+            self._alarm = -(-entry.step // SUBSTEPS) + 1 + self._delay
+        last = self._ticks * STEP * SUBSTEPS if self._stop is None else max(self._ticks * STEP * SUBSTEPS, self._stop.end)
+        return time >= last - 1e-9
+
+    def override(self, tick: int) -> Floats | None:
+        """Return what is flown instead of the plan from this control instant on, or None."""
+        if self._alarm is None or tick < self._alarm:
+            return None
+        time = tick * CONTROL_STEP
+        if self._stop is None:
+            self._stop = Stop(self.reference.flat[tick], time, self._mission, self._reaction)
+            what = "hold where they can stop" if self._reaction == "hold" else "stop and land"
+            self.monitor.events.append(Event(time, None, "reaction", f"all robots {what}."))
+        return self._stop.flat(time)
+
+
+def _log(
+    mission: Mission,
+    reference: Reference,
+    actions: tuple[PlannedAction, ...],
+    entries: list[Snapshot],
+    cert: Any,
+    events: tuple[Event, ...],
+    notes: list[str],
+    seed: int,
+    satisfied: bool | None,
+    tube: str | None,
+) -> FlightLog:
+    """Put the log together from the simulation's entries."""
+    steps_taken = np.array([entry.step for entry in entries])
+    times, robots = steps_taken * STEP, range(len(reference.robots))
+    position = _stacked([entry.position for entry in entries])
+    planned = reference.fine[steps_taken].transpose(0, 2, 1)
+    table = region_letters(mission)
+    regions = RegionMasks(mission)
+    masks = [regions.of(position[:, j].T).tolist() for j in robots]
+    inner = [internal_letters(mission, robot, actions, times) for robot in reference.robots]
+    first, sensed = entries[0], entries[0].measured is not None
+    return FlightLog(
+        mission=mission.name,
+        robots=reference.robots,
+        times=times,
+        position=position,
+        velocity=_stacked([entry.velocity for entry in entries]),
+        attitude=_stacked([euler(entry.attitude) for entry in entries]),
+        thrust=np.array([entry.thrust for entry in entries]),
+        rates=_stacked([entry.rates for entry in entries]),
+        error=np.linalg.norm(position - planned, axis=2),
+        letters=tuple(tuple(table[masks[j][i]] | inner[j][i] for j in robots) for i in range(len(times))),
+        rotors=None if first.rotors is None else _stacked([_known(entry.rotors) for entry in entries]),
+        measured=_stacked([_known(entry.measured) for entry in entries]) if sensed else None,
+        estimated=_stacked([entry.estimated for entry in entries]) if sensed else None,
+        peak=entries[-1].peak,
+        margin=None if cert is None else float(cert.margin),
+        events=events,
+        satisfied=satisfied,
+        tube=tube,
+        seed=seed,
+        certificate=None if cert is None else cert.digest(),
+        notes=tuple(notes),
+    )
+
+
+def as_wind(wind: Wind | str | float | None) -> Wind | None:
+    """Return the wind that an argument means; None for still air."""
+    value = wind if wind is None or isinstance(wind, Wind) else Wind.parse(wind)
+    return None if value is None or value.still else value
+
+
+def as_sensor(noise: MotionCapture | str | float | None) -> MotionCapture | None:
+    """Return the motion capture that an argument means; None for perfect knowledge."""
+    return noise if noise is None or isinstance(noise, MotionCapture) else MotionCapture.parse(noise)
+
+
+def _stacked(values: list[Floats]) -> Floats:
+    return np.array(values).transpose(0, 2, 1)
+
+
+def _known(values: Floats | None) -> Floats:
+    assert values is not None, "every entry of a log has the same parts"
+    return values

@@ -1,0 +1,221 @@
+"""The monitor: what can be said of a flight while it is flown, from what is measured.
+
+It follows the formula on the measured path, the distance of every robot from its plan against the certificate's
+margin, and the distances between robots, and says at once when the certificate no longer covers the flight.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from flight.logs.log import Event
+from flight.model.attitude import Floats
+from flight.monitoring.formula_state import FormulaState, FormulaVerdict
+from flight.monitoring.letters import PlannedAction, RegionMasks, region_letters
+from flight.monitoring.tube import Tube, TubeVerdict, relative_acceleration
+from verify.data import BadInput, Mission, check_mission
+from verify.recordings.planned_paths import PlannedPath
+
+
+class Monitor:
+    """Watches one flight of a team, sample by sample.
+
+    Attributes:
+        events: What was said so far, in order.
+        closest: The least distance between two robots at any sample so far, m, and who; None for a single robot.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        actions: Sequence[PlannedAction],
+        *,
+        margin: float | None,
+        measurement: float,
+        planned_acceleration: float,
+        planned: Mapping[str, PlannedPath] | None = None,
+    ) -> None:
+        """Begin before the first sample.
+
+        Args:
+            mission: Whose formula, regions and separation.
+            actions: When internal states change.
+            margin: delta of the certificate, m; None where there is none.
+            measurement: Bound on a measured position's error, m.
+            planned_acceleration: Bound on the planned acceleration, m/s^2.
+            planned: What is flown, for where its pieces meet; without it one joint at most is taken to lie between two samples.
+        """
+        mission = check_mission(mission, to_plan=False)
+        for name, value in (("margin", margin), ("measurement", measurement), ("planned_acceleration", planned_acceleration)):
+            if value is not None and not 0 <= value < float("inf"):
+                raise BadInput(f"{name} must be a number of at least 0, not {value!r:.40}.")
+        self._mission, self._robots = mission, tuple(mission.agents)
+        self._actions = [[a for a in sorted(actions, key=lambda a: a.time) if a.robot == name] for name in self._robots]
+        self._margin, self._measurement = margin, measurement
+        self._acceleration = relative_acceleration(mission.vehicle, planned_acceleration)
+        tube_margin = float("inf") if margin is None else margin
+        self._tubes = [
+            Tube(tube_margin, measurement, self._acceleration, None if planned is None else planned[name])
+            for name in self._robots
+        ]
+        self._table = region_letters(mission)
+        self._masks = RegionMasks(mission)
+        self._regions = self._masks.none(len(self._robots))
+        self._formula: FormulaState | None = None
+        self._letters: list[frozenset[str]] = []
+        self._apart = mission.separation
+        self.events: list[Event] = []
+        self.closest: tuple[float, str, str] | None = None
+        self._too_close = False
+        self._time = 0.0
+
+    @property
+    def formula(self) -> FormulaVerdict:
+        """The formula's state on the measured path."""
+        return "open" if self._formula is None else self._formula.verdict
+
+    @property
+    def tube(self) -> TubeVerdict | None:
+        """The team's tube: the worst of its robots'; None without a certificate."""
+        if self._margin is None:
+            return None
+        verdicts = {tube.verdict for tube in self._tubes}
+        return "outside" if "outside" in verdicts else "unknown" if "unknown" in verdicts else "inside"
+
+    @property
+    def bounds(self) -> dict[str, float]:
+        """Each robot's largest tracking error, m, that cannot be ruled out at any time so far."""
+        return {name: tube.bound for name, tube in zip(self._robots, self._tubes, strict=True)}
+
+    @property
+    def alarmed(self) -> bool:
+        """Whether the certificate no longer covers the flight, the formula is broken, or robots came too close."""
+        return self.tube in ("unknown", "outside") or self.formula == "violated" or self._too_close
+
+    def see(self, time: float, measured: Floats, planned: Floats) -> list[Event]:
+        """Take one sample of the whole team and return what is new.
+
+        Args:
+            time: s.
+            measured: Positions, m; NaN for a robot that was not seen. Shape (3, robots).
+            planned: Where they should be. Shape (3, robots).
+        """
+        off = measured - planned
+        return self.see_errors(time, measured, np.sqrt(off[0] * off[0] + off[1] * off[1] + off[2] * off[2]))
+
+    def see_errors(self, time: float, measured: Floats, errors: Floats) -> list[Event]:
+        """Take one sample of which the distances from the plan are known, m. Shapes (3, robots) and (robots,)."""
+        before, self._time = len(self.events), time
+        for name, tube, error in zip(self._robots, self._tubes, errors.tolist(), strict=True):
+            was = tube.verdict
+            if tube.see(time, error) != was and self._margin is not None:
+                self._say_tube(name, tube, error)
+        self._see_letters(time, measured)
+        self._see_distances(measured)
+        return self.events[before:]
+
+    def finish(self, end: float | None = None) -> None:
+        """Take the flight as over and say how it ended.
+
+        Args:
+            end: When it ended, s; None takes the last sample for it.
+        """
+        if self._margin is not None:
+            for name, tube in zip(self._robots, self._tubes, strict=True):
+                was = tube.verdict
+                if tube.end(self._time if end is None else end) != was:
+                    self._say(
+                        name, "tube", f"{name} was not seen at the flight's start or end: up to {tube.bound:.4f} m from its plan "
+                        f"cannot be ruled out, the tube is {self._margin:g} m; the certificate cannot be shown to cover this flight.",
+                    )  # fmt: skip
+        finite = self._mission.spec.trace == "finite"
+        if self._formula is not None and self._formula.verdict == "open":
+            verdict = self._formula.end(finite=finite)
+            if verdict == "satisfied":
+                self._say(None, "formula", "the flown path satisfies the formula.")
+            elif verdict == "violated":
+                self._say(None, "formula", f"the flown path breaks the formula: `{self._formula.broken}` was not fulfilled.")
+            elif not finite:
+                self._say(None, "formula", "the formula is still open: it speaks of infinite flights, and nothing broke it.")
+        if self._margin is not None and self.tube == "inside":
+            worst = max(self.bounds.values())
+            self._say(
+                None,
+                "tube",
+                f"every robot stayed within {worst:.4f} m of its plan at every time, inside the tube of {self._margin:g} m: "
+                "the certificate covers this flight.",
+            )
+        if self.closest is not None:
+            distance, one, other = self.closest
+            self._say(None, "separation", f"{one} and {other} came closest, {distance:.3f} m at a sample.")
+
+    def _say(self, robot: str | None, kind: str, sentence: str) -> None:
+        self.events.append(Event(self._time, robot, kind, sentence))
+
+    def _say_tube(self, name: str, tube: Tube, error: float) -> None:
+        if tube.verdict == "outside":
+            self._say(
+                name, "tube", f"{name} is {error:.4f} m from its plan, outside the tube of {self._margin:g} m: "
+                "the certificate does not cover this flight.",
+            )  # fmt: skip
+        elif error != error:
+            self._say(
+                name, "tube", f"{name} has not been seen for too long: up to {tube.bound:.4f} m from its plan cannot be ruled "
+                f"out, the tube is {self._margin:g} m; the certificate can no longer be shown to cover this flight.",
+            )  # fmt: skip
+        else:
+            self._say(
+                name, "tube", f"{name} is {error:.4f} m from its plan and up to {tube.bound:.4f} m cannot be ruled out, "
+                f"the tube is {self._margin:g} m: the certificate can no longer be shown to cover this flight.",
+            )  # fmt: skip
+
+    def _see_letters(self, time: float, measured: Floats) -> None:
+        seen = ~np.isnan(measured[0])
+        self._regions = np.where(seen, self._masks.of(np.where(seen, measured, 0.0)), self._regions)
+        letters = [self._table[mask] | self._inner(robot, time) for robot, mask in enumerate(self._regions.tolist())]
+        if self._formula is None:
+            self._formula = FormulaState(self._mission.formula, self._mission.spec.team, letters)
+            changed = self._formula.verdict != "open"
+        elif letters != self._letters:
+            was = self._formula.verdict
+            changed = self._formula.change(dict(enumerate(letters))) != was
+        else:
+            return
+        self._letters = letters
+        if changed:
+            self._say_formula(self._formula)
+
+    def _inner(self, robot: int, time: float) -> frozenset[str]:
+        now = self._mission.initial_letter(self._robots[robot])
+        for action in self._actions[robot]:
+            if action.time > time:
+                break
+            now = action.propositions
+        return now
+
+    def _say_formula(self, formula: FormulaState) -> None:
+        if formula.verdict == "satisfied":
+            self._say(None, "formula", "the formula is satisfied, whatever comes.")
+        elif formula.verdict == "violated":
+            self._say(None, "formula", f"the flown path breaks the formula: `{formula.broken}` cannot hold any more.")
+        else:
+            self._say(None, "formula", "the formula is too large to be followed; its state is undecided.")
+
+    def _see_distances(self, measured: Floats) -> None:
+        squeeze = 1.0 if self._mission.separation_z is None else self._mission.separation / self._mission.separation_z
+        for i, j in itertools.combinations(range(len(self._robots)), 2):
+            x, y, z = (measured[:, i] - measured[:, j]).tolist()
+            distance = float(np.sqrt(x * x + y * y + (squeeze * z) ** 2))
+            if distance != distance:
+                continue
+            if self.closest is None or distance < self.closest[0]:
+                self.closest = (distance, self._robots[i], self._robots[j])
+            if distance < self._apart and not self._too_close:
+                self._too_close = True
+                self._say(
+                    None, "separation",
+                    f"{self._robots[i]} and {self._robots[j]} are {distance:.3f} m apart, less than {self._apart:g} m.",
+                )  # fmt: skip

@@ -1,0 +1,75 @@
+"""What a team does when its monitor raises the alarm: carry on, hold, or land."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from flight.model.attitude import Floats
+from verify.data import Mission
+
+Reaction = Literal["carry_on", "hold", "land"]
+
+LANDING_HEIGHT = 0.05
+"""m above the floor of the workspace's frame, where a landing ends."""
+LANDING_SPEED = 0.3
+"""m/s, mean."""
+LANDING_TIME = 15.0
+"""s that a simulation goes on at most beyond the plan for a landing."""
+
+
+class Stop:
+    """A smooth stop of every robot from its planned motion at one instant, and a descent where it is to land.
+
+    Velocity goes to zero as a polynomial of degree 5 that keeps velocity, acceleration and jerk at its beginning; heading stays.
+    """
+
+    def __init__(self, flat: Floats, begin: float, mission: Mission, reaction: Reaction) -> None:
+        """Plan the stop.
+
+        Args:
+            flat: Planned x, y, z, yaw and four derivatives at `begin`. Shape (5, 4, robots).
+            begin: s.
+            mission: Its limits say how fast a robot brakes.
+            reaction: `hold` or `land`.
+        """
+        self._begin, self._start = begin, flat
+        speed = float(np.max(np.sqrt(np.sum(flat[1, :3] ** 2, axis=0))))
+        self._length = max(0.8, 4.0 * speed / mission.effective_limits.acceleration)
+        t = self._length
+        velocity, acceleration, jerk = flat[1, :3], flat[2, :3], flat[3, :3]
+        # Powers 3 to 5 that bring velocity, acceleration and jerk to zero at the end.
+        ends = np.array([[t**3, t**4, t**5], [3 * t**2, 4 * t**3, 5 * t**4], [6 * t, 12 * t**2, 20 * t**3]])
+        left = -np.stack([velocity + t * acceleration + 0.5 * t * t * jerk, acceleration + t * jerk, jerk])
+        high = np.linalg.solve(ends, left.reshape(3, -1)).reshape(3, *velocity.shape)
+        self._velocity = np.concatenate([np.stack([velocity, acceleration, 0.5 * jerk]), high])
+        self._stopped = flat[0, :3] + sum(self._velocity[k] * t ** (k + 1) / (k + 1) for k in range(6))
+        self._drop = self._stopped[2] - LANDING_HEIGHT if reaction == "land" else np.zeros(flat.shape[-1])
+        self._descent = max(float(np.max(self._drop)) / LANDING_SPEED, 1.0) if reaction == "land" else 0.0
+
+    @property
+    def end(self) -> float:
+        """When all robots stand still, s."""
+        return self._begin + self._length + self._descent
+
+    def flat(self, time: float) -> Floats:
+        """Return the flat reference at a time after the stop began. Shape (5, 4, robots)."""
+        result = np.zeros_like(self._start)
+        result[0, 3] = self._start[0, 3]
+        t = time - self._begin
+        if t < self._length:
+            result[0, :3] = self._start[0, :3] + sum(self._velocity[k] * t ** (k + 1) / (k + 1) for k in range(6))
+            coefficients = self._velocity
+            for order in range(1, 5):
+                result[order, :3] = sum(coefficients[k] * t**k for k in range(len(coefficients)))
+                coefficients = np.stack([k * coefficients[k] for k in range(1, len(coefficients))])
+            return result
+        result[0, :3] = self._stopped
+        if self._descent:
+            s = min((t - self._length) / self._descent, 1.0)
+            shape = np.polynomial.Polynomial([0, 0, 0, 0, 35, -84, 70, -20])
+            for order in range(5):
+                value = shape.deriv(order)(s) if order else shape(s)
+                result[order, 2] -= self._drop * value / self._descent**order
+        return result

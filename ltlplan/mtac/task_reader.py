@@ -1,0 +1,146 @@
+"""A mission's formula as robots read it: by the letters that they can show, with what MTAC-E asks of its states.
+
+Where a task may be divided, whether words hold in every order, and which letters may be read at any time.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+from ltlplan.logic.automata import DEAD, translate
+from ltlplan.logic.conjunction import Conjunction, Task, conjunct_automata
+from ltlplan.logic.decomposition import decomposes_from
+from ltlplan.logic.transition_monoid import Kinds, OrderCheck
+from ltlplan.mtac.allocation import Accepting, State, States, World
+from verify.data import BadInput, Letter
+
+MAX_COMMUTING = 10_000
+"""States times letters up to which it is found out which letters commute."""
+
+
+class Reader:
+    """A mission's formula as an automaton that reads letters by name and remembers what it has read.
+
+    Attributes:
+        initial: The state before anything was read.
+        shown: The letters that one robot can show.
+    """
+
+    def __init__(self, world: World) -> None:
+        mission = world.mission
+        self._formula, self._joint = mission.formula, mission.spec.team == "joint"
+        self._automaton = translate(mission.formula, trace="finite")
+        self._known: dict[tuple[State, Letter], State] = {}
+        self._divides: dict[tuple[States, States], bool] = {}
+        self._commutes: dict[Letter, bool] = {}
+        self.initial: State = self._automaton.initial
+        free = {world.free_letter(state) for state in mission.robot.states}
+        self.shown = tuple(sorted(free | {f | {region} for f in free for region in mission.all_regions}, key=sorted))
+
+    @property
+    def accepting(self) -> Reader:
+        """What `state in reader.accepting` asks."""
+        return self
+
+    def __contains__(self, state: Any) -> bool:
+        return state != DEAD and self._automaton.is_accepting(state)
+
+    @property
+    def size(self) -> int:
+        """How many states the automaton has, at most."""
+        parts = self._automaton.parts if isinstance(self._automaton, Conjunction) else (self._automaton,)
+        return math.prod(len(part.states) for part in parts)
+
+    def successor(self, state: Any, letter: Letter) -> Any:
+        """Return the state after a letter, or `DEAD`."""
+        if state == DEAD:
+            return DEAD
+        key = (state, letter)
+        if key not in self._known:
+            self._known[key] = self._automaton.successor(state, letter)
+        return self._known[key]
+
+    def divides(self, states: States, *, begun: States | None = None) -> bool:
+        """Tell whether the rest may be handed to another robot: whether the states are in the decomposition set.
+
+        The set is that of the letters that these robots can show, and of the state that the team is in now: in flight, what is
+        done is done, and only the order of what is left counts. Under `team: joint` a robot's word alone says nothing, and
+        the finished plan is the only test.
+
+        Args:
+            states: Where the rest would be handed over.
+            begun: Where the team is now; None before take-off.
+        """
+        if self._joint:
+            return DEAD not in states
+        key = (frozenset({self.initial}) if begun is None else begun, states)
+        if key not in self._divides:
+            self._divides[key] = DEAD not in states and decomposes_from(self._automaton, *key, self.shown)
+        return self._divides[key]
+
+    def commutes(self, letter: Letter) -> bool:
+        """Tell whether it does not matter when a letter is read among others: always the same state, and once is enough.
+
+        False where the automaton is too large to say so quickly.
+        """
+        if letter not in self._commutes:
+            states = self._reachable
+            self._commutes[letter] = (
+                bool(states)
+                and all(
+                    self.successor(self.successor(state, letter), other) == self.successor(self.successor(state, other), letter)
+                    for state in states
+                    for other in self.shown
+                )
+                and all(self.successor(self.successor(s, letter), letter) == self.successor(s, letter) for s in states)
+            )
+        return self._commutes[letter]
+
+    @cached_property
+    def _reachable(self) -> tuple[State, ...]:
+        """All states that the robots' letters lead to; none where there are too many to look at all pairs of letters."""
+        seen, stack = {self.initial}, [self.initial]
+        while stack:
+            at = stack.pop()
+            for letter in self.shown:
+                target = self.successor(at, letter)
+                if target not in seen:
+                    seen.add(target)
+                    stack.append(target)
+            if len(seen) * len(self.shown) > MAX_COMMUTING:
+                return ()
+        return tuple(seen)
+
+    def holds_in_every_order(self, words: Mapping[str, Sequence[Letter]]) -> bool:
+        """Tell whether the words have the sequential property (Def. 4.5)."""
+        if self._joint:
+            return holds_one_at_a_time(self, words)
+        numbers = {letter: i for i, letter in enumerate(self.shown)}
+        task = Task(conjunct_automata(self._formula, "finite"), self.shown)
+        kinds = Kinds(task)
+        return OrderCheck(task).failing_order([kinds.of(numbers[x] for x in word) for word in words.values()]) is None
+
+
+def holds_one_at_a_time(automaton: Accepting, words: Mapping[str, Sequence[Letter]]) -> bool:
+    """Tell whether unions are accepted when robots fly one after another, in every order (`team: joint`)."""
+    flying = [robot for robot, word in words.items() if len(word) > 1]
+    if len(flying) > 14:
+        raise BadInput(f"{len(flying)} robots with tasks under `team: joint` are too many to order; at most 14.")
+    still = frozenset[str]().union(*(word[0] for robot, word in words.items() if robot not in flying))
+    begun = still.union(*(words[robot][0] for robot in flying))
+    reached: dict[frozenset[str], set[State]] = {frozenset(): {automaton.successor(automaton.initial, begun)}}
+    for size in range(len(flying)):
+        for done in map(frozenset, itertools.combinations(flying, size)):
+            for robot in flying:
+                if robot in done:
+                    continue
+                held = still.union(*(words[r][-1 if r in done else 0] for r in flying if r != robot))
+                states = reached[done]
+                for letter in words[robot][1:]:
+                    states = {automaton.successor(state, held | letter) for state in states}
+                reached.setdefault(done | {robot}, set()).update(states)
+    return all(state in automaton.accepting for state in reached[frozenset(flying)])

@@ -1,0 +1,276 @@
+"""What a path costs: named terms and any function of sampled paths, for a thousand paths at once.
+
+  length   integral of |r'| dt, m
+  effort   integral of |r''| dt, m/s (the 2022 paper's u = r'')
+  time     duration, s
+  snap     integral of |r''''|^2 dt, m^2/s^7
+  energy   integral of (|f|/g)^(3/2) dt with f = r'' + g e3: hover power times s, by momentum theory
+
+A cost is a weighted sum of terms (`parse_cost("length=1,effort=0.5")`, a mission's `planner.cost`) or a Python function
+that takes `SampledPaths` and returns one number a path. Integrals are sums over the sampled instants (trapezoids): costs
+guide a search and compare paths; the certificate never reads them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ltlplan.paths.spline_matrices import Spline
+from verify.data import GRAVITY, BadInput, RobotPlan
+from verify.data.errors import did_you_mean
+from verify.data.mission import Costs, CostTerm, Mission
+
+Floats = NDArray[np.float64]
+
+TERMS: tuple[CostTerm, ...] = get_args(CostTerm)
+
+
+class CostError(BadInput):
+    """A cost that cannot be used: an unknown term, a bad weight, a function that returns no finite number a path."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sampling:
+    """Where a spline is sampled: matrices that turn points into sampled paths, shared by all paths of a round.
+
+    Attributes:
+        spline: Gives times and closes a lasso. Its times are those of a path with time scale 1.
+        instants: s, equally spaced over the spline, both ends included. Shape (instants,).
+    """
+
+    spline: Spline
+    instants: Floats
+
+    def __init__(self, spline: Spline, count: int = 200) -> None:
+        if count < 2:
+            raise BadInput(f"A path is sampled at two instants or more, not {count}.")
+        object.__setattr__(self, "spline", spline)
+        object.__setattr__(self, "instants", np.linspace(spline.times[0], spline.times[-1], count))
+        object.__setattr__(self, "_matrices", {})
+
+    def matrix(self, derivative: int) -> Floats:
+        """Return the map from points to a derivative at the instants. Shape (instants, points)."""
+        known: dict[int, Floats] = self.__dict__["_matrices"]
+        if derivative not in known:
+            known[derivative] = np.ascontiguousarray(self.spline.sampling(self.instants, derivative))
+        return known[derivative]
+
+    def paths(self, points: ArrayLike, scale: ArrayLike = 1.0) -> SampledPaths:
+        """Return the paths through these points.
+
+        Args:
+            points: m. Shape (paths, points, 3), or (points, 3) for one path.
+            scale: How many times longer each path takes than the spline's own times; one number or one a path.
+        """
+        values = np.asarray(points, dtype=np.float64)
+        values = values[None] if values.ndim == 2 else values
+        if values.ndim != 3 or values.shape[1:] != (len(self.spline.times), 3):
+            raise BadInput(f"points must have shape (paths, {len(self.spline.times)}, 3), not {values.shape}.")
+        return SampledPaths(self, values, np.broadcast_to(np.asarray(scale, dtype=np.float64), len(values)))
+
+
+@dataclass(frozen=True, eq=False)
+class SampledPaths:
+    """Many paths at many instants; derivatives are computed when they are asked for.
+
+    Attributes:
+        sampling: Instants and matrices.
+        points: The points that each path goes through, m. Shape (paths, points, 3).
+        scale: Each path's time scale. Shape (paths,).
+    """
+
+    sampling: Sampling
+    points: Floats
+    scale: Floats
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def axes(self, derivative: int) -> Floats:
+        """Return a derivative of all paths in the layout of the computation, in m/s**derivative. Shape (instants, 3, paths)."""
+        values = self.unscaled(derivative)
+        return values if derivative == 0 or np.all(self.scale == 1.0) else values / self.scale**derivative
+
+    def unscaled(self, derivative: int) -> Floats:
+        """Return a derivative in the spline's own time, whatever the time scale. Shape (instants, 3, paths)."""
+        known: dict[int, Floats] = self.__dict__.setdefault("_unscaled", {})
+        if derivative not in known and len(self) == 1:  # one path needs no matrix
+            known[derivative] = self.sampling.spline.evaluate(self.points[0], self.sampling.instants, derivative)[:, :, None]
+        elif derivative not in known:
+            flat = self.points.transpose(1, 2, 0).reshape(self.points.shape[1], -1)
+            known[derivative] = (self.sampling.matrix(derivative) @ flat).reshape(-1, 3, len(self))
+        return known[derivative]
+
+    @property
+    def position(self) -> Floats:
+        """M. Shape (paths, instants, 3)."""
+        return self.axes(0).transpose(2, 0, 1)
+
+    @property
+    def velocity(self) -> Floats:
+        """Velocities in m/s. Shape (paths, instants, 3)."""
+        return self.axes(1).transpose(2, 0, 1)
+
+    @property
+    def acceleration(self) -> Floats:
+        """Accelerations in m/s^2. Shape (paths, instants, 3)."""
+        return self.axes(2).transpose(2, 0, 1)
+
+    @property
+    def snap(self) -> Floats:
+        """Fourth derivatives in m/s^4. Shape (paths, instants, 3)."""
+        return self.axes(4).transpose(2, 0, 1)
+
+    @property
+    def duration(self) -> Floats:
+        """S. Shape (paths,)."""
+        return self.scale * float(self.sampling.instants[-1] - self.sampling.instants[0])
+
+    @cached_property
+    def length(self) -> Floats:
+        """M. Shape (paths,)."""
+        return self.integral(_norm(self.unscaled(1))) / self.scale
+
+    def integral(self, values: Floats) -> Floats:
+        """Integrate over each path's time. Shape (instants, paths) to (paths,)."""
+        step = float(self.sampling.instants[1] - self.sampling.instants[0])
+        return (values.sum(axis=0) - 0.5 * (values[0] + values[-1])) * (step * self.scale)
+
+    def rescaled(self, scale: ArrayLike) -> SampledPaths:
+        """Return the same paths flown in other times; what was computed is kept where time does not matter."""
+        result = SampledPaths(self.sampling, self.points, np.broadcast_to(np.asarray(scale, dtype=np.float64), len(self)))
+        result.__dict__["_unscaled"] = self.__dict__.setdefault("_unscaled", {})
+        result.__dict__["length"] = self.length  # a path is as long at any speed
+        return result
+
+
+Cost = Callable[[SampledPaths], ArrayLike]
+"""Takes sampled paths, returns one number a path."""
+
+
+@dataclass(frozen=True)
+class WeightedCost:
+    """A weighted sum of named terms; call it with sampled paths.
+
+    Attributes:
+        weights: Term and weight, weights not negative and at least one above zero.
+    """
+
+    weights: tuple[tuple[CostTerm, float], ...]
+
+    def __init__(self, weights: Mapping[CostTerm, float] | Sequence[tuple[CostTerm, float]]) -> None:
+        pairs = tuple(weights.items()) if isinstance(weights, Mapping) else tuple(weights)
+        for name, weight in pairs:
+            if name not in TERMS:
+                raise CostError(f"'{name}' is not a cost term.{did_you_mean(name, TERMS)} Terms: {', '.join(TERMS)}.")
+            if not (np.isfinite(weight) and weight >= 0):
+                raise CostError(f"The weight of '{name}' is {weight}; it must be a finite number, not below zero.")
+        if not any(weight > 0 for _, weight in pairs):
+            raise CostError("A cost needs at least one term with a weight above zero.")
+        object.__setattr__(self, "weights", pairs)
+
+    def __call__(self, paths: SampledPaths) -> Floats:
+        """Return the weighted sum for each path. Shape (paths,)."""
+        total = np.zeros(len(paths))
+        for name, weight in self.weights:
+            if weight:
+                total += weight * _TERM[name](paths)
+        return total
+
+    def __str__(self) -> str:
+        return ",".join(f"{name}={weight:g}" for name, weight in self.weights)
+
+    @property
+    def time_matters(self) -> bool:
+        """Whether the cost of a path depends on how fast it is flown."""
+        return any(weight > 0 and name != "length" for name, weight in self.weights)
+
+
+def parse_cost(text: str) -> Costs:
+    """Read weights such as `length=1,effort=0.5`.
+
+    Returns:
+        Weights by term, as `planner.cost` of a mission holds them.
+
+    Raises:
+        CostError: An unknown or repeated term, a weight that is no number or below zero, or no weight above zero.
+    """
+    weights: Costs = {}
+    for part in text.split(","):
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if not equals or not value:
+            raise CostError(f"'{part.strip()}' is no cost; write terms with weights, such as length=1,effort=0.5.")
+        if name not in TERMS:
+            raise CostError(f"'{name}' is not a cost term.{did_you_mean(name, TERMS)} Terms: {', '.join(TERMS)}.")
+        if name in weights:
+            raise CostError(f"'{name}' is given twice.")
+        try:
+            weight = float(value)
+        except ValueError:
+            raise CostError(f"The weight of '{name}' is '{value}'; it must be a number such as 0.5.") from None
+        weights[name] = weight  # pyright: ignore[reportArgumentType]  # a member of TERMS
+    WeightedCost(weights)
+    return weights
+
+
+def cost_of(mission: Mission, robot: str) -> WeightedCost:
+    """Return a robot's own cost function, or the planner's."""
+    return WeightedCost(mission.agents[robot].cost or mission.planner.cost)
+
+
+def plan_cost(plan: RobotPlan, cost: Cost) -> float:
+    """Return the cost of a plan's own spline at its own times; of a robot that stays where it is, 0."""
+    if len(plan.waypoints) < 2:
+        return 0.0
+    sampling = Sampling(Spline(plan.times, plan.cycle_waypoint), max(400, 12 * len(plan.waypoints)))
+    return float(evaluate(cost, sampling.paths([w.position for w in plan.waypoints]))[0])
+
+
+def evaluate(cost: Cost, paths: SampledPaths) -> Floats:
+    """Return the cost of each path, checked. Shape (paths,).
+
+    Raises:
+        CostError: The function returned another shape, or a number that is not finite (plus infinity is allowed and
+            rules a path out); names the first such path.
+    """
+    values = np.asarray(cost(paths), dtype=np.float64)
+    if values.shape != (len(paths),):
+        raise CostError(f"The cost returned shape {values.shape} for {len(paths)} paths; it must return one number a path.")
+    bad = np.flatnonzero(np.isnan(values) | np.isneginf(values))
+    if len(bad):
+        raise CostError(f"The cost is {values[bad[0]]} for path {bad[0]} of {len(paths)}; it must be a number for every path.")
+    return values
+
+
+def _norm(values: Floats) -> Floats:
+    """Euclidean norm over the middle axis. Shape (instants, 3, paths) to (instants, paths)."""
+    return np.sqrt(_square(values))
+
+
+def _square(values: Floats) -> Floats:
+    total = values[:, 0] * values[:, 0]
+    total += values[:, 1] * values[:, 1]
+    total += values[:, 2] * values[:, 2]
+    return total
+
+
+def _energy(paths: SampledPaths) -> Floats:
+    acceleration = paths.axes(2)
+    vertical = acceleration[:, 2] + GRAVITY
+    square = acceleration[:, 0] ** 2 + acceleration[:, 1] ** 2 + vertical**2
+    return paths.integral((square / GRAVITY**2) ** 0.75)
+
+
+_TERM: dict[CostTerm, Callable[[SampledPaths], Floats]] = {
+    "length": lambda paths: paths.length,
+    "effort": lambda paths: paths.integral(_norm(paths.unscaled(2))) / paths.scale**2,
+    "time": lambda paths: paths.duration,
+    "snap": lambda paths: paths.integral(_square(paths.unscaled(4))) / paths.scale**8,
+    "energy": _energy,
+}

@@ -1,0 +1,189 @@
+"""AVOID: the way from one control point to the next past the hoops that stand between them (Algorithm 1, lines 8 to 12).
+
+A hoop in the way is passed by its nearer avoid point, the other one where the first is not free; several in a row are passed
+one after another. Where the straight line to an avoid point would itself cross the hoop's ring, as from a hoop's own front
+to its own side, the way first goes out to the height of the avoid point, `reach` before or behind it. Where hoop by hoop
+leads nowhere, as between two hoops that stand in each other's way, the shortest way by the avoid points of all hoops is taken.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ltlplan.paths.hoops.clearance import Room, blocked, conflicts
+from ltlplan.paths.hoops.frame import control_points
+from ltlplan.search.best_first import best_paths
+from verify.data import Infeasible
+from verify.data.mission import Hoop, Mission
+from verify.data.plan import Role
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Detour:
+    """One point on the way past an obstacle.
+
+    Attributes:
+        position: m. Shape (3,).
+        role: "avoid" for a hoop's control point, "via" for a point that leads to one.
+        region: The obstacle.
+    """
+
+    position: Floats
+    role: Role
+    region: str
+
+
+class Blocked(Infeasible):
+    """Both ways past a hoop are blocked.
+
+    Attributes:
+        region: The hoop or region in the way.
+    """
+
+    def __init__(self, region: str, start: Floats, end: Floats, reasons: list[str]) -> None:
+        self.region = region
+        why = "; ".join(reasons) if reasons else "it is being passed already"
+        super().__init__(f"'{region}' stands in the way from {_show(start)} to {_show(end)} and cannot be passed: {why}.")
+
+
+def avoid(mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str] = ()) -> tuple[Detour, ...]:
+    """Return the points to fly by between two points, none where the straight line is free.
+
+    Args:
+        mission: Gives the hoops' control points.
+        where: Obstacles and walls, with the margin to keep.
+        start: m. Shape (3,).
+        end: m. Shape (3,).
+        permitted: Regions that this leg may enter.
+
+    Raises:
+        Blocked: Both avoid points of a hoop in the way are blocked, whatever other hoops are passed by first; the
+            message says by what.
+    """
+    try:
+        return _way(mission, where, start, end, permitted, frozenset())
+    except Blocked:
+        around = _around(mission, where, start, end, permitted)
+        if not around:
+            raise
+        return around
+
+
+def _way(
+    mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str], passed: frozenset[str]
+) -> tuple[Detour, ...]:
+    hit = blocked(start, end, where, permitted)
+    if hit is None:
+        return ()
+    if hit.name == "workspace" or hit.name in passed:
+        raise Blocked(hit.name, start, end, ["the line leaves the workspace"] if hit.name == "workspace" else [])
+    for point in (start, end):
+        if met := blocked(point, point, where, permitted):
+            hint = "; if it is a control point, set a larger `reach`" if met.name in mission.hoops else ""
+            raise Blocked(
+                met.name, start, end, [f"{_show(point)} itself is nearer to it than the vehicle's radius and the margin{hint}"]
+            )
+    reasons: list[str] = []
+    for points in _candidates(mission, where, hit.name, start, end):
+        outside = [point for point in points if not where.inside(point.position)]
+        inner = [blocked(a.position, b.position, where, permitted) for a, b in itertools.pairwise(points)]
+        if outside:
+            reasons.append(f"the point {_show(outside[0].position)} beside it is too near a wall or outside the workspace")
+            continue
+        if met := next((conflict for conflict in inner if conflict), None):
+            own = (
+                "it is too near the hoop's own ring; set a larger `clearance`"
+                if met.name == hit.name
+                else f"'{met.name}' is beside it"
+            )
+            reasons.append(f"at the point {_show(points[0].position)}, {own}")
+            continue
+        try:
+            before = _way(mission, where, start, points[0].position, permitted, passed | {hit.name})
+            after = _way(mission, where, points[-1].position, end, permitted, passed | {hit.name})
+        except Blocked as error:
+            if error.region != hit.name:
+                reasons.append(f"'{error.region}' blocks the way by {_show(points[0].position)}")
+            continue
+        return (*before, *points, *after)
+    raise Blocked(hit.name, start, end, list(dict.fromkeys(reasons)))
+
+
+def _around(mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str]) -> tuple[Detour, ...]:
+    """Return the shortest way along free straight lines between the points beside all obstacles; empty where there is none."""
+    points = [point for name in mission.all_regions for point in _beside(mission, where, name, start, end)]
+    points = [p for p in points if where.inside(p.position) and not _in_any(p.position, where)]
+    places = [start, *(point.position for point in points), end]
+    last = len(places) - 1
+
+    def moves(index: int) -> list[tuple[int, float]]:
+        others = [other for other in range(1, last + 1) if other != index]
+        line = np.zeros((len(others), 3, 8))
+        line[:, :, 0] = places[index]
+        line[:, :, 1] = np.array([places[other] - places[index] for other in others])
+        met = {conflict.piece for conflict in conflicts(line, np.ones(len(others)), where, [permitted] * len(others))}
+        return [
+            (other, round(float(np.linalg.norm(line[k, :, 1])), 6)) for k, other in enumerate(others) if k not in met
+        ]  # rounded, so that moving the world decides no tie
+
+    found = next(best_paths([0], moves, lambda index: 0.0 if index == last else None, each=1, states=len(places)), None)
+    return () if found is None else tuple(points[index - 1] for index in found.keys[1:-1])
+
+
+def _beside(mission: Mission, where: Room, name: str, start: Floats, end: Floats) -> Iterator[Detour]:
+    """Yield the points by which an obstacle may be passed or left: its control points, and those before and behind its sides."""
+    sides, ahead = _sides(mission, where, name, start, end)
+    if name in mission.hoops:
+        yield Detour(np.array(mission.hoops[name].center) + ahead, "via", name)
+        yield Detour(np.array(mission.hoops[name].center) - ahead, "via", name)
+    for side in sides:
+        yield Detour(side, "avoid", name)
+        yield Detour(side + ahead, "via", name)
+        yield Detour(side - ahead, "via", name)
+
+
+def _in_any(point: Floats, where: Room) -> bool:
+    return any(obstacle.holds(point) for obstacle in where.obstacles.values())
+
+
+def _candidates(mission: Mission, where: Room, name: str, start: Floats, end: Floats) -> Iterator[tuple[Detour, ...]]:
+    """Yield ways past one obstacle: the nearer side first, and for each side the shortest way first."""
+    sides, ahead = _sides(mission, where, name, start, end)
+    for side in sorted(sides, key=lambda point: _nearness(point, start, end)):
+        main = Detour(side, "avoid", name)
+        near, far = (ahead if (start - side) @ ahead >= 0 else -ahead), (ahead if (end - side) @ ahead >= 0 else -ahead)
+        first, last = Detour(side + near, "via", name), Detour(side + far, "via", name)
+        yield (main,)
+        yield (first, main)
+        yield (main, last)
+        yield (first, main, last)
+
+
+def _sides(mission: Mission, where: Room, name: str, start: Floats, end: Floats) -> tuple[Floats, Floats]:
+    """Return an obstacle's two avoid points, shape (2, 3), and how far before or behind them a way to them may begin."""
+    region = mission.all_regions[name]
+    if isinstance(region, Hoop):
+        points = control_points(region)
+        return points.avoid, float(region.reach or 0.0) * points.frame[:, 0]
+    centre, along = np.array(region.center), end - start
+    left = np.cross([0.0, 0.0, 1.0], along)
+    if np.linalg.norm(left) < 1e-9 * max(1.0, float(np.linalg.norm(along))):
+        left = np.array([0.0, 1.0, 0.0])
+    aside = left / np.linalg.norm(left) * (max(region.radii) * where.obstacles[name].level ** 0.5 + 0.1)
+    return np.stack([centre + aside, centre - aside]), along / np.linalg.norm(along) * max(region.radii)
+
+
+def _nearness(point: Floats, start: Floats, end: Floats) -> tuple[float, float]:
+    """Sort key: distance from the start, then from the end; rounded, so that moving the world decides no tie."""
+    return round(float(np.linalg.norm(point - start)), 6), round(float(np.linalg.norm(point - end)), 6)
+
+
+def _show(point: Floats) -> str:
+    return "(" + ", ".join(f"{x:.2f}" for x in point) + ")"

@@ -1,0 +1,272 @@
+"""Whether a planned path keeps clear, for all times: of regions that it may not enter, of rings, of the walls.
+
+A polynomial is above zero on an interval where all its Bernstein coefficients are; where that does not decide, the interval
+is halved. Arithmetic is in floats: the planner's own judgement of its spline, with room to spare, never a certificate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verify.data.mission import Hoop, Mission
+from verify.data.rules.passage_room import room_in_opening, room_in_region
+
+Floats = NDArray[np.float64]
+
+Kind = Literal["region", "ring", "plane", "again", "workspace"]
+
+_DEGREE = 14  # of a squared distance along a piece of degree 7
+_HALVINGS = 14
+
+
+@dataclass(frozen=True, slots=True)
+class Conflict:
+    """One place where a path comes too near.
+
+    Attributes:
+        piece: Index of the piece.
+        share: Where on it, 0 to 1.
+        obstacle: "region", "ring" (or the opening of a hoop that is not flown through here), "plane" (the path turns back
+            within the hoop that it flies through), "again" (it comes twice in one visit) or "workspace".
+        name: The region's name; "workspace" for the walls.
+    """
+
+    piece: int
+    share: float
+    obstacle: Kind
+    name: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Obstacle:
+    """One region with what must be kept from it.
+
+    Attributes:
+        centre: m. Shape (3,).
+        matrix: The ellipsoid's. Shape (3, 3).
+        level: Points outside have a level above this one.
+        normal: Of the ring, where there is one. Shape (3,).
+        height: m; the ring with its clearance fills |x| <= height along the normal.
+        outer: m; points farther from the axis than this are clear of the ring.
+        inner: m; points nearer to the axis than this pass through the opening, and are in the region meanwhile.
+        near: m; a path that stays on one side of the opening keeps this far from it.
+        reach: m; points farther from the centre than this are clear of all of it.
+    """
+
+    name: str
+    centre: Floats
+    matrix: Floats
+    level: float
+    normal: Floats | None = None
+    height: float = 0.0
+    outer: float = 0.0
+    inner: float = 0.0
+    near: float = 0.0
+    reach: float = np.inf
+
+    def holds(self, point: Floats) -> bool:
+        """Tell whether a point is in the region or nearer to it than allowed."""
+        offset = point - self.centre
+        return bool(offset @ self.matrix @ offset <= self.level)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Room:
+    """A mission's obstacles and walls, with a margin.
+
+    Attributes:
+        obstacles: By name.
+        low: m, the workspace's lower corner, moved inwards by the margin. Shape (3,).
+        high: m, the upper corner likewise. Shape (3,).
+        centres: Of the obstacles, in their order, m. Shape (obstacles, 3).
+        reaches: How far each of them reaches from its centre, m. Shape (obstacles,).
+    """
+
+    obstacles: dict[str, Obstacle]
+    low: Floats
+    high: Floats
+    centres: Floats
+    reaches: Floats
+
+    def near(self, low: Floats, high: Floats) -> NDArray[np.bool_]:
+        """Tell which obstacles may reach into boxes, given by their corners. Shapes (boxes, 3) twice to (boxes, obstacles)."""
+        beside = np.maximum(np.maximum(low[:, None] - self.centres, self.centres - high[:, None]), 0.0)
+        return np.einsum("bok,bok->bo", beside, beside) <= self.reaches**2
+
+    def inside(self, point: Floats) -> bool:
+        """Tell whether a point keeps clear of the walls."""
+        return bool(np.all(point >= self.low) and np.all(point <= self.high))
+
+
+def room(mission: Mission, slack: float = 0.0) -> Room:
+    """Return what a path must keep clear of: the mission's margin plus `slack` m everywhere."""
+    near = mission.margin + slack
+    clear = mission.vehicle.radius + near
+    obstacles: dict[str, Obstacle] = {}
+    for name, region in mission.all_regions.items():
+        centre, level = np.array(region.center), (1.0 + near / min(region.radii)) ** 2
+        reach = 1.000001 * max(region.radii) * level**0.5
+        if isinstance(region, Hoop):
+            height, outer = region.rim / 2 + clear, region.opening + region.rim + clear
+            obstacles[name] = Obstacle(
+                name,
+                centre,
+                region.shape,
+                level,
+                np.array(region.normal),
+                height,
+                outer,
+                max(min(room_in_opening(region, mission.vehicle.radius, near), room_in_region(region, near)), 1e-3),
+                near,
+                max(reach, 1.000001 * float(np.hypot(outer, height))),
+            )
+        else:
+            obstacles[name] = Obstacle(name, centre, region.shape, level, reach=reach)
+    return Room(
+        obstacles,
+        np.array(mission.workspace.min) + near,
+        np.array(mission.workspace.max) - near,
+        np.array([obstacle.centre for obstacle in obstacles.values()]).reshape(-1, 3),
+        np.array([obstacle.reach for obstacle in obstacles.values()]),
+    )
+
+
+def conflicts(coefficients: Floats, durations: Floats, where: Room, permitted: Sequence[Collection[str]]) -> list[Conflict]:
+    """Find where a path comes too near, in order along it; an empty list means that it keeps clear for all times.
+
+    Args:
+        coefficients: Ascending powers of local time, m. Shape (pieces, 3, 8).
+        durations: s. Shape (pieces,).
+        where: Obstacles and walls.
+        permitted: For each piece, the regions that it may enter; a hoop among them is flown through its opening.
+
+    Returns:
+        At most one conflict a piece and obstacle.
+    """
+    nodes, to_bernstein = _interpolation()
+    scaled = coefficients * durations[:, None, None] ** np.arange(coefficients.shape[2])
+    path = np.einsum("pak,nk->pna", scaled, nodes[:, None] ** np.arange(coefficients.shape[2]))
+    orders = np.arange(1, coefficients.shape[2])
+    velocity = np.einsum("pak,nk->pna", scaled[:, :, 1:] * orders, nodes[:, None] ** (orders - 1))
+    claims, labels = [], []
+    for piece, name, kind, first, second in _claims(path, velocity, where, permitted):
+        claims.append((first, second))
+        labels.append((piece, kind, name))
+    if not claims:
+        return []
+    found = _refuted(np.array(claims) @ to_bernstein.T)
+    return sorted(
+        (Conflict(labels[i][0], share, labels[i][1], labels[i][2]) for i, share in found), key=lambda c: (c.piece, c.share)
+    )
+
+
+def blocked(start: Floats, end: Floats, where: Room, permitted: Collection[str] = ()) -> Conflict | None:
+    """Return the first obstacle on the straight line between two points, or None."""
+    line = np.zeros((1, 3, 8))
+    line[0, :, 0], line[0, :, 1] = start, end - start
+    found = conflicts(line, np.ones(1), where, [permitted])
+    return found[0] if found else None
+
+
+def _claims(
+    path: Floats, velocity: Floats, where: Room, permitted: Sequence[Collection[str]]
+) -> Iterator[tuple[int, str, Kind, Floats, Floats]]:
+    """Yield (piece, name, kind, f, g): f > 0 or g > 0 must hold at every instant, given by values at the nodes."""
+    never = np.full(path.shape[1], -1.0)
+    every = range(len(path))
+    hull = np.einsum("mn,pna->pma", _interpolation()[1], path)  # a polynomial lies in the box of its Bernstein coefficients
+    near = where.near(hull.min(axis=1), hull.max(axis=1))
+    obstacles = list(where.obstacles.values())
+    for index in np.flatnonzero(near.any(axis=0)):
+        obstacle, pieces = obstacles[index], np.flatnonzero(near[:, index]).tolist()
+        offset = path - obstacle.centre
+        level = np.einsum("pna,ab,pnb->pn", offset, obstacle.matrix, offset)
+        enters = [obstacle.name in allowed for allowed in permitted]
+        for piece in pieces:
+            if not enters[piece]:
+                yield piece, obstacle.name, "region", level[piece] - obstacle.level, never
+        if obstacle.normal is None:
+            continue
+        along = (offset @ obstacle.normal) ** 2
+        across = np.einsum("pna,pna->pn", offset, offset) - along
+        sides = path[:, [0, -1]] @ obstacle.normal - obstacle.centre @ obstacle.normal
+        for piece in pieces:
+            if enters[piece] and _stays_on_its_side(sides[piece], obstacle.near):
+                ahead = np.sign(sides[piece, 0]) * (offset[piece] @ obstacle.normal)
+                yield piece, obstacle.name, "plane", ahead - obstacle.near, never
+            elif enters[piece]:  # towards where this piece ends, as long as it is near the plane
+                ahead = np.sign((path[piece, -1] - path[piece, 0]) @ obstacle.normal) * (velocity[piece] @ obstacle.normal)
+                yield piece, obstacle.name, "plane", ahead, along[piece] - obstacle.height**2
+            past = across[piece] - obstacle.outer**2
+            yield (
+                piece,
+                obstacle.name,
+                "ring",
+                along[piece] - obstacle.height**2,
+                obstacle.inner**2 - across[piece] if enters[piece] else past,
+            )
+    for axis in range(3):
+        for piece in every:
+            yield piece, "workspace", "workspace", path[piece, :, axis] - where.low[axis], never
+            yield piece, "workspace", "workspace", where.high[axis] - path[piece, :, axis], never
+
+
+def _stays_on_its_side(ends: Floats, near: float) -> bool:
+    """Tell whether a piece within a hoop's region has both ends on one side of the opening, clear of it: it does not pass there."""
+    return bool(np.min(ends) >= near or np.max(ends) <= -near)
+
+
+def _refuted(claims: Floats) -> list[tuple[int, float]]:
+    """Return (claim, share of the piece) for each claim that is false or cannot be decided. Shape (claims, 2, 15)."""
+    left, right = _halving()
+    number, start, width = np.arange(len(claims)), np.zeros(len(claims)), 1.0
+    found: dict[int, float] = {}
+    for step in range(_HALVINGS + 1):
+        undecided = ~np.any(np.all(claims > 0, axis=2), axis=1)
+        claims, number, start = claims[undecided], number[undecided], start[undecided]
+        for end, at in ((0, start), (-1, start + width)):
+            for i in np.flatnonzero(np.all(claims[:, :, end] <= 0, axis=1)):
+                found[int(number[i])] = min(found.get(int(number[i]), 2.0), float(at[i]))
+        if step == _HALVINGS:
+            for i, at in zip(number, start, strict=True):
+                found.setdefault(int(i), float(at))
+        open_still = ~np.isin(number, list(found))
+        claims, number, start = claims[open_still], number[open_still], start[open_still]
+        if not len(claims):
+            break
+        width /= 2
+        claims = np.concatenate([claims @ left.T, claims @ right.T])
+        number, start = np.concatenate([number, number]), np.concatenate([start, start + width])
+    return sorted(found.items())
+
+
+@cache
+def _interpolation() -> tuple[Floats, Floats]:
+    """Nodes in [0, 1] and the matrix from values there to Bernstein coefficients. Shapes (15,), (15, 15)."""
+    nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
+    choose = _binomials()[_DEGREE]
+    k = np.arange(_DEGREE + 1)
+    basis = choose * nodes[:, None] ** k * (1.0 - nodes[:, None]) ** (_DEGREE - k)
+    return nodes, np.linalg.inv(basis)
+
+
+@cache
+def _halving() -> tuple[Floats, Floats]:
+    """Matrices from Bernstein coefficients on [0, 1] to those on its halves (de Casteljau). Shapes (15, 15)."""
+    left = np.array([_binomials()[i] / 2.0**i for i in range(_DEGREE + 1)])
+    return left, left[::-1, ::-1].copy()
+
+
+@cache
+def _binomials() -> Floats:
+    table = np.zeros((_DEGREE + 1, _DEGREE + 1))
+    table[:, 0] = 1.0
+    for n in range(1, _DEGREE + 1):
+        table[n, 1:] = table[n - 1, 1:] + table[n - 1, :-1]
+    return table

@@ -1,0 +1,298 @@
+"""One robot's way, leg by leg: stops at control points, and what each segment between them may enter.
+
+A stop is a waypoint in the making. A leg leads from where one visit ends to where the next begins, straight or past the avoid
+points of what stands in its way; a passage leads through a hoop; the last leg closes a lasso or goes to the end waypoint.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ltlplan.paths.hoops.avoidance import Blocked, avoid
+from ltlplan.paths.hoops.clearance import Room, blocked
+from ltlplan.paths.hoops.frame import control_points
+from ltlplan.paths.hoops.primitives import Primitive, choose
+from ltlplan.paths.hoops.sides import Side
+from verify.data import BadInput, Infeasible, Mission, Visit
+from verify.data.mission import Hoop
+from verify.data.plan import Role
+
+Floats = NDArray[np.float64]
+
+_DEEP = 0.9
+"""Share of the way from a region's centre to where the margin begins within which a robot stays; refinement uses as much."""
+_AROUND = sorted(
+    (np.array(way, dtype=np.float64) / np.linalg.norm(way) for way in itertools.product((-1, 0, 1), repeat=3) if any(way)),
+    key=lambda way: (int(np.count_nonzero(way)), way[2] != 0, *(-way)),
+)
+"""Unit vectors along the axes, then between them: to which side a region is left that is visited again."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Stop:
+    """One waypoint with what belongs to the segment that leads to it.
+
+    Attributes:
+        position: m. Shape (3,).
+        role: Which control point it is.
+        region: The hoop or region that it belongs to.
+        visit: Index of the visit that it serves.
+        permitted: Regions that the segment to this point may enter.
+        axes: Frame of the hoop in which the segment is measured, as columns; None where there is no hoop. Shape (3, 3).
+    """
+
+    position: Floats
+    role: Role
+    region: str | None = None
+    visit: int | None = None
+    permitted: frozenset[str] = frozenset()
+    axes: Floats | None = None
+
+
+class Legs:
+    """The stops of one robot's way, leg by leg."""
+
+    def __init__(self, mission: Mission, robot: str, visits: tuple[Visit, ...], where: Room, inside_last: bool) -> None:
+        self.mission, self.visits, self.where, self.inside_last = mission, visits, where, inside_last
+        agent = mission.agents[robot]
+        self.start = np.array(agent.start)
+        self.end = None if agent.end is None else np.array(agent.end)
+        self.start_regions = frozenset(n for n, o in where.obstacles.items() if o.holds(self.start))
+        self.begins_inside = bool(visits) and holds(mission, self.start, visits[0].region)
+        self._legs: dict[tuple[int, Side, int, Side], list[Stop]] = {}
+
+    def length(self, i: int, left: Side, j: int, entered: Side) -> float:
+        """Length of the leg from one visit to the next by its primitives, in m."""
+        first, exit_from = self._exit(i, left)
+        stops = [*([] if exit_from is None else [exit_from]), first, *self._leg(i, left, j, entered)]
+        return sum(p.length for p in primitives_between(stops)[0 if exit_from is None else 1 :])
+
+    def stops(self, sides: Sequence[Side], cycle_visit: int | None) -> tuple[list[Stop], int | None]:
+        """Return all stops and the index of the stop where the cycle begins, if there is one."""
+        stops = [Stop(self.start, "start", visit=0 if self.begins_inside else None)]
+        cycle: int | None = None
+        for i, side in enumerate(sides):
+            if i == 0 and self.begins_inside:
+                continue
+            stops += self._leg(i - 1, sides[i - 1] if i else None, i, side)
+            if i == cycle_visit:  # at the hoop's entry, or at the last point outside a region without a ring
+                cycle = len(stops) - 1 if side is not None else len(stops) - 2
+            stops += self._passage(i, side)
+        last = len(sides) - 1
+        if cycle is not None:
+            stops += self._back_to(last, sides[last], stops[cycle])
+        elif self.end is not None and cycle_visit is None:
+            stops += self._to_end(last, sides[last] if sides else None)
+        elif cycle_visit is None and sides and sides[last] is None and not self.inside_last:
+            stops.append(self._outside(self._exit(last, None)[0], self.visits[last].region, last))
+        return stops, cycle
+
+    def _exit(self, i: int, side: Side) -> tuple[Stop, Stop | None]:
+        """Return where visit i is left, and the point before that."""
+        if i < 0:
+            return Stop(self.start, "start"), None
+        name = self.visits[i].region
+        region = self.mission.all_regions[name]
+        if i == 0 and self.begins_inside:
+            return Stop(self.start, "start", name, i), None
+        if not isinstance(region, Hoop):
+            return Stop(np.array(region.center), "centre", name, i), None
+        if side is None:  # the flight ends in this hoop, at its end waypoint: nothing else leads on from there
+            return Stop(np.array(region.center) if self.end is None else self.end, "centre", name, i), None
+        points = control_points(region)
+        return Stop(points.ends(side)[1], "front", name, i, axes=points.frame), Stop(points.centre, "centre", name, i)
+
+    def _leg(self, i: int, left: Side, j: int, entered: Side) -> list[Stop]:
+        """Return the stops after visit i up to the first stop of visit j (its entry, or its centre)."""
+        key = (i, left, j, entered)
+        if key not in self._legs:
+            name = self.visits[j].region
+            region = self.mission.all_regions[name]
+            axes = hoop_axes(self.mission, name)
+            if entered is not None and isinstance(region, Hoop):
+                target = Stop(
+                    control_points(region).ends(entered)[0], "rear" if entered == "F" else "front", name, j, axes=axes
+                )
+            elif isinstance(region, Hoop):
+                self._legs[key] = self._into(i, left, j, region)
+                return self._legs[key]
+            else:
+                target = Stop(np.array(region.center), "centre", name, j, frozenset({name}))
+            origin = self._exit(i, left)[0]
+            if target.role != "centre":
+                turned = np.allclose(origin.position, target.position, atol=1e-9)  # about, where the last passage ended
+                self._legs[key] = [] if turned else self._way(i, left, target)
+            elif i >= 0 and self.visits[i].region == name:
+                self._legs[key] = [self._outside(origin, name, j), target]
+            else:
+                self._legs[key] = self._with_gate(origin.position, self._way(i, left, target))
+        return self._legs[key]
+
+    def _into(self, i: int, left: Side, j: int, hoop: Hoop) -> list[Stop]:
+        """Return the leg to a hoop in which the flight ends: to the control point on its nearer side, or on the other one, then
+        straight on to a place in front of the opening.
+
+        Raises:
+            Blocked: Neither side can be reached.
+            Infeasible: No place in the hoop is clear of its opening.
+        """
+        name, origin, points = self.visits[j].region, self._exit(i, left)[0].position, control_points(hoop)
+        ends: list[tuple[Role, Floats]] = [("rear", points.rear), ("front", points.front)]
+        if self.end is not None:
+            ends = ends[1:] if (self.end - points.centre) @ np.array(hoop.normal) >= 0.0 else ends[:1]
+        problem: Blocked | None = None
+        for role, position in sorted(ends, key=lambda end: float(np.linalg.norm(end[1] - origin))):
+            place = _before_opening(self.mission, name, hoop, role) if self.end is None else self.end
+            rest = Stop(place, "centre", name, j, frozenset({name}), points.frame)
+            if np.allclose(origin, position, atol=1e-9):
+                return [rest]
+            try:
+                return [*self._way(i, left, Stop(position, role, name, j, axes=points.frame)), rest]
+            except Blocked as error:
+                problem = problem or error
+        assert problem is not None
+        raise problem
+
+    def _back_to(self, i: int, left: Side, first: Stop) -> list[Stop]:
+        """Return the leg that closes a lasso: from visit i to the stop at which the cycle began."""
+        if np.allclose(self._exit(i, left)[0].position, first.position, atol=1e-9):
+            return []
+        return self._way(i, left, replace(first, permitted=frozenset()))
+
+    def _outside(self, origin: Stop, name: str, visit: int) -> Stop:
+        """Return a point just outside a region that is left and visited again at once.
+
+        Raises:
+            Blocked: There is no clear point around it.
+        """
+        obstacle = self.where.obstacles[name]
+        for way in _AROUND:
+            point = obstacle.centre + way * (obstacle.level * 1.3 / float(way @ obstacle.matrix @ way)) ** 0.5
+            if self.where.inside(point) and not any(
+                blocked(place, point, self.where, (name,)) for place in (origin.position, obstacle.centre)
+            ):
+                return Stop(point, "via", name, visit, frozenset({name}))
+        raise Blocked(
+            name, origin.position, obstacle.centre, ["no point around it is clear, so it cannot be left and visited again"]
+        )
+
+    def _with_gate(self, origin: Floats, leg: list[Stop]) -> list[Stop]:
+        """Put a point before a region's centre, clear of the region, on the last straight piece: a lap begins there."""
+        target = leg[-1]
+        before = leg[-2].position if len(leg) > 1 else origin
+        obstacle = self.where.obstacles[str(target.region)]
+        line = before - target.position
+        level = float(line @ obstacle.matrix @ line)
+        if level <= obstacle.level * 1.2:
+            return leg
+        gate = target.position + line * min(1.0, (obstacle.level * 1.1 / level) ** 0.5)
+        reached = frozenset({str(target.region)})
+        return [
+            *leg[:-1],
+            Stop(gate, "via", target.region, target.visit, target.permitted - reached),
+            replace(target, permitted=reached),
+        ]
+
+    def _way(self, i: int, left: Side, target: Stop) -> list[Stop]:
+        """Return detours and target; first and last segment may also be in the regions that they leave and reach."""
+        origin = self._exit(i, left)[0]
+        leaves = self.start_regions if i < 0 else frozenset({self.visits[i].region} if left is None else ())
+        reaches = frozenset(target.permitted)
+        if i >= 0 and left is None and (hoop := self.mission.hoops.get(self.visits[i].region)) is not None:
+            return self._out_of(i, hoop, origin, target)
+        points = avoid(self.mission, self.where, origin.position, target.position, leaves | reaches)
+        way = [
+            Stop(p.position, p.role, p.region, None, leaves if k == 0 else frozenset(), hoop_axes(self.mission, p.region))
+            for k, p in enumerate(points)
+        ]
+        return [*way, replace(target, permitted=reaches | (leaves if not way else frozenset()))]
+
+    def _out_of(self, i: int, hoop: Hoop, origin: Stop, target: Stop) -> list[Stop]:
+        """Return the stops from a start in a hoop's region to a target: to the hoop's control point on that side first."""
+        name, points = self.visits[i].region, control_points(hoop)
+        ahead = (origin.position - points.centre) @ np.array(hoop.normal) >= 0.0
+        through = frozenset({name})
+        first = Stop(points.front if ahead else points.rear, "via", name, i, through, points.frame)
+        if np.allclose(first.position, target.position, atol=1e-9):
+            return [replace(target, permitted=through)]
+        others = avoid(self.mission, self.where, first.position, target.position, target.permitted)
+        way = [Stop(p.position, p.role, p.region, None, frozenset(), hoop_axes(self.mission, p.region)) for p in others]
+        return [first, *way, target]
+
+    def _passage(self, i: int, side: Side) -> list[Stop]:
+        if side is None:
+            return []
+        name = self.visits[i].region
+        region = self.mission.all_regions[name]
+        assert isinstance(region, Hoop)
+        points = control_points(region)
+        through = frozenset({name})
+        return [
+            Stop(points.centre, "centre", name, i, through, points.frame),
+            Stop(points.ends(side)[1], "front" if side == "F" else "rear", name, i, through, points.frame),
+        ]
+
+    def _to_end(self, i: int, left: Side) -> list[Stop]:
+        assert self.end is not None
+        region = self.visits[i].region if i >= 0 and left is None else None
+        stays = frozenset() if region is None else frozenset({region})
+        if self.inside_last:
+            return [] if np.allclose(self._exit(i, left)[0].position, self.end) else [Stop(self.end, "end", region, i, stays)]
+        for name, obstacle in self.where.obstacles.items():
+            if obstacle.holds(self.end) and name not in stays:
+                at = ", ".join(f"{x:g}" for x in self.end)
+                last = i >= 0 and self.visits[i].region == name
+                why = "a hoop that is flown through, and so left again" if last else "which is not the region visited last"
+                raise BadInput(f"The end waypoint ({at}) lies in or at '{name}', {why}.")
+        if np.allclose(self._exit(i, left)[0].position, self.end, atol=1e-9):
+            return []
+        return self._way(i, left, Stop(self.end, "end"))
+
+
+def _before_opening(mission: Mission, name: str, hoop: Hoop, side: Role) -> Floats:
+    """Return a place to hover in a hoop's region, on its front or rear side: halfway between opening and border, both less the margin.
+
+    Raises:
+        Infeasible: The region is too flat for that.
+    """
+    normal = np.array(hoop.normal)
+    deep = max(1.0 - mission.margin / min(hoop.radii), 0.0)
+    farthest = _DEEP * deep / float(normal @ hoop.shape @ normal) ** 0.5
+    if farthest <= mission.margin:
+        raise Infeasible(
+            f"A robot cannot stay in '{name}' without flying through it: {mission.margin:g} m in front of its opening, where the margin "
+            f"ends, a place should still be inside by the margin, and such places end {farthest:.3f} m in front of it. Ask for a "
+            "smaller margin or a larger region."
+        )
+    ahead = (mission.margin + farthest) / 2.0
+    return np.array(hoop.center) + (ahead if side == "front" else -ahead) * normal
+
+
+def primitives_between(stops: Sequence[Stop]) -> list[Primitive]:
+    """Return the primitive of each segment between stops."""
+    result = []
+    for i in range(1, len(stops)):
+        previous = stops[i - 2].position if i > 1 else None
+        axes = stops[i].axes
+        if axes is None:
+            chord = stops[i].position - stops[i - 1].position
+            result.append(Primitive("STRAIGHT", float(np.linalg.norm(chord))))
+        else:
+            result.append(choose(previous, stops[i - 1].position, stops[i].position, axes))
+    return result
+
+
+def holds(mission: Mission, point: Floats, region: str) -> bool:
+    """Tell whether a point lies in a region."""
+    return bool(mission.all_regions[region].level(point) <= 1.0)
+
+
+def hoop_axes(mission: Mission, region: str | None) -> Floats | None:
+    """Return a hoop's own axes as columns; None for whatever is no hoop. Shape (3, 3)."""
+    hoop = mission.hoops.get(region or "")
+    return None if hoop is None else control_points(hoop).frame

@@ -1,0 +1,275 @@
+"""The sequence-of-hoops planner (Algorithm 1 of the 2019 paper): from visits to waypoints and nominal times.
+
+    start -> [avoid ..] -> rear, centre, front of the first hoop -> [avoid ..] -> .. -> end
+
+Each leg between two passages goes straight, or past the avoid points of what stands in its way. Each segment is one of four
+primitives, whose length gives its time. The spline of least snap through the waypoints at these times is then judged for
+all times; where it cuts a corner too closely, a point on the leg itself is added, which pulls it back to the clear line.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ltlplan.paths.costs import cost_of, plan_cost
+from ltlplan.paths.final_hover import then_hovering
+from ltlplan.paths.hoops.clearance import Conflict, Room, conflicts, room
+from ltlplan.paths.hoops.legs import Legs, Stop, holds, hoop_axes, primitives_between
+from ltlplan.paths.hoops.primitives import Primitive
+from ltlplan.paths.hoops.sides import Directions, choose_sides
+from ltlplan.paths.spline_matrices import Spline
+from ltlplan.systems.transition_systems import word_of
+from verify.data import BadInput, Infeasible, Mission, RobotPlan, Visit, Waypoint, Word
+from verify.data.errors import did_you_mean
+
+Floats = NDArray[np.float64]
+
+_SLACKS = (0.04, 0.02, 0.0)
+"""m beyond the mission's margin that the nominal spline keeps, where there is room: refinement changes it a little."""
+_REPAIRS = 24
+_SHORTEST = 0.08
+"""m; a shorter segment is not divided again."""
+_RAMPS = 1.0
+"""s, at most, that the first and last segment take longer, from and to rest."""
+
+
+class SplineBlocked(Infeasible):
+    """The spline through the control points still comes too near; carries the first place where it does.
+
+    Attributes:
+        conflict: Obstacle, piece and place.
+    """
+
+    def __init__(self, conflict: Conflict, stops: Sequence[Stop]) -> None:
+        self.conflict = conflict
+        what = {
+            "workspace": "leaves the workspace, margin included,",
+            "again": f"comes twice to '{conflict.name}' in one visit",
+            "plane": f"turns back within '{conflict.name}'",
+            "ring": f"comes too near the ring of '{conflict.name}'",
+            "region": f"touches '{conflict.name}', which it may not enter there,",
+        }[conflict.obstacle]
+        after, before = stops[conflict.piece], stops[conflict.piece + 1]
+        super().__init__(
+            f"The spline through the control points {what} between {_name(after)} and {_name(before)}, "
+            "whichever points are added. Move the hoop, or change its `reach` or `clearance`."
+        )
+
+
+def route(
+    mission: Mission,
+    robot: str,
+    visits: Sequence[Visit],
+    cycle_visit: int | None = None,
+    *,
+    directions: Directions | None = None,
+    word: Word | None = None,
+) -> RobotPlan:
+    """Lead one robot through its visits: sides of hoops, waypoints and nominal times.
+
+    Args:
+        mission: Hoops, regions, workspace, margin and nominal speed.
+        robot: Name of the agent.
+        visits: Regions in order; a visit's `direction` is kept where it is given and chosen where it is None.
+        cycle_visit: First visit of a lasso's cycle; the number of visits for a cycle that only hovers; None for a
+            finite flight.
+        directions: `nearest` takes the nearest control point of each hoop in turn, `cheapest` the shortest whole
+            sequence; None takes the mission's `planner.directions`.
+        word: The letters that the robot will show; computed from the visits where it is None. Where its last letter
+            is the last visit's region, the flight ends inside that region.
+
+    Returns:
+        The plan, with a cost under the mission's cost function for this robot. For a lasso the last waypoint repeats
+        `waypoints[cycle_waypoint]`.
+
+    Raises:
+        BadInput: No such robot or region, a direction for a region that has no ring, or a cycle for a robot that has an `end`.
+        Infeasible: A hoop cannot be reached without crossing another one, or the spline has no room; names the hoop.
+    """
+    _check(mission, robot, visits, cycle_visit)
+    visits = tuple(visits)
+    if cycle_visit == 0 and visits and holds(mission, np.array(mission.agents[robot].start), visits[0].region):
+        # the lap would begin where the robot hovers at the start: it begins with the second visit instead
+        visits, cycle_visit, word = (*visits, visits[0]), 1, None
+    if word is None:
+        leaves = mission.agents[robot].end is not None and cycle_visit is None and not _ends_at_last(mission, robot, visits)
+        word = word_of(mission, robot, visits, cycle_visit, stays=False if leaves else None)
+    problem: Infeasible | None = None
+    for slack in _SLACKS:
+        try:
+            return _route(mission, robot, visits, cycle_visit, directions or mission.planner.directions, word, slack)
+        except Infeasible as error:
+            problem = problem or error
+    assert problem is not None
+    raise problem
+
+
+def route_sequence(mission: Mission) -> RobotPlan:
+    """Fly exactly the mission's `sequence` of passages with its one robot.
+
+    Raises:
+        BadInput: The mission has no sequence or several agents.
+        Infeasible: See `route`.
+    """
+    sequence = mission.passages
+    if sequence is None:
+        raise BadInput(f"Mission '{mission.name}' has no `sequence`; write one such as `sequence: hoop0F hoop1R`.")
+    if len(mission.agents) != 1:
+        raise BadInput(f"A sequence is flown by one robot; mission '{mission.name}' has {len(mission.agents)}.")
+    passages = sequence.prefix + (sequence.cycle or ())
+    visits = tuple(Visit(region=passage.hoop, direction=passage.direction) for passage in passages)
+    return route(mission, next(iter(mission.agents)), visits, None if sequence.cycle is None else len(sequence.prefix))
+
+
+def segments(mission: Mission, plan: RobotPlan) -> tuple[Primitive, ...]:
+    """Return the primitive of each segment between a plan's waypoints, for drawings and tables."""
+    stops = [Stop(np.array(w.position), w.role, w.region, axes=hoop_axes(mission, w.region)) for w in plan.waypoints]
+    return tuple(primitives_between(stops))
+
+
+def _route(
+    mission: Mission,
+    robot: str,
+    visits: tuple[Visit, ...],
+    cycle_visit: int | None,
+    directions: Directions,
+    word: Word,
+    slack: float,
+) -> RobotPlan:
+    where = room(mission, slack)
+    inside_last = _ends_inside(mission, robot, visits, cycle_visit, word)
+    legs = Legs(mission, robot, visits, where, inside_last)
+    sides = choose_sides(mission, legs.start, visits, cycle_visit, legs.length, directions, legs.begins_inside, inside_last)
+    stops, cycle = legs.stops(sides, cycle_visit)
+    stops, times, cycle = _repaired(stops, cycle, where, mission.planner.speed, Counter(v.region for v in visits))
+    hovers = cycle_visit == len(visits)
+    plan = RobotPlan(
+        word=Word(word.letters).compressed() if hovers else word,
+        visits=tuple(visit.model_copy(update={"direction": side}) for visit, side in zip(visits, sides, strict=True)),
+        waypoints=tuple(Waypoint(position=_point(s.position), role=s.role, region=s.region, visit=s.visit) for s in stops),
+        times=tuple(times),
+        cycle_visit=None if hovers else cycle_visit,
+        cycle_waypoint=cycle,
+    )
+    plan = then_hovering(plan) if hovers else plan
+    return plan.model_copy(update={"cost": plan_cost(plan, cost_of(mission, robot))})
+
+
+def _times(stops: Sequence[Stop], speed: float, ramp: float, *, lasso: bool) -> list[float]:
+    """Return nominal times: each segment takes its primitive's length over the speed; `ramp` s more from and to rest."""
+    spans = [primitive.time(speed) for primitive in primitives_between(stops)]
+    spans[0] += ramp
+    spans[-1] += 0.0 if lasso else ramp
+    return [0.0, *(float(t) for t in np.cumsum(spans))]
+
+
+def _repaired(
+    stops: list[Stop], cycle: int | None, where: Room, speed: float, visits: Mapping[str, int]
+) -> tuple[list[Stop], list[float], int | None]:
+    """Add points on legs until the spline keeps clear; the points lie on lines that do.
+
+    A spline that leaves rest within length / v can overshoot so far that it turns back in the first hoop, or comes to a
+    region twice; where it does, its first and last segment are given more time.
+
+    Returns:
+        Stops, times, and the index of the stop where the cycle begins.
+
+    Raises:
+        SplineBlocked: It does not help.
+    """
+    if len(stops) == 1:
+        return stops, [0.0], cycle
+    ramp = 0.0
+    found: list[Conflict] = []
+    for _ in range(_REPAIRS):
+        times = _times(stops, speed, ramp, lasso=cycle is not None)
+        spline = Spline(times, cycle)
+        coefficients = spline.through([stop.position for stop in stops])
+        found = conflicts(coefficients, spline.durations, where, [stop.permitted for stop in stops[1:]])
+        found = found or _visited_again(stops, spline, where, visits)
+        if not found:
+            return stops, times, cycle
+        if ramp < _RAMPS and any(conflict.obstacle in ("plane", "again") for conflict in found):
+            ramp += 0.25
+            continue
+        divided = _divided(stops, found)
+        if len(divided) == len(stops):
+            raise SplineBlocked(found[0], stops)
+        cycle = None if cycle is None else cycle + len([piece for piece in _pieces(stops, found) if piece < cycle])
+        stops = divided
+    raise SplineBlocked(found[0], stops)
+
+
+def _visited_again(stops: Sequence[Stop], spline: Spline, where: Room, visits: Mapping[str, int]) -> list[Conflict]:
+    """Find pieces on which a region that they may enter is left and entered once more, by dense samples."""
+    at = np.linspace(spline.times[0], spline.times[-1], max(400, 40 * len(stops)))
+    path = spline.evaluate([stop.position for stop in stops], at)
+    found = []
+    for name, count in visits.items():
+        obstacle = where.obstacles[name]
+        offset = path - obstacle.centre
+        level = np.einsum("ni,ij,nj->n", offset, obstacle.matrix, offset)
+        for bound in (1.0, obstacle.level):
+            inside = level <= bound
+            if int(inside[0]) + int(np.sum(inside[1:] & ~inside[:-1])) > count:
+                entering = [i for i, stop in enumerate(stops[1:]) if name in stop.permitted]
+                found += [Conflict(i, 0.5, "again", name) for i in entering]
+    return found
+
+
+def _pieces(stops: Sequence[Stop], found: Sequence[Conflict]) -> list[int]:
+    lengths = [float(np.linalg.norm(b.position - a.position)) for a, b in itertools.pairwise(stops)]
+    return sorted({c.piece for c in found if lengths[c.piece] > 2 * _SHORTEST})
+
+
+def _divided(stops: list[Stop], found: Sequence[Conflict]) -> list[Stop]:
+    result = list(stops)
+    for piece in reversed(_pieces(stops, found)):
+        a, b = stops[piece], stops[piece + 1]
+        middle = Stop((a.position + b.position) / 2, "via", None, b.visit if b.permitted else None, b.permitted, b.axes)
+        result.insert(piece + 1, middle)
+    return result
+
+
+def _ends_inside(mission: Mission, robot: str, visits: Sequence[Visit], cycle_visit: int | None, word: Word) -> bool:
+    """Tell whether the flight ends (or its hovering cycle is) in the last visit's region."""
+    if not visits or (cycle_visit is not None and cycle_visit < len(visits)) or visits[-1].direction is not None:
+        return False
+    if mission.agents[robot].end is not None and not _ends_at_last(mission, robot, visits):
+        return False
+    return visits[-1].region in word.letters[-1]
+
+
+def _ends_at_last(mission: Mission, robot: str, visits: Sequence[Visit]) -> bool:
+    """Tell whether the robot's end waypoint lies in the region that it visits last."""
+    end = mission.agents[robot].end
+    return end is not None and bool(visits) and holds(mission, np.array(end), visits[-1].region)
+
+
+def _check(mission: Mission, robot: str, visits: Sequence[Visit], cycle_visit: int | None) -> None:
+    if robot not in mission.agents:
+        raise BadInput(f"'{robot}' is not an agent.{did_you_mean(robot, mission.agents)} Agents: {', '.join(mission.agents)}.")
+    known = mission.all_regions
+    for visit in visits:
+        if visit.region not in known:
+            raise BadInput(f"'{visit.region}' is not a region.{did_you_mean(visit.region, known)} Regions: {', '.join(known)}.")
+        if visit.direction is not None and visit.region not in mission.hoops:
+            raise BadInput(f"'{visit.region}' has no ring, so it has no side {visit.direction}.")
+    if cycle_visit is not None and not 0 <= cycle_visit <= len(visits):
+        raise BadInput(f"cycle_visit must be 0 to {len(visits)}, not {cycle_visit}.")
+    if cycle_visit is not None and mission.agents[robot].end is not None:
+        raise BadInput(f"{robot} has an `end` where it must finish, and a cycle never ends; leave one of them out.")
+
+
+def _point(position: Floats) -> tuple[float, float, float]:
+    x, y, z = (float(v) for v in position)
+    return x, y, z
+
+
+def _name(stop: Stop) -> str:
+    return f"the {stop.role}{f' of {stop.region!r}' if stop.region else ''}"

@@ -1,0 +1,172 @@
+"""From an optimised path back to a robot's plan: waypoints with their roles, judged for all times.
+
+The points of the search say nothing of hoops. Here the path is cut where it comes to a region that it visits, where it
+crosses the hoop's plane and where it is clear again; these become the visit's waypoints. A spline of least snap through
+more points of itself at the same times is the same spline, so the path does not change; points that stand close
+to others are then left out where that changes nothing that matters.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ltlplan.paths.costs import Sampling
+from ltlplan.paths.hoops.clearance import Obstacle, Room, conflicts, room
+from ltlplan.paths.path_problem import PathProblem
+from ltlplan.paths.spline_matrices import Spline
+from verify.data import Mission, RobotPlan, Waypoint
+from verify.data.plan import Role
+
+Floats = NDArray[np.float64]
+
+_STEP = 0.01  # m between the instants at which entries and exits are looked for
+_CLOSE = (
+    1.0,
+    0.7,
+    0.5,
+    0.35,
+    0.25,
+    0.15,
+    1e-3,
+)  # m along the path; points of the search this near to another waypoint are left out
+
+
+@dataclass(frozen=True, slots=True)
+class _Cut:
+    """A waypoint at a time of the path."""
+
+    time: float
+    role: Role
+    region: str | None = None
+    visit: int | None = None
+    permitted: frozenset[str] | None = None  # what the path up to here may enter; None: as for the next waypoint
+
+
+def candidate_plans(mission: Mission, plan: RobotPlan, problem: PathProblem, points: Floats, length: float) -> list[RobotPlan]:
+    """Return plans along the spline through `points`, sparse waypoints first; none where the path does not keep the plan.
+
+    Args:
+        mission: What must be kept, for all times.
+        plan: The nominal plan, for its word, its visits and where its cycle begins.
+        problem: The search: times of the points, what counts, and what is kept beyond the margin.
+        points: m. Shape (points, 3).
+        length: Of the path, m.
+    """
+    where, spline = room(mission, problem.slack), problem.spline
+    cuts = _cuts(where, plan, spline, points, length)
+    if cuts is None:
+        return []
+    dense = np.linspace(spline.times[0], spline.times[-1], 1000)
+    place = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(spline.evaluate(points, dense), axis=0), axis=1))])
+    cuts_at = [float(x) for x in np.interp([cut.time for cut in cuts], dense, place)]
+    cycle = None if spline.cycle is None else float(spline.times[spline.cycle])
+    found = []
+    for close in _CLOSE:
+        taken, kept = list(cuts_at), []
+        for time in spline.times:
+            if any(a.time < time < b.time and b.permitted for a, b in itertools.pairwise(cuts)):
+                continue  # inside a visit there are only the visit's own waypoints
+            at = float(np.interp(time, dense, place))
+            if time == cycle or min(abs(other - at) for other in taken) > close:
+                kept.append(_Cut(float(time), "via"))
+                taken.append(at)
+        candidate = _plan(where, plan, spline, points, sorted([*cuts, *kept], key=lambda cut: cut.time))
+        if candidate is not None and _keeps(problem, candidate):
+            found.append(candidate)
+    return found
+
+
+def _keeps(problem: PathProblem, plan: RobotPlan) -> bool:
+    """Tell whether the plan's own spline counts, at dense samples."""
+    sampling = Sampling(Spline(plan.times, plan.cycle_waypoint), max(600, int(problem.length / _STEP)))
+    return bool(problem.keeps.keeps(sampling.paths([w.position for w in plan.waypoints]).axes(0))[0])
+
+
+def flown_pieces(mission: Mission, plan: RobotPlan) -> int:
+    """Return how many pieces the plan has when its laps are flown one after another."""
+    cycle = len(plan.waypoints) - 1 if plan.cycle_waypoint is None else plan.cycle_waypoint
+    return cycle + mission.spec.repeat * (len(plan.waypoints) - 1 - cycle)
+
+
+def _plan(where: Room, plan: RobotPlan, spline: Spline, points: Floats, cuts: list[_Cut]) -> RobotPlan | None:
+    times = np.array([cut.time for cut in cuts])
+    positions = spline.evaluate(points, times)
+    positions[0], positions[-1] = points[0], points[-1]
+    cycle = None
+    if spline.cycle is not None:
+        cycle = int(np.argmin(np.abs(times - spline.times[spline.cycle])))
+        positions[-1] = positions[cycle]
+    path = Spline(times, cycle)
+    permitted = [_permitted(cuts, i) for i in range(1, len(cuts))]
+    if conflicts(path.through(positions), path.durations, where, permitted):
+        return None
+    waypoints = tuple(
+        Waypoint(position=(float(p[0]), float(p[1]), float(p[2])), role=cut.role, region=cut.region, visit=cut.visit)
+        for cut, p in zip(cuts, positions, strict=True)
+    )
+    return plan.model_copy(
+        update={"waypoints": waypoints, "times": tuple(float(t) for t in times - times[0]), "cycle_waypoint": cycle}
+    )
+
+
+def _permitted(cuts: list[_Cut], index: int) -> frozenset[str]:
+    """What the piece that ends at a waypoint may enter."""
+    return next(cut.permitted for cut in cuts[index:] if cut.permitted is not None)
+
+
+def _cuts(where: Room, plan: RobotPlan, spline: Spline, points: Floats, length: float) -> list[_Cut] | None:
+    """Where the path comes to its visits, in order; None where they are not the planned ones."""
+    at = np.linspace(spline.times[0], spline.times[-1], max(200, int(length / _STEP)))
+    path = spline.evaluate(points, at)
+    stays: list[tuple[int, int, str]] = []
+    for name, obstacle in where.obstacles.items():
+        edges = np.flatnonzero(
+            np.diff(np.concatenate([[False], _level(obstacle, path) <= obstacle.level, [False]]).astype(int))
+        )
+        stays += [(int(a), int(b), name) for a, b in edges.reshape(-1, 2)]
+    stays.sort()
+    if [name for _, _, name in stays] != [visit.region for visit in plan.visits]:
+        return None
+    nothing: frozenset[str] = frozenset()
+    cuts = [_Cut(float(at[0]), "start", None, 0 if stays and stays[0][0] == 0 else None, nothing)]
+    for index, ((first, last, name), visit) in enumerate(zip(stays, plan.visits, strict=True)):
+        if spline.cycle is not None and index == plan.cycle_visit and at[first] <= spline.times[spline.cycle]:
+            return None  # the lap would begin after the visit that it begins with
+        through = visit.direction is not None
+        if through and not 0 < first < last < len(at):
+            return None
+        inside = frozenset({name})
+        entry: Role = "via" if not through else "rear" if visit.direction == "F" else "front"
+        leave: Role = "via" if not through else "front" if visit.direction == "F" else "rear"
+        if first > 0 and at[first - 1] > cuts[-1].time:  # not where the path turns about between two visits
+            cuts.append(_Cut(float(at[first - 1]), entry, name, index, nothing))
+        if first > 0 and last < len(at):
+            middle = _middle(where.obstacles[name], at[first - 1 : last + 1], path[first - 1 : last + 1], through=through)
+            cuts.append(_Cut(middle, "centre", name, index, inside))
+        if last < len(at):
+            cuts.append(_Cut(float(at[last]), leave, name, index, inside))
+    ends_inside = bool(stays) and stays[-1][1] == len(at)
+    last_role: Role = "end" if plan.waypoints[-1].role == "end" else "centre" if ends_inside else "via"
+    region, visit_index = (stays[-1][2], len(stays) - 1) if ends_inside else (None, None)
+    if cuts[-1].time < at[-1]:  # a lap may close where its last visit ends
+        cuts.append(_Cut(float(at[-1]), last_role, region, visit_index, frozenset({region}) if region else nothing))
+    return cuts
+
+
+def _middle(obstacle: Obstacle, times: Floats, path: Floats, *, through: bool) -> float:
+    """Time at which the hoop's plane is crossed, or at which a region is entered deepest."""
+    if not through or obstacle.normal is None:
+        return float(times[int(np.argmin(_level(obstacle, path)))])
+    along = (path - obstacle.centre) @ obstacle.normal
+    k = int(np.flatnonzero(np.sign(along[1:]) != np.sign(along[:-1]))[-1]) if np.any(along[0] * along[-1] <= 0) else 0
+    share = along[k] / (along[k] - along[k + 1]) if along[k] != along[k + 1] else 0.5
+    return float(times[k] + np.clip(share, 0.01, 0.99) * (times[k + 1] - times[k]))
+
+
+def _level(obstacle: Obstacle, path: Floats) -> Floats:
+    offset = path - obstacle.centre
+    return np.einsum("ni,ij,nj->n", offset, obstacle.matrix, offset)

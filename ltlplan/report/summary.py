@@ -1,0 +1,210 @@
+"""The readable summary that closes a run, and the same as plain data for `--json`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ltlplan.pipeline import Result
+    from verify import Certificate, Claim, FlightVerdict
+    from verify.data import Plan, RobotPlan
+
+
+TINY = 1e-12
+"""Bounds below this, in any unit, are shown as 0: they come from rounding zero to the strict side."""
+
+
+def plan_lines(plan: Plan) -> list[str]:
+    """Return the plan for a person: formula, each robot's visits and word, the cost."""
+    mission = plan.mission
+    lines = [f"mission   {mission.name}"]
+    if mission.spec.formula is not None:
+        lines.append(f"formula   {mission.spec.formula}  ({mission.spec.trace} trace, team: {mission.spec.team})")
+    if mission.sequence is not None:
+        lines.append(f"sequence  {mission.sequence}")
+    for name, robot in plan.robots.items():
+        lines.append(f"{name:<9} {visits_text(robot)}")
+        lines.append(f"          word {robot.word}")
+    lasso = any(robot.cycle_visit is not None for robot in plan.robots.values())
+    lines.append(f"cost      {plan.cost:.3f} ({plan.method}, seed {plan.seed}{'; prefix and one lap' if lasso else ''})")
+    if plan.method == "exact" and plan.lower_bound is not None:
+        how = "is the cheapest" if plan.complete else "is not sure to be the cheapest; that costs at least"
+        laps = f" of all {mission.spec.repeat} laps" if lasso and mission.spec.repeat > 1 else ""
+        what = "word" if lasso else "assignment"
+        lines.append(f"          by straight-line cost{laps} the {what} {how}: {plan.lower_bound:.3f}")
+    lines += [f"note      {note}" for note in plan.notes]
+    return lines
+
+
+def visits_text(robot: RobotPlan) -> str:
+    """Return a robot's visits for a person: hoops with their sides, actions in brackets, a cycle as (...)*."""
+    visits = [
+        visit.region + (visit.direction or "") + "".join(f" [{action.source} -> {action.target}]" for action in visit.actions)
+        for visit in robot.visits
+    ]
+    if robot.cycle_visit is not None:
+        visits = [*visits[: robot.cycle_visit], "(" + " ".join(visits[robot.cycle_visit :] or ["hover"]) + ")*"]
+    return " ".join(visits) or "stays at its start"
+
+
+HEADER = ("claim", "robot", "verdict", "bound", "limit", "tight at")
+
+
+def claim_rows(certificate: Certificate) -> list[tuple[str, ...]]:
+    """Return all claims as rows of text under `HEADER`."""
+    return [_row(claim) for claim in certificate.claims]
+
+
+def tightest_rows(certificate: Certificate) -> list[tuple[str, ...]]:
+    """Return one row for each kind of claim: a refused one where there is any, else the robot that is nearest to its limit."""
+    kinds: dict[str, list[Claim]] = {}
+    for claim in certificate.claims:
+        kinds.setdefault(claim.name, []).append(claim)
+    rows: list[tuple[str, ...]] = []
+    for claims in kinds.values():
+        worst = min(claims, key=lambda claim: (claim.verdict == "holds", _room(claim)))
+        row = _row(worst)
+        measured = worst.bound is not None
+        rows.append(row if measured or worst.verdict != "holds" else (row[0], "all", *row[2:]))
+    return rows
+
+
+def table_lines(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """Return rows of claims as an aligned table."""
+    table = [HEADER, *rows]
+    widths = [max(len(row[i]) for row in table) for i in range(len(HEADER))]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
+
+
+def claim_lines(certificate: Certificate) -> list[str]:
+    """Return all claims as an aligned table."""
+    return table_lines(claim_rows(certificate))
+
+
+def recorded_lines(verdict: FlightVerdict) -> list[str]:
+    """Return what a recording shows of a flight: the verdict, every claim, what does not hold, and what all rests on."""
+    from verify.recordings.space import TELLS
+
+    words = {"holds": "satisfied", "fails": "violated", "undecided": "cannot tell"}
+    rows = [_row(claim) for claim in verdict.claims]
+    told = [(*row[:2], TELLS[claim.verdict], *row[3:]) for row, claim in zip(rows, verdict.claims, strict=True)]
+    refused = [f"{claim.name}: {claim.sentence}" for claim in verdict.claims if claim.verdict != "holds"]
+    return [
+        f"{words[verdict.outcome]}. {verdict.sentence}", *table_lines(told), *refused, "Assumed:", *verdict.assumptions
+    ]  # fmt: skip
+
+
+def summary_lines(result: Result) -> list[str]:
+    """Return the whole summary of a run."""
+    certificate = result.certificate
+    lines = [*plan_lines(result.plan), ""]
+    largest = "" if certificate.largest_margin is None else f", the largest that holds is {certificate.largest_margin:.4f} m"
+    rounds = "1 round" if result.rounds == 1 else f"{result.rounds} rounds"
+    lines.append(f"{certified_sentence(result)}{largest} ({rounds} of refinement)")
+    lines += ["  " + line for line in table_lines(tightest_rows(certificate))]
+    lines.append("")
+    for name, flown in tracking(result).items():
+        lines.append(
+            f"flight    {name}: worst tracking error {1000 * flown['worst']:.1f} mm, RMS {1000 * flown['rms']:.1f} mm "
+            f"(margin {1000 * certificate.margin:.1f} mm)"
+        )
+    lines += [f"flight    {sentence}" for sentence in flight_sentences(result)]
+    lines += [f"wrote     {path}" for path in result.files]
+    return lines
+
+
+def certified_sentence(result: Result) -> str:
+    """Return for which times a run is certified, and at which margin."""
+    certificate = result.certificate
+    (first, *_others) = result.team.values()
+    times = f"for all t in [0, {certificate.duration:.2f} s]"
+    if first.cycle is not None:
+        begins = float(first.knots[first.cycle])
+        times = f"for all t in [0, {begins:.2f} s] and a cycle of {certificate.duration - begins:.2f} s that repeats for ever"
+    return f"Certified {times}, at margin {certificate.margin:g} m"
+
+
+def tracking(result: Result) -> dict[str, dict[str, float]]:
+    """Return each robot's worst and RMS tracking error in m."""
+    return {name: {"worst": result.log.worst_error(name), "rms": result.log.rms_error(name)} for name in result.log.robots}
+
+
+def flight_sentences(result: Result) -> tuple[str, ...]:
+    """Return what the monitor said of the flight, for a person."""
+    return (*result.log.verdicts, *result.log.notes)
+
+
+def holds(result: Result) -> bool:
+    """Tell whether everything holds: all claims, and the simulated flight inside its tube and by its formula."""
+    return not shortfall(result)
+
+
+def shortfall(result: Result) -> str:
+    """Return what does not hold of a run, with the figures that broke it; empty where everything holds."""
+    margin = result.certificate.margin
+    refused = [f"the claim {claim.name} {claim.verdict}" for claim in result.certificate.claims if claim.verdict != "holds"]
+    left = [
+        f"{name} strayed {1000 * flown['worst']:.1f} mm from its certified path, the margin is {1000 * margin:g} mm"
+        for name, flown in tracking(result).items()
+        if flown["worst"] > margin
+    ]
+    broken = ["the flown path breaks the formula"] if result.log.satisfied is False else []
+    return "; ".join([*refused, *left, *broken])
+
+
+def summary_data(result: Result) -> dict[str, Any]:
+    """Return the summary as plain data."""
+    certificate = result.certificate
+    return {
+        "mission": result.mission.name,
+        "holds": holds(result),
+        "cost": result.plan.cost,
+        "words": {name: str(word) for name, word in result.plan.words.items()},
+        "visits": {name: [v.region + (v.direction or "") for v in robot.visits] for name, robot in result.plan.robots.items()},
+        "margin": certificate.margin,
+        "largest_margin": certificate.largest_margin,
+        "duration": certificate.duration,
+        "claims": [
+            {
+                "name": c.name,
+                "robot": c.robot,
+                "verdict": c.verdict,
+                "bound": c.bound,
+                "limit": c.limit,
+                "unit": c.unit,
+                "time": c.time,
+            }
+            for c in certificate.claims
+        ],
+        "tracking": tracking(result),
+        "flight": list(flight_sentences(result)),
+        "notes": list(result.plan.notes),
+        "rounds": result.rounds,
+        "files": [str(path) for path in result.files],
+    }
+
+
+def _row(claim: Claim) -> tuple[str, ...]:
+    robots = claim.robot or "team"
+    if claim.other is not None:
+        robots = f"{robots}, {claim.other}"
+    time = "" if claim.time is None else f"{claim.time:.2f} s"
+    return (claim.name, robots, claim.verdict, _figure(claim.bound, claim.unit), _figure(claim.limit, claim.unit), time)
+
+
+def _room(claim: Claim) -> float:
+    """How far a claim is from its limit, as a share of the limit; infinite where nothing is measured."""
+    if claim.margin is None:
+        return math.inf
+    return claim.margin / abs(claim.limit) if claim.limit else claim.margin
+
+
+def _figure(value: float | None, unit: str) -> str:
+    if value is None:
+        return ""
+    shown = 0.0 if abs(value) < TINY else value
+    if unit in ("rad", "rad/s"):  # people and mission files have degrees
+        shown, unit = math.degrees(shown), unit.replace("rad", "deg")
+    return f"{shown:.4g} {unit}".rstrip()

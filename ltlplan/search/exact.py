@@ -1,0 +1,304 @@
+"""From a mission to words: who visits what, in which order, at the smallest cost.
+
+`assign` is exact: it returns a cheapest plan among all whose words keep the formula in every order of the robots, over the
+letters that will really be flown, or says that there is none and why. Nothing here knows about time; a later check of the
+timed claim may still add waits.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from decimal import Decimal
+
+from ltlplan.logic.automata import Automaton
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
+from ltlplan.logic.conjunction import Task, conjunct_automata
+from ltlplan.search.joint.team_words import joint_possible, plan_joint
+from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso
+from ltlplan.search.lassos.word_lasso import closes_at_once, improve_lasso
+from ltlplan.search.makespan import plan_longest
+from ltlplan.search.reduced_graph import Team
+from ltlplan.search.relevant_places import FEW, places_that_matter
+from ltlplan.search.team_search import Checked, plan_team
+from ltlplan.systems.region_labels import Layout
+from ltlplan.systems.transition_systems import Cost, Node, Systems, TransitionSystem
+from verify.data import Formula, InternalError, Letter, Mission, Unsatisfiable, Visit, Word
+from verify.data.formula import FALSE
+
+TIES = 1e-6  # m, more than the tiny amounts that break ties between equally dear plans add up to
+MOST_NAMES = 400  # in a formula: decision diagrams of its letters are as deep as that
+WORD_STATES = 10_000  # states for looking for a cheaper infinite word than the planning automaton's
+
+
+@dataclass(frozen=True, slots=True)
+class Itinerary:
+    """What one robot does.
+
+    Attributes:
+        visits: Regions in the order in which they are entered, with the actions made there. A robot that starts inside a
+            region has that visit first. For a lasso: prefix, then one lap.
+        word: The letters that it will show, free flight included. Its last letter says whether the robot ends inside the
+            region that it visited last.
+        cycle_visit: Index of the first visit of the cycle; None for a finite flight, the number of visits for a hover.
+        cost: Its own cost; for a lasso, of the prefix and the weighted cycle.
+    """
+
+    visits: tuple[Visit, ...]
+    word: Word
+    cycle_visit: int | None
+    cost: float
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """What every robot does, and how good that is.
+
+    Attributes:
+        robots: An itinerary for each of the mission's agents, in the mission's order.
+        cost: The objective: the sum of the robots' costs, or that of the dearest one.
+        lower_bound: No plan costs less than this.
+        complete: Whether the search was exhausted, so that no plan is cheaper.
+        tried: Complete plans that were checked in every order.
+        notes: Sentences for a person.
+    """
+
+    robots: dict[str, Itinerary]
+    cost: float
+    lower_bound: float | None
+    complete: bool
+    tried: int
+    notes: tuple[str, ...] = ()
+
+
+def assign(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAULT_BUDGET) -> Assignment:
+    """Share a mission among its robots at the smallest cost.
+
+    Args:
+        mission: With its formula, regions, environment, internal states and agents.
+        cost: Cost of a leg, (robot, from a position or a region, to a region) -> float; straight lines where None.
+        budget: Bounds on the search.
+
+    Raises:
+        Unsatisfiable: No words that these robots can fly satisfy the formula; the message says which parts of it cannot
+            hold together.
+        TooLarge: A budget was used up before an answer was found.
+    """
+    layout = Layout(mission)
+    systems = Systems(mission, cost, places=places_that_matter(mission, layout), layout=layout)
+    each = [systems.of(name) for name in mission.agents]
+    if mission.spec.trace == "infinite":
+        return _assign_lasso(mission, systems, each[0], budget)
+    automata = conjunct_automata(_asked(mission, each), "finite", budget=budget)
+    joint = mission.spec.team == "joint" and len(each) > 1
+    bound, exhausted = 0.0, False  # on the dearest robot, where that is what counts
+    if joint:
+        found = plan_joint(each, automata, budget)
+    else:
+        team = Team(each)
+        task = Task(automata, team.letters)
+        if mission.planner.objective == "longest" and len(each) > 1:
+            found, bound, exhausted = plan_longest(team, task, budget)
+        else:
+            found = plan_team(team, task, budget)
+    if found.run is None:
+        raise _no_plan(mission, systems, each, found, joint=joint)
+    plan = _assignment(mission, each, found, bound, exhausted)
+    return replace(plan, notes=(*plan.notes, *_sizes(each, automata, found), *systems.unclear()))
+
+
+def _asked(mission: Mission, systems: Sequence[TransitionSystem]) -> Formula:
+    """Return the formula over what these systems can show: what nobody ever shows is false.
+
+    With few regions that is the mission's own formula, whatever is shown.
+
+    Raises:
+        TooLarge: It speaks of more names than conditions on letters can be made of.
+    """
+    if len(mission.all_regions) <= FEW:
+        return mission.formula
+    shown = {name for system in systems for label in system.labels for name in label}
+    asked = mission.formula.substitute(dict.fromkeys(mission.all_regions.keys() - shown, FALSE))
+    if (used := len(asked.names())) > MOST_NAMES:
+        hint = "`!free` speaks of all regions at once; name those that are meant instead."
+        raise TooLarge("The formula speaks of", used, "regions and propositions", MOST_NAMES, hint)
+    return asked
+
+
+def _sizes(systems: list[TransitionSystem], automata: Sequence[Automaton], found: Checked) -> Iterator[str]:
+    """Say, for a team, how many states were reached beside how many the product of all robots has."""
+    if len(systems) > 1 and found.run is not None:
+        size = math.prod(len(a.edges) for a in automata) * math.prod(len(system.labels) for system in systems)
+        many = f"{size:,}" if size < 1_000_000 else f"{Decimal(size):.1e}"
+        yield f"The search reached {found.run.reached:,} states of the team automaton; the product of all robots has {many}."
+
+
+def _assignment(mission: Mission, systems: list[TransitionSystem], found: Checked, bound: float, exhausted: bool) -> Assignment:
+    """Return what the robots do; `bound` and `exhausted` are of a search for the cheapest dearest robot, if any."""
+    assert found.run is not None
+    robots = {
+        name: itinerary(system, path) for name, system, path in zip(mission.agents, systems, found.run.paths, strict=True)
+    }
+    total, dearest = sum(robot.cost for robot in robots.values()), max(robot.cost for robot in robots.values())
+    least = total if found.stopped is None else max(0.0, found.bound - TIES)
+    notes: list[str] = []
+    if found.tried > 1:
+        notes.append(f"{found.tried} plans were tried; the cheaper ones hold in some orders of the robots, but not in all.")
+    if found.stopped is not None:
+        notes.append(f"{found.stopped.shortage} This plan holds in every order of the robots; a cheaper one may exist.")
+    if mission.planner.objective == "sum" or len(robots) == 1:
+        return Assignment(robots, total, least, found.stopped is None, found.tried, tuple(notes))
+    if mission.spec.team == "joint":
+        exhausted, bound = False, least / len(robots)
+        notes.append("Under `team: joint` the plan has the smallest sum of costs; its dearest robot may not be the cheapest.")
+    elif not exhausted:
+        notes.append("Finding the cheapest dearest robot takes too many states; the plan has the smallest sum of costs.")
+    return Assignment(robots, dearest, dearest if exhausted else bound, exhausted, found.tried, tuple(notes))
+
+
+def _no_plan(mission: Mission, systems: Systems, each: list[TransitionSystem], found: Checked, *, joint: bool) -> Unsatisfiable:
+    """Return the error that says why there is no plan."""
+    from ltlplan.search.unsatisfiable_cores import explain, refused_in_some_order
+
+    if found.first is not None:
+        names, words = tuple(mission.agents), [word_along(s, p) for s, p in zip(each, found.first.paths, strict=True)]
+        order = [(names[i], words[i]) for i in found.refused or range(len(names))]
+        return refused_in_some_order(mission, order)
+    if joint:
+        return explain(mission, systems, each, feasible=_joint_feasible)
+    return explain(mission, systems, each)
+
+
+def _joint_feasible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
+    try:
+        return joint_possible(worlds, conjunct_automata(_all_of(parts), "finite"), Budget(states=50_000))
+    except TooLarge:
+        return True  # not known to be impossible
+
+
+def _all_of(parts: Sequence[Formula]) -> Formula:
+    formula = parts[0]
+    for part in parts[1:]:
+        formula = Formula("&", (formula, part))
+    return formula
+
+
+def itinerary(system: TransitionSystem, path: tuple[int, ...]) -> Itinerary:
+    """Read visits, actions, word and cost off a path of a robot's system."""
+    return Itinerary(tuple(visits_of(system, path)), word_along(system, path), None, path_cost(system, path))
+
+
+def path_cost(system: TransitionSystem, path: tuple[int, ...]) -> float:
+    """Return the sum of the costs along a path; a letter that is read once more where the robot is costs nothing."""
+    total = 0.0
+    for source, target in itertools.pairwise(path):
+        if source != target:
+            total += min(cost for node, cost in system.edges[source] if node == target)
+    return total
+
+
+def word_along(system: TransitionSystem, path: tuple[int, ...]) -> Word:
+    """Return the labels along a path, without immediate repetitions."""
+    return Word(tuple(system.labels[node] for node in path)).compressed()
+
+
+def visits_of(system: TransitionSystem, path: tuple[int, ...]) -> list[Visit]:
+    """Return the visits that a path makes, in the order in which they begin, with their actions."""
+    visits: list[Visit] = []
+    current: dict[str, int] = {}  # the visit of each region that the robot is in
+    previous: Node | None = None
+    for index in path:
+        node = system.nodes[index]
+        for region in sorted(node.regions - set(current), key=lambda r: (r == node.entered, r)):
+            current[region] = len(visits)
+            visits.append(Visit(region=region))
+        current = {region: visit for region, visit in current.items() if region in node.regions}
+        if previous is not None and previous.internal != node.internal:
+            change = (previous.internal, node.internal)
+            action = next(a for a in system.actions if (a.source, a.target) == change and a.at in node.regions)
+            visit = visits[current[action.at]]
+            visits[current[action.at]] = Visit(region=action.at, actions=(*visit.actions, action))
+        previous = node
+    return visits
+
+
+def _assign_lasso(mission: Mission, systems: Systems, system: TransitionSystem, budget: Budget) -> Assignment:
+    """Plan one robot's infinite trace; as many laps count as are flown."""
+    automata = conjunct_automata(_asked(mission, [system]), "infinite", budget=budget)
+    run = cheapest_lasso(system, automata, weight=mission.spec.repeat, budget=budget)
+    if run is None:
+        from ltlplan.search.unsatisfiable_cores import explain
+
+        raise explain(mission, systems, [system], feasible=lambda parts, worlds: _lasso_exists(parts, worlds[0], budget))
+    laps = mission.spec.repeat
+    exact = run.bound >= run.prefix_cost + laps * run.cycle_cost - TIES
+    certain = exact and all(map(closes_at_once, automata))
+    if not certain:
+        run, certain = improve_lasso(system, automata, run, weight=laps, states=min(budget.states, WORD_STATES))
+        certain = certain and exact
+    (name,) = mission.agents
+    robot = lasso_itinerary(system, run.prefix, run.cycle, laps)
+    if certain:
+        return Assignment({name: robot}, robot.cost, robot.cost, complete=True, tried=1)
+    note = "The cheapest round of the planning automaton" if exact else "The best round found within the budget of states"
+    least = _least_lasso(system, automata, run, laps, budget)
+    return Assignment({name: robot}, robot.cost, least, False, 1, (f"{note}; a cheaper word was not ruled out.",))
+
+
+def _least_lasso(
+    system: TransitionSystem, automata: Sequence[Automaton], run: LassoRun, laps: int, budget: Budget
+) -> float | None:
+    """Return a lower bound on all infinite words: what the conjuncts ask for whose automata forget all but the last letter.
+
+    Of these a lap of the word is a round of the product, so that a bound on rounds is one on words.
+    """
+    forgetful = [automaton for automaton in automata if closes_at_once(automaton)]
+    if not forgetful:
+        return None
+    relaxed = run if len(forgetful) == len(automata) else cheapest_lasso(system, forgetful, weight=laps, budget=budget)
+    return None if relaxed is None else max(0.0, relaxed.bound - TIES)
+
+
+def _lasso_exists(parts: Sequence[Formula], system: TransitionSystem, budget: Budget) -> bool:
+    from ltlplan.search.lassos.lasso import lasso_exists
+
+    try:
+        return lasso_exists(system, conjunct_automata(_all_of(parts), "infinite", budget=budget), budget=budget)
+    except TooLarge:
+        return True  # not known to be impossible
+
+
+def lasso_itinerary(system: TransitionSystem, prefix: tuple[int, ...], cycle: tuple[int, ...], laps: int) -> Itinerary:
+    """Read an infinite path: visits of prefix and one lap, and the word, turned so that the cycle begins with a visit."""
+    cycle = tuple(node for node, after in zip(cycle, (*cycle[1:], cycle[0]), strict=True) if node != after) or cycle[:1]
+    path = (*prefix, *cycle)
+    entering = [i for i in range(len(cycle)) if _enters(system, path, len(prefix) + i, cycle)]
+    if not entering:  # the cycle stays where it is
+        letters = Word(tuple(system.labels[node] for node in path)).compressed().prefix
+        visits = tuple(visits_of(system, path))
+        hover = tuple(dict.fromkeys(system.labels[node] for node in cycle))
+        if len(hover) > 1:  # internal changes for ever, inside one region
+            raise InternalError("A cycle of actions inside one region is not flown.")
+        return Itinerary(visits, Word(letters[:-1], (letters[-1],)), len(visits), path_cost(system, path))
+    turn = entering[0]
+    prefix, cycle = (*prefix, *cycle[:turn]), (*cycle[turn:], *cycle[:turn])
+    before = visits_of(system, prefix)
+    lap = visits_of(system, (*prefix, *cycle))[len(before) :]
+    cost = path_cost(system, (*prefix, cycle[0]))
+    path_cost_of_lap = path_cost(system, (*cycle, cycle[0]))
+    word = Word(_compressed(system, prefix), _compressed(system, cycle))
+    return Itinerary((*before, *lap), word, len(before), cost + laps * path_cost_of_lap)
+
+
+def _enters(system: TransitionSystem, path: tuple[int, ...], index: int, cycle: tuple[int, ...]) -> bool:
+    previous = path[index - 1] if index > 0 else cycle[-1]
+    if index == len(path) - len(cycle):
+        previous = cycle[-1]
+    return system.nodes[previous].flying and not system.nodes[path[index]].flying
+
+
+def _compressed(system: TransitionSystem, path: tuple[int, ...]) -> tuple[Letter, ...]:
+    letters = [system.labels[node] for node in path]
+    return tuple(letter for i, letter in enumerate(letters) if i == 0 or letter != letters[i - 1])

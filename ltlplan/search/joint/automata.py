@@ -1,0 +1,214 @@
+"""One conjunct under `team: joint`: its automaton reads unions of letters, as bits, and words are read while others hold some.
+
+A robot that flies while the others stand still shows them its word, each letter joined with what they hold (the context).
+What that does to a conjunct is all that a search need remember of the word, besides its first and its last letter: what
+the robot holds before and after.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from functools import reduce
+from operator import or_
+
+from ltlplan.logic.automata import DEAD, Automaton
+from ltlplan.logic.budget import TooLarge
+from ltlplan.logic.conjunction import bits
+from ltlplan.logic.decision_diagrams import TRUE
+from ltlplan.logic.transition_monoid import robots_in_order
+
+MAX_IMAGES = 4096
+"""States times contexts of a conjunct up to which what words do to it is kept apart."""
+
+MAX_STEPS = 200_000
+"""Steps of trying one conjunct in every order of the robots."""
+
+
+class JointPart:
+    """A conjunct's automaton, made deterministic where it is walked; letters are sets of propositions as bits.
+
+    Attributes:
+        mask: The propositions that matter.
+        initial: The state before anything was read.
+        domain: States such that what a word does to them says what it does to all: all states, or for a nondeterministic
+            automaton the sets of one state. States are then such sets, as bits.
+    """
+
+    def __init__(self, automaton: Automaton, bit: Mapping[str, int]) -> None:
+        self.automaton = automaton
+        self._bit = {name: bit[name] for name in automaton.propositions}
+        self.mask = reduce(or_, self._bit.values(), 0)
+        self.deterministic = automaton.deterministic
+        one = (lambda state: state) if self.deterministic else (lambda state: 1 << state)
+        self.domain: tuple[int, ...] = tuple(map(one, automaton.states))
+        self.initial = one(automaton.initial)
+        self._final = sum(1 << state for state in automaton.accepting)
+        self._done = {s for s in automaton.states if s in automaton.accepting and automaton.edges[s] == ((TRUE, s),)}
+        self._steps: dict[tuple[int, int], int] = {}
+
+    def step(self, state: int, letter: int) -> int:
+        """Return the state after a letter, or `DEAD`."""
+        if state == DEAD:
+            return DEAD
+        key = (state, letter & self.mask)
+        found = self._steps.get(key)
+        if found is None:
+            names = frozenset(name for name, bit in self._bit.items() if key[1] & bit)
+            if self.deterministic:
+                found = next(iter(self.automaton.successors(state, names)), DEAD)
+            else:
+                targets = {t for at in bits(state) for t in self.automaton.successors(at, names)}
+                done = targets & self._done  # accepts whatever comes, so the other states do not matter
+                found = sum(1 << target for target in (sorted(done)[:1] or targets)) or DEAD
+            self._steps[key] = found
+        return found
+
+    def accepting(self, state: int) -> bool:
+        """Tell whether a state is accepting."""
+        return state != DEAD and bool((1 << state if self.deterministic else state) & self._final)
+
+    def finished(self, state: int) -> bool:
+        """Tell whether a state accepts whatever comes."""
+        return state in self._done if self.deterministic else any(state == 1 << done for done in self._done)
+
+    def image(self, images: Sequence[int], state: int) -> int:
+        """Return where a state is taken by what takes the domain to `images`."""
+        if state == DEAD or self.deterministic:
+            return DEAD if state == DEAD else images[state]
+        return reduce(or_, (images[at] for at in bits(state) if images[at] != DEAD), 0) or DEAD
+
+    def repeats(self, most: int) -> bool:
+        """Tell whether reading any letter twice is the same as reading it once; False where there are too many to try."""
+        letters = [0]
+        for bit in self._bit.values():
+            letters += [letter | bit for letter in letters]
+            if len(letters) * len(self.domain) > most:
+                return False
+        once = [(letter, self.step(state, letter)) for state in self.domain for letter in letters]
+        return all(self.step(after, letter) == after for letter, after in once)
+
+
+class Words:
+    """What words of robots do to one conjunct, as numbers: words with equal numbers act alike, whatever others hold.
+
+    Args:
+        part: The conjunct.
+        contexts: What others may hold. None: anything; words are then told apart letter by letter.
+
+    Attributes:
+        first: For each number, what the robot holds before it flies.
+        last: What it holds afterwards.
+        moved: Whether its letter ever changes.
+    """
+
+    def __init__(self, part: JointPart, contexts: Sequence[int] | None) -> None:
+        if contexts is not None and len(contexts) * len(part.domain) > MAX_IMAGES:
+            used = len(contexts) * len(part.domain)
+            raise TooLarge("Telling apart what words do to the formula takes", used, "states", MAX_IMAGES)
+        self.part = part
+        self.first: list[int] = []
+        self.last: list[int] = []
+        self.moved: list[bool] = []
+        self._contexts = None if contexts is None else {context: i for i, context in enumerate(contexts)}
+        self._acts: list[tuple[tuple[int, ...], ...]] = []  # without contexts: the word, as one tuple
+        self._numbers: dict[object, int] = {}
+        self._read: dict[tuple[int, int], int] = {}
+
+    def begin(self, letter: int) -> int:
+        """Return the number of the word that is one letter."""
+        letter &= self.part.mask
+        return self._number(letter, letter, False, ((letter,),) if self._contexts is None else self._after(letter, None))
+
+    def read(self, number: int, letter: int) -> int:
+        """Return the number of a word with one more letter."""
+        letter &= self.part.mask
+        if letter == self.last[number]:
+            return number
+        found = self._read.get((number, letter))
+        if found is None:
+            act = self._acts[number]
+            longer = ((*act[0], letter),) if self._contexts is None else self._after(letter, act)
+            found = self._read[number, letter] = self._number(self.first[number], letter, True, longer)
+        return found
+
+    def of(self, letters: Sequence[int]) -> int:
+        """Return the number of a word."""
+        return reduce(self.read, letters[1:], self.begin(letters[0]))
+
+    def apply(self, number: int, state: int, context: int) -> int:
+        """Return where a state is taken by a word while others hold `context`."""
+        act = self._acts[number]
+        if self._contexts is None:
+            for letter in act[0]:
+                state = self.part.step(state, letter | context)
+            return state
+        return self.part.image(act[self._contexts[context]], state)
+
+    def failing_order(self, numbers: Sequence[int], *, waiting: int = 0, finished: bool = True) -> tuple[int, ...] | None:
+        """Return an order of flying (indices into `numbers`) in which the words break the conjunct; None if every order keeps it.
+
+        Robots whose letter never changes only hold it.
+
+        Args:
+            numbers: One word for each robot.
+            waiting: What further robots hold, which have not flown yet.
+            finished: Whether the conjunct must be accepted at the end, or only not be lost already.
+
+        Raises:
+            TooLarge: There are too many different orders to try them all.
+        """
+        part, still = self.part, waiting & self.part.mask
+        counts = Counter(number for number in numbers if self.moved[number])
+        for number in numbers:
+            still |= 0 if self.moved[number] else self.first[number]
+        kinds = sorted(counts)
+        begun = reduce(or_, (self.first[kind] for kind in kinds), still)
+        layer: dict[tuple[tuple[int, ...], int], tuple[int, ...]] = {((0,) * len(kinds), part.step(part.initial, begun)): ()}
+        if any(state == DEAD for _, state in layer):
+            return tuple(range(len(numbers)))
+        seen = 0
+        for _ in range(counts.total()):
+            following: dict[tuple[tuple[int, ...], int], tuple[int, ...]] = {}
+            for (used, state), order in layer.items():
+                for i, kind in enumerate(kinds):
+                    if used[i] == counts[kind]:
+                        continue
+                    context = still
+                    for j, other in enumerate(kinds):
+                        if used[j]:
+                            context |= self.last[other]
+                        if counts[other] - used[j] > (i == j):
+                            context |= self.first[other]
+                    after = self.apply(kind, state, context)
+                    if after == DEAD:
+                        return robots_in_order((*order, kind), numbers)
+                    following.setdefault(((*used[:i], used[i] + 1, *used[i + 1 :]), after), (*order, kind))
+            layer = following
+            seen += len(layer)
+            if seen > MAX_STEPS:
+                raise TooLarge("Trying the words in every order needs", seen, "steps", MAX_STEPS)
+        if finished:
+            for (_, state), order in layer.items():
+                if not part.accepting(state):
+                    return robots_in_order(order, numbers)
+        return None
+
+    def _after(self, letter: int, act: tuple[tuple[int, ...], ...] | None) -> tuple[tuple[int, ...], ...]:
+        """Return where the domain is taken by one more letter, for each context."""
+        part, contexts = self.part, self._contexts
+        assert contexts is not None
+        before = (part.domain,) * len(contexts) if act is None else act
+        pairs = zip(contexts, before, strict=True)
+        return tuple(tuple(part.step(state, letter | context) for state in images) for context, images in pairs)
+
+    def _number(self, first: int, last: int, moved: bool, act: tuple[tuple[int, ...], ...]) -> int:
+        key = (first, last, moved, act)
+        found = self._numbers.get(key)
+        if found is None:
+            found = self._numbers[key] = len(self._acts)
+            self.first.append(first)
+            self.last.append(last)
+            self.moved.append(moved)
+            self._acts.append(act)
+        return found

@@ -1,0 +1,144 @@
+"""How much is surely left to fly, and to where, under `team: joint`: a guide for the search, from each conjunct by itself.
+
+While one robot flies, what all of them show together changes in one way: the flying robot's letter is taken out and its
+next one put in. So a conjunct's state and the propositions that it sees held now are walked as a small graph: from what is
+held, any part may stay, and one robot's letter is added, at no less than the shortest leg into such a place. As in `ltlplan.search.heuristic`,
+that price is shared out among the conjuncts that the letter concerns, and the conjuncts' amounts add up to a lower bound.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator, Sequence
+
+from ltlplan.logic.automata import DEAD
+from ltlplan.logic.conjunction import bits
+from ltlplan.search.heuristic import LOST
+from ltlplan.search.joint.automata import JointPart
+from ltlplan.search.reduced_graph import Roads
+from ltlplan.search.spanning_tree import Spanning
+
+MAX_MOVES = 100_000
+"""Moves of a conjunct's graph up to which it is walked."""
+
+
+class JointGuide:
+    """Lower bounds on the cost from each state of the conjuncts, with what is held, to acceptance.
+
+    Args:
+        parts: The conjuncts.
+        masks: For each letter, its propositions as bits.
+        roads: The team's graph.
+    """
+
+    def __init__(self, parts: Sequence[JointPart], masks: Sequence[int], roads: Roads) -> None:
+        self._parts = parts
+        walked = [part.deterministic and _moves(part, masks) <= MAX_MOVES for part in parts]
+        graphs = [_Graph(part, masks) if small else None for part, small in zip(parts, walked, strict=True)]
+        concerned = [part for part, graph in zip(parts, graphs, strict=True) if graph is not None]
+        prices = [
+            cost / max(1, sum(1 for part in concerned if part.mask & mask))
+            for mask, cost in zip(masks, roads.entering, strict=True)
+        ]
+        self._rest = [None if graph is None else graph.distances(masks, prices) for graph in graphs]
+        self._needs = [None if graph is None else graph.needs() for graph in graphs]
+        wanted = sorted({bit for needs in self._needs if needs is not None for found in needs.values() for bit in _bits(found)})
+        number = {bit: 1 << i for i, bit in enumerate(wanted)}
+        self._goals = [
+            {} if needs is None else {key: sum(number[bit] for bit in _bits(found)) for key, found in needs.items()}
+            for needs in self._needs
+        ]
+        shown = {letter for label in roads.label for letter in label}
+        self.spanning = Spanning(roads, [{letter for letter in shown if masks[letter] & bit} for bit in wanted])
+
+    def __call__(self, states: Sequence[int], held: int) -> float:
+        """Return a lower bound, given what all robots together show now; `LOST` where acceptance is out of reach."""
+        total = 0.0
+        for part, rest, state in zip(self._parts, self._rest, states, strict=True):
+            if rest is not None:
+                total += rest.get((state, held & part.mask), LOST)
+        return total
+
+    def missing(self, states: Sequence[int], held: int) -> int:
+        """Return what some robot must still go to, as bits for `spanning_tree`."""
+        found = 0
+        for part, goals, state in zip(self._parts, self._goals, states, strict=True):
+            found |= goals.get((state, held & part.mask), 0)
+        return found
+
+
+_Seen = tuple[int, int]  # a conjunct's state and what it sees held now
+
+
+class _Graph:
+    """How one conjunct's state, with what is held, can change: backwards."""
+
+    def __init__(self, part: JointPart, masks: Sequence[int]) -> None:
+        self.part = part
+        letters = sorted({mask & part.mask for mask in masks})
+        self.back: dict[_Seen, list[tuple[_Seen, int]]] = {}  # before, and the letter that one robot goes to
+        for held in subsets(part.mask):
+            kept = tuple(subsets(held))
+            for state in part.domain:
+                for letter in letters:
+                    for stays in kept:
+                        after = part.step(state, letter | stays)
+                        if after != DEAD:
+                            self.back.setdefault((after, letter | stays), []).append(((state, held), letter))
+        self.accepting = [(state, held) for state in part.domain if part.accepting(state) for held in subsets(part.mask)]
+
+    def distances(self, masks: Sequence[int], prices: Sequence[float]) -> dict[_Seen, float]:
+        """Return the smallest sum of prices from each place to an accepting one; none where there is no way (Dijkstra)."""
+        price: dict[int, float] = {}
+        for mask, cost in zip(masks, prices, strict=True):
+            letter = mask & self.part.mask
+            price[letter] = min(cost, price.get(letter, LOST))
+        rest = dict.fromkeys(self.accepting, 0.0)
+        heap = [(0.0, key) for key in rest]
+        heapq.heapify(heap)
+        while heap:
+            cost, key = heapq.heappop(heap)
+            if cost > rest[key]:
+                continue
+            for before, letter in self.back.get(key, ()):
+                total = cost + price[letter]
+                if total < rest.get(before, LOST):
+                    rest[before] = total
+                    heapq.heappush(heap, (total, before))
+        return rest
+
+    def needs(self) -> dict[_Seen, int]:
+        """Return the propositions, as bits, that some robot must go to from each place, whatever is done."""
+        found: dict[_Seen, int] = {}
+        for bit in _bits(self.part.mask):
+            reached = set(self.accepting)
+            waiting = list(reached)
+            for key in waiting:  # grows while it is walked
+                for before, letter in self.back.get(key, ()):
+                    if not letter & bit and before not in reached:
+                        reached.add(before)
+                        waiting.append(before)
+            for state in self.part.domain:
+                for held in subsets(self.part.mask):
+                    if (state, held) not in reached:
+                        found[state, held] = found.get((state, held), 0) | bit
+        return found
+
+
+def _moves(part: JointPart, masks: Sequence[int]) -> int:
+    return len(part.domain) * len({mask & part.mask for mask in masks}) * 4 ** part.mask.bit_count()
+
+
+def subsets(mask: int) -> Iterator[int]:
+    """Yield all sets of bits within a mask."""
+    at = mask
+    while True:
+        yield at
+        if not at:
+            return
+        at = (at - 1) & mask
+
+
+def _bits(mask: int) -> Iterator[int]:
+    """Yield the single bits of a mask."""
+    return (1 << at for at in bits(mask))

@@ -1,0 +1,235 @@
+"""The cheapest way to satisfy a formula for ever: a prefix and a cycle (2019 paper, Section III-B; Smith et al. 2011).
+
+A lasso is a path of the product of one robot's system with the Büchi automata of the conjuncts that comes back to where
+it was after each conjunct was seen to accept. The product is walked once, within a budget of states; then each of its strongly
+connected components in which every conjunct accepts is searched for its cheapest round (`rounds`), so that `G F a & G F b`
+costs one round, in whichever order is shorter.
+"""
+
+from __future__ import annotations
+
+import heapq
+from array import array
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ltlplan.logic.automata import Automaton
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
+from ltlplan.search.lassos.rounds import Rounds
+from ltlplan.systems.transition_systems import TransitionSystem
+from verify.data import Letter
+
+State = tuple[int, ...]
+
+TIE = 1e-7  # m; less than this are the tiny amounts that break ties, and what they add up to
+_STEP, _HOVER = 1e-10, 1e-11
+
+
+@dataclass(frozen=True, slots=True)
+class LassoRun:
+    """A path that goes on for ever.
+
+    Attributes:
+        prefix: Nodes before the cycle.
+        cycle: Nodes that are repeated.
+        prefix_cost: Cost of the prefix, up to the first node of the cycle.
+        cycle_cost: Cost of one lap.
+        bound: No lasso of the product costs less, with laps weighted as they were asked for.
+    """
+
+    prefix: tuple[int, ...]
+    cycle: tuple[int, ...]
+    prefix_cost: float
+    cycle_cost: float
+    bound: float = 0.0
+
+
+class _Product:
+    """The product of a system and Büchi automata, made as it is walked. A hover repeats a node at next to no cost."""
+
+    def __init__(self, system: TransitionSystem, automata: Sequence[Automaton], budget: Budget) -> None:
+        self.system = system
+        self.automata = automata
+        self._most = min(budget.states, budget.lasso)
+        self._steps: list[dict[tuple[int, Letter], tuple[int, ...]]] = [{} for _ in automata]
+        self._after: dict[tuple[State, Letter], tuple[State, ...]] = {}
+
+    def read(self, state: State, letter: Letter) -> tuple[State, ...]:
+        key = (state, letter)
+        found = self._after.get(key)
+        if found is None:
+            states: list[State] = [()]
+            for automaton, memo, at in zip(self.automata, self._steps, state, strict=True):
+                targets = memo.get((at, letter))
+                if targets is None:
+                    targets = memo[at, letter] = tuple(sorted(automaton.successors(at, letter)))
+                self.check(len(states) * len(targets))
+                states = [(*s, t) for s in states for t in targets]
+            found = self._after[key] = tuple(states)
+        return found
+
+    def check(self, states: int) -> None:
+        """Raise where there are more states than the budget allows."""
+        if states > self._most:
+            hint = (
+                "Only the parts of a formula that are to hold again and again (`G F a`) are cheap by the dozen; each part that is to "
+                "happen once (`F a`) doubles the states. Ask for less at once, or for a finite trace."
+            )
+            raise TooLarge("The infinite trace's product of robot and automata has", states, "states", self._most, hint)
+
+    def accepted(self, state: State) -> int:
+        """Return the conjuncts whose automata are in an accepting state, as bits."""
+        return sum(1 << i for i, (a, at) in enumerate(zip(self.automata, state, strict=True)) if at in a.accepting)
+
+    def begin(self) -> Iterator[tuple[int, State]]:
+        start = tuple(automaton.initial for automaton in self.automata)
+        for state in self.read(start, self.system.labels[self.system.initial]):
+            yield (self.system.initial, state)
+
+    def moves(self, node: int, state: State) -> Iterator[tuple[int, State, float]]:
+        final = self.system.final
+        if final is None or node in final:
+            for after in self.read(state, self.system.labels[node]):
+                yield node, after, _HOVER + (0.0 if final is None else final[node])
+        for target, cost in self.system.edges[node]:
+            for after in self.read(state, self.system.labels[target]):
+                yield target, after, cost + _STEP
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Walked:
+    """All places of a product that can be reached, by number.
+
+    Attributes:
+        nodes: The system's node of each place.
+        marks: The conjuncts that accept there, as bits.
+        there: Cost of the cheapest way. Shape (places,).
+        parents: The place before on that way; -1 at the beginning.
+        graph: Costs of all steps.
+    """
+
+    nodes: list[int]
+    marks: list[int]
+    there: NDArray[np.float64]
+    parents: list[int]
+    graph: csr_matrix
+
+    def way(self, place: int) -> tuple[int, ...]:
+        nodes = []
+        while place >= 0:
+            nodes.append(self.nodes[place])
+            place = self.parents[place]
+        return tuple(reversed(nodes))
+
+
+def cheapest_lasso(
+    system: TransitionSystem, automata: Sequence[Automaton], *, weight: float = 1.0, budget: Budget = DEFAULT_BUDGET
+) -> LassoRun | None:
+    """Return a lasso for which prefix cost + weight * cycle cost is smallest, or None.
+
+    Where there are so many conjuncts that their cheapest order is out of reach, it is a good lasso, and its `bound` is below its
+    cost.
+
+    Args:
+        system: What the robot can do.
+        automata: Büchi automata, one for each conjunct.
+        weight: How many laps count; positive.
+        budget: Bounds on the product's states, and on those expanded in search of rounds.
+
+    Raises:
+        TooLarge: The product has more states than the budget allows.
+    """
+    walked = _walk(_Product(system, automata, budget))
+    best, best_cost, bound = None, np.inf, np.inf
+    left = min(budget.states, budget.rounds)
+    for core in _cores(walked, len(automata)):
+        there = walked.there[core]
+        if there.min() >= best_cost:
+            break
+        rounds = Rounds(walked.graph[core][:, core], there, [walked.marks[p] for p in core], len(automata), weight)
+        for home in rounds.homes:
+            found = rounds.through(home, best_cost, max(left, 1))
+            left -= found.explored
+            bound = min(bound, found.bound)
+            if found.cost < best_cost:
+                turn = min(range(len(found.places)), key=lambda i: there[found.places[i]])
+                lap = [int(core[p]) for p in (*found.places[turn:], *found.places[:turn])]
+                best_cost, reached = found.cost, float(walked.there[lap[0]])
+                best = LassoRun(
+                    walked.way(lap[0])[:-1], tuple(walked.nodes[p] for p in lap), reached, (found.cost - reached) / weight
+                )
+    return None if best is None else replace(best, bound=min(bound, best_cost))
+
+
+def lasso_exists(system: TransitionSystem, automata: Sequence[Automaton], *, budget: Budget = DEFAULT_BUDGET) -> bool:
+    """Tell whether there is any lasso that all these Büchi automata accept."""
+    return bool(_cores(_walk(_Product(system, automata, budget)), len(automata)))
+
+
+def _walk(product: _Product) -> _Walked:
+    """Walk over all of a product, the nearest places first."""
+    numbers: dict[tuple[int, State], int] = {}
+    places: list[tuple[int, State]] = []
+    there: list[float] = []
+    parents: list[int] = []
+    heap: list[tuple[float, int]] = []
+    sources, targets, costs = array("i"), array("i"), array("d")
+
+    def reach(place: tuple[int, State], cost: float, parent: int) -> int:
+        number = numbers.get(place)
+        if number is None:
+            number = numbers[place] = len(places)
+            product.check(number + 1)
+            places.append(place)
+            there.append(np.inf)
+            parents.append(-1)
+        if cost < there[number]:
+            there[number], parents[number] = cost, parent
+            heapq.heappush(heap, (cost, number))
+        return number
+
+    for place in product.begin():
+        reach(place, 0.0, -1)
+    closed = bytearray()
+    while heap:
+        cost, number = heapq.heappop(heap)
+        closed.extend(bytes(max(0, len(places) - len(closed))))
+        if closed[number]:
+            continue
+        closed[number] = 1
+        steps: dict[int, float] = {}
+        for node, state, step in product.moves(*places[number]):
+            target = reach((node, state), cost + step, number)
+            steps[target] = min(step, steps.get(target, np.inf))
+        sources.extend([number] * len(steps))
+        targets.extend(steps)
+        costs.extend(steps.values())
+    size = len(places)
+    graph = csr_matrix((np.array(costs), (np.array(sources), np.array(targets))), shape=(size, size))
+    marks = [product.accepted(state) for _, state in places]
+    return _Walked([node for node, _ in places], marks, np.array(there), parents, graph)
+
+
+def _cores(walked: _Walked, count: int) -> list[NDArray[np.int64]]:
+    """Return the components in which a cycle passes acceptance of every conjunct, the soonest reached first."""
+    if not walked.nodes:
+        return []
+    _, component = connected_components(walked.graph, connection="strong")
+    order = np.argsort(component, kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(component[order])) + 1)
+    loops = walked.graph.diagonal() > 0.0
+    everything = (1 << count) - 1
+    found = []
+    for part in parts:
+        if len(part) > 1 or loops[part[0]]:
+            seen = 0
+            for place in part:
+                seen |= walked.marks[place]
+            if seen == everything:
+                found.append(np.asarray(part, dtype=np.int64))
+    return sorted(found, key=lambda part: (float(walked.there[part].min()), int(part[0])))

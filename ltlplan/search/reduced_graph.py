@@ -1,0 +1,239 @@
+"""A team's systems as one graph, in which only the places that matter to a task are left.
+
+On a grid of a hundred places a formula speaks of five. The others, and the free flight between them, show letters that
+change nothing: either they leave every state of every conjunct as it is, or they act like the letter shown before and
+reading that once more changes nothing. A search need not stop there. So each place that matters gets direct edges to the
+places that can be next to matter, as long as the shortest way between them, and the search walks over these: the same
+words up to letters that change nothing, the same smallest costs, far fewer states.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from ltlplan.logic.conjunction import Task
+from ltlplan.logic.transition_monoid import Kind, Kinds
+from ltlplan.systems.transition_systems import TransitionSystem
+from verify.data import Letter
+
+TIE = 1e-10
+"""Added to every edge, so that of equally long ways the one with the fewest steps is taken."""
+
+MAX_TABLE = 50_000
+"""States times letters of a conjunct's automaton up to which letters are compared by what they do to every state."""
+
+_EPSILON = 1e-12
+
+
+class Team:
+    """The systems of all robots, with their letters numbered.
+
+    Attributes:
+        systems: One for each robot.
+        letters: All letters that any robot can show.
+        label: For each robot and node, the number of its letter.
+        common: How many nodes, the first ones, all robots share: same letters, edges and preferences.
+    """
+
+    def __init__(self, systems: Sequence[TransitionSystem]) -> None:
+        numbers: dict[Letter, int] = {}
+        self.systems = tuple(systems)
+        self.label = [[numbers.setdefault(label, len(numbers)) for label in system.labels] for system in systems]
+        self.letters: tuple[Letter, ...] = tuple(numbers)
+        self.common = _common(self.systems, self.label)
+
+    def __len__(self) -> int:
+        return len(self.systems)
+
+    def letters_of(self, paths: Sequence[Sequence[int]]) -> list[list[int]]:
+        """Return each robot's letters along its path, by number."""
+        return [[label[node] for node in path] for label, path in zip(self.label, paths, strict=True)]
+
+
+@dataclass(slots=True)
+class Ways:
+    """The ways on from one node that matters.
+
+    Attributes:
+        edges: Pairs (next node that matters, cost of the shortest way there).
+        ending: What it costs to end the word before anything else matters; None where the robot may not end.
+    """
+
+    edges: tuple[tuple[int, float], ...]
+    ending: float | None
+    _before: dict[int, int] = field(repr=False)
+    _last: int = -1
+    _useless: dict[int, bool] = field(default_factory=dict, repr=False)
+
+
+class Roads:
+    """A team's graph with the nodes that matter to a task, joined by shortest ways.
+
+    Args:
+        team: Whose graph.
+        silent: For each letter: True where it never changes anything, False where repeating it does not, None where it may.
+        classes: For each letter, the first one that acts like it (see `letter_classes`).
+
+    Attributes:
+        team: Whose graph.
+        start: Each robot's first node.
+        label: For each robot and node, the first letter that acts like its letter.
+        width: More than any node's number.
+        entering: For each letter, the smallest cost of any edge to a node that shows it; 0 where a robot begins with it.
+    """
+
+    def __init__(self, team: Team, silent: Sequence[bool | None], classes: Sequence[int]) -> None:
+        self.team = team
+        self.start = [system.initial for system in team.systems]
+        self.width = max(len(system.labels) for system in team.systems)
+        self._silent = silent
+        self.label = [[classes[letter] for letter in label] for label in team.label]
+        self._shared: dict[int, Ways] = {}
+        self._own: list[dict[int, Ways]] = [{} for _ in team.systems]
+        self.entering = self._entering()
+
+    def ways(self, robot: int, node: int) -> Ways:
+        """Return the ways on from a robot's node."""
+        known = self._shared if node < self.team.common else self._own[robot]
+        found = known.get(node)
+        if found is None:
+            found = known[node] = self._walk(robot, node)
+        return found
+
+    def useless(self, robot: int, node: int, target: int, step: float) -> bool:
+        """Tell whether `target` is no short cut where its letter changes nothing: whatever follows is as near without it."""
+        ways = self.ways(robot, node)
+        found = ways._useless.get(target)
+        if found is None:
+            found = ways._useless[target] = self._is_useless(ways, self.ways(robot, target), node, step + _EPSILON)
+        return found
+
+    @staticmethod
+    def _is_useless(here: Ways, there: Ways, node: int, step: float) -> bool:
+        if there.ending is not None and (here.ending is None or here.ending > step + there.ending):
+            return False
+        direct = dict(here.edges)
+        return all(after == node or direct.get(after, float("inf")) <= step + cost for after, cost in there.edges)
+
+    def expand(self, robot: int, nodes: Sequence[int]) -> tuple[int, ...]:
+        """Return a robot's whole path through these nodes that matter, up to the cheapest place to end at."""
+        path = [nodes[0]]
+        for index, node in enumerate(nodes):
+            ways = self.ways(robot, node)
+            at = nodes[index + 1] if index + 1 < len(nodes) else ways._last
+            between: list[int] = []
+            if index + 1 < len(nodes) or at != node:
+                between.append(at)
+                at = ways._before[at]
+                while at != node:
+                    between.append(at)
+                    at = ways._before[at]
+            path += reversed(between)
+        return tuple(path)
+
+    def key(self, robot: int, node: int) -> tuple[int, int]:
+        """Return a node's name in the whole team: nodes that all robots share belong to robot -1."""
+        return (-1 if node < self.team.common else robot, node)
+
+    def reached(self) -> list[tuple[int, int]]:
+        """Return all nodes that matter and can be reached, by their names in the whole team."""
+        found: dict[tuple[int, int], None] = {}
+        for robot, start in enumerate(self.start):
+            waiting = [start]
+            for node in waiting:  # grows while it is walked
+                key = self.key(robot, node)
+                if key not in found:
+                    found[key] = None
+                    waiting += [target for target, _ in self.ways(robot, node).edges]
+        return list(found)
+
+    def _entering(self) -> list[float]:
+        entering = [float("inf")] * len(self.team.letters)
+        for robot, node in self.reached():
+            label = self.label[max(robot, 0)]
+            for target, cost in self.ways(max(robot, 0), node).edges:
+                entering[label[target]] = min(entering[label[target]], cost)
+        for label, start in zip(self.label, self.start, strict=True):
+            entering[label[start]] = 0.0
+        return entering
+
+    def _walk(self, robot: int, source: int) -> Ways:
+        """Find the shortest ways from one node, over nodes that change nothing after it (Dijkstra)."""
+        system, label, silent = self.team.systems[robot], self.label[robot], self._silent
+        edges, final = system.edges, system.final
+        own = label[source] if silent[label[source]] is not None else -1
+        best: dict[int, float] = {}
+        before: dict[int, int] = {}
+        found: dict[int, float] = {}
+        heap: list[tuple[float, int]] = [(0.0, source)]
+        closed: set[int] = set()
+        ending, last = None, source
+        while heap:
+            cost, node = heapq.heappop(heap)
+            if node in closed:
+                continue
+            closed.add(node)
+            extra = 0.0 if final is None else final.get(node)
+            if extra is not None and (ending is None or cost + extra < ending):
+                ending, last = cost + extra, node
+            for target, step in edges[node]:
+                total = cost + step + TIE
+                letter = label[target]
+                if letter == own or silent[letter]:
+                    if target not in closed and target != source and total < best.get(target, float("inf")):
+                        best[target] = total
+                        before[target] = node
+                        heapq.heappush(heap, (total, target))
+                elif total < found.get(target, float("inf")):
+                    found[target] = total
+                    before[target] = node
+        return Ways(tuple(found.items()), ending, before, last)
+
+
+def letter_classes(task: Task) -> tuple[list[bool | None], list[int]]:
+    """Return what repeating letters does, and for each letter the first one that acts like it on every state.
+
+    Returns:
+        For each letter: True where it changes no state at all, False where reading it twice is the same as reading it
+        once, None where it is not; then, for each letter, the number of the first letter like it.
+    """
+    kinds = Kinds(task, [i for i, part in enumerate(task.parts) if len(part.identity) * len(part.views) <= MAX_TABLE])
+    large = [part.view for part in task.parts if len(part.identity) * len(part.views) > MAX_TABLE]
+    numbers: dict[tuple[Kind, tuple[int, ...]], int] = {}
+    classes: list[int] = []
+    silent: list[bool | None] = []
+    for letter in range(len(task.letters)):
+        kind = kinds.read(kinds.identity, letter)
+        classes.append(numbers.setdefault((kind, tuple(view[letter] for view in large)), letter))
+        if large:
+            silent.append(None)  # of a large automaton only that letters alike to it are alike is known
+        elif kind == kinds.identity:
+            silent.append(True)
+        else:
+            silent.append(False if kinds.compose(kind, kind) == kind else None)
+    return silent, classes
+
+
+def _common(systems: Sequence[TransitionSystem], label: Sequence[Sequence[int]]) -> int:
+    """Return how many of the first nodes are the same for all robots, with no edge to later ones."""
+    if len(systems) == 1:
+        return 0
+    first = systems[0]
+    count = min(len(system.labels) for system in systems)
+    for system, letters in zip(systems[1:], label[1:], strict=True):
+        same = 0
+        while (
+            same < count
+            and letters[same] == label[0][same]
+            and system.edges[same] == first.edges[same]
+            and _ending(system, same) == _ending(first, same)
+        ):
+            same += 1
+        count = same
+    return count if all(target < count for node in range(count) for target, _ in first.edges[node]) else 0
+
+
+def _ending(system: TransitionSystem, node: int) -> float | None:
+    return 0.0 if system.final is None else system.final.get(node)

@@ -1,0 +1,52 @@
+"""Which regions robots need to visit at all: of a thousand regions a formula speaks of a few, and nobody has to stop at the others.
+
+Where every region can be reached from every other, a plan that stops at a region of which the formula does not speak is no
+better than the one that flies on: without that stop the robot shows free flight there, which it shows just before and just
+after as well. Only a formula that may gain by a robot's not being `free` can tell the difference.
+"""
+
+from __future__ import annotations
+
+from ltlplan.systems.region_labels import Layout
+from verify.data import Formula, Mission, parse_formula
+from verify.data.formula import FREE
+
+FEW = 150
+"""Regions up to which all of them are kept: where the way of a plan is blocked, it may lead through any of them."""
+
+
+def places_that_matter(mission: Mission, layout: Layout) -> frozenset[str] | None:
+    """Return the regions at which robots may have to stop; None where that may be all of them.
+
+    These are the regions that the formula names or that permit an action, and whatever overlaps one of them, however far that
+    goes on.
+    """
+    if len(mission.all_regions) <= FEW or mission.environment is not None or mission.spec.formula is None:
+        return None
+    written = parse_formula(mission.spec.formula, mission.propositions)
+    if _may_gain_without(written, FREE, wanted=True):
+        return None
+    matter = set(written.names() & mission.all_regions.keys())
+    matter |= {action.at for action in mission.robot.actions}
+    waiting = list(matter)
+    for name in waiting:  # grows while it is walked
+        fresh = layout.neighbours[name] - matter
+        matter |= fresh
+        waiting += sorted(fresh)
+    return frozenset(matter)
+
+
+def _may_gain_without(formula: Formula, name: str, *, wanted: bool) -> bool:
+    """Tell whether a formula that is to be true (or false) may become so because a proposition becomes false."""
+    match formula.operator:
+        case "name":
+            return formula.name == name and not wanted
+        case "!":
+            return _may_gain_without(formula.arguments[0], name, wanted=not wanted)
+        case "->":
+            first, second = formula.arguments
+            return _may_gain_without(first, name, wanted=not wanted) or _may_gain_without(second, name, wanted=wanted)
+        case "<->" | "xor":
+            return name in formula.names()
+        case _:  # all others only gain where an argument becomes true
+            return any(_may_gain_without(part, name, wanted=wanted) for part in formula.arguments)

@@ -1,0 +1,408 @@
+"""Why there is no plan: a smallest set of requirements that cannot hold together, and what stands in their way, in words.
+
+Nothing is guessed. Every sentence here is the outcome of a search that found nothing, in the mission's world or in one
+that differs from it in just the thing that the sentence names: one region taken away, all edges added, free flight
+not shown, an internal state given from the start.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ltlplan.logic.automata import DEAD, representative_letters
+from ltlplan.logic.budget import Budget, TooLarge
+from ltlplan.logic.conjunction import Task, conjunct_automata, conjuncts
+from ltlplan.search.reduced_graph import Team
+from ltlplan.search.team_search import cheapest_path
+from ltlplan.systems.transition_systems import Systems, TransitionSystem
+from verify.data import Formula, Letter, Mission, Unsatisfiable, Word, parse_formula
+from verify.data.formula import FREE
+from verify.data.mission import Action, in_no_region
+
+BUDGET = Budget(states=200_000)
+MAX_SUBSETS = 300
+_FAR = 1e4  # m, to where a region is moved to see what is possible without it in the way
+
+Worlds = Sequence[TransitionSystem]
+Feasible = Callable[[Sequence[Formula], Worlds], bool]
+
+
+class NoPlan(Unsatisfiable):
+    """No words that these robots can fly satisfy the formula.
+
+    Attributes:
+        core: Requirements that cannot hold together, as text; no proper part of them is impossible by itself.
+        reasons: What stands in their way, one sentence each.
+        edges: Edges of the environment that would make the core possible, where some would.
+    """
+
+    def __init__(self, core: Sequence[str], reasons: Sequence[str], edges: Sequence[tuple[str, str]] = ()) -> None:
+        self.core = tuple(core)
+        self.reasons = tuple(reasons)
+        self.edges = tuple(edges)
+        quoted = [f"`{part}`" for part in core]
+        what = f"{quoted[0]} cannot hold" if len(quoted) == 1 else f"{_and(quoted)} cannot hold together"
+        super().__init__(" ".join(["No plan satisfies the formula.", f"{what}.", *self.reasons]))
+
+
+def explain(mission: Mission, systems: Systems, worlds: Worlds, *, feasible: Feasible | None = None) -> NoPlan:
+    """Return the error that says why a mission has no plan.
+
+    Args:
+        mission: Whose formula cannot be met.
+        systems: What its robots can do.
+        worlds: One system for each robot.
+        feasible: Whether some requirements can be met in some worlds; by default on finite words, each robot's letters
+            by themselves.
+    """
+    return _Inquiry(mission, systems, worlds, feasible or _feasible).answer()
+
+
+def refused_in_some_order(mission: Mission, order: Sequence[tuple[str, Word]]) -> NoPlan:
+    """Return the error for a formula that robots can meet in one order of flying, but by no plan in every order.
+
+    Args:
+        mission: Whose formula it is.
+        order: The order, with words, that breaks the cheapest plan.
+    """
+    shown = ", then ".join(f"{robot} {word}" for robot, word in order)
+    if mission.spec.team == "joint" and len(mission.agents) > 1:
+        reason = (
+            "Under `team: joint` robots fly one at a time, whichever of them is first, while the others hold their first or last "
+            "letters. Plans exist that hold where one certain robot flies first, but none that holds whoever does. The cheapest one "
+            f"fails, for instance, where {shown} is flown. Let the formula hold while the other robot is still where it starts, or "
+            "one robot do it all."
+        )
+        return NoPlan([mission.spec.formula or "true"], [reason])
+    reason = (
+        "Plans exist that hold in one order of the robots, but none that holds in every order. "
+        f"The cheapest one fails, for instance, when they are read one after another as {shown}."
+    )
+    return NoPlan([mission.spec.formula or "true"], [reason])
+
+
+def _feasible(parts: Sequence[Formula], worlds: Worlds) -> bool:
+    team = Team(worlds)
+    try:
+        task = Task(conjunct_automata(_all_of(parts), "finite"), team.letters)
+        return cheapest_path(team, task, BUDGET) is not None
+    except TooLarge:
+        return True  # not known to be impossible, so nothing is said of it
+
+
+@dataclass
+class _Inquiry:
+    mission: Mission
+    systems: Systems
+    worlds: Worlds
+    feasible: Feasible
+
+    def __post_init__(self) -> None:
+        free = {FREE: in_no_region(self.mission.all_regions)}
+        text = self.mission.spec.formula or "true"
+        written = conjuncts(parse_formula(text, self.mission.propositions))
+        self.written = {part.substitute(free): part for part in reversed(written)}  # as the user wrote them, with `free`
+
+    def answer(self) -> NoPlan:
+        core = self._core(list(dict.fromkeys(conjuncts(self.mission.formula))))
+        edges = self._missing_edges(core)
+        reasons = list(dict.fromkeys([*self._reasons(core), *self._edge_sentence(edges), *self.systems.unclear()]))
+        return NoPlan([self._shown(part) for part in core], reasons, edges)
+
+    def _core(self, parts: list[Formula]) -> list[Formula]:
+        """Return a smallest impossible set of parts; where there are too many sets to try, one that cannot be made smaller."""
+        core = list(parts)
+        for part in parts:
+            rest = [other for other in core if other is not part]
+            if rest and not self.feasible(rest, self.worlds):
+                core = rest
+        tried = 0
+        for size in range(1, len(core)):
+            for subset in itertools.combinations(parts, size):
+                tried += 1
+                if tried > MAX_SUBSETS:
+                    return core
+                if not self.feasible(subset, self.worlds):
+                    return list(subset)
+        return core
+
+    def _reasons(self, core: list[Formula]) -> list[str]:
+        if self._contradiction(core):
+            return ["Whatever robots do, no word satisfies this."]
+        apart = self._apart(core)
+        if apart:
+            return apart
+        starts = self._bad_starts(core)
+        if starts:
+            return starts
+        if self.mission.spec.trace == "finite" and self.feasible(core, [_without_free_flight(world) for world in self.worlds]):
+            return [
+                "Between two regions that lie apart a robot is in free flight and in neither of them; "
+                "`free` means in no region, so write for instance `(a | free)` where that may happen."
+            ]
+        reasons = [*self._lingering(core), *self._overlapping(core)]
+        if reasons:
+            return reasons
+        for part in core:
+            others = [other for other in core if other is not part]
+            reasons += self._obstacles(part, others)
+        if not reasons and len(self.worlds) > 1 and any(self.feasible(core, [world]) for world in self.worlds):
+            reasons.append("One robot alone could do it; the letters of the others at their starts break it.")
+        if reasons:
+            return reasons
+        over_time = all(any(node.operator in "FGUWRM" for node in part.walk()) for part in core)
+        if self.mission.spec.team == "joint" and len(self.worlds) > 1 and over_time:
+            return [
+                "Under `team: joint` robots fly one at a time, while the others hold their first or last letters: what several "
+                "robots would have to do in turns, or at once, is not planned."
+            ]
+        if len(core) > 1:
+            return ["Each part of this can hold without the others, but no order of visits serves them all."]
+        return ["Some words satisfy this, but none that can be flown from these starts along these edges."]
+
+    def _lingering(self, core: list[Formula]) -> list[str]:
+        """Say whether it is in the way that a robot is still in the region whose action it has just made."""
+        actions = [action for action in self.mission.robot.actions if action.source != action.target]
+        for action in actions:
+            worlds = [_leaving_at_once(world, action) for world in self.worlds]
+            if self.feasible(core, worlds):
+                changed = sorted(set(self.mission.robot.states[action.target]) ^ set(self.mission.robot.states[action.source]))
+                shown = f", which changes {_and(changed)}," if changed else ""
+                return [
+                    f"The action {action.source} -> {action.target} is made inside {action.at}{shown} and the robot is still there "
+                    f"when it ends: it leaves {action.at} afterwards. Ask for what is meant outside of {action.at} alone, such as "
+                    f"`(... | {action.at})`."
+                ]
+        return []
+
+    def _overlapping(self, core: list[Formula]) -> list[str]:
+        """Say which two regions overlap so that no way to them is clear, though there would be one if they lay apart."""
+        regions, layout = self.mission.all_regions, self.systems.layout
+        named = sorted({name for part in core for name in self._names(part)} & regions.keys())
+        pairs = {tuple(sorted((a, b))) for a in named for b in layout.neighbours[a]}
+        for a, b in sorted(pairs):
+            far = (regions[b].center[0] + _FAR, *regions[b].center[1:])
+            table = "hoops" if b in self.mission.hoops else "regions"
+            moved = {**getattr(self.mission, table), b: regions[b].model_copy(update={"center": far})}
+            systems = Systems(self.mission.model_copy(update={table: moved}))
+            if self.feasible(core, [systems.of(name) for name in self.mission.agents]):
+                gap = float(np.linalg.norm(np.array(regions[a].center) - np.array(regions[b].center)))
+                return [
+                    f"{a} and {b} overlap, their middles {gap:.3g} m apart: whether a robot at one of them, or on the way to it, is in "
+                    f"the other as well is not clear by the margin {layout.slack:g} m. Move them apart, or one well inside the other."
+                ]
+        return []
+
+    def _contradiction(self, core: list[Formula]) -> bool:
+        """Tell whether not even robots that can show every letter at every time could do it."""
+        trace = self.mission.spec.trace
+        if trace == "infinite":
+            from ltlplan.logic.automata import small_automaton
+
+            return not small_automaton(_all_of(core), trace).accepting
+        return not _satisfiable(core, representative_letters(conjunct_automata(_all_of(core), trace)))
+
+    def _apart(self, core: list[Formula]) -> list[str]:
+        """Say which regions would have to be visited at once, if that is what stands in the way."""
+        if self.mission.spec.team == "joint" or self.mission.spec.trace == "infinite":
+            return []
+        regions = sorted({name for part in core for name in self._names(part)} & set(self.mission.all_regions))
+        letters = representative_letters(conjunct_automata(_all_of(core), "finite"))
+        shown = {label & frozenset(regions) for world in self.worlds for label in world.labels}
+        if _satisfiable(core, [letter for letter in letters if letter & frozenset(regions) in shown]):
+            return []
+        pairs = [(a, b) for a, b in itertools.combinations(regions, 2) if not any({a, b} <= label for label in shown)]
+        for a, b in pairs:
+            allowed = [letter for letter in letters if not {a, b} <= letter]
+            if not _satisfiable(core, allowed):
+                return [f"{a} and {b} lie apart: no robot is in both at once."]
+        return [f"No robot is ever in two of {_and(regions)} at once."] if pairs else []
+
+    def _bad_starts(self, core: list[Formula]) -> list[str]:
+        """Return a sentence for each robot whose first letter alone loses the core."""
+        found: list[str] = []
+        if self.mission.spec.trace == "infinite" or self.mission.spec.team == "joint":
+            return found
+        automata = conjunct_automata(_all_of(core), "finite")
+        for world in self.worlds:
+            letter = world.labels[world.initial]
+            task = Task(automata, [letter])
+            if task.row(task.initial)[0] == DEAD and world.robot:
+                inside = sorted(letter & frozenset(self.mission.all_regions))
+                where = f"inside {_and(inside)}" if inside else "in free flight, in no region"
+                found.append(f"{world.robot} starts {where}.")
+        return found
+
+    def _obstacles(self, part: Formula, others: list[Formula]) -> list[str]:
+        """Say what one requirement needs that the others or the world do not allow."""
+        shown = f"`{self._shown(part)}`"
+        for name in sorted(self._names(part)):
+            wanted = _eventually(name)
+            if _satisfiable([part, Formula("!", (wanted,))], representative_letters(conjunct_automata(part, "finite"))):
+                continue  # it can hold without this name
+            if not self.feasible([*others, wanted], self.worlds):
+                steps = self._why(name, others, {name})
+                if steps:
+                    start = f"{name} needs "
+                    if steps[0].startswith(start):
+                        return [_sentence([f"{shown} needs {steps[0].removeprefix(start)}", *steps[1:]])]
+                    return [_sentence([f"{shown} needs {name}", *steps])]
+        if self.feasible([part], self.worlds):
+            for region in self._needed_by(part):
+                if not self.feasible([*others, _eventually(region)], self.worlds):
+                    return [_sentence([f"{shown} needs {region}", *self._why(region, others, {region})])]
+        return []
+
+    def _why(self, name: str, others: list[Formula], seen: set[str]) -> list[str]:
+        """Return steps that explain why no robot can come to show a name while the other requirements hold."""
+        if name in self.mission.all_regions:
+            if not self.feasible([_eventually(name)], self.worlds):
+                return [f"no robot can reach {name}"]
+            for region in self._needed_by(_eventually(name)):
+                if region not in seen and not self.feasible([*others, _eventually(region)], self.worlds):
+                    return [f"{name} needs {region}", *self._why(region, others, seen | {region})]
+            for proposition in sorted(self.mission.internal_propositions - seen):
+                given = [_with_internal(world, proposition, self.mission) for world in self.worlds]
+                if self.feasible([*others, _eventually(name)], given):
+                    return [f"{name} needs {proposition}", *self._why(proposition, others, seen | {proposition})]
+            held = [f"`{self._shown(other)}`" for other in others]
+            return [f"{name} cannot be visited while {_and(held)} hold{'s' * (len(held) == 1)}"] if held else []
+        gains = {s for s, names in self.mission.robot.states.items() if name in names}
+        regions = sorted({a.at for a in self.mission.robot.actions if a.target in gains and a.source not in gains})
+        if not regions:
+            return [f"no action leads to {name}"]
+        for region in regions:
+            if region not in seen and not self.feasible([*others, _eventually(region)], self.worlds):
+                steps = self._why(region, others, seen | {region})
+                return steps if steps and steps[0].endswith(region) else [f"{name} needs {region}", *steps]
+        return []
+
+    def _needed_by(self, part: Formula) -> list[str]:
+        """Return regions, not named by a requirement, without which it cannot be met."""
+        return [
+            region
+            for region in self.mission.all_regions
+            if region not in self._names(part) and not self.feasible([part], [_without(world, region) for world in self.worlds])
+        ]
+
+    def _missing_edges(self, core: list[Formula]) -> list[tuple[str, str]]:
+        """Return edges of the environment that would make the core possible, one or two; none where edges do not matter."""
+        given = self.mission.environment
+        if given is None:
+            return []
+        regions = tuple(self.mission.all_regions)
+        wanted = [
+            (a, b)
+            for a in (given.start, *regions)
+            for b in regions
+            if a != b and b not in self.systems.environment.successors[a] and (given.directed or a == given.start or a < b)
+        ]
+        if len(wanted) > 200 or not self.feasible(core, self._with_edges(wanted)):
+            return []
+        for size in (1, 2):
+            if size == 2 and len(wanted) > 20:
+                break
+            for edges in itertools.combinations(wanted, size):
+                if self.feasible(core, self._with_edges(edges)):
+                    return list(edges)
+        return []
+
+    def _with_edges(self, edges: Sequence[tuple[str, str]]) -> Worlds:
+        given = self.mission.environment
+        assert given is not None
+        environment = given.model_copy(update={"edges": (*given.edges, *edges)})
+        changed = Systems(self.mission.model_copy(update={"environment": environment}))
+        return [changed.of(world.robot) for world in self.worlds]
+
+    def _edge_sentence(self, edges: list[tuple[str, str]]) -> list[str]:
+        if not edges:
+            return []
+        arrow = " -> " if self.mission.environment is not None and self.mission.environment.directed else " - "
+        return [f"With the edge{'s' * (len(edges) > 1)} {_and([a + arrow + b for a, b in edges])} added it could hold."]
+
+    def _shown(self, part: Formula) -> str:
+        return str(self.written.get(part, part))
+
+    def _names(self, part: Formula) -> frozenset[str]:
+        return self.written.get(part, part).names() - {FREE}
+
+
+def _satisfiable(parts: Sequence[Formula], letters: Sequence[Letter]) -> bool:
+    """Tell whether some finite word over these letters satisfies all parts."""
+    task = Task(conjunct_automata(_all_of(parts), "finite"), letters)
+    waiting, seen = [task.initial], {task.initial}
+    for state in waiting:  # grows while it is walked
+        if task.is_accepting(state):
+            return True
+        for after in task.row(state):
+            if after != DEAD and after not in seen:
+                if len(seen) > BUDGET.states:
+                    return True  # not known to be impossible
+                seen.add(after)
+                waiting.append(after)
+    return False
+
+
+def _all_of(parts: Sequence[Formula]) -> Formula:
+    formula = parts[0] if parts else Formula("true")
+    for part in parts[1:]:
+        formula = Formula("&", (formula, part))
+    return formula
+
+
+def _eventually(name: str) -> Formula:
+    return Formula("F", (Formula("name", (), name),))
+
+
+def _without(world: TransitionSystem, region: str) -> TransitionSystem:
+    """Return a world in which a region cannot be entered."""
+    edges = tuple(
+        tuple((target, cost) for target, cost in out if region not in world.labels[target] or region in world.labels[source])
+        for source, out in enumerate(world.edges)
+    )
+    return replace(world, edges=edges)
+
+
+def _with_internal(world: TransitionSystem, proposition: str, mission: Mission) -> TransitionSystem:
+    """Return a world in which every state shows an internal proposition that it lacks."""
+    if proposition not in mission.internal_propositions:
+        return world
+    return replace(world, labels=tuple(label | {proposition} for label in world.labels))
+
+
+def _leaving_at_once(world: TransitionSystem, action: Action) -> TransitionSystem:
+    """Return a world in which a robot that has made an action is not seen in the region of that action any more."""
+    if not world.nodes:
+        return world
+    gone = [action.at in node.regions and not node.flying and node.internal == action.target for node in world.nodes]
+    labels = tuple(label - {action.at} if away else label for label, away in zip(world.labels, gone, strict=True))
+    return replace(world, labels=labels)
+
+
+def _without_free_flight(world: TransitionSystem) -> TransitionSystem:
+    """Return a world in which robots go from region to region without being seen in between."""
+    if not world.nodes:
+        return world
+    edges = tuple(
+        tuple(
+            (after, cost + more)
+            for target, cost in out
+            for after, more in (world.edges[target] if world.nodes[target].flying else ((target, 0.0),))
+        )
+        + (() if world.nodes[source].flying else tuple((t, c) for t, c in out if world.nodes[t].flying))
+        for source, out in enumerate(world.edges)
+    )
+    return replace(world, edges=edges)
+
+
+def _and(items: Sequence[str]) -> str:
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
+
+
+def _sentence(steps: list[str]) -> str:
+    text = steps[0] if len(steps) == 1 else f"{', '.join(steps[:-1])}, and {steps[-1]}"
+    return text + "."

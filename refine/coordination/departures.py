@@ -1,0 +1,251 @@
+"""When each robot departs, so that robots keep their distance and planned precedences hold.
+
+Departures are tried first: robots in some order, each as early as the ones before it allow. Distances are sampled with
+what may happen between two samples added on top (half the way to the neighbours, and a tenth): the judge has the last word.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+
+from refine.spline.values import Spline
+from verify.data.plan import Precedence
+
+Floats = NDArray[np.float64]
+
+GRID = 1 / 8
+"""s between two departures that are tried; exact in float32."""
+_STEP = 1 / 64
+COARSE = 8
+"""Samples that a first look goes on by."""
+_ORDERS = 48
+_FEW = 4
+"""Robots of which all orders are tried."""
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """What scheduling needs to know of a robot's flight.
+
+    Attributes:
+        name: The robot's.
+        path: From its departure; before and after it hovers. At least three axes.
+        visits: (enter, leave) of each visit in s after departure.
+        earliest: Least departure, s.
+    """
+
+    name: str
+    path: Spline
+    visits: tuple[tuple[float, float], ...]
+    earliest: float
+
+
+@dataclass(frozen=True, eq=False)
+class Conflict:
+    """No departures were found; `pair` names two robots that stay too near each other, at `distance` m."""
+
+    pair: tuple[str, str]
+    distance: float
+    time: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Track:
+    points: Floats
+    """At multiples of _STEP from departure to arrival, z scaled. Shape (samples, 3)."""
+    reach: Floats
+    """How far it may be from each point within half a step, m. Shape (samples,)."""
+    wide: Floats
+    """The same within half of COARSE steps."""
+
+
+def departures(
+    flights: Sequence[Flight],
+    *,
+    distance: float,
+    z_scale: float,
+    precedences: Sequence[Precedence] = (),
+    given: Mapping[str, float] | None = None,
+) -> dict[str, float] | Conflict:
+    """Return departure times in s by robot, the shortest team time among the orders that were tried.
+
+    Args:
+        flights: One each robot.
+        distance: m to keep between centres.
+        z_scale: Distances in z count this many times.
+        precedences: Visits that must be over before others begin.
+        given: Departures that are settled; they are checked too.
+    """
+    pairs = _Pairs({flight.name: _track(flight, z_scale) for flight in flights}, distance)
+    best: tuple[float, float, dict[str, float]] | None = None
+    conflict: Conflict | None = None
+    settled = [flight for flight in flights if given is not None and flight.name in given]
+    others = [flight for flight in flights if flight not in settled]
+    by_name = {flight.name: flight for flight in others}
+    orders = Orders(tuple(by_name), _ORDERS)
+    for order in orders:
+        found = _in_order((*settled, *(by_name[name] for name in order)), pairs, precedences, given or {})
+        if isinstance(found, Conflict):
+            conflict = conflict or found
+            orders.stuck(order, found.pair[0])
+            continue
+        total = max(found[flight.name] + flight.path.duration for flight in flights)
+        key = (total, sum(found.values()))
+        if best is None or key < best[:2]:
+            best = (*key, found)
+    if best is not None:
+        return {flight.name: best[2][flight.name] for flight in flights}
+    return conflict or Conflict(("", ""), 0.0, 0.0)
+
+
+class Orders:
+    """Orders of robots worth trying: all orders of a few; of many, each robot first, and whoever was stuck before the others."""
+
+    def __init__(self, names: tuple[str, ...], most: int) -> None:
+        few = len(names) <= _FEW
+        first = [(name, *(other for other in names if other != name)) for name in names]
+        self._left = list(itertools.permutations(names)) if few else list(dict.fromkeys((names, *first)))
+        self._known, self._most = set(self._left), most
+
+    def __iter__(self) -> Iterator[tuple[str, ...]]:
+        for _ in range(self._most):
+            if not self._left:
+                return
+            yield self._left.pop(0)
+
+    def stuck(self, order: tuple[str, ...], name: str) -> None:
+        """Take notice that a robot found no way past those before it: it goes first in an order that is tried soon."""
+        other = (name, *(each for each in order if each != name))
+        if other in self._left:
+            self._left.remove(other)
+        elif name not in order or other in self._known:
+            return
+        self._known.add(other)
+        self._left.insert(0, other)
+
+
+def _track(flight: Flight, z_scale: float) -> _Track:
+    times = np.arange(0.0, flight.path.duration + _STEP, _STEP)
+    knots = flight.path.knots
+    piece = np.clip(np.searchsorted(knots, times, side="right") - 1, 0, len(flight.path) - 1)
+    local = np.minimum(times - knots[piece], flight.path.durations[piece])
+    points = np.zeros((len(times), 3))
+    coefficients = flight.path.coefficients[piece]
+    for power in range(7, -1, -1):
+        points = points * local[:, None] + coefficients[:, :3, power]
+    points[:, 2] *= z_scale
+    reach = reach_of(points)
+    return _Track(points, reach, wider(reach))
+
+
+def reach_of(points: Floats) -> Floats:
+    """Return how far from each sample of a path it may be within half a step, m. Shape (samples, 3) to (samples,).
+
+    Half the way to the neighbours, and a tenth for what is not straight or even in between.
+    """
+    steps = np.concatenate([[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1), [0.0]])
+    return 0.55 * np.maximum(steps[:-1], steps[1:])
+
+
+def wider(reach: Floats) -> Floats:
+    """Return the reach within half of COARSE steps, for looks at every so many samples only. Shape (samples,)."""
+    return COARSE * maximum_filter1d(reach, 2 * COARSE + 1, mode="nearest")
+
+
+class _Pairs:
+    """Who meets whom at which departures: that depends on the difference of two departures alone, and is looked at once."""
+
+    def __init__(self, tracks: dict[str, _Track], distance: float) -> None:
+        self._tracks, self._distance = tracks, distance
+        self._apart: dict[tuple[str, str, int], bool] = {}
+
+    def met(self, name: str, departure: float, chosen: Mapping[str, float]) -> str | None:
+        """Return who a robot departing then comes too near to; None where it meets nobody."""
+        for other, departed in chosen.items():
+            key = (name, other, round(departure / _STEP) - round(departed / _STEP))
+            if key not in self._apart:
+                self._apart[key] = self._are_apart(*key)
+            if not self._apart[key]:
+                return other
+        return None
+
+    def conflict(self, name: str, departure: float, other: str, departed: float) -> Conflict:
+        """Return how near two robots come to each other, and when."""
+        gap, _, _ = self._gaps(name, other, round(departure / _STEP) - round(departed / _STEP), 1)
+        nearest = int(np.argmin(gap))
+        return Conflict((name, other), float(gap[nearest]), nearest * _STEP + min(departure, departed))
+
+    def _are_apart(self, name: str, other: str, late: int) -> bool:
+        """Tell whether two robots keep the distance; a coarse look settles most cases."""
+        gap, reach, wide = self._gaps(name, other, late, COARSE)
+        if (gap - reach).min() < self._distance:
+            return False
+        if (gap - wide).min() >= self._distance:
+            return True
+        gap, reach, _ = self._gaps(name, other, late, 1)
+        return bool((gap - reach).min() >= self._distance)
+
+    def _gaps(self, name: str, other: str, late: int, every: int) -> tuple[Floats, Floats, Floats]:
+        """Return distances and both reaches together, from the first departure to the last arrival."""
+        mine, theirs = self._tracks[name], self._tracks[other]
+        shift, other_shift = max(late, 0), max(-late, 0)
+        index = np.arange(0, max(shift + len(mine.points), other_shift + len(theirs.points)) + every - 1, every)
+        here = np.clip(index - shift, 0, len(mine.points) - 1)
+        there = np.clip(index - other_shift, 0, len(theirs.points) - 1)
+        gap = np.linalg.norm(mine.points[here] - theirs.points[there], axis=1)
+        return gap, mine.reach[here] + theirs.reach[there], mine.wide[here] + theirs.wide[there]
+
+
+def _in_order(
+    order: Sequence[Flight],
+    pairs: _Pairs,
+    precedences: Sequence[Precedence],
+    given: Mapping[str, float],
+) -> dict[str, float] | Conflict:
+    """Give each robot the earliest departure that those before it in the order allow."""
+    chosen: dict[str, float] = {}
+    by_name = {flight.name: flight for flight in order}
+    for flight in order:
+        least, latest = flight.earliest, np.inf
+        for precedence in precedences:
+            (first, left), (then, right) = precedence.first, precedence.then
+            if then == flight.name and first in chosen:
+                wait = chosen[first] + by_name[first].visits[left][1] - flight.visits[right][0] + GRID / 2
+                least = max(least, wait)
+            if first == flight.name and then in chosen:
+                latest = min(latest, chosen[then] + by_name[then].visits[right][0] - flight.visits[left][1] - GRID / 2)
+        if flight.name in given:
+            departure = given[flight.name]
+            other = pairs.met(flight.name, departure, chosen)
+            if other is not None:
+                return pairs.conflict(flight.name, departure, other, chosen[other])
+            if not least - GRID / 2 <= departure <= latest + GRID / 2:
+                return Conflict((flight.name, flight.name), 0.0, 0.0)
+            chosen[flight.name] = departure
+            continue
+        earliest = np.ceil(least / GRID) * GRID
+        busy = max((chosen[other] + by_name[other].path.duration for other in chosen), default=0.0)
+        last = min(latest, max(earliest, busy) + 2 * GRID)
+        found = _earliest(flight.name, earliest, last, chosen, pairs)
+        if isinstance(found, Conflict):
+            return found
+        chosen[flight.name] = found
+    return chosen
+
+
+def _earliest(name: str, earliest: float, last: float, chosen: Mapping[str, float], pairs: _Pairs) -> float | Conflict:
+    """Return a robot's first departure on the grid that meets nobody, or whom the last one meets."""
+    departure, other = earliest, None
+    for departure in np.arange(earliest, last + GRID / 4, GRID).tolist():
+        other = pairs.met(name, departure, chosen)
+        if other is None:
+            return departure
+    if other is None:  # nothing lies between the planned precedences
+        return Conflict((name, name), 0.0, 0.0)
+    return pairs.conflict(name, departure, other, chosen[other])

@@ -1,0 +1,169 @@
+"""Encounters: robots that no departure times keep apart give way to each other, in time and in space.
+
+`reciprocal_avoidance` fits the paths; here is who meets whom, when such an encounter begins, and how far it is slowed for the limits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from refine.coordination.departures import Conflict, departures
+from refine.coordination.reciprocal_avoidance import Mover, Way, mover, passing, roundabout
+from refine.coordination.spacing import flight_of
+from refine.corridor.course import standing_course
+from refine.corridor.leg_limits import slower_on_ways
+from refine.corridor.sampled_stays import troubles
+from refine.feedback import Wishes
+from refine.heading.yaw import heading_spline
+from refine.limits.stretching import stretch_to_limits
+from refine.single import NONE, Robot
+from refine.spline.values import Spline
+from verify.data import Infeasible, Plan, Witness
+from verify.data.plan import Precedence
+from verify.data.rules.spacing import Spacing
+
+_BERTH = 0.04
+"""m on top of the distance in an encounter: what sampling it in the schedule cannot see."""
+_STEPS = 8
+"""Pieces of a robot that steps aside for another one."""
+
+
+def given_way(
+    plan: Plan, robots: dict[str, Robot], wishes: Wishes, conflict: Conflict, spacing: Spacing
+) -> tuple[dict[str, Robot], dict[str, float]]:
+    """Return the team with the paths of robots in conflict fitted again, each on its side of the others.
+
+    Two robots in conflict meet in an encounter of their own, which is slowed as a whole until all of it keeps its limits and
+    begins when the encounters before it allow; the robots that need none depart around them. A robot in conflict with an
+    encounter joins it. (A lasso belongs to a team of one, so none of this meets laps.)
+
+    Raises:
+        Infeasible: No order and no rule of giving way keeps the distance; names two robots, the time and their distance.
+    """
+    team, given, found = robots, {}, conflict
+    groups: list[tuple[str, ...]] = []
+    tried: set[frozenset[str]] = set()
+    while isinstance(found, Conflict):
+        met = set(found.pair).union(*(group for group in groups if set(group) & set(found.pair)))
+        while frozenset(met) in tried and len(groups) > 1:
+            met = met.union(*groups)
+        if found.pair[0] == found.pair[1] or frozenset(met) in tried:
+            raise _too_near(conflict, spacing.distance)
+        tried.add(frozenset(met))
+        names = tuple(name for name in robots if name in met)
+        groups = [group for group in groups if not set(group) & met]
+        given = {name: start for name, start in given.items() if name not in met}
+        team = {**team, **{name: robots[name] for name in names}}
+        answer = _encounter(plan, team, wishes, names, given, spacing)
+        if answer is None:
+            groups.append(names)  # to be joined by another group, or given up
+            continue
+        team, starts = answer
+        given |= starts
+        groups.append(names)
+        flights = [flight_of(plan, robot) for robot in team.values()]
+        found = departures(
+            flights, distance=spacing.distance, z_scale=spacing.z_scale, precedences=wishes.precedences, given=given
+        )
+    return team, found
+
+
+def _encounter(
+    plan: Plan,
+    team: dict[str, Robot],
+    wishes: Wishes,
+    names: tuple[str, ...],
+    given: dict[str, float],
+    spacing: Spacing,
+) -> tuple[dict[str, Robot], dict[str, float]] | None:
+    """Return the team where these robots give way to each other, and when they depart so that the given ones are not met."""
+    group = tuple(team[name] for name in names)
+    starts = departures(
+        [flight_of(plan, robot) for robot in group], distance=-np.inf, z_scale=spacing.z_scale, precedences=among(wishes, names)
+    )
+    if isinstance(starts, Conflict) or all(robot.course is None for robot in group):
+        return None
+    until = max(starts[robot.name] + robot.path.duration for robot in group)
+    movers = tuple(_mover(plan, robot, starts, until) for robot in group)
+    busy = max((given[name] + team[name].path.duration for name in given), default=0.0)
+    known = (*given, *names)
+    for paths in _ways(movers, spacing):
+        fitted = tuple(_along(plan, robot, path) for robot, path in zip(group, paths, strict=True))
+        factor = max(by for _, by in fitted)
+        trial = {**team, **{robot.name: _paced(robot, factor) for robot, _ in fitted}}
+        if any(troubles(trial[name].path, plan.mission, name, plan.robots[name]) for name in names):
+            continue
+        flights = [flight_of(plan, trial[name]) for name in known]
+        for late in np.arange(0.0, busy + 1.0):
+            begun = {name: factor * starts[name] + float(late) for name in names}
+            found = departures(
+                flights,
+                distance=spacing.distance,
+                z_scale=spacing.z_scale,
+                precedences=among(wishes, known),
+                given={**given, **begun},
+            )
+            if not isinstance(found, Conflict):
+                return trial, begun
+    return None
+
+
+def _ways(movers: tuple[Mover, ...], spacing: Spacing) -> Iterator[tuple[Spline, ...]]:
+    """Yield paths of robots that give way to each other; whoever only hovers does so last."""
+    distance = spacing.distance + _BERTH
+    if len(movers) != 2:
+        yield from roundabout(movers, distance, spacing.z_scale)
+        return
+    one, other = movers
+    idle = [len({tuple(point) for point in robot.course.points}) == 1 for robot in movers]
+    ways: tuple[Way, ...] = ("second", "both", "first") if idle[0] else ("first", "both", "second")
+    yield from passing((one, other), distance, spacing.z_scale, ways if any(idle) else ("both", "first", "second"))
+
+
+def among(wishes: Wishes, pair: tuple[str, ...]) -> tuple[Precedence, ...]:
+    """Return the waits that concern only these robots."""
+    return tuple(p for p in wishes.precedences if p.first[0] in pair and p.then[0] in pair)
+
+
+def _mover(plan: Plan, robot: Robot, starts: dict[str, float], until: float) -> Mover:
+    """Return a robot as the encounter sees it; one that hovers is free to step aside and come back."""
+    if robot.course is not None:
+        hovers = np.flatnonzero(np.all(robot.path.nodes[1:] == robot.path.nodes[:-1], axis=1))
+        rests = frozenset(robot.halts.values()).union(hovers.tolist(), (hovers + 1).tolist())
+        return mover(robot.course, robot.path, starts[robot.name], rests)
+    place = robot.path.nodes[0]
+    course = standing_course(plan.mission, robot.name, place, _STEPS)
+    path = Spline(np.full(_STEPS, until / _STEPS), np.repeat(robot.path.states[:1], _STEPS + 1, axis=0))
+    return mover(course, path, 0.0, NONE)
+
+
+def _along(plan: Plan, robot: Robot, path: Spline) -> tuple[Robot, float]:
+    """Return a robot on a path, not slowed yet, and by how much it must be."""
+    agent = plan.mission.agents[robot.name]
+    yaw = heading_spline(path, agent.heading, agent.yaw)
+    factor = max(stretch_to_limits(path, yaw, robot.limits), slower_on_ways(plan.mission, robot.plan, path))
+    return replace(robot, path=path, yaw=yaw, halts={}), factor
+
+
+def _paced(robot: Robot, factor: float) -> Robot:
+    return replace(robot, path=robot.path.stretched(factor), yaw=None if robot.yaw is None else robot.yaw.stretched(factor))
+
+
+def _too_near(conflict: Conflict, distance: float) -> Infeasible:
+    a, b = conflict.pair
+    if a == b:
+        sentence = (
+            f"No departure times of {a} keep every planned precedence: it would have to wait in the middle of its flight."
+        )
+        return Infeasible(sentence, Witness(claim="formula", sentence=sentence, robot=a))
+    sentence = (
+        f"No departure times keep {a} and {b} apart, and no giving way does: they come within {conflict.distance:.3f} m at {conflict.time:.2f} s, "
+        f"{distance:.3f} m is needed (separation and twice the margin)."
+    )
+    witness = Witness(
+        claim="separation", sentence=sentence, robot=a, other=b, time=conflict.time, bound=conflict.distance, limit=distance
+    )
+    return Infeasible(sentence, witness)

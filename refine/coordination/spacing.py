@@ -1,0 +1,65 @@
+"""How far robots keep apart, and what of a robot the others must know: its flight and where it hovers."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from refine.coordination.departures import Flight
+from refine.corridor.bodies import Ball, keep_out
+from refine.corridor.legs import HOVERING
+from refine.corridor.relocation import movable
+from refine.corridor.sampled_stays import stays
+from refine.feedback import Wishes
+from refine.single import Robot
+from verify.data import Plan
+from verify.data.mission import Point
+from verify.data.rules.spacing import Spacing, spacing_of
+
+
+def spacing_for(plan: Plan, wishes: Wishes) -> Spacing:
+    """Return how far a plan's robots keep apart: as its mission asks, and what witnesses asked for on top.
+
+    No more than robots have where they hover before or after their flights, which no flight changes.
+    """
+    kept = spacing_of(plan.mission)
+    widest = min((kept.between(a, b) for *_, a, b in firm_pairs(plan)), default=np.inf)
+    room = max(widest - kept.at_rest, 0.0)
+    return replace(kept, distance=kept.distance + min(wishes.distance, float(room)))
+
+
+def firm_pairs(plan: Plan) -> Iterator[tuple[str, str, str, Point, Point]]:
+    """Yield two robots, whether they start or end there, and where: starts, and ends of which no visit can be made elsewhere."""
+    for (name, one), (other_name, other) in itertools.combinations(plan.robots.items(), 2):
+        yield name, other_name, "start", one.waypoints[0].position, other.waypoints[0].position
+        a, b = one.waypoints[-1], other.waypoints[-1]
+        if not (movable(plan.mission, one, a) or movable(plan.mission, other, b)):
+            yield name, other_name, "end", a.position, b.position
+
+
+def idle_others(plan: Plan, name: str, spacing: Spacing) -> tuple[Ball, ...]:
+    """Return the places of robots that never move, to be kept clear of."""
+    idle = [other for other, robot in plan.robots.items() if other != name and robot.still]
+    places = {other: np.array(plan.robots[other].waypoints[0].position) for other in idle}
+    return tuple(
+        keep_out(f"{other}, which hovers there", place, spacing.distance + HOVERING, spacing.z_scale)
+        for other, place in places.items()
+    )
+
+
+def hovers_of(robot: Robot, spacing: Spacing) -> tuple[Ball, ...]:
+    """Return where a robot hovers before and after its flight, to be kept clear of."""
+    ends = (("starts", robot.path.nodes[0]), ("ends", robot.path.nodes[-1]))
+    return tuple(
+        keep_out(f"{robot.name}, which {what} there", place, spacing.distance + HOVERING, spacing.z_scale)
+        for what, place in ends
+    )
+
+
+def flight_of(plan: Plan, robot: Robot) -> Flight:
+    """Return a robot's flight as scheduling sees it."""
+    found = stays(robot.path, plan.mission.all_regions, plan.mission.margin)
+    return Flight(robot.name, robot.path, tuple((stay.start, stay.end) for stay in found), robot.plan.hold)

@@ -1,0 +1,192 @@
+"""What one leg between two stops of a plan must keep: bodies to stay out of and, during a passage, a tube to stay in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refine.corridor.bodies import Ball, Disc, Obstacle, grown_region, ring, within
+from verify.data import Infeasible, Mission, RobotPlan, Witness
+from verify.data.mission import Hoop
+from verify.data.plan import Role, Waypoint
+from verify.data.rules.passage_room import room_in_opening, room_in_region
+from verify.data.rules.spacing import ROUNDING
+
+Floats = NDArray[np.float64]
+Body = TypeVar("Body", Ball, Disc)
+
+PAD = 1e-3
+"""m kept on top of the margin, so that rounding and engine tolerances cannot use the margin up."""
+HOVERING = 0.02
+"""m on top of the distance around a robot that hovers."""
+PASSAGE: tuple[Role, ...] = ("rear", "centre", "front")  # along the normal
+
+
+@dataclass(frozen=True, eq=False)
+class Tube:
+    """The cylinder that a passage stays in: within `radius` of the axis through `centre` along `normal`."""
+
+    centre: Floats
+    normal: Floats
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """What one leg must keep.
+
+    Attributes:
+        obstacles: Bodies to stay out of.
+        tube: Cylinder to stay in, during a passage.
+        visit: The visit that is being approached or made; None after the last one and between points that belong to no visit.
+        bays: More cylinders to stay in, on the way into or out of a bay.
+    """
+
+    obstacles: tuple[Obstacle, ...]
+    tube: Tube | None
+    visit: int | None
+    bays: tuple[Tube, ...] = ()
+
+
+@dataclass(frozen=True)
+class Stop:
+    """One waypoint of a plan: m, s, and what it is there for."""
+
+    position: Floats
+    time: float
+    role: Role
+    region: str | None
+    visit: int | None
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Regions and rings grown by the margin (rings by the vehicle's radius too), by name."""
+
+    regions: dict[str, Ball]
+    rings: dict[str, Disc]
+
+
+def bodies_of(mission: Mission, pad: float) -> Bodies:
+    """Return what a mission's robots stay out of, with `pad` m on top."""
+    grow = mission.margin + pad
+    return Bodies(
+        {name: grown_region(name, region, grow) for name, region in mission.all_regions.items()},
+        {name: ring(name, hoop, grow + mission.vehicle.radius) for name, hoop in mission.hoops.items()},
+    )
+
+
+def leads_to(mission: Mission, waypoint: Waypoint) -> bool:
+    """Tell whether a point lies outside of the region that it belongs to: it leads there, or out again before coming back."""
+    region = None if waypoint.region is None else mission.all_regions.get(waypoint.region)
+    if region is None or waypoint.role != "via":
+        return False
+    return float(region.level(np.array(waypoint.position))) > (1.0 + mission.margin / min(region.radii)) ** 2
+
+
+def leg_between(
+    mission: Mission,
+    name: str,
+    robot: RobotPlan,
+    bodies: Bodies,
+    here: Stop,
+    there: Stop,
+    extra: tuple[Ball, ...],
+    pad: float,
+) -> Leg:
+    """Return the rules of the leg from one stop to the next."""
+    visit = there.visit if there.visit is not None else here.visit
+    passing = _passing(mission, robot, here, there)
+    ends = np.stack([here.position, there.position])
+    everywhere = {visit.region for visit in robot.visits}  # regions may overlap: which of them come when, the stays tell
+    obstacles: list[Obstacle] = []
+    regions = tuple(bodies.regions.values())
+    near = set(within(regions, ends.min(axis=0) - pad, ends.max(axis=0) + pad))
+    for index, (region, grown) in enumerate(bodies.regions.items()):
+        if index not in near and region != passing:
+            obstacles.append(grown)
+            continue
+        body = eased(grown, ends, pad)
+        inside = body.clearance(ends) <= 0.0
+        planned = inside[0] <= (region in everywhere or here.role == "start") and inside[1] <= (region in everywhere)
+        if region == passing or (inside.any() and planned):
+            continue
+        if inside.any():
+            stop = there if inside[1] else here
+            raise refused(
+                "visits",
+                name,
+                stop,
+                f"{name}: waypoint {show(stop.position)} lies within the margin of '{region}', which is not visited there.",
+            )
+        obstacles.append(body)
+    obstacles += [eased(disc, ends, pad) for hoop, disc in bodies.rings.items() if hoop != passing]
+    obstacles += [body for body in (eased(place, ends, HOVERING) for place in extra) if np.all(body.clearance(ends) > 0.0)]
+    tube = None if passing is None else _tube(mission, name, passing, pad)
+    return Leg(tuple(obstacles), tube, visit)
+
+
+def eased(body: Body, ends: Floats, pad: float) -> Body:
+    """Return a body, shrunk where an end of a leg lies in its outermost `pad` m, so that the end is just outside.
+
+    The pad is there for curves; a given point is where it is, and may use up all of it but for what rounding needs.
+    """
+    near = body.clearance(ends)
+    slivers = near[(near <= 0.0) & (near >= ROUNDING - pad)]
+    return body.grown(float(slivers.min()) - ROUNDING) if len(slivers) else body
+
+
+def _passing(mission: Mission, robot: RobotPlan, here: Stop, there: Stop) -> str | None:
+    """Return the hoop that a leg flies through, if any."""
+    if here.visit is None or there.visit is None or here.role not in PASSAGE or there.role not in PASSAGE:
+        return None
+    visit = robot.visits[there.visit]
+    turned = here.visit + 1 == there.visit and robot.visits[here.visit].region == visit.region  # where the last passage ended
+    if here.visit != there.visit and not turned:
+        return None
+    onward = PASSAGE.index(there.role) - PASSAGE.index(here.role)  # a lap's last leg leads back to the same hoop
+    if visit.direction is None or visit.region not in mission.hoops or (onward > 0) != (visit.direction == "F"):
+        return None
+    return visit.region
+
+
+def passage_radius(mission: Mission, hoop: Hoop, pad: float) -> float:
+    """Return how far from a hoop's axis a passage may be, in m; not positive where there is no room for it."""
+    margin = mission.margin + pad
+    return min(room_in_opening(hoop, mission.vehicle.radius, margin), room_in_region(hoop, margin))
+
+
+def _tube(mission: Mission, name: str, hoop_name: str, pad: float) -> Tube:
+    hoop, margin = mission.hoops[hoop_name], mission.margin
+    radius = passage_radius(mission, hoop, pad)
+    if radius <= 0.0:
+        what, sentence = (
+            "opening",
+            (
+                f"'{hoop_name}' has an opening of {hoop.opening:g} m; vehicle radius {mission.vehicle.radius:g} m and margin "
+                f"{margin:g} m leave no room in it."
+            ),
+        )
+        if room_in_opening(hoop, mission.vehicle.radius, margin + pad) > 0.0:
+            what, sentence = (
+                "region",
+                (
+                    f"'{hoop_name}' has radii {list(hoop.radii)} m: within the margin {margin:g} m of its opening, not even its axis is "
+                    "inside its region by the margin, so no visit could contain a passage. Give it larger `radii`, or ask for a smaller margin."
+                ),
+            )
+        raise Infeasible(sentence, Witness(claim="passages", sentence=f"{what} too small", robot=name, region=hoop_name))
+    return Tube(np.array(hoop.center), np.array(hoop.normal), radius)
+
+
+def refused(claim: str, name: str, stop: Stop, sentence: str) -> Infeasible:
+    """Return the error that says why a stop cannot be flown to."""
+    return Infeasible(sentence, Witness(claim=claim, sentence=sentence, robot=name, region=stop.region, visit=stop.visit))
+
+
+def show(point: Floats) -> str:
+    """Return a point for a message, in m."""
+    return "(" + ", ".join(f"{x:.3f}" for x in point) + ")"

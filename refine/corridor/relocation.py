@@ -1,0 +1,153 @@
+"""Another place for a visit: where a planned point lies in a region that is not meant, or where another robot hovers, a nearby
+point of the visited region may not.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refine.corridor.bodies import Ball, Obstacle, grown_region, keep_out
+from refine.corridor.course import DEEP
+from refine.corridor.legs import PAD, bodies_of, leads_to
+from verify.data import Mission, Plan, RobotPlan, Waypoint
+
+Floats = NDArray[np.float64]
+
+_UNIT_BALL = np.array([p for p in itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3) if np.linalg.norm(p) <= 1.0])
+
+
+def movable(mission: Mission, robot: RobotPlan, waypoint: Waypoint) -> bool:
+    """Tell whether a point makes a visit that might as well be made elsewhere in its region."""
+    visited = {visit.region for visit in robot.visits}
+    return (
+        waypoint.region in mission.regions
+        and waypoint.visit is not None
+        and waypoint.role != "start"
+        and waypoint.region in visited
+        and not leads_to(mission, waypoint)
+    )
+
+
+def moved_into_the_clear(mission: Mission, robot: RobotPlan) -> RobotPlan:
+    """Return the plan with points of visits moved, where they lie in another region or a ring too, to where only theirs is.
+
+    A visit takes place anywhere in its region, so the nearest point of it (less the margin) that is clear of all other
+    regions and rings, or at least of those regions that are never visited, does as well as the planned one.
+    """
+    waypoints = [
+        (_moved(mission, robot, waypoint, ()) if movable(mission, robot, waypoint) else None) or waypoint
+        for waypoint in robot.waypoints
+    ]
+    if robot.cycle_waypoint is not None:
+        waypoints[-1] = waypoints[-1].model_copy(update={"position": waypoints[robot.cycle_waypoint].position})
+    return robot.model_copy(update={"waypoints": tuple(waypoints)})
+
+
+def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
+    """Return the plan with points of visits moved that lie too near another robot's last hover.
+
+    A robot that never leaves its start is there for every visit; one that ends its flight is there when another one ends its
+    own. Robots that do not move have the first say, then flights whose last point may not be moved; the others follow in the
+    plan's order. What cannot be moved stays.
+
+    Args:
+        plan: No robot of it flies a lasso, unless it is alone.
+        distance: m that robots keep.
+        z_scale: Distances in z count this many times.
+    """
+    mission, robots = plan.mission, dict(plan.robots)
+    still = [name for name, robot in robots.items() if robot.still]
+    firm = [name for name, robot in robots.items() if not movable(mission, robot, robot.waypoints[-1])]
+    ends: dict[str, Ball] = {}
+    for name in dict.fromkeys((*still, *firm, *robots)):
+        robot = robots[name]
+        hovering = tuple(ends[other] for other in ends if other in still)
+        waypoints = list(robot.waypoints)
+        for index, waypoint in enumerate(waypoints):
+            taken = tuple(ends.values()) if index == len(waypoints) - 1 else hovering
+            meets = any(place.clearance(np.array(waypoint.position)) <= 0.0 for place in taken)
+            if name not in still and meets and movable(mission, robot, waypoint):
+                waypoints[index] = _moved(mission, robot, waypoint, taken) or waypoint
+        robots[name] = robot.model_copy(update={"waypoints": tuple(waypoints)})
+        ends[name] = keep_out(name, np.array(waypoints[-1].position), distance, z_scale)
+    return plan.model_copy(update={"robots": {name: robots[name] for name in plan.robots}})
+
+
+def spread(
+    mission: Mission, robot: RobotPlan, taken: tuple[Ball, ...], at_the_end: tuple[Ball, ...], count: int
+) -> list[RobotPlan]:
+    """Return the plan with all points of visits at other places of their regions, as far from each other as they can be.
+
+    Args:
+        mission: Gives regions, rings, margin and workspace.
+        robot: Its plan; no lasso.
+        taken: Places where other robots hover.
+        at_the_end: Places that are no good to stay at, if there are others.
+        count: Of plans, at most; none where no visit's point may move.
+    """
+    places: dict[int, list[list[float]]] = {}
+    for index, waypoint in enumerate(robot.waypoints):
+        if movable(mission, robot, waypoint):
+            points = _places(mission, robot, waypoint, taken)
+            good = _places(mission, robot, waypoint, at_the_end) if index == len(robot.waypoints) - 1 else points
+            places[index] = _far_apart(np.array(waypoint.position), good if len(good) else points, count)
+    plans = []
+    for choice in range(count if any(len(found) for found in places.values()) else 0):
+        waypoints = list(robot.waypoints)
+        for index, found in places.items():
+            if len(found):
+                waypoints[index] = waypoints[index].model_copy(update={"position": tuple(found[choice % len(found)])})
+        plans.append(robot.model_copy(update={"waypoints": tuple(waypoints)}))
+    return plans
+
+
+def _far_apart(planned: Floats, points: Floats, count: int) -> list[list[float]]:
+    """Return points, each the farthest from the planned one and those before it."""
+    chosen: list[list[float]] = []
+    distance = np.linalg.norm(points - planned, axis=1)
+    while len(chosen) < count and len(points) and distance.max() > 0.0:
+        point = points[int(np.argmax(distance))]
+        chosen.append(point.tolist())
+        distance = np.minimum(distance, np.linalg.norm(points - point, axis=1))
+    return chosen
+
+
+def _moved(mission: Mission, robot: RobotPlan, waypoint: Waypoint, taken: tuple[Ball, ...]) -> Waypoint | None:
+    """Return a visit's point at the nearest place of its region that is clear and not taken; None where there is none."""
+    planned = np.array(waypoint.position)
+    places = _places(mission, robot, waypoint, taken)
+    if not len(places):
+        return None
+    nearest = places[int(np.argmin(np.linalg.norm(places - planned, axis=1)))]
+    return waypoint.model_copy(update={"position": tuple(nearest.tolist())})
+
+
+def _places(mission: Mission, robot: RobotPlan, waypoint: Waypoint, taken: tuple[Ball, ...]) -> Floats:
+    """Return where a visit's point may lie: within the region less the margin and the workspace, and not taken.
+
+    Only places that are clear of all other regions and rings, or where there are none, those clear of rings and of regions
+    that are never visited. Shape (places, 3).
+    """
+    region, visited = mission.regions[waypoint.region or ""], {visit.region for visit in robot.visits}
+    inner = DEEP * (1.0 - (mission.margin + PAD) / min(region.radii))
+    if inner <= 0.0:
+        return np.zeros((0, 3))
+    grow = mission.margin + PAD
+    grown = bodies_of(mission, PAD)
+    bodies: dict[str, Obstacle] = {**grown.regions, **{disc.name: disc for disc in grown.rings.values()}}
+    cloud = np.array(region.center) + inner * _UNIT_BALL @ np.linalg.inv(grown_region("", region, 0.0).root)
+    points = np.concatenate([np.array(waypoint.position)[None], cloud])
+    free = np.all(
+        (points >= np.array(mission.workspace.min) + grow) & (points <= np.array(mission.workspace.max) - grow), axis=1
+    )
+    for place in taken:
+        free &= place.clearance(points) > 0.0
+    others = {name: body.clearance(points) > 0.0 for name, body in bodies.items() if name != waypoint.region}
+    for names in (set(others), set(others) - visited):
+        clear = free & np.all([others[name] for name in names], axis=0) if names else free
+        if clear.any():
+            return points[clear]
+    return np.zeros((0, 3))

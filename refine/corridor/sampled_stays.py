@@ -1,0 +1,84 @@
+"""Stays in regions along a sampled flight: a filter that tells whether a path is worth handing to the judge.
+
+A *stay* in a region is a maximal interval in which the path is within the margin of it (the region grown by the margin),
+as the certificate counts visits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refine.spline.values import Spline
+from verify.data import Mission, RobotPlan, Witness
+from verify.data.mission import Region
+
+Floats = NDArray[np.float64]
+
+_SAMPLES = np.linspace(0.0, 1.0, 201)
+
+
+@dataclass(frozen=True)
+class Stay:
+    """One stay: enters at `start`, leaves at `end` (s), and comes as deep as `level` (1 is the region's own boundary)."""
+
+    region: str
+    start: float
+    end: float
+    level: float
+
+
+def stays(path: Spline, regions: dict[str, Region], margin: float) -> tuple[Stay, ...]:
+    """Return all stays in order of their start."""
+    points = path.sample(_SAMPLES)[..., :3].reshape(-1, 3)
+    times = (path.knots[:-1, None] + path.durations[:, None] * _SAMPLES).ravel()
+    found: list[Stay] = []
+    low, high = points.min(axis=0), points.max(axis=0)
+    for name, region in regions.items():
+        reach = max(region.radii) * (1.0 + max(margin, 0.0) / min(region.radii)) * (1 + 1e-9)
+        if any(a - reach > x or x > b + reach for a, x, b in zip(low, region.center, high, strict=True)):
+            continue
+        level = np.sqrt(region.level(points))
+        near = np.concatenate([[False], level <= 1.0 + margin / min(region.radii), [False]])
+        edges = np.flatnonzero(near[1:] != near[:-1])
+        for begin, end in zip(edges[::2], edges[1::2], strict=True):
+            found.append(Stay(name, float(times[begin]), float(times[end - 1]), float(level[begin:end].min())))
+    return tuple(sorted(found, key=lambda stay: (stay.start, stay.region)))
+
+
+def troubles(path: Spline, mission: Mission, name: str, robot: RobotPlan, pad: float = 0.0) -> tuple[Witness, ...]:
+    """Return what the judge would refuse about a robot's visits, as far as samples show it.
+
+    Stays are counted with the margin, and with `pad` m more and less of it: a path that just about leaves a region and comes
+    back may be one stay or two.
+    """
+    found, wanted = stays(path, mission.all_regions, mission.margin), [visit.region for visit in robot.visits]
+    for by in (0.0, pad, -pad) if pad else (0.0,):
+        counted = found if by == 0.0 else stays(path, mission.all_regions, mission.margin + by)
+        seen = [stay.region for stay in counted]
+        if seen == wanted:
+            continue
+        index = next((i for i, (s, w) in enumerate(zip(seen, wanted, strict=False)) if s != w), min(len(seen), len(wanted)))
+        extra = counted[index] if index < len(counted) else None
+        sentence = f"{name}: the path comes within the margin of {', '.join(seen) or 'no region'}; the plan visits {', '.join(wanted) or 'none'}."
+        return (
+            Witness(
+                claim="visits",
+                sentence=sentence,
+                robot=name,
+                region=wanted[index] if extra is None else extra.region,
+                time=None if extra is None else extra.start,
+                visit=index if index < len(wanted) else None,
+            ),
+        )
+    result = []
+    for index, stay in enumerate(found):
+        needed = 1.0 - mission.margin / min(mission.all_regions[stay.region].radii)
+        if stay.level >= needed:
+            sentence = f"{name}: visit {index} comes to {stay.level:.3f} of '{stay.region}', which is not {mission.margin:g} m inside it."
+            result.append(
+                Witness(claim="visits", sentence=sentence, robot=name, region=stay.region, visit=index, time=stay.start)
+            )
+    return tuple(result)

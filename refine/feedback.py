@@ -1,0 +1,66 @@
+"""What the judge's witnesses ask of the next attempt: limits tightened, clearances widened, waits added."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from refine.limits.values import LIMIT_NAMES
+from verify.data import Plan, Witness
+from verify.data.plan import Precedence
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What witnesses of a refused certificate ask of the next attempt.
+
+    Attributes:
+        limits: (robot, limit): factor in (0, 1] by which it is tightened.
+        pad: Robot: m on top of the margin.
+        distance: m on top of the separation.
+        precedences: More waits.
+    """
+
+    limits: dict[tuple[str, str], float]
+    pad: dict[str, float]
+    distance: float
+    precedences: tuple[Precedence, ...]
+
+
+def wishes_of(plan: Plan, witnesses: tuple[Witness, ...]) -> Wishes:
+    """Return what all witnesses so far ask for together."""
+    limits: dict[tuple[str, str], float] = {}
+    pad: Counter[str] = Counter()
+    distance, precedences = 0.0, list(plan.precedences)
+    for witness in witnesses:
+        names = list(plan.robots) if witness.robot is None else [witness.robot]
+        limit = witness.claim.removeprefix("limits.")
+        if witness.claim == "separation":
+            short = max(0.0, (witness.limit or 0.0) - (witness.bound or 0.0))
+            distance += short + 5e-3
+        elif limit in LIMIT_NAMES:
+            for name in names:
+                limits[name, limit] = limits.get((name, limit), 1.0) * _tightening(limit, witness)
+        elif witness.order:
+            precedences += [Precedence(first=first, then=then) for first, then in witness.order]
+        else:
+            pad.update(dict.fromkeys(names, 1))
+    unique = tuple(dict.fromkeys((p.first, p.then) for p in precedences))
+    return Wishes(
+        limits,
+        {name: 5e-3 * count for name, count in pad.items()},
+        distance,
+        tuple(Precedence(first=f, then=t) for f, t in unique),
+    )
+
+
+def _tightening(limit: str, witness: Witness) -> float:
+    """Return the factor by which a limit that was broken by a known amount is tightened."""
+    if witness.bound is None or witness.limit is None or not witness.bound > 0:
+        return 0.98
+    over = (
+        witness.limit / witness.bound if not limit.endswith("min") else witness.bound / witness.limit if witness.limit else 0.98
+    )
+    return float(np.clip(over, 0.8, 0.998)) * 0.998

@@ -1,0 +1,95 @@
+"""How far a spline uses its limits, from dense samples: what stretching and repairs go by. A filter, never a claim.
+
+The judge proves limits for all times; here samples are dense enough that what they miss is far below the safety share.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refine.limits.flatness import flat_state
+from refine.limits.values import LIMIT_NAMES, Limits
+from refine.spline.values import Spline
+from verify.data import GRAVITY
+
+Floats = NDArray[np.float64]
+
+SAMPLES = 96
+"""Samples a piece; a degree-7 piece has at most a handful of extremes of each quantity."""
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The sampled extreme of one limited quantity.
+
+    Attributes:
+        name: One of LIMIT_NAMES.
+        value: In the limit's unit (thrusts over mass in m/s^2, rotors in N).
+        limit: What it must keep.
+        time: s from the spline's start.
+        share: How much of the way from hovering to the limit is used; above 1 breaks the limit.
+    """
+
+    name: str
+    value: float
+    limit: float
+    time: float
+    share: float
+
+
+def peaks(path: Spline, yaw: Spline | None, limits: Limits, samples: int = SAMPLES) -> tuple[Peak, ...]:
+    """Return the sampled extreme of every limited quantity of a flight.
+
+    Args:
+        path: Three axes.
+        yaw: One axis, same durations; None where yaw is constant.
+        limits: Infinite ones are left out.
+        samples: A piece.
+    """
+    uses = shares_used(path, yaw, limits, samples)
+    times = (path.knots[:-1, None] + path.durations[:, None] * np.linspace(0, 1, samples)).ravel()
+    found = []
+    for name, (values, limit, share) in uses.items():
+        index = int(np.argmax(share))
+        found.append(Peak(name, float(values.flat[index]), limit, float(times[index]), float(share.flat[index])))
+    return tuple(found)
+
+
+def shares_used(
+    path: Spline, yaw: Spline | None, limits: Limits, samples: int = SAMPLES
+) -> dict[str, tuple[Floats, float, Floats]]:
+    """Return, for each limited quantity, its samples, its limit, and the share of the way from hovering to the limit.
+
+    All arrays have shape (pieces, samples).
+    """
+    at = np.linspace(0.0, 1.0, samples)
+    velocity, acceleration, jerk, snap = (path.sample(at, d) for d in (1, 2, 3, 4))
+    flat_yaw = [np.zeros(velocity.shape[:2])] * 3 if yaw is None else [yaw.sample(at, d)[..., 0] for d in (0, 1, 2)]
+    flat = flat_state(acceleration, jerk, snap, *flat_yaw)
+    result: dict[str, tuple[Floats, float, Floats]] = {}
+
+    def note(name: str, values: Floats, limit: float, rest: float = 0.0) -> None:
+        if np.isfinite(limit):
+            result[name] = (values, limit, (values - rest) / (limit - rest))
+
+    note("speed", np.linalg.norm(velocity, axis=-1), limits.speed)
+    note("acceleration", np.linalg.norm(acceleration, axis=-1), limits.acceleration)
+    note("thrust_max", flat.thrust, limits.thrust_max, GRAVITY)
+    if limits.thrust_min > 0:
+        note("thrust_min", flat.thrust, limits.thrust_min, GRAVITY)
+    note("tilt", flat.tilt, limits.tilt)
+    note("body_rate", np.linalg.norm(flat.rates[..., :2], axis=-1), limits.body_rate)
+    note("yaw_rate", np.abs(flat.rates[..., 2]), limits.yaw_rate)
+    if limits.rotors is not None:
+        thrusts, hover = flat.rotor_thrusts(limits.rotors), limits.rotors.mass * GRAVITY / 4
+        note("rotor_thrust_max", thrusts.max(axis=-1), limits.rotors.most, hover)
+        note("rotor_thrust_min", thrusts.min(axis=-1), limits.rotors.least, hover)
+    return {name: result[name] for name in LIMIT_NAMES if name in result}
+
+
+def worst(found: tuple[Peak, ...]) -> Peak | None:
+    """Return the peak that uses the greatest share of its limit; None where nothing is limited."""
+    return max(found, key=lambda peak: peak.share, default=None)

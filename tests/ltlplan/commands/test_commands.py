@@ -1,0 +1,214 @@
+"""Every command used as a person would, on one run's folder."""
+
+import html
+import json
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import ltlplan.missions
+from ltlplan.cli import app
+from verify.data import BadInput, NotCertified, mission_to_yaml
+
+runner = CliRunner()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("commands") / "firefighting"
+    done = runner.invoke(app, ["run", "firefighting", "--out", str(out), "--json"], catch_exceptions=False)
+    assert done.exit_code == 0
+    return out
+
+
+def ok(*arguments: str) -> str:
+    done = runner.invoke(app, list(arguments), catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    return done.output
+
+
+def test_run_sums_up_what_holds(folder: Path) -> None:
+    text = ok("run", "firefighting", "--out", str(folder))
+    for says in ("quad0", "word", "cost", "Certified for all t", "limits.speed", "worst tracking error", "certificate.json"):
+        assert says in text
+
+
+def test_a_run_that_does_not_hold_prints_one_document(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from ltlplan.report import summary
+
+    monkeypatch.setattr(summary, "holds", lambda _result: False)
+    done = runner.invoke(app, ["run", "hoops-published", "--out", str(tmp_path / "run"), "--json"])
+    assert done.exit_code == NotCertified.exit_code
+    assert json.loads(done.stdout)["holds"] is False
+    with pytest.raises(NotCertified, match="is not the certified one"):
+        runner.invoke(app, ["run", "hoops-published", "--out", str(tmp_path / "run")], catch_exceptions=False)
+
+
+def test_recheck_proves_it_again(folder: Path) -> None:
+    assert "every claim is proved again" in ok("recheck", str(folder))
+
+
+def test_a_margin_of_zero_is_certified_but_not_flown(folder: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "copy"
+    shutil.copytree(folder, copy)
+    assert "certified at margin 0 m" in ok("certify", str(copy), "--margin", "0")
+    ours = tmp_path / "none.yaml"
+    text = mission_to_yaml(ltlplan.missions.load_mission("firefighting"))
+    ours.write_text(text.replace("\nmargin: 0.05", "\nmargin: 0.0"))
+    assert "water" in ok("plan", str(ours))
+    for command in (
+        ["run", "firefighting", "--margin", "0", "--out", str(tmp_path / "run")],
+        ["run", str(ours), "--out", str(tmp_path / "run")],
+        ["fly", str(ours)],
+        ["fly", str(copy)],
+        ["fly", str(copy), "--runs", "2"],
+        ["fly", str(ours), "--online", "--certified"],
+    ):
+        with pytest.raises(BadInput, match="A margin of 0 m leaves no tube to fly in"):
+            runner.invoke(app, command, catch_exceptions=False)
+    assert not (tmp_path / "run").exists()
+
+
+def test_certify_demands_a_margin(folder: Path) -> None:
+    assert "certified at margin 0.06 m" in ok("certify", str(folder), "--margin", "0.06")
+    with pytest.raises(NotCertified, match="The largest margin that holds"):
+        ok("certify", str(folder), "--margin", "0.2")
+    assert "certified at margin 0.05 m" in ok("certify", str(folder))
+
+
+def test_a_recorded_flight_is_judged(folder: Path) -> None:
+    flight = str(folder / "flight.csv")
+    assert "satisfied" in ok("certify", str(folder), "--flight", flight, "--max-speed", "1.2")
+    with pytest.raises(BadInput, match="without a speed bound"):
+        ok("certify", str(folder), "--flight", flight)
+
+
+def test_a_table_of_motion_capture_is_judged(folder: Path, tmp_path: Path) -> None:
+    rows = (folder / "flight.csv").read_text().splitlines()
+    table = tmp_path / "capture.csv"
+    table.write_text("time,body,x,y,z\n" + "\n".join(",".join(row.split(",")[:5]) for row in rows[1:]) + "\n")
+    assert "satisfied" in ok("certify", str(folder), "--flight", str(table), "--max-speed", "1.2")
+
+
+def test_fly_once_and_many_times(folder: Path, tmp_path: Path) -> None:
+    assert "worst tracking error" in ok("fly", str(folder), "--wind", "0.3", "--out", str(tmp_path / "once"))
+    assert (tmp_path / "once" / "flight.csv").exists()
+    text = ok("fly", str(folder), "--runs", "3", "--noise", "0.001", "--out", str(tmp_path / "many"))
+    assert "3 of 3" in text
+    assert json.loads((tmp_path / "many" / "campaign.json").read_text())
+    assert "<html" in (tmp_path / "many" / "campaign.html").read_text()
+
+
+def test_export_after_proving_again(folder: Path, tmp_path: Path) -> None:
+    text = ok("export", str(folder), "--format", "crazyswarm2", "--out", str(tmp_path / "swarm"))
+    assert "quad0.csv" in text
+    copy = tmp_path / "changed"
+    shutil.copytree(folder, copy)
+    (copy / "quad0.csv").write_text((folder / "quad2.csv").read_text())
+    with pytest.raises(NotCertified, match=r"quad0\.csv"):
+        ok("export", str(copy), "--out", str(tmp_path / "nothing"))
+    assert not (tmp_path / "nothing").exists()
+
+
+def test_show_draws_a_page(tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    ok("show", "hoops-sequence", "--out", str(page))
+    text = page.read_text()
+    for heading in ("control points", "motion primitives", "sampled paths", "optimised path"):
+        assert heading in text
+
+
+def test_check_and_plan(tmp_path: Path) -> None:
+    assert "word: holds" in ok("check", "F a & G(b -> c)", "1; a; b & c")
+    broken = runner.invoke(app, ["check", "G !b", "a; b"])
+    assert broken.exit_code == 5
+    assert "fails" in broken.output
+    text = ok(
+        "plan", "hoops-sequence", "--sequence", "hoop0F hoop1R", "--cost", "length=1,effort=0.5", "--out", str(tmp_path / "p")
+    )
+    assert "hoop0F hoop1R" in text
+    assert (tmp_path / "p" / "plan.json").exists()
+
+
+def test_an_online_flight_says_what_it_is(tmp_path: Path) -> None:
+    out = tmp_path / "online"
+    text = ok("fly", "firefighting", "--online", "--event", "3 quad0 fails", "--out", str(out))
+    note = "in simulation only: nothing about this flight was certified beforehand, and it cannot be exported"
+    page = (out / "report.html").read_text()
+    header = html.unescape(re.sub(r"<[^>]*>", " ", page[page.index("<header>") : page.index("</header>")]))
+    for said in (text, (out / "summary.txt").read_text(), header):
+        assert note in said
+        assert "Verdict on the flown words: holds" in said
+        assert "paper" not in said, "whose experiment took another time"
+        assert "quad0 fails and lands" in said
+    # the folder holds the world as it changed, and so its own log is judged as it was in flight
+    assert json.loads((out / "events.json").read_text())["events"][0]["robot"] == "quad0"
+    assert "satisfied" in ok("certify", str(out), "--flight", str(out / "flight.csv"), "--max-speed", "1.2")
+    # there is no certificate, and so nothing to export
+    with pytest.raises((BadInput, NotCertified)):
+        ok("export", str(out), "--format", "crazyflie", "--out", str(tmp_path / "sent"))
+    assert not (tmp_path / "sent").exists()
+
+
+SMALL = """
+format: 1
+name: small
+spec: {formula: F a}
+regions: {a: {center: [0.5, 0, 1], radii: [0.2, 0.2, 0.2]}, b: {center: [0.5, 1, 1], radii: [0.2, 0.2, 0.2]}}
+agents: {quad0: {start: [-0.2, 0, 1]}}
+vehicle: crazyflie-2.1
+workspace: {min: [-2, -2, 0.2], max: [2, 2, 2]}
+"""
+
+
+def test_an_online_flight_that_does_not_hold_ends_with_five_and_says_so_on_its_page(tmp_path: Path) -> None:
+    file, out = tmp_path / "small.yaml", tmp_path / "online"
+    file.write_text(SMALL)
+    done = runner.invoke(app, ["fly", str(file), "--online", "--event", "0.3 formula G b", "--out", str(out), "--json"])
+    assert done.exit_code == 5
+    told = json.loads(done.stdout)
+    assert told["holds"] is False
+    assert told["verdict"] == "fails"
+    assert "in simulation only" in told["note"]
+    page = (out / "report.html").read_text()
+    assert "Verdict on the flown words: fails." in page[: page.index("</header>")]
+    assert not (out / "certificate.json").exists()
+
+
+def test_the_library_takes_names_and_paths_as_the_command_line_does(tmp_path: Path) -> None:
+    by_name = ltlplan.plan("firefighting")
+    file = tmp_path / "mine.yaml"
+    file.write_text(ltlplan.missions.shipped_mission_text("firefighting"))
+    assert by_name == ltlplan.plan(file) == ltlplan.plan(ltlplan.load_mission("firefighting"))
+    with pytest.raises(BadInput, match="Did you mean 'firefighting'"):
+        ltlplan.run("firefightin")
+    with pytest.raises(BadInput, match="A mission is a Mission, a path, or the name of a shipped mission, not int"):
+        ltlplan.plan(3)  # type: ignore[arg-type]
+
+
+def test_a_page_that_cannot_be_written_is_refused_before_the_work(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="no folder that can be written to"):
+        ok("show", "hoops-sequence", "--out", str(tmp_path / "nowhere" / "page.html"))
+
+
+@pytest.mark.parametrize("event", ["fails", "x quad0 fails", "3 quad0 explodes", "3 water moves 1,2", "3 quad9 joins here"])
+def test_events_that_cannot_be_read(event: str) -> None:
+    with pytest.raises(BadInput, match="no event"):
+        ok("fly", "firefighting", "--online", "--event", event)
+
+
+def test_compressed_exports_have_a_certificate_of_their_own(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "compressed"
+    arguments = ["--upload", "quad0=radio://0/80/2M/E7E7E7E701", "--upload", "quad1=radio://0/80/2M/E7E7E7E702"]
+    arguments += ["--upload", "quad2=radio://0/80/2M/E7E7E7E703", "--dry-run"]
+    text = ok("export", str(folder), "--format", "crazyflie-compressed", "--out", str(out), *arguments)
+    assert f"would send {(out / 'quad0.bin').stat().st_size} bytes to quad0" in text
+    assert f"wrote {out / 'certificate.json'}" in text
+    assert "every claim is proved again" in ok("recheck", str(out))
+    own = json.loads((out / "certificate.json").read_text())
+    assert own["trajectories"] != json.loads((folder / "certificate.json").read_text())["trajectories"]
+    with pytest.raises(BadInput, match="ROBOT=URI"):
+        ok("export", str(folder), "--format", "crazyflie", "--out", str(out), "--upload", "quad0")

@@ -1,0 +1,83 @@
+"""What a page, a template or a message tells a user to write is what works."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from ltlplan.cli import app
+from ltlplan.commands.missions import write_template
+from ltlplan.missions import shipped_mission_text
+from ltlplan.pipeline import plan
+from verify.data import BadInput, parse_mission
+
+ROOT = Path(__file__).parents[3]
+
+
+def test_the_page_on_missions_shows_the_shipped_one() -> None:
+    page = (ROOT / "docs" / "missions.md").read_text()
+    assert shipped_mission_text("firefighting") in re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+
+
+def test_the_template_says_how_work_is_shared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = write_template("windows").read_text()
+    assert "longest: share" in text
+    windows = "".join(
+        f"  w{i}: {{center: [-0.2, {y}, 1.0], radii: [0.1, 0.1, 0.1]}}\n" for i, y in enumerate((-0.9, -0.3, 0.3, 0.9))
+    )
+    text = text.replace("regions:\n", f"regions:\n{windows}", 1)
+    text = text.replace("F pickup & F dropoff & (!dropoff U pickup)", "F w0 & F w1 & F w2 & F w3")
+    visits = {}
+    for objective in ("sum", "longest"):
+        made = plan(parse_mission(text.replace("objective: sum", f"objective: {objective}")))
+        visits[objective] = sorted(len(robot.visits) for robot in made.robots.values())
+    assert visits == {"sum": [0, 4], "longest": [2, 2]}
+
+
+def test_the_template_is_refused_as_a_name_that_no_mission_can_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("con", "a.", "..", "a b/../.."):
+        with pytest.raises(BadInput):
+            write_template(name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_options_that_messages_name_exist() -> None:
+    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    known = {option for command in commands.values() for parameter in command.params for option in parameter.opts}
+    known |= {"--help", "--version", "--install-completion"}
+    for package in ("ltlplan", "refine", "flight", "verify"):
+        for path in (ROOT / package).rglob("*.py"):
+            if path.name in ("crazyswarm_script.py", "px4_stream.py") or path.parent.name == "report":
+                continue  # scripts with options of their own; pages, whose styles have names like these
+            for node in ast.walk(ast.parse(path.read_text())):
+                if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                    for option in re.findall(r"(?<![\w-])--[a-z][a-z-]+", node.value):
+                        assert option in known, f"{path.name}:{node.lineno} names {option}"
+
+
+@pytest.mark.parametrize("header", ["when,quad0.x,quad0.y,quad0.z", "t,a,b,c"])
+def test_hints_about_columns_say_that_they_are_the_librarys(header: str, tmp_path: Path) -> None:
+    table = tmp_path / "table.csv"
+    table.write_text(f"{header}\n0,0,0,1\n1,0,0,1\n")
+    (tmp_path / "mission.yaml").write_text(shipped_mission_text("firefighting"))
+    told = CliRunner().invoke(app, ["certify", str(tmp_path / "mission.yaml"), "--flight", str(table), "--max-speed", "1"])
+    assert isinstance(told.exception, BadInput)
+    assert "`columns=` of `flight.read_recording`" in str(told.exception)
+
+
+def test_a_missing_bound_on_speed_is_asked_for_by_its_option(tmp_path: Path) -> None:
+    table = tmp_path / "table.csv"
+    table.write_text(
+        "t,"
+        + ",".join(f"quad{i}.{axis}" for i in range(3) for axis in "xyz")
+        + "\n0,1,-.5,1,1,0,1,1,.5,1\n1,1,-.5,1,1,0,1,1,.5,1\n"
+    )
+    (tmp_path / "mission.yaml").write_text(shipped_mission_text("firefighting"))
+    told = CliRunner().invoke(app, ["certify", str(tmp_path / "mission.yaml"), "--flight", str(table)])
+    assert isinstance(told.exception, BadInput)
+    assert "--max-speed" in str(told.exception)

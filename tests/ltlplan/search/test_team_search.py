@@ -1,0 +1,255 @@
+"""The team's graph, its short cuts and its lower bounds, held against plain walks over everything."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import networkx
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ltlplan.logic.automata import DEAD
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
+from ltlplan.logic.conjunction import Conjunction, Task, conjunct_automata, conjuncts
+from ltlplan.search.exact import assign
+from ltlplan.search.heuristic import LOST
+from ltlplan.search.joint.automata import JointPart, Words
+from ltlplan.search.joint.team_words import _Joint
+from ltlplan.search.makespan import plan_longest
+from ltlplan.search.reduced_graph import Roads, Team, letter_classes
+from ltlplan.search.team_search import Situation, Situations, cheapest_path, moves, plan_team
+from ltlplan.systems.products import TeamAutomaton
+from ltlplan.systems.transition_systems import TransitionSystem
+from tests.helpers.graphs import simple_words, systems, tasks
+from tests.helpers.worlds import world
+from tests.strategies import formulas
+from verify import check_team
+from verify.data import Formula, Mission, Word, parse_formula
+from verify.logic.semantics import satisfies
+
+
+def cheapest_by_plain_walk(each: list[TransitionSystem], formula: Formula) -> float:
+    """The shortest path of the whole team automaton, written down, by networkx."""
+    automaton = Conjunction(conjunct_automata(formula, "finite"))
+    graph = TeamAutomaton(each, automaton, switches="anywhere").to_networkx()
+    starts = [node for node, data in graph.nodes(data=True) if data["initial"]]
+    if not starts:
+        return math.inf
+    lengths = networkx.single_source_dijkstra_path_length(graph, starts[0], weight="cost")
+    return min((cost for node, cost in lengths.items() if graph.nodes[node]["accepting"]), default=math.inf)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.lists(systems(), min_size=1, max_size=3), tasks(with_next=True))
+def test_short_cuts_keep_the_smallest_cost(each: list[TransitionSystem], formula: Formula) -> None:
+    team = Team(each)
+    task = Task(conjunct_automata(formula, "finite"), team.letters)
+    run = cheapest_path(team, task, DEFAULT_BUDGET)
+    best = cheapest_by_plain_walk(each, formula)
+    assert (math.inf if run is None else run.cost) == pytest.approx(best, abs=1e-6)
+    if run is None:
+        return
+    for system, path in zip(each, run.paths, strict=True):  # the path is one of the system, from its start to where it may end
+        assert path[0] == system.initial
+        assert all(after in dict(system.edges[node]) for node, after in itertools.pairwise(path))
+        assert system.final is None or path[-1] in system.final
+    words = [tuple(system.labels[node] for node in path) for system, path in zip(each, run.paths, strict=True)]
+    assert satisfies(formula, Word(tuple(itertools.chain(*words))))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
+def test_plans_of_any_graphs_hold_in_every_order(each: list[TransitionSystem], formula: Formula) -> None:
+    team = Team(each)
+    found = plan_team(team, Task(conjunct_automata(formula, "finite"), team.letters), Budget(candidates=200, states=20_000))
+    words = [simple_words(system, 3) for system in each]
+    best = min(
+        (
+            sum(cost for cost, _ in choice)
+            for choice in itertools.product(*words)
+            if check_team(formula, {f"r{i}": word for i, (_, word) in enumerate(choice)}).sequential
+        ),
+        default=math.inf,
+    )
+    if found.run is None:
+        assert best == math.inf
+        return
+    assert found.run.cost <= best + 1e-6
+    shown = {f"r{i}": Word(tuple(each[i].labels[node] for node in path)) for i, path in enumerate(found.run.paths)}
+    assert check_team(formula, shown).sequential
+    if all(len(path) <= 3 for path in found.run.paths):
+        assert found.run.cost == pytest.approx(best, abs=1e-6)
+
+
+def assert_consistent(roads: Roads, situations: Situation) -> None:
+    """The estimate never falls by more than a step costs and is nothing at the end: so it is a lower bound everywhere."""
+    begin = situations.after(situations.initial, roads.label[0][roads.start[0]])
+    waiting = [] if begin == DEAD else [(0, roads.start[0], begin)]
+    seen = set(waiting)
+    for robot, node, at in waiting:  # grows while it is walked
+        here = situations.rest(at, robot, node)
+        following = [(robot, target, after, step) for target, after, step in moves(roads, situations, robot, node, at)]
+        ending = roads.ways(robot, node).ending
+        if ending is not None and robot + 1 < len(roads.start):
+            between = situations.handed_over(at)
+            start = roads.start[robot + 1]
+            after = DEAD if between == DEAD else situations.after(between, roads.label[robot + 1][start])
+            if after != DEAD:
+                following.append((robot + 1, start, after, ending))
+        elif ending is not None and situations.is_accepting(at):
+            assert here <= ending + 1e-9
+        for *key, step in following:
+            there = situations.rest(key[2], key[0], key[1])
+            assert there == LOST or here <= step + there + 1e-9
+            place = (key[0], key[1], key[2])
+            if place not in seen and len(seen) < 3000:
+                seen.add(place)
+                waiting.append(place)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(systems(), min_size=1, max_size=3), tasks(with_next=True))
+def test_estimates_are_lower_bounds(each: list[TransitionSystem], formula: Formula) -> None:
+    team = Team(each)
+    task = Task(conjunct_automata(formula, "finite"), team.letters)
+    roads = Roads(team, *letter_classes(task))
+    assert_consistent(roads, Situations(roads, task, range(len(task.parts))))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
+def test_joint_estimates_are_lower_bounds(each: list[TransitionSystem], formula: Formula) -> None:
+    joint = _Joint(each, conjunct_automata(formula, "finite"))
+    assert_consistent(joint.roads, joint.situations(range(len(joint.parts))))
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
+def test_the_longest_robot_of_any_graphs(each: list[TransitionSystem], formula: Formula) -> None:
+    team = Team(each)
+    task = Task(conjunct_automata(formula, "finite"), team.letters)
+    found, bound, exhausted = plan_longest(team, task, DEFAULT_BUDGET)
+    least = plan_team(team, task, DEFAULT_BUDGET)
+    assert (found.run is None) == (least.run is None)
+    if found.run is not None and least.run is not None:
+        dearest = [max(path_costs(each, run.paths)) for run in (found.run, least.run)]
+        assert exhausted
+        assert bound <= dearest[0] + 1e-6
+        assert dearest[0] <= dearest[1] + 1e-6
+
+
+def path_costs(each: list[TransitionSystem], paths: tuple[tuple[int, ...], ...]) -> list[float]:
+    return [
+        sum(min(cost for node, cost in system.edges[source] if node == target) for source, target in itertools.pairwise(path))
+        for system, path in zip(each, paths, strict=True)
+    ]
+
+
+@settings(max_examples=60, deadline=None)
+@given(formulas(size=6), st.lists(st.integers(0, 7), min_size=1, max_size=4), st.integers(0, 7))
+def test_joint_words_act_as_their_letters_do(formula: Formula, word: list[int], context: int) -> None:
+    bit = {"a": 1, "b": 2, "c": 4}
+    for part in conjuncts(formula):
+        for automaton in conjunct_automata(part, "finite"):
+            joint = JointPart(automaton, bit)
+            words = Words(joint, sorted({context & joint.mask, 0}))
+            number, state = words.of(word), joint.initial
+            for letter in word:
+                state = joint.step(state, letter | context)
+            assert words.apply(number, joint.initial, context & joint.mask) == state
+            names = [frozenset(n for n, b in bit.items() if (letter | context) & b) for letter in word]
+            assert joint.accepting(state) == satisfies(part, Word(tuple(names)))
+            assert (words.first[number], words.last[number]) == (word[0] & joint.mask, word[-1] & joint.mask)
+
+
+def test_a_nondeterministic_conjunct_under_joint() -> None:
+    formula = parse_formula("F(a & X a & X X b)")
+    automaton = conjunct_automata(formula, "finite")[0]
+    nfa = type(automaton)(
+        "finite", ("a",), (((1, 0), (automaton.guards.condition(automaton.propositions[0], 0, 1), 1)), ((1, 1),)),
+        frozenset({1}), automaton.guards,
+    )  # fmt: skip  # "some letter holds a", guessing which
+    part = JointPart(nfa, {"a": 1, "b": 2})
+    assert not part.deterministic
+    assert not part.accepting(part.step(part.initial, 2))
+    done = part.step(part.step(part.initial, 2), 1)
+    assert part.accepting(done)
+    assert part.finished(done)
+    assert part.step(done, 0) == done
+    words = Words(part, [0, 1])
+    assert words.apply(words.of([2, 2]), part.initial, 1) == done
+
+
+def grid(formula: str, *, robots: int, width: int = 4, height: int = 3) -> Mission:
+    """A grid in which robots move between neighbours, entered from below."""
+    places = {f"n{x}_{y}": (float(x), float(y)) for x in range(width) for y in range(height)}
+    edges = [f"[home, n{x}_0]" for x in range(width)]
+    for x, y in itertools.product(range(width), range(height)):
+        edges += [f"[n{x}_{y}, n{x + 1}_{y}]"] if x + 1 < width and (x, y) != (1, 1) else []
+        edges += [f"[n{x}_{y}, n{x}_{y + 1}]"] if y + 1 < height and (x, y) != (2, 1) else []
+    return world(
+        formula, robots=robots, regions=places, starts=tuple((x + 0.3, -1.0) for x in range(robots)),
+        extra=f"environment: {{start: home, edges: [{', '.join(edges)}]}}",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "formula",
+    [
+        "F n0_2 & F(n1_1 & F n2_2)",
+        "F n3_2 & F(n0_2 & F n3_0) & (!n3_2 U n0_2)",
+        "(F n2_2 -> F(n2_2 & F n0_2)) & F n2_2 & !F(n1_1 & F(!n1_1 & F n1_1))",
+        "F n3_2 & F n1_1 & G !n1_0 & (!n1_1 W n3_2)",
+    ],
+)
+def test_a_grid_against_brute_force(formula: str) -> None:
+    """Every sequence of up to four goals a robot, by the shortest way past the other goals."""
+    mission = grid(formula, robots=2)
+    goals = sorted(parse_formula(formula).names())
+    graph = networkx.Graph((f"n{x}_{y}", f"n{u}_{v}") for (x, y), (u, v) in neighbours(4, 3))
+    options = []
+    for agent in mission.agents.values():
+        found = [(0.0, [frozenset[str]()])]
+        for tour in itertools.chain.from_iterable(itertools.product(goals, repeat=n) for n in (1, 2, 3, 4)):
+            cost = sum(1.0 if a == b else way(graph, goals, a, b) for a, b in itertools.pairwise(tour))
+            if any(a == b for a, b in itertools.pairwise(tour)) or cost == math.inf:
+                continue
+            entry = min(
+                math.dist(agent.start, mission.regions[f"n{x}_0"].center) + way(graph, goals, f"n{x}_0", tour[0])
+                for x in range(4)
+                if f"n{x}_0" not in goals or f"n{x}_0" == tour[0]
+            )
+            letters = [frozenset[str]()]
+            for goal in tour:
+                letters += [frozenset({goal}), frozenset()]
+            found += [(entry + cost, letters), (entry + cost, letters[:-1])]
+        options.append(found)
+    choices = sorted(itertools.product(*options), key=lambda choice: sum(cost for cost, _ in choice))
+    best = next(
+        sum(cost for cost, _ in choice)
+        for choice in choices
+        if check_team(formula, dict(zip(mission.agents, [word for _, word in choice], strict=True))).sequential
+    )
+    plan = assign(mission)
+    assert plan.complete
+    assert plan.cost == pytest.approx(best)
+
+
+def neighbours(width: int, height: int) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+    found = []
+    for x, y in itertools.product(range(width), range(height)):
+        if x + 1 < width and (x, y) != (1, 1):
+            found.append(((x, y), (x + 1, y)))
+        if y + 1 < height and (x, y) != (2, 1):
+            found.append(((x, y), (x, y + 1)))
+    return found
+
+
+def way(graph: networkx.Graph[str], goals: list[str], start: str, end: str) -> float:
+    """The shortest way of steps of 1 m that shows no goal in between."""
+    between = graph.subgraph([node for node in graph if node not in goals or node in (start, end)])
+    if start not in between or not networkx.has_path(between, start, end):
+        return math.inf
+    return float(networkx.shortest_path_length(between, start, end))

@@ -1,0 +1,63 @@
+"""Visits are moved within their regions where another robot hovers at the planned point."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import verify
+from refine import refine
+from refine.corridor.relocation import moved_apart
+from tests.refine.test_team import ball, room, straight
+from verify.data import Infeasible, Plan
+from verify.data.mission import Agent
+
+
+def meeting(radius: float) -> Plan:
+    """Two robots that are sent to the same point of one region, where both would hover in the end."""
+    starts = {"a": (-1.5, 0.3, 1.0), "b": (-1.5, -0.3, 1.0)}
+    mission = room({"goal": ball(1.0, 0.0, radius)}, {name: Agent(start=start) for name, start in starts.items()})
+    robots = {name: straight(start, (1.0, 0.0, 1.0), visits={1: "goal"}) for name, start in starts.items()}
+    return Plan(mission=mission, robots=robots)
+
+
+def test_two_robots_sent_to_one_point_end_beside_each_other() -> None:
+    plan = meeting(0.8)
+    team = refine(plan)
+    ends = [flight.evaluate(np.array([flight.duration]))[0, :3] for flight in team.values()]
+    assert np.linalg.norm(ends[0] - ends[1]) >= plan.mission.separation
+    assert verify.judge(plan, team, largest=False).holds
+
+
+def test_a_region_without_room_for_two_is_refused() -> None:
+    with pytest.raises(Infeasible, match="apart"):
+        refine(meeting(0.15))
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(("idle", "guest", "other"))))
+def test_a_visit_keeps_clear_of_a_robot_that_never_moves(order: tuple[str, ...]) -> None:
+    starts = {"idle": (1.0, 0.35, 1.0), "guest": (-1.5, 0.0, 1.0), "other": (-1.5, 1.5, 1.0)}
+    robots = {
+        "idle": straight(starts["idle"]),
+        "guest": straight(starts["guest"], (1.0, -0.05, 1.0), (2.0, -1.5, 1.0), visits={1: "goal"}),
+        "other": straight(starts["other"], (1.0, 2.0, 1.0)),
+    }
+    mission = room({"goal": ball(1.0, -0.4, 0.6)}, {name: Agent(start=starts[name]) for name in order}, separation=0.4)
+    plan = Plan(mission=mission, robots={name: robots[name] for name in order})
+    moved = moved_apart(plan, 0.5, 1.0)
+    assert np.linalg.norm(np.subtract(moved.robots["guest"].waypoints[1].position, starts["idle"])) > 0.5
+    assert moved.robots["other"] == plan.robots["other"]
+    assert verify.judge(plan, refine(plan), largest=False).holds
+
+
+def test_what_is_far_apart_is_left_alone() -> None:
+    starts = {"a": (-1.5, 0.3, 1.0), "b": (-1.5, -0.3, 1.0)}
+    mission = room(
+        {"goal": ball(1.0, 0.0, 0.8)},
+        {name: Agent(start=start) for name, start in starts.items()},
+    )
+    robots = {name: straight(start, (1.0, start[1], 1.0), visits={1: "goal"}) for name, start in starts.items()}
+    plan = Plan(mission=mission, robots=robots)
+    assert moved_apart(plan, 0.5, 1.0) == plan

@@ -1,0 +1,467 @@
+"""Recorded flights, claim by claim: true ones hold, broken ones are refused with the right witness, nothing broken is satisfied."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from fractions import Fraction
+from random import Random
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.recordings import asked, claims, darting, dense, fires, gates, judged, recorded, refused
+from verify import Asked, Samples, certify, check_flight
+from verify.data import BadInput, Word
+from verify.data.plan import Visit
+from verify.logic.semantics import satisfies
+from verify.recordings.asked import World
+from verify.recordings.tracks import Bounds, track
+
+
+def moved(by, robot="quad0", when=(-np.inf, np.inf)):
+    """Return a change of a recording: one robot is elsewhere for some time."""
+
+    def change(name, times, places):
+        late = (times >= when[0]) & (times <= when[1])
+        return places + np.where(late, 1.0, 0.0)[:, None] * np.array(by) if name == robot else places
+
+    return change
+
+
+def aside(by, middle, *, robot="quad0", width=0.6):
+    """Return a change that moves a robot aside smoothly, most of all in the middle."""
+
+    def change(name, times, places):
+        bump = np.exp(-(((times - middle) / width) ** 2))
+        return places + bump[:, None] * np.array(by) if name == robot else places
+
+    return change
+
+
+@pytest.mark.parametrize("made", [fires, gates])
+def test_a_true_flight_is_satisfied_in_every_claim(made):
+    verdict = judged(made(), recorded(made()))
+    assert verdict, [claim.sentence for claim in verdict.claims if claim.verdict != "holds"]
+    names = {claim.name for claim in verdict.claims}
+    assert {"tube", "transitions", "visits", "passages", "rims", "workspace"} <= names
+    if made is fires:
+        assert {"formula", "actions", "separation"} <= names
+
+
+def test_a_robot_that_is_parked_on_the_floor_satisfies_no_sequence():
+    parked = recorded(gates(), lambda _, __, places: np.tile([places[0, 0], places[0, 1], 0.0], (len(places), 1)))
+    verdict = judged(gates(), parked)
+    assert verdict.outcome == "fails"
+    assert refused(verdict, "passages").region == "gate0"
+    assert refused(verdict, "workspace").what == "wall z min"
+    assert refused(verdict, "workspace").bound == pytest.approx(-0.2)
+    assert refused(verdict, "tube").robot == "quad0"
+    assert refused(verdict, "visits").region == "gate0"
+    alone = check_flight(parked, Asked.of_mission(gates()[0].mission), max_speed=1.2)
+    assert refused(alone, "passages").region == "gate0"
+
+
+def test_a_sphere_inside_a_rim_is_refused():
+    """Off the axis by opening less radius and 25 mm more, the vehicle's sphere is 25 mm inside the rim."""
+    mission = gates()[0].mission
+    by = mission.hoops["gate0"].opening - mission.vehicle.radius + 0.025
+    crossing = float(np.argmax(gates()[1]["quad0"].evaluate(np.arange(0, 8, 0.001))[:, 0] >= 0)) / 1000
+    verdict = judged(gates(), recorded(gates(), aside([0, 0, by], crossing)))
+    witness = refused(verdict, "rims")
+    assert (witness.robot, witness.region) == ("quad0", "gate0")
+    assert witness.time == pytest.approx(crossing, abs=0.1)
+    assert witness.bound == pytest.approx(mission.vehicle.radius - 0.025, abs=2e-3)
+
+
+def test_a_robot_outside_the_workspace_is_refused():
+    verdict = judged(fires(), recorded(fires(), moved([0, 0, 3.0], "quad2")))
+    witness = refused(verdict, "workspace")
+    assert (witness.robot, witness.what) == ("quad2", "wall z max")
+    height = fires()[0].mission.agents["quad2"].start[2]
+    assert witness.bound == pytest.approx(1.8 - 3.0 - height, abs=1e-6)
+
+
+def test_a_flight_off_its_plan_is_refused_with_the_distance():
+    verdict = judged(fires(), recorded(fires(), aside([0, 0, 0.491], 4.0, robot="quad1")), max_speed=2.0)
+    witness = refused(verdict, "tube")
+    assert (witness.robot, witness.limit) == ("quad1", fires()[2].margin)
+    assert witness.bound == pytest.approx(0.491, abs=1e-3)
+    assert witness.time == pytest.approx(4.0, abs=0.02)
+
+
+def test_robots_that_come_too_near_are_refused():
+    path = fires()[1]["quad0"]
+    verdict = judged(
+        fires(), recorded(fires(), lambda name, t, p: path.evaluate(t)[:, :3] + [0, 0, 0.2] if name == "quad2" else p)
+    )
+    witness = refused(verdict, "separation")
+    assert (witness.robot, witness.other) == ("quad0", "quad2")
+    assert witness.bound == pytest.approx(0.2, abs=1e-6)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize(("gap", "keeps"), [(0.05, False), (0.299, False), (0.301, True), (1.0, True)])
+def test_robots_that_pass_each_other_between_their_samples_are_as_near_as_their_lines(gap, keeps, turned):
+    """Both fly 2 m past each other, hardly faster than they have to: seen 2 m apart before and 2 m apart afterwards."""
+    mission = small_mission(regions="", starts=[[-1.0, gap, 1.0], [1.0, 0.0, 1.0]], extra="separation: 0.3")
+    places = {"r0": np.array([[-1.0, gap, 1.0], [1.0, gap, 1.0]]), "r1": np.array([[1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]])}
+    places = {name: rows[::-1] if turned else rows for name, rows in places.items()}
+    verdict = check_flight(Samples(np.array([0.0, 2.0]), places), Asked.of_mission(mission), max_speed=1.0 + 1e-9)
+    (claim,) = (claim for claim in verdict.claims if claim.name == "separation")
+    assert (claim.verdict == "holds") == keeps
+    assert claim.bound == pytest.approx(gap, abs=1e-3)
+    assert claim.time == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("missed", [None, 0, 1, 2])
+def test_planned_actions_of_every_lap_are_judged_where_the_robot_then_was(missed):
+    regions = """a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}
+b: {center: [0.0, 1.0, 1.0], radii: [0.2, 0.2, 0.2]}"""
+    robot = """robot: {initial: dry, states: {dry: [], wet: [wet]}, actions: [{from: dry, to: wet, at: a}, {from: wet, to: dry, at: b}]}"""
+    mission = small_mission("G F wet", regions=regions, margin=0.05, trace="infinite", extra=robot)
+    mission = mission.model_copy(update={"spec": mission.spec.model_copy(update={"repeat": 3})})
+    fill, empty = mission.robot.actions
+    plan = plan_of(mission, {"r0": [Visit(region="a", actions=(fill,)), Visit(region="b", actions=(empty,))]})
+    lasso = plan.robots["r0"].model_copy(update={"cycle_visit": 0})
+    plan = plan.model_copy(update={"robots": {"r0": lasso}})
+    path = legs([[0, 0, 1], [0, 0, 1.5], [1, 0, 1], [0, 1, 1], [0, 0, 1.5]], cycle=1)
+    made = plan, {"r0": path}, certify(plan, {"r0": path})
+    knot = float(path.knots[1])
+    lap = path.duration - knot
+    filled = next(action.time for action in made[2].actions if action.source == "dry")
+    times = [filled + k * lap for k in range(3)]
+    change = (lambda name, t, p: p) if missed is None else aside([0, 0, 0.5], times[missed], robot="r0")
+    verdict = judged(made, recorded(made, change, end=knot + 3 * lap), max_speed=2.0)
+    (claim,) = (claim for claim in verdict.claims if claim.name == "actions")
+    assert claim.verdict == ("holds" if missed is None else "fails")
+    if missed is not None:
+        assert claim.time == pytest.approx(times[missed], abs=1e-6)
+        assert (claim.witness.region, claim.witness.visit) == ("a", 0)
+
+
+def test_cells_of_a_track_are_no_shorter_than_their_time_and_way():
+    """However often gaps are halved: half their time, and half their chord, are bounded from above in exact numbers."""
+    rng = np.random.default_rng(4)
+    times, places = np.cumsum(rng.uniform(0.003, 2.0, 40)), rng.normal(size=(40, 3))
+    cells = track("r0", times, places, Bounds(1e4, 0.0), start=float(times[0]), stop=float(times[-1])).cells()
+    for _ in range(4):
+        for gap, low, high, half, along in zip(cells.gap, cells.low, cells.high, cells.half, cells.along, strict=True):
+            share = (Fraction(float(high)) - Fraction(float(low))) / 2
+            assert share * (Fraction(float(times[gap + 1])) - Fraction(float(times[gap]))) <= Fraction(float(half))
+            step = [Fraction(float(b)) - Fraction(float(a)) for a, b in zip(places[gap], places[gap + 1], strict=True)]
+            assert share**2 * sum(x * x for x in step) <= Fraction(float(along)) ** 2
+        cells = cells.halved()
+
+
+def test_carrying_without_ever_having_been_at_the_water_does_not_count():
+    """Planned actions are taken over only where the samples allow them at their place."""
+
+    def around_the_water(name, times, places):
+        water = np.array(fires()[0].mission.hoops["water"].center)
+        near = np.exp(-(np.linalg.norm(places - water, axis=1) ** 2) / 0.3)
+        return places + near[:, None] * np.array([0, 0, 0.45]) if name == "quad0" else places
+
+    verdict = judged(fires(), recorded(fires(), around_the_water), max_speed=2.0)
+    witness = refused(verdict, "actions")
+    assert (witness.robot, witness.region, witness.visit) == ("quad0", "water", 0)
+    assert claims(verdict)["formula"] == {"fails"}
+    assert refused(verdict, "visits").region == "water"
+    log = recorded(fires(), around_the_water)
+    instant = fires()[2].actions[0].time
+    letters = {
+        name: [frozenset({"carrying"} if name == "quad0" and t > instant else ()) for t in log.times] for name in log.positions
+    }
+    written = judged(fires(), replace(log, internal=letters), max_speed=2.0)
+    assert refused(written, "actions").region == "water"
+
+
+def test_an_action_while_the_robot_was_not_seen_cannot_be_told():
+    instant = fires()[2].actions[0].time
+    hole = lambda name, t, p: np.where(((abs(t - instant) < 0.4) & (name == "quad0"))[:, None], np.nan, p)  # noqa: E731
+    verdict = judged(fires(), recorded(fires(), hole))
+    (action,) = (claim for claim in verdict.claims if claim.name == "actions")
+    assert (action.verdict, action.witness.region) == ("undecided", "water")
+    assert claims(verdict)["formula"] == {"undecided"}
+
+
+def test_a_log_that_misses_a_planned_action_or_makes_another_is_refused():
+    samples = recorded(fires())
+    never = {name: [frozenset[str]() for _ in samples.times] for name in samples.positions}
+    assert "is not made" in refused(judged(fires(), replace(samples, internal=never)), "actions").sentence
+    early = {**never, "quad1": [frozenset({"carrying"} if t > 0.5 else ()) for t in samples.times]}
+    witness = next(
+        claim.witness for claim in judged(fires(), replace(samples, internal=early)).claims
+        if claim.name == "actions" and claim.robot == "quad1"
+    )  # fmt: skip
+    assert witness.region == "water"
+    assert witness.time == pytest.approx(0.5, abs=0.02)
+
+
+@pytest.mark.parametrize(("begin", "cut"), [(0.9, 0.0), (0.0, 0.9)])
+def test_a_recording_that_does_not_cover_the_flight_proves_no_tube(begin, cut):
+    samples = recorded(fires(), begin=begin, end=fires()[2].duration - cut)
+    verdict = judged(fires(), samples)
+    assert claims(verdict)["tube"] == {"undecided"}
+    where = [claim.time for claim in verdict.claims if claim.name == "tube"]
+    assert all(time <= begin + 0.01 or time >= fires()[2].duration - cut - 0.01 for time in where)
+
+
+def test_too_few_samples_cannot_tell_and_a_hole_neither():
+    assert judged(gates(), recorded(gates(), rate=3)).outcome == "undecided"
+    holed = recorded(fires(), lambda name, t, p: np.where(((t > 3) & (t < 4) & (name == "quad0"))[:, None], np.nan, p))
+    verdict = judged(fires(), holed)
+    assert verdict.outcome == "undecided"
+    tubes = {claim.robot: claim for claim in verdict.claims if claim.name == "tube"}
+    assert tubes["quad0"].verdict == "undecided"
+    assert 3 <= tubes["quad0"].time <= 4
+    assert tubes["quad1"].verdict == "holds"
+
+
+def test_time_is_aligned_for_the_whole_team_and_never_robot_by_robot():
+    def late(name, times, places):
+        by = 0.6 if name == "quad0" else 0.0
+        return fires()[1][name].evaluate(np.maximum(times - by, 0))[:, :3]
+
+    for start in (None, 0.0, 0.6):
+        assert not judged(fires(), recorded(fires(), late), start=start)
+    together = recorded(
+        fires(), lambda name, t, _: fires()[1][name].evaluate(np.maximum(t - 0.6, 0))[:, :3], end=fires()[2].duration + 1
+    )
+    unknown = judged(fires(), together, start=None)
+    assert unknown.alignment.fitted == pytest.approx(0.6, abs=0.01)
+    assert claims(unknown)["tube"] == claims(unknown)["actions"] == {"undecided"}
+    assert claims(unknown)["separation"] == claims(unknown)["workspace"] == {"holds"}
+    assert judged(fires(), together, start=0.6)
+    assert judged(fires(), together, start=0.0).outcome == "fails"
+    plan, team, certificate = fires()
+    lenient = replace(Asked.of_certificate(certificate, team, plan), clock_error=0.65)
+    trusted = check_flight(together, lenient, max_speed=1.2)
+    assert trusted.alignment.trusted
+    assert "undecided" in claims(trusted)["tube"]  # not for every start from 0 to 0.6 s
+
+
+def test_a_fitted_start_is_stated_with_its_interval():
+    verdict = judged(gates(), recorded(gates()), start=None)
+    assert verdict
+    assert verdict.alignment.low <= 0 <= verdict.alignment.high
+    assert verdict.alignment.high - verdict.alignment.low >= 0.01
+    assert any("cannot be told apart" in sentence for sentence in verdict.assumptions)
+    assert verdict.to_dict()["start"]["fitted"] == verdict.alignment.fitted
+
+
+def test_assumptions_are_stated():
+    said = " ".join(judged(fires(), recorded(fires()), error=0.001).assumptions)
+    for what in ("lasts", "1.2 m/s", "0.001 m", "began at 0 s", "planned actions"):
+        assert what in said
+
+
+def test_rows_after_the_end_of_the_flight_are_not_judged_and_that_is_said():
+    end = fires()[2].duration
+
+    def landing(name, times, places):
+        return places - np.maximum(times - end - 0.5, 0)[:, None] * np.array([0, 0, 1.0])
+
+    verdict = judged(fires(), recorded(fires(), landing, end=end + 2))
+    assert verdict
+    assert any("rows beyond are not judged" in sentence for sentence in verdict.assumptions)
+
+
+@pytest.mark.parametrize(
+    ("change", "options", "says"),
+    [
+        (lambda s: s, {"max_speed": None}, "without a speed bound"),
+        (lambda s: s, {"max_speed": 0.1}, "allow"),
+        (lambda s: s, {"error": -1.0}, "error must be"),
+        (lambda s: s, {"start": float("nan")}, "start must be"),
+        (lambda s: s, {"start": True}, "start must be"),
+        (lambda s: s, {"max_acceleration": True}, "max_acceleration must be"),
+        (lambda s: None, {}, "Give Samples"),
+        (lambda s: replace(s, times=s.times.astype(str)), {}, "array of numbers"),
+        (lambda s: replace(s, times=s.times.astype(complex)), {}, "array of numbers"),
+        (lambda s: replace(s, positions=None), {}, "positions must be a table"),
+        (lambda s: replace(s, internal={n: ["carrying"] * len(s.times) for n in s.positions}), {}, "sets of names"),
+        (lambda s: replace(s, times=s.times[::-1]), {}, "increase"),
+        (lambda s: replace(s, positions={"quad0": s.positions["quad0"]}), {}, "robots"),
+        (lambda s: replace(s, positions={n: p[:-1] for n, p in s.positions.items()}), {}, "shape"),
+        (lambda s: replace(s, positions={n: p * np.nan for n, p in s.positions.items()}), {}, "no sample"),
+        (lambda s: replace(s, positions={n: p + np.inf for n, p in s.positions.items()}), {}, "finite"),
+    ],
+)
+def test_bad_input(change, options, says):
+    with pytest.raises(BadInput, match=says):
+        check_flight(change(recorded(fires())), asked(fires()), **{"max_speed": 1.2, "start": 0.0, **options})
+
+
+def test_what_is_given_as_float32_or_lists_is_judged_in_float64():
+    given = recorded(gates())
+    short = {name: places.astype(np.float32) for name, places in given.positions.items()}
+    wide = {name: places.astype(np.float64) for name, places in short.items()}
+    lists = {name: places.tolist() for name, places in wide.items()}
+    bounds = [
+        [claim.bound for claim in judged(gates(), Samples(times, positions)).claims]
+        for times, positions in ((given.times, wide), (given.times, short), (given.times.tolist(), lists))
+    ]  # fmt: skip
+    assert bounds[0] == bounds[1] == bounds[2]
+
+
+def test_digits_that_a_recording_lacks_are_an_error_as_well():
+    exact = judged(gates(), recorded(gates()))
+    coarse = judged(gates(), replace(recorded(gates()), rounding=(0.0005, 0.0005)))
+    bound = {v: next(c.bound for c in v.claims if c.name == "tube") for v in (exact, coarse)}
+    assert bound[coarse] > bound[exact] + 5e-4
+
+
+def test_a_region_that_the_robot_does_not_start_in_is_visited_from_the_first_row_on():
+    """The plan starts 0.8 m in front of the gate; who is in it when the recording begins has come to it."""
+    plan = gates()[0]
+    free = replace(asked(gates()), plan=plan_of(plan.mission, {"quad0": plan.robots["quad0"].visits[1:]}))
+    inside = float(np.argmax(gates()[1]["quad0"].evaluate(np.arange(0, 8, 0.001))[:, 0] >= 0)) / 1000
+    free = replace(free, team=None)
+    verdict = check_flight(recorded(gates(), begin=inside), free, max_speed=1.2)
+    assert refused(verdict, "visits").region == "gate0"
+    whole = check_flight(recorded(gates(), begin=inside), replace(free, plan=plan), max_speed=1.2)
+    assert claims(whole)["visits"] == {"holds"}
+    there = plan.mission.agents["quad0"].model_copy(update={"start": (0.0, 0.0, 1.0)})
+    starts = Asked((World(0.0, plan.mission.model_copy(update={"agents": {"quad0": there}})),), plan=free.plan, margin=0.05)
+    assert claims(check_flight(recorded(gates(), begin=inside), starts, max_speed=1.2))["visits"] == {"holds"}
+
+
+def filled_before(samples: Samples, begin: float, filled: float) -> Samples:
+    """Return a log from `begin` on in which quad0 carries water from `filled` on."""
+    kept = samples.times >= begin
+    letters = {
+        name: [frozenset({"carrying"} if name == "quad0" and t >= filled else ()) for t in samples.times[kept]]
+        for name in samples.positions
+    }
+    return Samples(samples.times[kept], {name: p[kept] for name, p in samples.positions.items()}, letters)
+
+
+def test_what_a_log_shows_first_came_about_since_the_flight_began():
+    """A log that begins with the action done says that it was made before, where it may have been made."""
+    visit = next(span for span in fires()[2].timelines["quad0"].changes if span.region == "water" and span.status == "must")
+    enters, instant = float(visit.time.high), fires()[2].actions[0].time
+    for begin, wanted in ((instant + 0.05, "undecided"), (0.2, "fails")):
+        verdict = judged(fires(), filled_before(recorded(fires()), begin, begin), start=0.0)
+        assert "fails" not in claims(verdict)["transitions"]
+        action = next(c for c in verdict.claims if c.name == "actions" and c.robot == "quad0")
+        assert action.verdict == wanted
+        assert claims(verdict)["formula"] == {wanted}
+    between = judged(fires(), filled_before(recorded(fires()), 0.0, instant), start=instant - 0.005)
+    assert claims(between)["actions"] == {"holds"}
+    assert enters < instant
+
+
+def test_an_action_that_is_due_after_a_logs_last_row_may_have_been_made():
+    instant = fires()[2].actions[0].time
+    verdict = judged(fires(), filled_before(recorded(fires(), end=instant - 0.1), 0.0, instant))
+    assert next(c.verdict for c in verdict.claims if c.name == "actions" and c.robot == "quad0") == "undecided"
+
+
+# -- against continuous paths that agree with the samples -------------------------------------------------------
+
+
+def rim_distance(places, hoop):
+    offset = places - np.array(hoop.center)
+    along = offset @ np.array(hoop.normal)
+    across = np.linalg.norm(offset - along[:, None] * np.array(hoop.normal), axis=1)
+    radial = np.maximum.reduce([hoop.opening - across, across - hoop.opening - hoop.rim, 0 * across])
+    return np.hypot(radial, np.maximum(np.abs(along) - hoop.rim / 2, 0))
+
+
+def passed(places, mission):
+    """Return the openings that a dense path passes, in order, to and fro within the margin taken as once."""
+    found = []
+    for name, hoop in mission.hoops.items():
+        offset = places - np.array(hoop.center)
+        along = offset @ np.array(hoop.normal)
+        across = np.linalg.norm(offset - along[:, None] * np.array(hoop.normal), axis=1)
+        beyond = np.flatnonzero(np.abs(along) > mission.margin)
+        turned = np.flatnonzero(np.diff(along[beyond] > 0))
+        for before, after in zip(beyond[turned], beyond[turned + 1], strict=True):
+            crossed = before + np.flatnonzero(np.diff(along[before : after + 1] > 0))[-1]
+            if across[crossed] <= hoop.opening:
+                found.append((crossed, name + ("F" if along[after] > 0 else "R")))
+    return [name for _, name in sorted(found)]
+
+
+def truths(made, times, paths):
+    """Say of a dense path which claims it surely keeps or breaks: the least room of each, negative where it is broken."""
+    plan, team, certificate = made
+    mission = plan.mission
+    rooms = {}
+    for robot, places in paths.items():
+        off = np.linalg.norm(places - team[robot].evaluate(times)[:, :3], axis=1)
+        rooms["tube", robot, None] = certificate.margin - off.max()
+        low, high = np.array(mission.workspace.min), np.array(mission.workspace.max)
+        rooms["workspace", robot, None] = min((places - low).min(), (high - places).min())
+        rooms["rims", robot, None] = min(rim_distance(places, h).min() for h in mission.hoops.values()) - mission.vehicle.radius
+        wanted = [v.region + v.direction for v in plan.robots[robot].visits]
+        rooms["passages", robot, None] = 1.0 if passed(places, mission) == wanted else -1.0
+    for a, b in itertools.combinations(paths, 2):
+        rooms["separation", a, b] = np.linalg.norm(paths[a] - paths[b], axis=1).min() - mission.separation
+    if mission.spec.formula is not None:
+        rooms["formula", None, None] = 1.0 if holds_of_some(made, times, paths, Random(0)) else -1.0
+    return rooms
+
+
+def holds_of_some(made, times, paths, rng):
+    """Tell whether readings of a dense path satisfy the formula; the letters change between samples that are near each other."""
+    plan, _, certificate = made
+    mission = plan.mission
+    letters = []
+    for robot, places in paths.items():
+        inside = {name: region.level(places) <= 1 for name, region in mission.all_regions.items()}
+        filled = [a.time for a in certificate.actions if a.robot == robot and inside["water"][np.searchsorted(times, a.time)]]
+        bits = sum(row.astype(int) << k for k, row in enumerate(inside.values()))
+        bits = bits + (np.searchsorted(filled, times, side="right") << len(inside))
+        names = [*inside, "carrying"]
+        for i in np.flatnonzero(np.r_[True, np.diff(bits) != 0]):
+            letter = frozenset(name for k, name in enumerate(names) if bits[i] >> k & 1)
+            letters.append((times[i], rng.random(), letter))
+    word = [letter for _, _, letter in sorted(letters, key=lambda entry: entry[:2])]
+    return satisfies(mission.formula, Word(tuple(letter for letter, _ in itertools.groupby(word))))
+
+
+@pytest.mark.parametrize("made", [fires, gates])
+@settings(max_examples=40, deadline=None)
+@given(data=st.data())
+def test_nothing_that_is_broken_is_said_to_hold(made, data):
+    """Random recordings of perturbed flights, held against continuous paths that go as far aside as the speed allows."""
+    seed = data.draw(st.integers(0, 2**32 - 1))
+    rng = np.random.default_rng(seed)
+    plan, _, certificate = made()
+    size = data.draw(st.sampled_from([0.0, 0.02, 0.045, 0.1, 0.3]))
+    rate = data.draw(st.sampled_from([15.0, 40.0, 100.0]))
+    error = data.draw(st.sampled_from([0.0, 0.005]))
+    quick = data.draw(st.sampled_from([1.02, 1.3, 2.0]))
+    waves = {name: (rng.normal(size=3), rng.uniform(0.2, 2.0), rng.uniform(0, 6)) for name in plan.mission.agents}
+
+    def perturbed(name, times, places):
+        direction, frequency, phase = waves[name]
+        return places + size * np.sin(frequency * times + phase)[:, None] * direction / np.linalg.norm(direction)
+
+    exact = recorded(made(), perturbed, rate=rate)
+    steps = [np.linalg.norm(np.diff(p, axis=0), axis=1).max() * rate for p in exact.positions.values()]
+    speed = float(max(steps) * quick + 1e-3)
+    noise = {name: rng.normal(size=p.shape) for name, p in exact.positions.items()}
+    noise = {name: error * 0.999 * n / np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-9) for name, n in noise.items()}
+    measured = Samples(exact.times, {name: p + noise[name] for name, p in exact.positions.items()})
+    verdict = judged(made(), measured, max_speed=speed, error=error)
+    times = np.arange(0, certificate.duration, 1e-3)
+    paths = {}
+    for name, places in exact.positions.items():
+        at, corners = darting(exact.times, places, speed, rng)
+        fine = np.unique(np.r_[times, at[at <= certificate.duration]])
+        paths[name] = fine, at, corners
+    shared = np.unique(np.concatenate([fine for fine, _, _ in paths.values()]))
+    rooms = truths(made(), shared, {name: dense(shared, at, corners) for name, (_, at, corners) in paths.items()})
+    for claim in verdict.claims:
+        room = rooms.get((claim.name, claim.robot, claim.other)) if claim.name != "formula" else rooms["formula", None, None]
+        if room is None:
+            continue
+        assert not (claim.verdict == "holds" and room < -1e-7), (claim, room)
+        assert not (claim.verdict == "fails" and room > 2e-3), (claim, room)

@@ -1,0 +1,88 @@
+"""Refutation: a formula is broken whatever the robots did between what is known of them.
+
+The judge's usual question is whether every team word satisfies a formula. A recorded flight can also be refuted: when
+for every behaviour that agrees with it some team word breaks the formula. With one robot, or unions of letters, a
+behaviour gives one word (up to repetition), and the question is the usual one for the negation. With several robots
+that are read one at a time, all readings of one behaviour are followed together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+from verify.behaviour.inclusion import holds_for_all
+from verify.behaviour.robot_letters import RobotBehaviour, from_timeline
+from verify.behaviour.team_graph import JointGraph, OwnGraph
+from verify.behaviour.timeline import Relations, Timeline
+from verify.data.formula import Formula
+from verify.data.mission import Reading
+from verify.logic.progression import DOOMED, Automaton, Normal, OutOfBudget, conjuncts, normal_form
+
+_Readings = frozenset[tuple[int, int]]
+"""All (robots read in their present letters as bits, what remains of the formula) of one behaviour so far."""
+
+
+def every_behaviour_breaks(
+    formula: Formula, timelines: Mapping[str, Timeline], relations: Relations, reading: Reading, budget: int
+) -> bool:
+    """Tell whether each behaviour that agrees with the timelines gives a team word that breaks the formula.
+
+    False means only that this was not proved (a conjunction is refuted by one of its parts alone).
+
+    Raises:
+        OutOfBudget: More than `budget` configurations were met.
+    """
+    robots = [from_timeline(timeline, relations) for timeline in timelines.values()]
+    if reading == "joint" or len(robots) == 1:
+        graph = JointGraph(robots, timed=True)
+        return all(holds_for_all(graph, part, budget) is None for part in conjuncts(normal_form(formula, negated=True)))
+    return any(_each_broken(robots, part, budget) for part in conjuncts(normal_form(formula)))
+
+
+def _each_broken(robots: list[RobotBehaviour], part: Normal, budget: int) -> bool:
+    automaton = Automaton(part)
+    graph = OwnGraph(robots, timed=True, clock_error=Fraction(0))
+    seen: set[tuple[tuple[int, ...], _Readings]] = set()
+    stack: list[tuple[tuple[int, ...], _Readings]] = []
+
+    def visit(nodes: tuple[int, ...], readings: set[tuple[int, int]]) -> None:
+        closed = _closed(readings, nodes)
+        if any(rest == DOOMED for _, rest in closed):
+            return  # one team word is lost already, whatever follows
+        state = (nodes, closed)
+        if state not in seen:
+            if len(seen) >= budget:
+                raise OutOfBudget(f"more than {budget} configurations of team and formula")
+            seen.add(state)
+            stack.append(state)
+
+    def _closed(readings: set[tuple[int, int]], nodes: tuple[int, ...]) -> _Readings:
+        found, work = set(readings), list(readings)
+        while work:
+            bits, rest = work.pop()
+            for r, robot in enumerate(robots):
+                after = (bits | 1 << r, automaton.step(rest, automaton.cut(robot.letters[nodes[r]])))
+                if after not in found:
+                    found.add(after)
+                    work.append(after)
+        return frozenset(found)
+
+    for _, (nodes, _) in graph.initial():  # type: ignore[misc]  # the graph's own states
+        visit(nodes, {(0, automaton.initial)})
+    while stack:
+        nodes, readings = stack.pop()
+        at_end = all(n in robot.final for n, robot in zip(nodes, robots, strict=True))
+        if at_end and not any(bits == graph.all_read and not automaton.accepts(rest) for bits, rest in readings):
+            return False
+        for r, robot in enumerate(robots):
+            for target in robot.following[nodes[r]]:
+                if not graph.clock.allows(nodes, r, target):
+                    continue
+                moved = (*nodes[:r], target, *nodes[r + 1 :])
+                if robot.letters[target] == robot.letters[nodes[r]]:
+                    visit(moved, set(readings))
+                else:
+                    bit = 1 << r
+                    visit(moved, {(bits & ~bit, rest) for bits, rest in readings if bits & bit})
+    return True

@@ -1,0 +1,313 @@
+"""The two claims about words that a certificate makes, decided on label timelines.
+
+`judge_formula`: every team word that the timelines leave possible satisfies the mission's formula. `judge_transitions`:
+every word of every robot is a trace of its A = E x R, environment times robot. Timelines say *may* where the margin
+leaves it open, and both claims must hold whatever the robot does there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import combinations
+from typing import Literal
+
+from verify.behaviour.inclusion import DEFAULT_BUDGET, Broken, find_broken, holds_for_all, holds_loosely
+from verify.behaviour.lassos import BrokenRun, find_broken_run, search_run
+from verify.behaviour.mending_waits import mending_waits
+from verify.behaviour.robot_letters import RobotBehaviour, cut_timeline, from_timeline
+from verify.behaviour.team_graph import JointGraph, Look, OwnGraph, WithOthers
+from verify.behaviour.timeline import Relations, Timeline
+from verify.behaviour.transitions import judge_transitions
+from verify.data.errors import BadInput, InternalError
+from verify.data.formula import FALSE, FREE, Formula, parse_formula
+from verify.data.mission import Mission
+from verify.data.word import Letter, Word, show_letter
+from verify.logic.explanation import Reason, Where, explain, show
+from verify.logic.progression import Normal, OutOfBudget, conjuncts, normal_form, to_formula
+from verify.logic.semantics import satisfies
+from verify.logic.vacuity import implications
+from verify.logic.verdict import TEAM, Verdict
+
+__all__ = ["judge_formula", "judge_transitions"]
+
+Times = Literal["timed", "parallel"]
+
+
+_MANY = 100
+"""Names in a formula up to which all of them are followed."""
+
+
+def judge_formula(
+    mission: Mission,
+    timelines: Mapping[str, Timeline],
+    relations: Relations,
+    *,
+    clock_error: Fraction = Fraction(0),
+    times: Times = "timed",
+    budget: int = DEFAULT_BUDGET,
+    mending: bool = True,
+) -> list[Verdict]:
+    """Decide whether every team word satisfies the mission's formula.
+
+    Args:
+        mission: Carries the formula, the trace and the reading.
+        timelines: One for each robot.
+        relations: What is proved of the regions at large.
+        clock_error: How far each robot's clock may be off, in s; widens what can be simultaneous.
+        times: "timed" for the certified times, "parallel" for any times that keep each robot's own order.
+        budget: Configurations that each part of the formula may take before the answer is `undecided`.
+        mending: Whether to look for waits that would rule a counterexample out; what was flown cannot wait any more.
+
+    Returns:
+        One verdict, for the claim "formula".
+
+    Raises:
+        InternalError: Our progression and Spot disagree, or the timelines contradict themselves.
+        MissingEngine: Spot is absent.
+    """
+    if not timelines:
+        raise BadInput("There are no timelines to judge: a team has at least one robot.")
+    asked = mission.spec.trace == "infinite"
+    if any((timeline.cycle is not None) != asked for timeline in timelines.values()):
+        raise BadInput(
+            f"The mission's trace is {mission.spec.trace}, so its flights must {'' if asked else 'not '}have a cycle."
+        )
+    if asked and len(timelines) != 1:
+        raise BadInput("An infinite trace belongs to one robot; a team needs a finite trace.")
+    if clock_error < 0:
+        raise BadInput(f"clock_error must not be negative, not {float(clock_error):g} s.")
+    formula = mission.formula
+    if len(formula.names()) > _MANY:  # of a thousand regions a flight comes to a few
+        formula = formula.substitute(dict.fromkeys(_never_shown(timelines), FALSE))
+    try:
+        verdict = _Judge(mission, timelines, relations, clock_error, times, budget, mending).judge(formula)
+    except OutOfBudget as error:
+        verdict = Verdict("undecided", f"The formula could not be decided: {error}.")
+    return [verdict]
+
+
+def _never_shown(timelines: Mapping[str, Timeline]) -> frozenset[str]:
+    """Return the regions that no robot can be in at any time."""
+    every = {region for timeline in timelines.values() for region in timeline.initial}
+    shown = {region for t in timelines.values() for region, status in t.initial.items() if status != "no"}
+    return frozenset(every - shown - {change.region for timeline in timelines.values() for change in timeline.changes})
+
+
+@dataclass(frozen=True)
+class _Judge:
+    mission: Mission
+    timelines: Mapping[str, Timeline]
+    relations: Relations
+    clock_error: Fraction
+    times: Times
+    budget: int
+    mending: bool
+
+    def judge(self, formula: Formula) -> Verdict:
+        doubts: list[Verdict] = []
+        failures: list[Verdict] = []
+        for part in conjuncts(normal_form(formula)):
+            verdict = self._part(part)
+            if verdict.outcome == "fails":
+                failures.append(verdict)
+            if verdict.outcome == "undecided":
+                doubts.append(verdict)
+        if failures:
+            return min(failures, key=lambda failure: len(failure.readings()))
+        if doubts:
+            return doubts[0]
+        vacuous = self._vacuous(formula)
+        note = f" But {vacuous[0][0].lower()}{vacuous[0][1:]}" if vacuous else ""
+        return Verdict("holds", f"Every team word satisfies `{show(formula)}`.{note}", vacuous=vacuous)
+
+    def _part(self, part: Normal) -> Verdict:
+        """Decide one conjunct: first on what it can see, which suffices for a yes, then on whole letters."""
+        try:
+            cut = [from_timeline(cut_timeline(t, part.propositions), self.relations) for t in self.timelines.values()]
+            cut = _without_equals(cut)
+            if self._holds_loosely(cut, part) or self._broken(cut, part) is None:
+                return Verdict("holds", "")
+            robots = [from_timeline(timeline, self.relations) for timeline in self.timelines.values()]
+            followed = _without_equals(robots)
+            broken = self._broken(followed, part)
+        except OutOfBudget as error:
+            return Verdict("undecided", f"`{show(to_formula(part))}` could not be decided: {error}.")
+        if broken is None:
+            return Verdict("holds", "")
+        if isinstance(broken, BrokenRun):
+            return self._run_failure(robots[0], broken)
+        return self._failure(followed, _all_read(robots, followed, broken.looks))
+
+    def _holds_loosely(self, robots: list[RobotBehaviour], part: Normal) -> bool:
+        """Try to prove a conjunct from none, one or two robots, the others' letters coming at any time."""
+        if self.mission.spec.team == "joint" or len(robots) <= 3:
+            return False  # the exact search is as quick
+        for size in (0, 1, 2):
+            for followed in combinations(range(len(robots)), size):
+                others = {letter for r, robot in enumerate(robots) if r not in followed for letter in robot.letters}
+                graph = self._graph([robots[r] for r in followed]) if followed else None
+                if holds_loosely(WithOthers(graph, others), part):
+                    return True
+        return False
+
+    def _broken(self, robots: list[RobotBehaviour], part: Normal) -> Broken | BrokenRun | None:
+        if not any(robot.laps for robot in robots):
+            return holds_for_all(self._graph(robots), part, self.budget)
+        return find_broken_run(robots[0], part, self.budget)
+
+    def _graph(self, robots: Sequence[RobotBehaviour]) -> OwnGraph | JointGraph:
+        timed = self.times == "timed"
+        if self.mission.spec.team == "joint":
+            return JointGraph(robots, timed=timed, clock_error=self.clock_error)
+        return OwnGraph(robots, timed=timed, clock_error=self.clock_error)
+
+    def _run_failure(self, robot: RobotBehaviour, run: BrokenRun) -> Verdict:
+        held = _held(robot)
+        spans = [held[node] for node in run.nodes]
+
+        def where(position: int) -> str:
+            return f"{robot.robot}'s {show_letter(run.word.letters[position])} ({_when(spans[position])})"
+
+        reason = self._explain(run.word, where)
+        return Verdict(
+            "fails",
+            reason.sentence,
+            run.word,
+            None if reason.position is None else float(spans[reason.position][0]),
+            robot=robot.robot,
+            region=self._region(reason, None if reason.position is None else run.word.letters[reason.position]),
+            times=tuple((float(low), float(high)) for low, high in spans),
+        )
+
+    def _failure(self, robots: Sequence[RobotBehaviour], read: Sequence[tuple[str, Look]]) -> Verdict:
+        word = Word(tuple(look.letter for _, look in read))
+        spans = _when_read(robots, [look for _, look in read])
+
+        def where(position: int) -> str:
+            name, look = read[position]
+            return f"{'the team' if name == TEAM else name}'s {show_letter(look.letter)} ({_when(spans[position])})"
+
+        reason = self._explain(word, where)
+        at = reason.position
+        mends = self.mending and len(self.timelines) > 1
+        return Verdict(
+            "fails",
+            reason.sentence,
+            tuple((name, look.letter) for name, look in read),
+            None if at is None else float(spans[at][0]),
+            robot=None if at is None or read[at][0] == TEAM else read[at][0],
+            region=self._region(reason, None if at is None else word.letters[at]),
+            times=tuple((float(low), float(high)) for low, high in spans),
+            order=mending_waits(self.mission.formula, self.mission.spec.team, self.timelines) if mends else (),
+        )
+
+    def _region(self, reason: Reason, letter: Letter | None) -> str | None:
+        """Return the one region that a broken part is about: of the letter that breaks it, or at all; None where several are."""
+        named = {node.name for node in reason.part.walk() if node.operator == "name"} & self.mission.all_regions.keys()
+        held = named if letter is None else named & letter
+        return next(iter(held)) if len(held) == 1 else None
+
+    def _explain(self, word: Word, where: Where) -> Reason:
+        """Explain with the formula as it was written: `free` is a name again."""
+        if satisfies(self.mission.formula, word):
+            raise InternalError("A counterexample satisfies the formula after all. This is a bug of ltlplan's.")
+        written = parse_formula(self.mission.spec.formula or "true", self.mission.propositions)
+        regions = self.mission.all_regions.keys()
+
+        def with_free(letters: tuple[Letter, ...]) -> tuple[Letter, ...]:
+            return tuple(letter if letter & regions else letter | {FREE} for letter in letters)
+
+        shown = Word(with_free(word.prefix), None if word.cycle is None else with_free(word.cycle))
+        return explain(written, shown, where)
+
+    def _vacuous(self, formula: Formula) -> tuple[str, ...]:
+        """Name the implications whose left side is false at every position of every robot's word."""
+        found: list[str] = []
+        for implication, left in implications(formula):
+            never = conjuncts(normal_form(Formula("G", (Formula("!", (left,)),))))
+            try:
+                if all(self._alone(timeline, part) for timeline in self.timelines.values() for part in never):
+                    found.append(f"`{show(implication)}` holds only because `{show(left)}` never happens.")
+            except OutOfBudget:
+                continue  # a warning less; no claim rests on it
+        return tuple(dict.fromkeys(found))
+
+    def _alone(self, timeline: Timeline, part: Normal) -> bool:
+        """Tell whether every word of one robot by itself satisfies a conjunct (no claim: asked of ourselves only)."""
+        robot = from_timeline(cut_timeline(timeline, part.propositions), self.relations)
+        if robot.laps:
+            return search_run(robot, part, self.budget) is None
+        return find_broken(JointGraph([robot], timed=False), part, self.budget) is None
+
+
+def _without_equals(robots: list[RobotBehaviour]) -> list[RobotBehaviour]:
+    """Keep one of the robots that show one and the same letter all the time (formulas without X cannot tell)."""
+    seen: set[Letter] = set()
+    kept: list[RobotBehaviour] = []
+    for robot in robots:
+        if robot.constant:
+            if robot.letters[0] in seen:
+                continue
+            seen.add(robot.letters[0])
+        kept.append(robot)
+    return kept
+
+
+def _all_read(
+    robots: Sequence[RobotBehaviour], followed: Sequence[RobotBehaviour], looks: Sequence[Look]
+) -> list[tuple[str, Look]]:
+    """Name who is read; those of which one stood for all are read right after it."""
+    read: list[tuple[str, Look]] = []
+    waiting = [robot for robot in robots if robot.constant and robot not in followed]
+    for look in looks:
+        if look.robot is None:
+            read.append((TEAM, look))
+            continue
+        read.append((followed[look.robot].robot, look))
+        if followed[look.robot].constant:
+            read += [(robot.robot, look) for robot in waiting if robot.letters[0] == look.letter]
+            waiting = [robot for robot in waiting if robot.letters[0] != look.letter]
+    return read
+
+
+def _when_read(robots: Sequence[RobotBehaviour], looks: Sequence[Look]) -> list[tuple[Fraction, Fraction]]:
+    """Return the times at which each reading can be made: while its letters can be held, and after the readings before it."""
+    held = [_held(robot) for robot in robots]
+    found: list[tuple[Fraction, Fraction]] = []
+    for look in looks:
+        readers = range(len(robots)) if look.robot is None else (look.robot,)
+        spans = [held[r][look.nodes[r]] for r in readers]
+        low, high = max(low for low, _ in spans), min(high for _, high in spans)
+        if low > high:  # with clock errors the spans only nearly meet
+            low, high = high, low
+        low = low if not found else min(max(low, found[-1][0]), high)
+        found.append((low, high))
+    for index in range(len(found) - 2, -1, -1):
+        low, high = found[index]
+        found[index] = low, max(low, min(high, found[index + 1][1]))
+    return found
+
+
+def _held(robot: RobotBehaviour) -> list[tuple[Fraction, Fraction]]:
+    """Return for each node from when until when its letter can be held without a change."""
+    before: list[list[int]] = [[] for _ in robot.letters]
+    after: list[list[int]] = [[] for _ in robot.letters]
+    for node, targets in enumerate(robot.following):
+        for target in targets:
+            if robot.letters[node] == robot.letters[target] and (node, target) not in robot.laps:
+                before[target].append(node)
+                after[node].append(target)
+    order = sorted(range(len(robot)), key=lambda node: (robot.spans[node], node))
+    low, high = [span[0] for span in robot.spans], [span[1] for span in robot.spans]
+    for node in order:
+        low[node] = min([low[node], *(low[other] for other in before[node])])
+    for node in reversed(order):
+        high[node] = max([high[node], *(high[other] for other in after[node])])
+    return list(zip(low, high, strict=True))
+
+
+def _when(span: tuple[Fraction, Fraction]) -> str:
+    low, high = float(span[0]), float(span[1])
+    return f"{low:.3f} s" if f"{low:.3f}" == f"{high:.3f}" else f"{low:.3f} to {high:.3f} s"

@@ -1,0 +1,243 @@
+"""What spans several keys of a mission: names, starts, edges, limits. Each rule yields (keys, sentence) pairs.
+
+The rules take whichever sections are sound, so that a mistake in one section does not hide those in the others.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from verify.data.errors import did_you_mean
+from verify.data.formula import FREE, NAME, RESERVED_NAMES, FormulaError, parse_formula
+from verify.data.mission import Agent, Box, Environment, Limits, Planner, Robot, Spec
+from verify.data.rules.agents import Finding, broken_by_agents, unknown_region
+from verify.data.sequence import SequenceError, parse_sequence
+from verify.data.storage.file_names import robot_name_fault
+from verify.data.vehicle import Vehicle
+
+COARSEST = 1e-4
+"""m; the coarsest step of float32 positions in a workspace."""
+
+
+def broken_rules(values: Mapping[str, Any], data: Mapping[str, Any], *, to_plan: bool = True) -> Iterator[Finding]:
+    """Yield what is wrong with a mission.
+
+    Args:
+        values: The sections that are sound by themselves, by key, as the schema's types.
+        data: The whole mission as plain data, for the names of entries that are not sound.
+        to_plan: Whether it is to be planned: then it asks for something, and starts, ends and hoops leave room. A flight
+            that is there already can be judged without that.
+    """
+    region_names = [name for table in ("hoops", "regions") for name in _keys(data.get(table))]
+    robot: Robot | None = values.get("robot") or (Robot() if "robot" not in data else None)
+    internal = None if robot is None else {p for names in robot.states.values() for p in names}
+    yield from _names(data, region_names, internal)
+    if robot is not None:
+        yield from _robot(robot, region_names)
+    if internal is not None:
+        yield from _formula(values, data, {*region_names, *internal, FREE}, needed=to_plan)
+    yield from _sequence(values, data)
+    if (environment := values.get("environment")) is not None:
+        yield from _environment(environment, region_names)
+    yield from _limits(values, region_names)
+    if to_plan:
+        yield from _workspace(values.get("workspace"))
+        yield from _control_points(values)
+    if "agents" in data and not _keys(data["agents"]):
+        yield ("agents",), "a mission needs at least one agent, such as `quad0: {start: [0, 0, 1]}`."
+    yield from broken_by_agents(values, robot, region_names, to_plan=to_plan)
+    yield from _planner(values.get("planner"), values.get("agents", {}))
+
+
+def _names(data: Mapping[str, Any], regions: list[str], internal: set[str] | None) -> Iterator[Finding]:
+    for table in ("hoops", "regions", "agents"):
+        for name in _keys(data.get(table)):
+            if not NAME.fullmatch(name):
+                yield (table, name), f"'{name}' is no name: use a letter or _, then letters, digits and _."
+            elif table != "agents" and name in RESERVED_NAMES:
+                yield (table, name), f"'{name}' is an operator of the formula language and cannot name a region."
+            elif table != "agents" and name == FREE:
+                yield (table, name), "'free' is built in and means in no region; choose another name."
+    robots = _keys(data.get("agents"))
+    for index, name in enumerate(robots):
+        if NAME.fullmatch(name) and (fault := robot_name_fault(name, robots[:index])) is not None:
+            yield ("agents", name), fault
+    for name in regions:
+        if regions.count(name) > 1 and name in _keys(data.get("regions")):
+            yield ("regions", name), f"'{name}' names both a hoop and a region."
+            break
+    for name in sorted(internal or ()):
+        if not NAME.fullmatch(name) or name in RESERVED_NAMES or name == FREE:
+            yield ("robot", "states"), f"'{name}' cannot name a proposition."
+        elif name in regions:
+            yield ("robot", "states"), f"'{name}' is both a region and an internal proposition; names must differ."
+
+
+def _robot(robot: Robot, regions: list[str]) -> Iterator[Finding]:
+    def state(name: str, keys: tuple[str | int, ...]) -> Iterator[Finding]:
+        if name not in robot.states:
+            known = ", ".join(robot.states)
+            yield keys, f"'{name}' is not a state of the robot.{did_you_mean(name, robot.states)} States: {known}."
+
+    yield from state(robot.initial, ("robot", "initial"))
+    for index, action in enumerate(robot.actions):
+        yield from state(action.source, ("robot", "actions", index, "from"))
+        yield from state(action.target, ("robot", "actions", index, "to"))
+        if action.at not in regions:
+            yield ("robot", "actions", index, "at"), unknown_region(action.at, regions)
+
+
+def _formula(values: Mapping[str, Any], data: Mapping[str, Any], names: set[str], *, needed: bool) -> Iterator[Finding]:
+    spec: Spec | None = values.get("spec")
+    if spec is None:
+        if needed and "spec" not in data and "sequence" not in data:
+            yield ("spec",), "missing: a mission needs spec.formula, a sequence, or both."
+        return
+    if needed and spec.formula is None and "sequence" not in data:
+        yield ("spec", "formula"), "missing: a mission needs spec.formula, a sequence, or both."
+    if spec.formula is not None:
+        try:
+            parse_formula(spec.formula, names, allow_next=False)
+        except FormulaError as error:
+            yield ("spec", "formula"), str(error)
+    if spec.trace == "infinite" and len(_keys(data.get("agents"))) > 1:
+        yield (
+            ("spec", "trace"),
+            "an infinite trace belongs to one robot for now; a team needs `trace: finite`.",
+        )
+    if spec.trace == "finite" and spec.repeat != 1:
+        yield ("spec", "repeat"), "a finite trace has no cycle to repeat; use `trace: infinite` or leave repeat out."
+
+
+def _sequence(values: Mapping[str, Any], data: Mapping[str, Any]) -> Iterator[Finding]:
+    text = values.get("sequence")
+    if text is None:
+        return
+    try:
+        sequence = parse_sequence(text, _keys(data.get("hoops")))
+    except SequenceError as error:
+        yield ("sequence",), str(error)
+        return
+    spec: Spec = values.get("spec") or Spec.model_construct(trace="finite")
+    if sequence.cycle is not None and spec.trace == "finite":
+        yield ("sequence",), "a cycle `(...)*` repeats for ever; set `spec.trace: infinite`."
+    if sequence.cycle is None and spec.trace == "infinite":
+        yield ("sequence",), "an infinite trace needs a cycle `(...)*` at the end of the sequence."
+    if len(_keys(data.get("agents"))) > 1:
+        yield ("sequence",), "a sequence is flown by one robot; this mission has several agents."
+
+
+def _environment(environment: Environment, regions: list[str]) -> Iterator[Finding]:
+    if environment.start in regions:
+        yield ("environment", "start"), f"'{environment.start}' is a region; the start vertex needs a name of its own."
+    for index, edge in enumerate(environment.edges):
+        for name in edge:
+            if name != environment.start and name not in regions:
+                yield ("environment", "edges", index), unknown_region(name, [*regions, environment.start])
+        if edge[0] == edge[1]:
+            yield ("environment", "edges", index), "an edge joins two different regions; staying is always allowed."
+        if environment.directed and edge[1] == environment.start:
+            yield ("environment", "edges", index), f"the start vertex '{environment.start}' is left, never entered."
+
+
+def _workspace(workspace: Box | None) -> Iterator[Finding]:
+    """Vehicles hold positions as float32, whose steps grow with the distance from the origin."""
+    if workspace is None:
+        return
+    far = max((abs(x), key, x) for key, corner in (("min", workspace.min), ("max", workspace.max)) for x in corner)
+    step = math.ldexp(1.0, math.frexp(far[0])[1] - 24)  # between float32 numbers there
+    if step > COARSEST:
+        yield (
+            ("workspace", far[1]),
+            f"{far[2]:g} m is so far from the origin that a vehicle's float32 holds positions there in steps of "
+            f"{1000 * step:.3g} mm; at most {1000 * COARSEST:g} mm is accepted. Use local coordinates, with the origin in or "
+            "near the workspace (up to 1000 m away).",
+        )
+
+
+def _limits(values: Mapping[str, Any], regions: list[str]) -> Iterator[Finding]:
+    limits: Limits | None = values.get("limits")
+    vehicle: Vehicle | None = values.get("vehicle")
+    if limits is None:
+        return
+    for name in limits.legs:
+        if name not in regions:
+            yield ("limits", "legs", name), unknown_region(name, regions)
+    if vehicle is None:
+        return
+    for name in ("speed", "acceleration", "thrust_max", "tilt_deg", "body_rate_deg", "yaw_rate_deg"):
+        asked, own = getattr(limits, name), getattr(vehicle, name)
+        if asked is not None and asked > own:
+            yield ("limits", name), f"{asked:g} is above the vehicle's own {own:g} ({vehicle.name}); limits only tighten."
+    if limits.thrust_min is not None and limits.thrust_min < vehicle.thrust_min:
+        yield (
+            ("limits", "thrust_min"),
+            f"{limits.thrust_min:g} N is below the vehicle's own {vehicle.thrust_min:g} N; limits only tighten.",
+        )
+    if limits.thrust_max is not None and limits.thrust_max <= vehicle.weight:
+        yield ("limits", "thrust_max"), f"{limits.thrust_max:g} N cannot hold the vehicle's weight of {vehicle.weight:.4g} N."
+    if limits.thrust_min is not None and limits.thrust_min >= vehicle.weight:
+        yield (
+            ("limits", "thrust_min"),
+            f"{limits.thrust_min:g} N is not below the vehicle's weight of {vehicle.weight:.4g} N, so it cannot hover.",
+        )
+
+
+def _control_points(values: Mapping[str, Any]) -> Iterator[Finding]:
+    workspace = values.get("workspace")
+    vehicle: Vehicle | None = values.get("vehicle")
+    margin = values.get("margin", 0.05)
+    for name, hoop in values.get("hoops", {}).items():
+        if vehicle is not None and hoop.opening <= vehicle.radius:
+            yield (
+                ("hoops", name, "opening"),
+                f"{hoop.opening:g} m is no wider than the vehicle's radius {vehicle.radius:g} m ({vehicle.name}).",
+            )
+        elif vehicle is not None and hoop.opening <= vehicle.radius + margin:
+            yield (
+                ("hoops", name, "opening"),
+                f"{hoop.opening:g} m leaves no room: vehicle radius {vehicle.radius:g} m plus margin {margin:g} m.",
+            )
+        if workspace is None:
+            continue
+        centre, normal = np.array(hoop.center), np.array(hoop.normal)
+        for role, point in (
+            ("centre", centre),
+            ("front", centre + hoop.reach * normal),
+            ("rear", centre - hoop.reach * normal),
+        ):
+            if not workspace.holds(tuple(point)):
+                at = ", ".join(f"{x:.3g}" for x in np.round(point, 9) + 0.0)
+                box = f"{list(workspace.min)} to {list(workspace.max)}"
+                mend = "move the hoop" if role == "centre" else "move the hoop or set a shorter `reach`"
+                yield ("hoops", name), f"its {role} control point ({at}) lies outside the workspace {box}; {mend}."
+                if role == "centre":
+                    break
+    for name, region in values.get("regions", {}).items():
+        if workspace is not None and not workspace.holds(region.center):
+            yield ("regions", name, "center"), "lies outside the workspace."
+
+
+def _planner(planner: Planner | None, agents: Mapping[str, Agent]) -> Iterator[Finding]:
+    for name, agent in agents.items():
+        if agent.cost is not None and not any(agent.cost.values()):
+            yield ("agents", name, "cost"), "at least one weight must be above zero."
+    if planner is None:
+        return
+    if not any(planner.cost.values()):
+        yield ("planner", "cost"), "at least one weight must be above zero."
+    if planner.method == "online-mtac-e" and planner.samples <= 1 / planner.elite:
+        yield (
+            ("planner", "samples"),
+            f"{planner.samples} samples are too few: more than 1 / elite = {1 / planner.elite:g} are needed.",
+        )
+    elif planner.method != "online-mtac-e" and not 0.1 <= planner.elite < 0.3:
+        yield ("planner", "elite"), f"{planner.elite:g} is out of range: offline, 0.1 <= elite < 0.3."
+
+
+def _keys(table: object) -> tuple[str, ...]:
+    return tuple(str(key) for key in table) if isinstance(table, dict) else ()

@@ -1,0 +1,116 @@
+"""Jumps where pieces meet, where the flight begins and where it ends, bounded in position to jerk and in heading."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from verify.arithmetic.balls import Floats
+from verify.motion.paths import TeamPaths
+
+JUMPS = (1e-4, 1e-3, 1e-2, 1e-1)
+"""Greatest jumps allowed in position (m), velocity (m/s), acceleration (m/s^2) and jerk (m/s^3): what float32
+coefficients leave, with room, and far less than a controller notices. The heading's are the same numbers in rad."""
+
+QUANTITIES = ("position", "velocity", "acceleration", "jerk")
+HEADINGS = ("heading", "heading's rate", "heading's acceleration")
+
+
+@dataclass(frozen=True, slots=True)
+class Jump:
+    """The greatest jump of one robot, as a share of what is allowed.
+
+    Attributes:
+        robot: Name.
+        share: Proved upper bound on jump / allowed.
+        sure: Proved to be at least this share.
+        time: When, in s.
+        what: Which quantity jumps, and where.
+        size: Upper bound on the jump, in its own unit.
+        allowed: What is allowed.
+    """
+
+    robot: str
+    share: float
+    sure: float
+    time: Fraction
+    what: str
+    size: float
+    allowed: float
+
+
+@np.errstate(all="ignore")
+def jumps(paths: TeamPaths, *, ends: bool = True) -> list[Jump]:
+    """Bound every jump of every robot, the seam of a cycle included.
+
+    Args:
+        paths: The team.
+        ends: Whether the hovers before the start and after the end count as pieces; without them only joints are judged.
+    """
+    derivatives = [paths.derivative(order) for order in range(4)]
+    result: list[Jump] = []
+    offset = 0
+    for robot, name in enumerate(paths.robots):
+        trajectory = paths.trajectories[robot]
+        count = len(trajectory)
+        rows = slice(offset, offset + count)
+        offset += count
+        agent = paths.mission.agents[name]
+        worst: Jump | None = None
+        for order in range(4):
+            part = derivatives[order]
+            first, last = part[rows][..., 0], part[rows][..., -1]
+            before, before_error = last.mid, last.rad
+            after, after_error = first.mid, first.rad
+            rest = np.zeros((1, 4))
+            if order == 0:
+                start = np.array([[*agent.start, agent.yaw]])
+                goal = before[-1:].copy()
+                if agent.end is not None:
+                    goal[0, :3] = agent.end
+            else:
+                start, goal = rest, rest
+            goal_error = np.zeros((1, 4)) if order else before_error[-1:]
+            if trajectory.cycle is not None:
+                goal, goal_error = after[trajectory.cycle][None], after_error[trajectory.cycle][None]
+            left, left_error = np.concatenate([start, before]), np.concatenate([np.zeros((1, 4)), before_error])
+            right, right_error = np.concatenate([after, goal]), np.concatenate([after_error, goal_error])
+            gap = np.abs(right - left)
+            if order == 0:  # a heading may be written with full turns more, and turn them in a lap
+                for joint in (0, -1):
+                    gap[joint, 3] = _modulo_turns(float(gap[joint, 3]))
+            error = (left_error + right_error + 1e-15 * (np.abs(left) + np.abs(right))) * (1 + 2.0**-40) + 1e-290
+            if not ends:
+                open_ends = [0] if trajectory.cycle is not None else [0, -1]
+                gap[open_ends], error[open_ends] = 0.0, 0.0
+            worst = _worse(worst, name, paths.knots[robot], order, gap, error)
+        assert worst is not None
+        result.append(worst)
+    return result
+
+
+def _worse(worst: Jump | None, name: str, knots: tuple[Fraction, ...], order: int, gap: Floats, error: Floats) -> Jump | None:
+    allowed = JUMPS[order]
+    sizes = [(np.sqrt(((gap[:, :3] + error[:, :3]) ** 2).sum(1)) * (1 + 2.0**-40), (gap[:, :3] - error[:, :3]).max(1))]
+    labels = [QUANTITIES[order]]
+    if order < len(HEADINGS):
+        sizes.append((gap[:, 3] + error[:, 3], gap[:, 3] - error[:, 3]))
+        labels.append(HEADINGS[order])
+    for (high, low), label in zip(sizes, labels, strict=True):
+        high = np.where(np.isnan(high), np.inf, high)
+        at = int(np.argmax(high))
+        share = float(np.nextafter(high[at] / allowed, np.inf))
+        if worst is None or share > worst.share:
+            where = "at the start" if at == 0 else "at the end" if at == len(high) - 1 else f"between pieces {at - 1} and {at}"
+            sure = float(np.nextafter(low[at] / allowed, -np.inf))
+            worst = Jump(name, share, sure, knots[at], f"{label} {where}", float(high[at]), allowed)
+    return worst
+
+
+def _modulo_turns(angle: float) -> float:
+    if not abs(angle) < 1e6:
+        return angle
+    turns = round(angle / (2 * np.pi))
+    return abs(angle - turns * 2 * np.pi)

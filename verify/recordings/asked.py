@@ -1,0 +1,179 @@
+"""What a recording is held against: a run with its plan and trajectories, a flight in a changing world, or a mission alone.
+
+Nothing in `certificate.json` is believed: it is proved again before its margin and its actions are used.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from verify.certificate import ActionInstant, Certificate, judge
+from verify.data.errors import BadInput
+from verify.data.events import EVENTS_FILE, RobotLeaves, WorldEvent, load_events, require_known
+from verify.data.mission import Mission
+from verify.data.mission_file import check_mission, load_mission_file
+from verify.data.plan import Plan, check_plan, load_plan
+from verify.data.trajectory import Trajectory, check_trajectories
+from verify.run_folder import CERTIFICATE_FILE, MISSION_FILE, PLAN_FILE, proved_run, read_folder
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """The mission as it is from one time on.
+
+    Attributes:
+        since: s of the recording; the first world's does not matter.
+        mission: Regions, formula and robots.
+    """
+
+    since: float
+    mission: Mission
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """What a recording is held against.
+
+    Attributes:
+        worlds: The mission, and as what it changed in flight, in order of time.
+        team: Trajectories that were to be flown, where there are any.
+        plan: Visits and passages that were planned, where there is a plan.
+        margin: delta, m.
+        clock_error: How far clocks may differ, s.
+        actions: Instants of planned actions, proved, on the plan's clock.
+        gone: Robots that left the team in flight, and when, s.
+    """
+
+    worlds: tuple[World, ...]
+    team: Mapping[str, Trajectory] | None = None
+    plan: Plan | None = None
+    margin: float = 0.0
+    clock_error: float = 0.0
+    actions: tuple[ActionInstant, ...] = ()
+    gone: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def of_mission(cls, mission: Mission) -> Asked:
+        """Ask a mission alone, of which nothing was planned."""
+        return cls((World(0.0, mission),))
+
+    @classmethod
+    def of_certificate(cls, certificate: Certificate, team: Mapping[str, Trajectory], plan: Plan | None = None) -> Asked:
+        """Ask what a certificate claims; its actions must have been judged, not read."""
+        return cls(
+            (World(0.0, certificate.mission),), team, plan, float(certificate.margin),
+            float(getattr(certificate, "clock_error", 0.0)), tuple(certificate.actions),
+        )  # fmt: skip
+
+    def checked(self) -> Asked:
+        """Return the same after every check that the files of its parts undergo.
+
+        Raises:
+            BadInput: A mission, the plan, a trajectory or a number is not sound.
+        """
+        for name, value in (("margin", self.margin), ("clock_error", self.clock_error)):
+            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
+                raise BadInput(f"{name} must be a number of at least 0, not {value!r:.40}.")
+        self._require_order()
+        checked = replace(
+            self,
+            worlds=tuple(World(world.since, check_mission(world.mission, to_plan=False)) for world in self.worlds),
+            team=None if self.team is None else check_trajectories(self.team),
+            plan=None if self.plan is None else check_plan(self.plan),
+        )
+        checked._require_fit()
+        return checked
+
+    def _require_order(self) -> None:
+        """Refuse worlds that do not follow one another, and robots that left at no time or were never there."""
+        if not self.worlds:
+            raise BadInput("There must be at least one world: the mission at take-off.")
+        for what, time in [
+            *(("change of the world", w.since) for w in self.worlds),
+            *(("leaving", t) for t in self.gone.values()),
+        ]:
+            if isinstance(time, bool) or not isinstance(time, int | float) or not math.isfinite(time):
+                raise BadInput(f"The time of a {what} must be a number of seconds, not {time!r:.40}.")
+        for before, after in itertools.pairwise(self.worlds[1:]):
+            if after.since < before.since:
+                raise BadInput(
+                    f"The world's changes must go forward in time, but {after.since:g} s follows {before.since:g} s."
+                )
+        for robot in self.gone:
+            if robot not in self.mission.agents:
+                raise BadInput(f"'{robot:.40}' leaves but is no robot of the mission ({', '.join(self.mission.agents)}).")
+
+    def _require_fit(self) -> None:
+        """Refuse worlds with other regions, and a plan or trajectories of other robots."""
+        regions = set(self.mission.all_regions)
+        for world in self.worlds:
+            if set(world.mission.all_regions) != regions or set(world.mission.hoops) != set(self.mission.hoops):
+                other = min(regions ^ set(world.mission.all_regions), default="a hoop")
+                raise BadInput(f"Regions may move, but none comes or goes: '{other}' is not in every world.")
+        robots = {"plan": None if self.plan is None else self.plan.robots, "team": self.team}
+        for what, found in robots.items():
+            if found is not None and set(found) != set(self.mission.agents):
+                raise BadInput(f"The {what} has robots {', '.join(found)}; the mission has {', '.join(self.mission.agents)}.")
+
+    @property
+    def mission(self) -> Mission:
+        """The mission as it was at the end: its formula is asked of the whole flight."""
+        return self.worlds[-1].mission
+
+
+def asked_of(source: str | Path) -> Asked:
+    """Read what a flight was to do.
+
+    Args:
+        source: A folder that `ltlplan run` or `ltlplan fly` wrote, or a mission file.
+
+    Raises:
+        NotCertified: The folder's certificate is not proved any more, or a file was changed since.
+        BadInput: A file is missing or unreadable.
+    """
+    source = Path(source)
+    if not source.is_dir():
+        return Asked.of_mission(load_mission_file(source))
+    if (source / CERTIFICATE_FILE).exists():
+        run = proved_run(source)
+        return Asked.of_certificate(run.certificate, run.team, run.plan)
+    if (source / EVENTS_FILE).exists():
+        return of_events(load_mission_file(source / MISSION_FILE), load_events(source / EVENTS_FILE))
+    if not (source / PLAN_FILE).exists():
+        return Asked.of_mission(load_mission_file(source / MISSION_FILE))
+    mission = load_mission_file(source / MISSION_FILE)
+    if not any((source / f"{name}.csv").exists() for name in mission.agents):
+        plan = load_plan(source / PLAN_FILE, mission)
+        return Asked((World(0.0, mission),), None, plan, mission.margin)
+    plan, team = read_folder(source)
+    return Asked.of_certificate(judge(plan, team, largest=False), team, plan)
+
+
+def of_events(mission: Mission, events: Sequence[WorldEvent]) -> Asked:
+    """Ask a mission whose world changed in flight.
+
+    Args:
+        mission: As it was at take-off.
+        events: What happened, in order of time, s of the recording.
+
+    Raises:
+        BadInput: An event cannot be.
+    """
+    worlds, gone = [World(0.0, mission)], dict[str, float]()
+    for event in events:
+        require_known(mission, event)
+        if isinstance(event, RobotLeaves):
+            if event.robot in gone:
+                raise BadInput(f"'{event.robot}' leaves twice, at {gone[event.robot]:g} s and at {event.time:g} s.")
+            gone[event.robot] = event.time
+            continue
+        try:
+            mission = event.apply(mission)
+        except ValueError as error:
+            raise BadInput(f"At {event.time:g} s {event}: {error}") from None
+        worlds.append(World(event.time, mission))
+    return Asked(tuple(worlds), margin=mission.margin, gone=gone)

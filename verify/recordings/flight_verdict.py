@@ -1,0 +1,335 @@
+"""Recorded flights, judged claim by claim: everything that a certificate says of paths, of positions that something measured.
+
+A recording holds positions at some instants. With a bound on every robot's speed and on the measurement's error, the places
+where a robot can have been at all other instants are known (`tracks`), and each claim is decided on all of them: it holds
+whatever happened, it is broken whatever happened, or the samples cannot tell. A flight is satisfied where every claim holds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from verify.behaviour.inclusion import DEFAULT_BUDGET
+from verify.claims import Claim, Outcome
+from verify.data.errors import BadInput
+from verify.data.plan import RobotPlan
+from verify.recordings.actions import Action, action_claim, internal_changes, logged_actions, planned_actions, unplanned
+from verify.recordings.alignment import Alignment, fitted, given
+from verify.recordings.asked import Asked, World
+from verify.recordings.flight_log import Samples
+from verify.recordings.planned_paths import PlannedPath, planned_paths
+from verify.recordings.samples import LARGEST, MAX_SAMPLES, require_error, require_speed, with_rounding
+from verify.recordings.space import TELLS, rim_claim, separation_claims, workspace_claim
+from verify.recordings.tracks import Bounds, Track, track
+from verify.recordings.tube import tube_claim
+from verify.recordings.visits import passage_claim, visit_claim, widened
+from verify.recordings.words import (
+    formula_claim,
+    recorded_timeline,
+    region_rows,
+    transition_claim,
+    within,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class FlightVerdict:
+    """What a recording shows of a flight.
+
+    Attributes:
+        claims: Every claim, held against the recording.
+        assumptions: What the verdict rests on, a sentence each.
+        alignment: When the flight began on the recording's clock.
+    """
+
+    claims: tuple[Claim, ...]
+    assumptions: tuple[str, ...]
+    alignment: Alignment
+
+    @property
+    def outcome(self) -> Outcome:
+        """Satisfied where every claim holds, broken where one is, otherwise undecided."""
+        outcomes = {claim.verdict for claim in self.claims}
+        return "fails" if "fails" in outcomes else "undecided" if "undecided" in outcomes or not outcomes else "holds"
+
+    @property
+    def sentence(self) -> str:
+        """The verdict for a person, with the first claim that does not hold."""
+        if self.outcome == "holds":
+            return f"Satisfied: all {len(self.claims)} claims hold at all times, not only at the samples."
+        worst = [claim for claim in self.claims if claim.verdict == self.outcome]
+        more = f" And {len(worst) - 1} more." if len(worst) > 1 else ""
+        start = "Violated, whatever happened between the samples" if self.outcome == "fails" else "The samples cannot tell"
+        return f"{start} ({worst[0].name}). {worst[0].sentence}{more}"
+
+    def __bool__(self) -> bool:
+        return self.outcome == "holds"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the verdict as plain data for JSON."""
+        return {
+            "outcome": self.outcome,
+            "sentence": self.sentence,
+            "claims": [_claim_data(claim) for claim in self.claims],
+            "assumptions": list(self.assumptions),
+            "start": {
+                "low": self.alignment.low,
+                "high": self.alignment.high,
+                "fitted": self.alignment.fitted,
+                "trusted": self.alignment.trusted,
+            },
+        }
+
+
+def check_flight(
+    samples: Samples,
+    asked: Asked,
+    *,
+    max_speed: float | None = None,
+    max_acceleration: float | None = None,
+    error: float = 0.0,
+    start: float | None = None,
+    budget: int = DEFAULT_BUDGET,
+) -> FlightVerdict:
+    """Judge a recorded flight against everything that is claimed of paths.
+
+    Args:
+        samples: What was measured.
+        asked: Mission, plan and trajectories.
+        max_speed: Bound on every robot's speed at all times, m/s.
+        max_acceleration: Bound on every robot's acceleration at all times, m/s^2, where one is known.
+        error: Bound on the distance between measured and true position, m.
+        start: When the flight began on the recording's clock, s; None fits one start for the whole team to the plan, and without
+            a plan takes the first sample.
+        budget: Configurations that each part of the formula may take.
+
+    Raises:
+        BadInput: No speed bound, samples further apart than it allows, arrays that do not fit, or a formula that names internal
+            propositions which neither the recording nor a plan shows.
+    """
+    for value, kind in ((samples, Samples), (asked, Asked)):
+        if not isinstance(value, kind):
+            raise BadInput(
+                f"Give {kind.__name__}, not {type(value).__name__}: see `verify.load_flight_log` and `verify.asked_of`."
+            )
+    samples, asked = samples.checked(), asked.checked()
+    speed = require_speed(max_speed)
+    require_error(error)
+    if max_acceleration is not None and not (_is_number(max_acceleration) and 0 < max_acceleration <= LARGEST):
+        raise BadInput(f"max_acceleration must be above 0 m/s^2, not {str(max_acceleration)[:40]}.")
+    if start is not None and not (_is_number(start) and abs(start) <= LARGEST):
+        raise BadInput(f"start must be a time of the recording, in s, not {str(start)[:40]}.")
+    _require_fit(samples, asked)
+    whole = with_rounding(float(error), speed, samples.rounding, samples.times, samples.positions.values())
+    bounds = Bounds(speed, whole, np.inf if max_acceleration is None else float(max_acceleration))
+    return _Judge(samples, asked, bounds, start, budget).judge()
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+class _Judge:
+    """One recording, held against what is asked of it."""
+
+    def __init__(self, samples: Samples, asked: Asked, bounds: Bounds, start: float | None, budget: int) -> None:
+        self.samples, self.asked, self.budget = samples, asked, budget
+        self.paths: dict[str, PlannedPath] | None = (
+            None if asked.team is None else planned_paths(asked.worlds[0].mission, asked.team)
+        )
+        self.end = None if self.paths is None else max(path.end for path in self.paths.values())
+        self.alignment = self._aligned(start, bounds.error)
+        self.start, self.stop = self._window()
+        self.bounds = bounds
+        self.tracks: dict[str, Track] = {}
+        for robot, places in samples.positions.items():
+            whole = track(robot, samples.times, places, bounds, start=self.start, stop=self.stop)
+            gone = asked.gone.get(robot)
+            if gone is not None and gone < self.start:
+                raise BadInput(
+                    f"{robot} left at {gone:g} s, before the flight that is judged begins at {self.start:g} s: what it showed last "
+                    "was not recorded."
+                )
+            self.tracks[robot] = whole if gone is None else whole.over(self.start, gone)
+        self.rows = {robot: region_rows(one, asked.worlds) for robot, one in self.tracks.items()}
+
+    def judge(self) -> FlightVerdict:
+        """Judge every claim."""
+        claims = [*self._tube(), *self._words(), *self._visits(), *self._space()]
+        return FlightVerdict(tuple(claims), tuple(self._assumptions()), self.alignment)
+
+    def _aligned(self, start: float | None, error: float) -> Alignment:
+        if start is not None:
+            return given(float(start))
+        if self.paths is None:
+            return given(float(self.samples.times[0]))
+        return fitted(self.samples.times, self.samples.positions, self.paths, error=error, clock_error=self.asked.clock_error)
+
+    def _window(self) -> tuple[float, float]:
+        """Return from when until when the flight lasted on the recording's clock.
+
+        Without a start that can be trusted, that is the whole recording.
+        """
+        first, last = float(self.samples.times[0]), float(self.samples.times[-1])
+        if self.end is None:
+            return self.alignment.low, max(last, self.alignment.low)
+        if not self.alignment.trusted:
+            return first, last
+        return self.alignment.low, self.alignment.high + self.end
+
+    # -- claims -----------------------------------------------------------------------------------------------
+
+    def _tube(self) -> Iterable[Claim]:
+        if self.paths is not None and self.end is not None:
+            for robot, one in self.tracks.items():
+                yield tube_claim(one, self.paths[robot], self.alignment, self.asked.margin, self.end)
+
+    def _words(self) -> Iterable[Claim]:
+        mission, timelines, deeds = self.asked.mission, {}, []
+        for robot, one in self.tracks.items():
+            internal, actions = self._actions(robot)
+            deeds.append((robot, actions))
+            changes = internal_changes(actions, mission, Fraction(self.start), Fraction(self.stop) - Fraction(self.start))
+            timelines[robot] = recorded_timeline(
+                one, self.rows[robot], start=self.start, stop=self.stop, internal=internal, actions=changes
+            )
+        open_ = [action for _, actions in deeds for action in actions if action.verdict == "undecided"]
+        doubtful = open_[0].sentence if open_ else ""
+        if mission.spec.formula is not None:
+            yield formula_claim(self.asked.worlds, timelines, self.rows, doubtful=doubtful, zero=self.start, budget=self.budget)
+        for timeline in timelines.values():
+            yield transition_claim(self.asked.worlds, timeline, zero=self.start)
+        for robot, actions in deeds:
+            claim = action_claim(robot, actions)
+            if claim is not None:
+                yield claim
+
+    def _visits(self) -> Iterable[Claim]:
+        mission, plan = self.asked.worlds[0].mission, self.asked.plan
+        for robot, one in self.tracks.items():
+            if plan is not None:
+                laps = _all_laps(plan.robots[robot], mission.spec.repeat)
+                near = region_rows(one, [World(w.since, widened(w.mission, self.asked.margin)) for w in self.asked.worlds])
+                start = np.array(mission.agents[robot].start)
+                starts_in = frozenset(name for name, region in mission.all_regions.items() if region.level(start) <= 1)
+                yield visit_claim(one, laps, self.rows[robot], near, starts_in)
+                wanted = [(v.region, v.direction) for v in laps.visits if v.direction is not None]
+                yield passage_claim(one, self.asked.worlds, wanted, self.rows[robot], self.asked.margin)
+            elif mission.passages is not None:
+                sequence = mission.passages
+                flown = [*sequence.prefix, *(sequence.cycle or ()) * mission.spec.repeat]
+                yield passage_claim(
+                    one, self.asked.worlds, [(p.hoop, p.direction) for p in flown], self.rows[robot], mission.margin
+                )
+
+    def _space(self) -> Iterable[Claim]:
+        worlds = self.asked.worlds
+        for index, world in enumerate(worlds):
+            since = self.start if index == 0 else world.since
+            until = self.stop if index + 1 == len(worlds) else worlds[index + 1].since
+            parts = {robot: one.over(since, until) for robot, one in self.tracks.items()}
+            parts = {robot: one for robot, one in parts.items() if one.start <= one.stop}
+            rims = (rim_claim(one, world.mission) for one in parts.values())
+            yield from (claim for claim in rims if claim is not None)
+        for one in self.tracks.values():
+            yield workspace_claim(one, self.asked.mission)
+        yield from separation_claims(self.tracks, self.asked.mission)
+
+    def _actions(self, robot: str) -> tuple[frozenset[str], list[Action]]:
+        """Return a robot's internal propositions at the start, and its actions, each held against the samples."""
+        mission, rows = self.asked.mission, self.rows[robot]
+        planned = planned_actions(self.asked, robot, rows, self.alignment)
+        one, times = self.tracks[robot], self.samples.times
+        index = within(times, one.start, one.stop)
+        if self.samples.internal is None or not len(index):
+            return mission.initial_letter(robot), planned
+        first = int(index[0])
+        at, logged = [*times[index].tolist()], [self.samples.internal[robot][i] for i in index]
+        if at[0] > one.start:  # what it was when the flight began: of the last row before, or as the mission says
+            at = [float(times[first - 1]) if first else one.start, *at]
+            logged = [self.samples.internal[robot][first - 1] if first else mission.initial_letter(robot), *logged]
+        shown = [frozenset(letter) & mission.internal_propositions for letter in logged]
+        made = logged_actions(robot, np.array(at), shown, mission, rows)
+        if self.asked.team is None:
+            return shown[0], made
+        return shown[0], [*made, *unplanned(robot, made, planned, mission, until=Fraction(at[-1]))]
+
+    def _assumptions(self) -> Iterable[str]:
+        first, last = float(self.samples.times[0]), float(self.samples.times[-1])
+        lasts = f"The flight lasts from {self.start:.4f} to {self.stop:.4f} s of the recording"
+        planned = "" if self.end is None else f" (as planned, {self.end:.4f} s)" if self.alignment.trusted else " (all of it)"
+        rest = "; rows beyond are not judged" if last > self.stop or first < self.start else ""
+        yield f"{lasts}{planned}{rest}."
+        yield self.alignment.sentence
+        yield f"No robot is ever faster than {self.bounds.speed:g} m/s."
+        if np.isfinite(self.bounds.acceleration):
+            yield f"No robot is ever accelerated by more than {self.bounds.acceleration:g} m/s^2."
+        yield f"No measured position is off by more than {self.bounds.error:g} m, the digits that it was written with included."
+        if self.asked.mission.internal_propositions:
+            if self.samples.internal is not None:
+                yield "Internal states are those of the log; an action counts where the samples allow it at its place."
+            elif self.asked.actions:
+                yield (
+                    "Internal states are those of the certificate's planned actions, each where the samples allow it at its place."
+                )
+        if len(self.asked.worlds) > 1 or self.asked.gone:
+            yield "The world changed in flight as the folder says; the formula is the one that was asked last."
+        if self.paths is None:
+            yield "There are no trajectories to hold the flight against: nothing is said of a tube."
+        if self.asked.plan is None:
+            yield "There is no plan to hold the flight against: nothing is said of planned visits."
+
+
+def _all_laps(robot: RobotPlan, repeat: int) -> RobotPlan:
+    """Return a robot's plan with its cycle flown as often as is asked."""
+    if robot.cycle_visit is None:
+        return robot
+    visits = (*robot.visits[: robot.cycle_visit], *robot.visits[robot.cycle_visit :] * repeat)
+    return robot.model_copy(update={"visits": visits, "cycle_visit": None})
+
+
+def _require_fit(samples: Samples, asked: Asked) -> None:
+    times, agents = samples.times, asked.mission.agents
+    if times.ndim != 1 or len(times) == 0 or not np.all(np.abs(times) <= LARGEST) or np.any(np.diff(times) <= 0):
+        raise BadInput("times must be finite and increase, with at least one sample.")
+    if set(samples.positions) != set(agents):
+        raise BadInput(f"The recording has robots {', '.join(samples.positions)}; the mission has {', '.join(agents)}.")
+    for robot, places in samples.positions.items():
+        if places.shape != (len(times), 3) or np.any(np.abs(places) > LARGEST):
+            raise BadInput(f"positions of {robot} must be finite, of shape ({len(times)}, 3), not {places.shape}.")
+    if len(times) * len(agents) > MAX_SAMPLES:
+        raise BadInput(f"{len(times)} samples of {len(agents)} robots are too many; {MAX_SAMPLES} in all is the most.")
+    named = sorted(asked.mission.internal_propositions & asked.mission.formula.names())
+    if named and samples.internal is None and asked.team is None:
+        raise BadInput(
+            f"The formula names the internal proposition '{named[0]}', which positions do not show: give `internal`, or a run's "
+            "folder with its plan and certificate."
+        )
+    if samples.internal is not None:
+        for robot in agents:
+            if len(samples.internal.get(robot, ())) != len(times):
+                raise BadInput(f"internal must have {len(times)} sets of names for {robot}, one a sample.")
+
+
+def _claim_data(claim: Claim) -> dict[str, Any]:
+    witness = claim.witness
+    return {
+        "name": claim.name,
+        "outcome": claim.verdict,
+        "says": TELLS[claim.verdict],
+        "sentence": claim.sentence,
+        "robot": claim.robot,
+        "other": claim.other,
+        "region": None if witness is None else witness.region,
+        "visit": None if witness is None else witness.visit,
+        "time": claim.time,
+        "bound": claim.bound if claim.bound is None or np.isfinite(claim.bound) else None,
+        "limit": claim.limit,
+        "unit": claim.unit,
+        "word": [] if witness is None else [[robot, sorted(letter)] for robot, letter in witness.word],
+    }

@@ -1,0 +1,412 @@
+"""Recorded flights: what positions at some instants prove about all times, given a bound on the speed.
+
+Between two samples the robot stays in an ellipsoid of revolution around their chord: the sum of its distances to both
+ends is at most what it can fly in the meantime. Near each sample it stays in a ball that grows with time. Regions are
+*must*, *may* or *no* there as for a certificate, and the same judge decides: satisfied whatever happened in between,
+violated whatever happened in between, or samples too sparse to tell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from verify.behaviour.inclusion import DEFAULT_BUDGET
+from verify.behaviour.refutation import every_behaviour_breaks
+from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
+from verify.behaviour.word_claims import judge_formula
+from verify.data.errors import BadInput
+from verify.data.mission import Mission, Region
+from verify.data.mission_file import check_mission
+from verify.logic.progression import OutOfBudget
+from verify.logic.verdict import Verdict
+from verify.motion.regions import Ellipsoid, extent, relations
+from verify.recordings.flight_log import load_flight_log
+
+Floats = NDArray[np.float64]
+
+MAX_SAMPLES = 2_000_000
+FACTORS = (2, 4, 8, 16, 32, 64)
+"""How much denser samples are tried, to say which rate would do."""
+
+_SLACK = 1e-12
+"""Relative; the floats used here err by less than 100 units of 2^-53, so a status beyond this slack is proved."""
+
+
+_MOST = 1e9
+"""Greatest speed (m/s) and error (m) that are taken for meant; beyond them, floats would overflow and prove nothing."""
+
+LARGEST = 1e12
+"""Greatest coordinate (m) and time (s), likewise."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Track:
+    """One robot's samples: times from 0 in s, shape (n,); positions in m, shape (n, 3); internal propositions, or None."""
+
+    robot: str
+    times: Floats
+    positions: Floats
+    internal: tuple[frozenset[str], ...] | None
+
+
+def check_samples(
+    times: ArrayLike,
+    positions: ArrayLike | Mapping[str, ArrayLike],
+    mission: Mission,
+    *,
+    max_speed: float | None = None,
+    error: float = 0.0,
+    rounding: tuple[float, float] = (0.0, 0.0),
+    internal: Mapping[str, Sequence[Iterable[str]]] | None = None,
+    budget: int = DEFAULT_BUDGET,
+) -> Verdict:
+    """Decide whether a recorded flight satisfies its mission's formula, for all times and not only at the samples.
+
+    Args:
+        times: s, strictly increasing, the same for all robots. Shape (n,).
+        positions: m. Shape (n, 3) for one robot, (n, robots, 3) in the mission's order, or one (n, 3) for each name.
+        mission: Carries the formula and the regions; its trace must be finite.
+        max_speed: Bound on every robot's speed at all times, m/s.
+        error: Bound on the distance between measured and true position, m.
+        rounding: How far a time (s) and a position (m) may be off for having been written with few digits; it is
+            allowed for on top of the error.
+        internal: For each robot its internal propositions at each sample; needed where the formula names them. No
+            speed bounds them: between samples that agree they are taken as unchanged, between others as changed once.
+        budget: Configurations that each part of the formula may take.
+
+    Returns:
+        "holds": satisfied, whatever happened between the samples. "fails": violated, whatever happened. "undecided":
+        the samples are too sparse to tell; the sentence names a rate that would do, where one would.
+
+    Raises:
+        BadInput: No speed bound, samples further apart than it allows, or arrays that do not fit.
+    """
+    mission = check_mission(mission, to_plan=False)
+    speed = require_speed(max_speed)
+    require_error(error)
+    if mission.spec.formula is None:
+        raise BadInput(
+            "The mission has no formula, so nothing would be judged; `check_flight` judges passages and all the rest."
+        )
+    if mission.spec.trace == "infinite":
+        raise BadInput("A recorded flight ends; it cannot satisfy or break a formula over an infinite trace.")
+    tracks = _tracks(times, positions, mission, internal)
+    error = with_rounding(error, speed, rounding, np.asarray(times, dtype=np.float64), [track.positions for track in tracks])
+    for track in tracks:
+        _refuse_jumps(track, speed, error)
+    related = relations(mission)
+    verdict = _judged(tracks, mission, related, speed, error, budget)
+    if verdict.outcome != "undecided":
+        return verdict
+    rate = _sufficient_rate(tracks, mission, related, speed, error, budget)
+    return Verdict(
+        "undecided",
+        f"The samples are too sparse to tell whether the flight satisfies `{mission.spec.formula}`: {rate}. "
+        f"What might have happened between them: {verdict.sentence}",
+        verdict.counterexample,
+        verdict.time,
+        robot=verdict.robot,
+        times=verdict.times,
+    )
+
+
+def check_recording(source: str | Path, mission: Mission, *, max_speed: float | None = None, error: float = 0.0) -> Verdict:
+    """Hold a flight log in the form of `flight.csv` against a mission's formula: `check_samples` of what it holds.
+
+    Raises:
+        BadInput: The file is no such log, or does not fit the mission.
+    """
+    log = load_flight_log(source, mission)
+    return check_samples(
+        log.times, log.positions, mission, max_speed=max_speed, error=error, rounding=log.rounding, internal=log.internal
+    )
+
+
+def sampled_timeline(
+    robot: str, times: Floats, positions: Floats, regions: Mapping[str, Region], *, speed: float, error: float = 0.0
+) -> Timeline:
+    """Return what samples prove of one robot's labels at all times.
+
+    Args:
+        robot: Name.
+        times: s, from 0, strictly increasing. Shape (n,).
+        positions: m. Shape (n, 3).
+        regions: By name.
+        speed: Bound on the speed, m/s.
+        error: Bound on the measurement error, m.
+    """
+    initial: dict[str, Status] = {}
+    found: list[Change] = []
+    for name, region in regions.items():
+        row = _statuses(times, positions, region, speed, error)
+        initial[name] = row[0][1]
+        status = row[0][1]
+        for time, following in row[1:]:
+            instant = Enclosure(Fraction(time), Fraction(time))
+            if {status, following} == {"no", "must"}:  # a spell of may of no length: crossed in between, in any way
+                found.append(Change(instant, name, "may"))
+            found.append(Change(instant, name, following))
+            status = following
+    found.sort(key=lambda change: change.time.low)
+    return Timeline(robot, initial, tuple(found), Fraction(float(times[-1])))
+
+
+def _judged(tracks: Sequence[_Track], mission: Mission, related: Relations, speed: float, error: float, budget: int) -> Verdict:
+    return judge_timelines(mission, {track.robot: _timeline(track, mission, speed, error) for track in tracks}, related, budget)
+
+
+def judge_timelines(
+    mission: Mission, timelines: Mapping[str, Timeline], related: Relations, budget: int = DEFAULT_BUDGET
+) -> Verdict:
+    """Decide the formula on timelines that samples give: satisfied or violated whatever happened in between, or undecided."""
+    verdict = judge_formula(mission, timelines, related, budget=budget, mending=False)[0]
+    formula = f"`{mission.spec.formula}`"
+    if verdict.outcome == "holds":
+        note = f" But {verdict.vacuous[0]}" if verdict.vacuous else ""
+        return Verdict(
+            "holds", f"Satisfied: {formula} holds at all times, not only at the samples.{note}", vacuous=verdict.vacuous
+        )
+    if verdict.outcome == "undecided":
+        return verdict
+    try:
+        broken = every_behaviour_breaks(mission.formula, timelines, related, mission.spec.team, budget)
+    except OutOfBudget:
+        broken = False
+    outcome = "fails" if broken else "undecided"
+    sentence = f"Violated, whatever happened between the samples. {verdict.sentence}" if broken else verdict.sentence
+    return Verdict(outcome, sentence, verdict.counterexample, verdict.time, robot=verdict.robot, times=verdict.times)
+
+
+def _timeline(track: _Track, mission: Mission, speed: float, error: float) -> Timeline:
+    plain = sampled_timeline(track.robot, track.times, track.positions, mission.all_regions, speed=speed, error=error)
+    if track.internal is None:
+        return plain
+    actions = tuple(
+        InternalChange(Fraction(float(start)), "", "", "", -1, after, Fraction(float(stop)))
+        for start, stop, before, after in zip(
+            track.times[:-1], track.times[1:], track.internal[:-1], track.internal[1:], strict=True
+        )
+        if before != after
+    )
+    return Timeline(track.robot, plain.initial, plain.changes, plain.duration, track.internal[0], actions)
+
+
+def _statuses(times: Floats, positions: Floats, region: Region, speed: float, error: float) -> list[tuple[float, Status]]:
+    """Return (from when, status), statuses alternating, for one robot and region.
+
+    A status holds for a whole gap if it does in the whole ellipsoid of revolution, which lies within `wide` of the
+    chord; it holds near a sample for as long as the ball that the robot can have reached stays clear of the boundary.
+    """
+    scale = float(extent(Ellipsoid.of(region)).scale) * (1 + _SLACK)  # moving by d changes sqrt(q) by at most scale d
+    centre, matrix = np.array(region.center), region.shape
+    offset = positions - centre
+    turned = offset @ matrix
+    level = np.maximum(np.einsum("ij,ij->i", turned, offset), 0.0)
+    size = np.einsum("ij,jk,ik->i", np.abs(offset), np.abs(matrix), np.abs(offset))
+    if len(times) == 1:
+        return [(0.0, _at_sample(level[0], size[0], scale * error))]
+    step = np.diff(positions, axis=0)
+    gap = _gaps(times)
+    length = np.maximum(speed * gap + 2 * error, np.linalg.norm(step, axis=1)) * (1 + _SLACK)
+    wide = np.sqrt(np.maximum(length**2 - np.einsum("ij,ij->i", step, step), 0.0) / 4 + 1e-14 * length**2)
+    reach = scale * wide * (1 + _SLACK)
+    slack = _SLACK * (1 + np.maximum(size[:-1], size[1:])) * 16
+    bend = np.einsum("ij,jk,ik->i", step, matrix, step)
+    slope = 2 * np.einsum("ij,ij->i", turned[:-1], step)
+    place = np.clip(np.divide(-slope, 2 * bend, out=np.zeros_like(slope), where=bend > 0), 0.0, 1.0)
+    lowest = np.minimum.reduce([level[:-1], level[1:], level[:-1] + place * (slope + place * bend)])
+    highest = np.maximum(level[:-1], level[1:])
+    inside = (reach < 1) & (highest + slack <= (1 - reach) ** 2 * (1 - _SLACK))
+    outside = lowest - slack > (1 + reach) ** 2 * (1 + _SLACK)
+    root_low, root_high = np.sqrt(np.maximum(level - 16 * _SLACK * (1 + size), 0.0)), np.sqrt(level + 16 * _SLACK * (1 + size))
+    # for how long after (or before) each sample the ball is inside, or outside, for sure
+    held_in = ((1 - root_high) / scale - error) / speed * (1 - 1e-9)
+    held_out = ((root_low - 1) / scale - error) / speed * (1 - 1e-9)
+    shrink = np.diff(times) / gap  # the clock that was set to 0 may run slow by that much within a gap
+    row: list[tuple[float, Status]] = []
+
+    def add(time: float, status: Status) -> None:
+        if not row or row[-1][1] != status:
+            row.append((time, status))
+
+    for k in range(len(gap)):
+        start, stop = float(times[k]), float(times[k + 1])
+        if inside[k] or outside[k]:
+            add(start, "must" if inside[k] else "no")
+            continue
+        first, until = _near(held_in[k], held_out[k])
+        last, since = _near(held_in[k + 1], held_out[k + 1])
+        if first != "may":
+            add(start, first)
+        left = math.nextafter(start + until * shrink[k], -math.inf)
+        right = math.nextafter(stop - since * shrink[k], math.inf)
+        if left < right or first != last:
+            add(max(min(left, stop), start) if first != "may" else start, "may")
+        if last != "may":
+            add(min(max(right, left, start), stop), last)
+    return row
+
+
+def _gaps(times: Floats) -> Floats:
+    """Return upper bounds on the times between samples, whose clock was set to 0 with one rounding each."""
+    return np.nextafter(np.diff(times), np.inf) + np.spacing(times[1:])
+
+
+def _near(held_in: float, held_out: float) -> tuple[Status, float]:
+    if held_in > 0:
+        return "must", held_in
+    return ("no", held_out) if held_out > 0 else ("may", 0.0)
+
+
+def _at_sample(level: float, size: float, reach: float) -> Status:
+    slack = 16 * _SLACK * (1 + size)
+    if reach < 1 and level + slack <= (1 - reach) ** 2:
+        return "must"
+    return "no" if level - slack > (1 + reach) ** 2 else "may"
+
+
+def _sufficient_rate(
+    tracks: Sequence[_Track], mission: Mission, related: Relations, speed: float, error: float, budget: int
+) -> str:
+    """Say at which rate samples of the same flight, straight between those that there are, would decide."""
+    count = max(len(track.times) for track in tracks)
+    span = max(float(track.times[-1]) for track in tracks)
+    if count < 2 or span <= 0:
+        return "one instant is no flight"
+    for factor in FACTORS:
+        if count * factor * len(tracks) > MAX_SAMPLES:
+            break
+        denser = [_denser(track, factor) for track in tracks]
+        if _judged(denser, mission, related, speed, error, budget).outcome != "undecided":
+            return f"about {math.ceil(factor * (count - 1) / span)} samples a second would do"
+    return "no rate that was tried would do, for at the edge of a region a robot may go in and out unseen"
+
+
+def _denser(track: _Track, factor: int) -> _Track:
+    n = len(track.times)
+    index = np.arange((n - 1) * factor + 1) / factor
+    times = np.interp(index, np.arange(n), track.times)
+    positions = np.stack([np.interp(index, np.arange(n), column) for column in track.positions.T], axis=1)
+    internal = track.internal
+    if internal is not None:
+        internal = tuple(internal[math.ceil(i / factor)] for i in range((n - 1) * factor + 1))
+    return _Track(track.robot, times, positions, internal)
+
+
+def with_rounding(
+    error: float, speed: float, rounding: tuple[float, float], times: Floats, positions: Iterable[Floats]
+) -> float:
+    """Return the error with what times and positions lost in digits and floats: a time off by s is a position off by speed s.
+
+    Raises:
+        BadInput: The rounding is no time and length.
+    """
+    late, off = rounding
+    if not (0 <= late <= _MOST and 0 <= off <= _MOST):
+        raise BadInput(f"rounding must be a time in s and a length in m, from 0 to {_MOST:g}, not {rounding!s:.40}.")
+    late += float(np.spacing(np.max(np.abs(times))))
+    off += 2 * float(np.spacing(max(np.nanmax(np.abs(places), initial=0.0) for places in positions)))
+    return error + (off + speed * late) * (1 + 1e-9)
+
+
+def require_error(error: float) -> None:
+    """Refuse what is no bound on a measured position's error, m."""
+    if isinstance(error, bool) or not isinstance(error, int | float) or not 0 <= error <= _MOST:
+        raise BadInput(f"error must be a length in m, from 0 to {_MOST:g}, not {str(error)[:40]}.")
+
+
+def require_speed(max_speed: float | None) -> float:
+    """Return a bound on the speed, m/s, or refuse what is none."""
+    if max_speed is None:
+        raise BadInput("A sampled path proves nothing without a speed bound: give max_speed (--max-speed) in m/s.")
+    if isinstance(max_speed, bool) or not isinstance(max_speed, int | float) or not 1 / _MOST <= max_speed <= _MOST:
+        raise BadInput(
+            f"max_speed must be a speed in m/s, from {1 / _MOST:g} (so above 0) to {_MOST:g}, not {str(max_speed)[:40]}."
+        )
+    return float(max_speed)
+
+
+def _tracks(
+    times: ArrayLike,
+    positions: ArrayLike | Mapping[str, ArrayLike],
+    mission: Mission,
+    internal: Mapping[str, Sequence[Iterable[str]]] | None,
+) -> list[_Track]:
+    at = _array(times, "times")
+    if at.ndim != 1 or len(at) == 0:
+        raise BadInput(f"times must have shape (n,) with at least one sample, not {at.shape}.")
+    if np.any(np.diff(at) <= 0) or np.any(np.diff(at - at[0]) <= 0):
+        where = int(np.argmax((np.diff(at) <= 0) | (np.diff(at - at[0]) <= 0)))
+        raise BadInput(
+            f"times must increase, and by more than floats lose; times[{where + 1}] = {at[where + 1]} follows {at[where]}."
+        )
+    names = tuple(mission.agents)
+    if isinstance(positions, Mapping):
+        if set(positions) != set(names):
+            raise BadInput(f"positions name {', '.join(map(str, positions))}; the mission has {', '.join(names)}.")
+        tables = {name: _array(positions[name], f"positions of {name}") for name in names}
+    else:
+        table = _array(positions, "positions")
+        if table.ndim == 2 and len(names) == 1:
+            table = table[:, None, :]
+        if table.ndim != 3 or table.shape[1] != len(names):
+            raise BadInput(f"positions must have shape (n, {len(names)}, 3) for {len(names)} robots, not {table.shape}.")
+        tables = {name: table[:, i] for i, name in enumerate(names)}
+    for name, table in tables.items():
+        if table.shape != (len(at), 3):
+            raise BadInput(f"positions of {name} must have shape ({len(at)}, 3) for {len(at)} times, not {table.shape}.")
+    if len(at) * len(names) > MAX_SAMPLES:
+        raise BadInput(f"{len(at)} samples of {len(names)} robots are too many; {MAX_SAMPLES} in all is the most.")
+    inner = _internal(internal, mission, len(at))
+    return [_Track(name, at - at[0], tables[name], None if inner is None else inner[name]) for name in names]
+
+
+def _internal(
+    internal: Mapping[str, Sequence[Iterable[str]]] | None, mission: Mission, count: int
+) -> dict[str, tuple[frozenset[str], ...]] | None:
+    known = mission.internal_propositions
+    needed = sorted(known & mission.formula.names())
+    if internal is None:
+        if needed:
+            raise BadInput(
+                f"The formula names the internal proposition '{needed[0]}', which positions do not show: give `internal`."
+            )
+        return None
+    result: dict[str, tuple[frozenset[str], ...]] = {}
+    for name in mission.agents:
+        if name not in internal or len(internal[name]) != count:
+            raise BadInput(f"internal must have {count} sets of names for {name}, one a sample.")
+        result[name] = tuple(frozenset(letter) & known for letter in internal[name])
+    return result
+
+
+def _array(values: ArrayLike, name: str) -> Floats:
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as problem:
+        raise BadInput(f"{name} must be an array of numbers: {problem}.") from None
+    if not np.all(np.isfinite(array)):
+        raise BadInput(f"{name} must be finite; a number is NaN or infinite.")
+    if not np.all(np.abs(array) <= LARGEST):
+        raise BadInput(f"{name} must lie within {LARGEST:g}; that is no flight.")
+    return array
+
+
+def _refuse_jumps(track: _Track, speed: float, error: float) -> None:
+    step = np.linalg.norm(np.diff(track.positions, axis=0), axis=1)
+    allowed = (speed * _gaps(track.times) + 2 * error) * (1 + 1e-9)
+    if np.any(step > allowed):
+        k = int(np.argmax(step > allowed))
+        digits = next((n for n in range(4, 17) if f"{step[k]:.{n}g}" != f"{allowed[k]:.{n}g}"), 17)
+        raise BadInput(
+            f"{track.robot}'s samples {k} and {k + 1} are {step[k]:.{digits}g} m apart, "
+            f"{track.times[k + 1] - track.times[k]:.{digits}g} s one after the other; at most {speed:g} m/s and {error:g} m "
+            f"of error allow {allowed[k]:.{digits}g} m. Positions or times that were written with few digits need an error."
+        )

@@ -1,0 +1,312 @@
+"""Words of a team held against a formula: one robot after another, and all at once.
+
+Each claim is about every team word, so a conjunction is decided conjunct by conjunct, each seeing only its own
+propositions: most robots then do nothing that it could notice. `sequential` follows what whole words do to the states
+of our automaton; words that act alike are one kind, and words that change nothing drop out. Where the team's words are
+few enough to be written down, Spot decides the same question from scratch, and the two must agree.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from verify.behaviour.inclusion import DEFAULT_BUDGET, LOOSE_BUDGET, find_broken, holds_loosely, letter_graph
+from verify.behaviour.team_graph import Look, WithOthers
+from verify.data.errors import BadInput, InternalError
+from verify.data.formula import Formula
+from verify.data.mission import Reading
+from verify.data.word import Letter, Word, show_letter
+from verify.logic.explanation import explain, show
+from verify.logic.progression import Normal, OutOfBudget, conjuncts, normal_form, to_formula
+from verify.logic.semantics import satisfies
+from verify.logic.spot_opinion import some_word_breaks
+from verify.logic.vacuity import vacuous_parts
+from verify.logic.verdict import TEAM, TeamVerdict, Verdict
+from verify.words.orders import find_bad_order
+from verify.words.word_graph import InTurn, JointShuffle, Shuffle
+from verify.words.word_verdict import Letters, as_formula, as_word, check_word
+
+SPOT_BUDGET = 3_000
+"""States of a team, written down, up to which Spot is asked as well."""
+
+
+def check_team(
+    formula: str | Formula,
+    words: Mapping[str, Letters],
+    reading: Reading = "own",
+    *,
+    budget: int = DEFAULT_BUDGET,
+) -> TeamVerdict:
+    """Decide what a team's words satisfy without regard to times.
+
+    Args:
+        formula: LTLf in Spot's syntax.
+        words: Each robot's word: a `Word`, or a sequence of sets of names.
+        reading: "own": a position is one robot's letter; "joint": the union of all robots' letters.
+        budget: Configurations that each conjunct may take before the answer is `undecided`.
+
+    Returns:
+        `sequential`: one robot after another, in every order. `parallel`: all at once, whatever the times.
+
+    Raises:
+        FormulaError: The text is no formula.
+        BadInput: No robots, an empty word, or a lasso in a team of several robots.
+        MissingEngine: Spot, which gives the second opinion, is absent.
+    """
+    if reading not in ("own", "joint"):
+        raise BadInput(f'reading must be "own" or "joint", not {reading!r}.')
+    if not isinstance(words, Mapping) or not words:
+        raise BadInput('words must name at least one robot, such as {"quad0": [set(), {"a"}]}.')
+    given = {str(name): as_word(word, owner=f"{name}'s word") for name, word in words.items()}
+    formula = as_formula(formula, frozenset[str]().union(*(word.names() for word in given.values())))
+    lassos = [name for name, word in given.items() if word.cycle is not None]
+    if lassos and len(given) > 1:
+        raise BadInput(f"{lassos[0]}'s word has a cycle; an infinite trace belongs to one robot, a team's words are finite.")
+    if lassos:
+        verdict = check_word(formula, given[lassos[0]])
+        return TeamVerdict(verdict, verdict)
+    team = _Team(formula, {name: word.prefix for name, word in given.items()}, reading, budget)
+    sequential = team.decide("sequential")
+    parallel = team.decide("parallel")
+    if parallel.outcome == "holds" and sequential.outcome == "fails":
+        raise InternalError("`parallel` holds but `sequential` fails, which cannot be. This is a bug of ltlplan's.")
+    return TeamVerdict(sequential, parallel)
+
+
+_Place = tuple[str, int | None, Letter]
+"""One reading: robot (or the team), index of its letter, letter."""
+
+_Failure = tuple[Sequence[_Place], str]
+"""A team word that breaks the formula, and how the robots come to give it."""
+
+
+@dataclass(frozen=True)
+class _Kinds:
+    """Robots sorted by what one conjunct sees of their words.
+
+    Attributes:
+        words: One word for each kind.
+        robots: The robots of each kind.
+        runs: For each robot and each letter of its kind's word, the whole letters that look like it.
+    """
+
+    words: tuple[tuple[Letter, ...], ...]
+    robots: tuple[tuple[str, ...], ...]
+    runs: Mapping[str, tuple[tuple[int, ...], ...]]
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Return how many robots there are of each kind."""
+        return tuple(len(names) for names in self.robots)
+
+
+@dataclass(frozen=True)
+class _Team:
+    formula: Formula
+    words: Mapping[str, tuple[Letter, ...]]
+    reading: Reading
+    budget: int
+
+    def decide(self, claim: str) -> Verdict:
+        """Decide one claim, conjunct by conjunct; of several counterexamples return a shortest."""
+        doubts: list[str] = []
+        failures: list[_Failure] = []
+        for part in conjuncts(normal_form(self.formula)):
+            try:
+                failure = self._in_turn(part) if claim == "sequential" else self._at_once(part)
+            except OutOfBudget as error:
+                doubts.append(f"`{show(to_formula(part))}` could not be decided for the `{claim}` claim: {error}.")
+                continue
+            if failure is not None:
+                failures.append(failure)
+        if failures:
+            readings, how = min(failures, key=lambda failure: len(failure[0]))
+            return self._failure(claim, readings, how)
+        if doubts:
+            return Verdict("undecided", doubts[0], claim=claim)
+        vacuous = vacuous_parts(self.formula, [Word(word) for word in self.words.values()])
+        note = f" But {vacuous[0]}" if vacuous else ""
+        how = "in every order, one robot after another" if claim == "sequential" else "however their flights interleave"
+        return Verdict("holds", f"The words satisfy `{show(self.formula)}` {how}.{note}", claim=claim, vacuous=vacuous)
+
+    def _kinds(self, part: Normal, *, whole: bool = False) -> _Kinds:
+        """Sort the robots by their words as one conjunct sees them; `whole` keeps repeated letters."""
+        propositions = part.propositions
+        shorten = not whole and not part.uses_next  # repeating a letter changes no verdict
+        seen: dict[tuple[Letter, ...], list[str]] = {}
+        runs: dict[str, tuple[tuple[int, ...], ...]] = {}
+        for name, word in self.words.items():
+            kept: list[Letter] = []
+            run: list[list[int]] = []
+            for index, letter in enumerate(word):
+                cut = letter & propositions
+                if shorten and kept and cut == kept[-1]:
+                    run[-1].append(index)
+                else:
+                    kept.append(cut)
+                    run.append([index])
+            seen.setdefault(tuple(kept), []).append(name)
+            runs[name] = tuple(map(tuple, run))
+        return _Kinds(tuple(seen), tuple(map(tuple, seen.values())), runs)
+
+    def _in_turn(self, part: Normal) -> _Failure | None:
+        kinds = self._kinds(part)
+        graph = InTurn(kinds.words, kinds.counts, self.reading)
+        order = find_bad_order(part, graph, self.budget)
+        self._second_opinion(graph, part, broken=order is not None)
+        if order is None:
+            return None
+        waiting = [list(names) for names in kinds.robots]
+        robots = [waiting[kind].pop(0) for kind in order]
+        readings: list[_Place] = []
+        for position, robot in enumerate(robots):
+            held: Letter = frozenset()
+            if self.reading == "joint":
+                held = held.union(*(self.words[other][-1] for other in robots[:position]))
+                held = held.union(*(self.words[other][0] for other in robots[position + 1 :]))
+            first = 1 if self.reading == "joint" and position else 0  # its first letter is held already
+            readings += [(robot, i, letter | held) for i, letter in enumerate(self.words[robot]) if i >= first]
+        return readings, f"In the order {', '.join(robots)}: "
+
+    def _at_once(self, part: Normal) -> _Failure | None:
+        kinds = self._kinds(part)
+        if self.reading == "own" and not part.uses_next and _holds_loosely(part, kinds):
+            return None
+        broken = find_broken(self._graph(part, kinds), part, self.budget)
+        self._second_opinion(self._graph(part, kinds), part, broken=broken is not None)
+        if broken is None:
+            return None
+        try:  # on whole words, so that the counterexample is a shortest one
+            whole = self._kinds(part, whole=True)
+            exact = find_broken(self._graph(part, whole), part, self.budget)
+            if exact is None:
+                raise InternalError("Repeating letters changed a verdict without X. This is a bug of ltlplan's.")
+            kinds, broken = whole, exact
+        except OutOfBudget:
+            pass  # the counterexample on shortened words is one as well, only perhaps not a shortest
+        if self.reading == "joint":
+            readings = _joint_places(kinds, broken.looks, self.words)
+        else:
+            readings = _own_places(kinds, broken.looks, self.words, one_for_all=not part.uses_next)
+        return readings, "When the flights interleave: "
+
+    def _graph(self, part: Normal, kinds: _Kinds) -> Shuffle | JointShuffle:
+        if self.reading == "joint":
+            return JointShuffle(kinds.words, kinds.counts)
+        counts = kinds.counts
+        if not part.uses_next:  # several robots that hold one letter for ever read like one of them
+            counts = tuple(1 if len(word) == 1 else count for word, count in zip(kinds.words, counts, strict=True))
+        return Shuffle(kinds.words, counts)
+
+    def _second_opinion(self, graph: InTurn | Shuffle | JointShuffle, part: Normal, *, broken: bool) -> None:
+        """Ask Spot the same, where the team's words are few enough to be written down."""
+        try:
+            theirs = some_word_breaks(letter_graph(graph, part.propositions, SPOT_BUDGET), part)
+        except OutOfBudget:
+            return
+        if theirs != broken:
+            raise InternalError(
+                f"Two independent answers about `{show(to_formula(part))}` disagree: progression says that it "
+                f"{'fails' if broken else 'holds'}, Spot that it {'fails' if theirs else 'holds'}. This is a bug of ltlplan's."
+            )
+
+    def _failure(self, claim: str, readings: Sequence[_Place], how: str) -> Verdict:
+        word = Word(tuple(letter for _, _, letter in readings))
+        if satisfies(self.formula, word):
+            raise InternalError("A counterexample satisfies the formula after all. This is a bug of ltlplan's.")
+
+        def where(position: int) -> str:
+            robot, index, letter = readings[position]
+            if index is None:
+                return f"the team's letter {position + 1}, {show_letter(letter)}"
+            return f"{robot}'s letter {index + 1}, {show_letter(letter)}"
+
+        reason = explain(self.formula, word, where)
+        at = None if reason.position is None else readings[reason.position]
+        return Verdict(
+            "fails",
+            how + reason.sentence,
+            tuple((robot, letter) for robot, _, letter in readings),
+            claim=claim,
+            robot=None if at is None or at[0] == TEAM else at[0],
+            visit=None if at is None else at[1],
+        )
+
+
+def _holds_loosely(part: Normal, kinds: _Kinds) -> bool:
+    """Try to prove a conjunct from few robots alone, the others' letters coming at any time.
+
+    Where a conjunct is about what one or two robots do, this spares the product of all.
+    """
+    states = math.prod(math.comb(n + len(word), n) for word, n in zip(kinds.words, kinds.counts, strict=True))
+    if states <= LOOSE_BUDGET:
+        return False  # the exact search is as quick
+    everyone = [kind for kind, count in enumerate(kinds.counts) for _ in range(min(count, 2))]
+    for size in (0, 1, 2):
+        for followed in sorted(set(itertools.combinations(everyone, size))):
+            left = [count - followed.count(kind) for kind, count in enumerate(kinds.counts)]
+            others = {letter for word, count in zip(kinds.words, left, strict=True) if count for letter in word}
+            graph = Shuffle([kinds.words[kind] for kind in followed], [1] * size) if followed else None
+            if holds_loosely(WithOthers(graph, others), part):
+                return True
+    return False
+
+
+def _own_places(
+    kinds: _Kinds, looks: Sequence[Look], words: Mapping[str, tuple[Letter, ...]], *, one_for_all: bool
+) -> list[_Place]:
+    """Give each reading of a kind to one of its robots, and read whole letters."""
+    at = [dict.fromkeys(names, -1) for names in kinds.robots]
+    readings: list[_Place] = []
+    for look in looks:
+        assert look.robot is not None
+        index, fresh = look.nodes
+        robots = at[look.robot]
+        able = [name for name, place in robots.items() if place == index - fresh]
+        stood_for_all = one_for_all and fresh and len(kinds.words[look.robot]) == 1
+        for name in able if stood_for_all else able[:1]:
+            robots[name] = index
+            run = kinds.runs[name][index]
+            readings += [(name, i, words[name][i]) for i in (run if fresh else run[-1:])]
+    return readings
+
+
+def _joint_places(kinds: _Kinds, looks: Sequence[Look], words: Mapping[str, tuple[Letter, ...]]) -> list[_Place]:
+    """Follow which robots go on from one union to the next, and read whole letters."""
+    at = {name: 0 for names in kinds.robots for name in names}
+    held = dict.fromkeys(at, 0)
+    readings: list[_Place] = []
+
+    def read() -> None:
+        union: Letter = frozenset().union(*(words[name][index] for name, index in held.items()))
+        readings.append((TEAM, None, union))
+
+    before: tuple[int, ...] | None = None
+    for look in looks:
+        movers = [] if before is None else _movers(kinds, at, before, look.nodes)
+        for name in movers:
+            at[name] += 1
+            held[name] = kinds.runs[name][at[name]][0]
+        read()
+        for name in at if before is None else movers:
+            for index in kinds.runs[name][at[name]][1:]:
+                held[name] = index
+                read()
+        before = look.nodes
+    return readings
+
+
+def _movers(kinds: _Kinds, at: Mapping[str, int], before: tuple[int, ...], after: tuple[int, ...]) -> list[str]:
+    """Return robots that go on by one letter so that the counts `before` become those `after`."""
+    movers: list[str] = []
+    offset = 0
+    for word, names in zip(kinds.words, kinds.robots, strict=True):
+        leaving = 0
+        for place in range(len(word) - 1):
+            leaving += before[offset + place] - after[offset + place]
+            movers += [name for name in names if at[name] == place][:leaving]
+        offset += len(word)
+    return movers
