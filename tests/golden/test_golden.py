@@ -2,41 +2,46 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
 
-from tests.golden import CHANGED, cases, golden, result
+from tests.golden import CHANGED, cases, differences, golden, platform, result
 
 QUICK = ("shipped firefighting", "random 0", "random 2", "random 3", "random 4")
 
 
-def _agrees(case: str, *, bytes_too: bool = False) -> None:
-    wanted, found = golden()[case], result(case)
-    if not bytes_too:  # the same on one platform only
-        wanted.pop("trajectories", None), found.pop("trajectories", None)
-    if case in CHANGED:
-        assert found != wanted, f"{case} is as it was; take it off the list of changes"
-        return
-    assert found.keys() == wanted.keys()
-    for key in wanted:
-        if key == "cost":
-            assert math.isclose(found[key], wanted[key], rel_tol=1e-12)
-        else:
-            assert found[key] == wanted[key], key
-
-
 @pytest.mark.parametrize("case", QUICK)
 def test_results_are_as_before(case: str) -> None:
-    _agrees(case)
+    wanted, found = golden()[1][case], result(case)
+    assert found.keys() == wanted.keys()
+    assert sorted(map(str, found["claims"])) == sorted(map(str, wanted["claims"]))
+    assert found["words"].keys() == wanted["words"].keys()
+    assert _shown(found) == _shown(wanted)
+    assert found["cost"] == pytest.approx(wanted["cost"], rel=0.1), "more than two processors differ by"
+
+
+def _shown(found: dict) -> set[str]:
+    """Return what the team shows in all, whoever does."""
+    words = found["words"].values()
+    return {name for word in words for letter in [*word["prefix"], *(word["cycle"] or [])] for name in letter}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", cases())
 def test_all_results_are_as_before_to_the_last_bit(case: str) -> None:
-    _agrees(case, bytes_too=True)
+    where, wanted = golden()
+    if where != platform():
+        pytest.skip(f"the golden results were made elsewhere: {where}")
+    differs = differences(wanted[case], result(case))
+    if case in CHANGED:
+        assert differs, f"{case} is as it was; take it off the list of changes"
+    else:
+        assert not differs
 
 
 def test_every_case_has_a_golden_result() -> None:
-    assert list(golden()) == cases()
+    assert list(golden()[1]) == cases()
     assert set(CHANGED) <= set(cases())
+
+
+def test_what_differs_is_named() -> None:
+    assert differences({"cost": 1.0, "words": {}}, {"cost": 2.0, "words": {}, "claims": []}) == ["claims", "cost"]
