@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from ltlplan.logic.automata import Automaton, translate
     from ltlplan.logic.decomposition import decomposition_set
     from ltlplan.missions import load_mission
-    from ltlplan.pipeline import Result, plan, run
+    from ltlplan.pipeline import plan, run
+    from ltlplan.result import Result
     from verify.data import (
         LtlplanError,
         Mission,
@@ -32,7 +33,7 @@ _HOMES = {
     "LtlplanError": "verify.data",
     "Mission": "verify.data",
     "Plan": "verify.data",
-    "Result": "ltlplan.pipeline",
+    "Result": "ltlplan.result",
     "Trajectory": "verify.data",
     "Vehicle": "verify.data",
     "Word": "verify.data",

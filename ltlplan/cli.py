@@ -13,7 +13,6 @@ import typer
 
 import ltlplan
 from ltlplan.commands import automaton, certify, check, export, fly, missions, plan, recheck, run, show
-from ltlplan.start import main
 
 app = typer.Typer(name="ltlplan", no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
 app.command("run")(run.command)
@@ -41,7 +40,3 @@ def _options(
     ] = False,
 ) -> None:
     """From a sentence in temporal logic to certified quadcopter flights."""
-
-
-if __name__ == "__main__":
-    main()

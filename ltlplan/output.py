@@ -12,7 +12,7 @@ from verify.data.storage.folders import PROOF, write_folder
 from verify.data.trajectory_csv import write_csv
 
 if TYPE_CHECKING:
-    from ltlplan.pipeline import Result
+    from ltlplan.result import Result
 
 PLAN_FILES = ("mission.yaml", "plan.json")
 ONLINE_FILES = ("mission.yaml", EVENTS_FILE, "flight.csv", "report.html", "summary.txt")
@@ -37,7 +37,7 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     `crazyswarm2` ready for that system, and the manifest.
     """
     import flight
-    from ltlplan.report import report_html
+    from ltlplan.report.run_page import report_html
 
     def write(folder: Path) -> None:
         write_plan_files(result.plan, folder)

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING
 from ltlplan.missions import load_mission
 from ltlplan.planner import make_plan
 from ltlplan.precedences import with_waits
+from ltlplan.result import Result
 from verify.data import BadInput, InternalError, Mission, NotCertified, Plan, Trajectory, Witness, check_mission, check_plan
 
 if TYPE_CHECKING:
-    from flight import FlightLog
     from verify import Certificate
 
 Progress = Callable[[str, float], None]
@@ -28,29 +28,6 @@ Asked = Mission | str | os.PathLike[str]
 
 MAX_ROUNDS = 6
 """How often refinement may try to mend what the checker refused."""
-
-
-@dataclass(frozen=True)
-class Result:
-    """What a run made.
-
-    Attributes:
-        mission: What was asked, with the seed that was used.
-        plan: Words, assignment, waypoints, cost.
-        team: One trajectory a robot, in the mission's order; float32-exact.
-        certificate: The proof.
-        log: The simulated flight.
-        rounds: How many times refinement ran until the certificate held.
-        files: What was written, if anything.
-    """
-
-    mission: Mission
-    plan: Plan
-    team: dict[str, Trajectory]
-    certificate: Certificate
-    log: FlightLog
-    rounds: int
-    files: tuple[Path, ...] = ()
 
 
 def plan(mission: Asked, *, seed: int | None = None, progress: Progress | None = None) -> Plan:

@@ -151,7 +151,7 @@ def test_same_seed_same_bytes(tmp_path: Path) -> None:
     for seed in ("1", "2"):  # hash seeds: no set or dict order may leak into a file
         folder = tmp_path / seed
         environment = {**os.environ, "PYTHONPATH": str(root), "PYTHONHASHSEED": seed}
-        command = [sys.executable, "-m", "ltlplan.cli", "run", "firefighting", "--out", str(folder), "--json"]
+        command = [sys.executable, "-m", "ltlplan", "run", "firefighting", "--out", str(folder), "--json"]
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False, timeout=300)
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["holds"] is True

@@ -25,9 +25,7 @@ def test_the_library_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 def test_every_command_it_names_exists() -> None:
     (line,) = re.findall(r"^ltlplan (run \|.*)$", README, re.MULTILINE)
-    helped = subprocess.run(
-        [sys.executable, "-m", "ltlplan.cli", "--help"], cwd=ROOT, capture_output=True, text=True, check=True
-    )
+    helped = subprocess.run([sys.executable, "-m", "ltlplan", "--help"], cwd=ROOT, capture_output=True, text=True, check=True)
     for command in line.split(" | "):
         assert re.search(rf"^\W*{command}\b", helped.stdout, re.MULTILINE), command
 

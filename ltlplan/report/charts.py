@@ -15,7 +15,7 @@ from ltlplan.report.history import Reading, Spell, truth_spells
 from ltlplan.report.over_time import over_time
 
 if TYPE_CHECKING:
-    from ltlplan.pipeline import Result
+    from ltlplan.result import Result
     from verify import Certificate
     from verify.data import Formula, Mission
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ltlplan.pipeline import Result
+    from ltlplan.result import Result
     from verify import Certificate, Claim, FlightVerdict
     from verify.data import Plan, RobotPlan
 

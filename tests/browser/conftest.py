@@ -11,10 +11,10 @@ import pytest
 import ltlplan
 from flight.campaigns import campaign
 from ltlplan.online.flight import fly_online
-from ltlplan.report import report_html
 from ltlplan.report.campaign import campaign_html
 from ltlplan.report.online import online_html
 from ltlplan.report.pictures import pictures_html
+from ltlplan.report.run_page import report_html
 from tests.browser.devtools import CHROMIUM, Browser, Tab
 from verify.data.events import HoopMoves
 

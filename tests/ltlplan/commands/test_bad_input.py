@@ -19,7 +19,7 @@ def ltlplan(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     root = Path(__file__).parents[3]
     environment = {**os.environ, "PYTHONPATH": str(root)}
     return subprocess.run(
-        [sys.executable, "-m", "ltlplan.cli", *arguments],
+        [sys.executable, "-m", "ltlplan", *arguments],
         cwd=cwd,
         env=environment,
         capture_output=True,

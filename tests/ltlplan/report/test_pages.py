@@ -17,13 +17,13 @@ from flight.campaigns import campaign
 from flight.pictures import COLOURS, REGION_COLOURS
 from ltlplan.missions import shipped_missions
 from ltlplan.online.flight import fly_online
-from ltlplan.report import report_html
 from ltlplan.report.bars import Bar, bars_html, tick_step
 from ltlplan.report.campaign import campaign_html
 from ltlplan.report.inline import packed
 from ltlplan.report.online import online_html
 from ltlplan.report.over_time import over_time
 from ltlplan.report.pictures import pictures_html
+from ltlplan.report.run_page import report_html
 from tests.helpers.pages import bars_of, carried, data_of
 
 MOST_BYTES = 2_000_000

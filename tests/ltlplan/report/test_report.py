@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 import ltlplan
-from ltlplan.report import report_html
+from ltlplan.report.run_page import report_html
 from ltlplan.report.summary import holds, visits_text
 from tests.helpers.pages import bars_of, data_of
 from verify.data.plan import RobotPlan

@@ -1,0 +1,197 @@
+"""The page of a run: one self-contained page with the 3-D scene that plays, labels, sub-formulas, claims and errors.
+
+The first screen is the answer: is it certified, for how long, with how much room, and who flies what. The page fetches
+nothing: plotly's script, the styles and the data are all in it (`inline`). The same run gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import html
+from typing import TYPE_CHECKING
+
+import plotly.graph_objects as go
+
+from flight.pictures import sample_paths, scene
+from flight.shapes import Floats
+from ltlplan.report.charts import error_chart, label_chart, rotor_chart, truth_chart
+from ltlplan.report.history import Reading, Spell, letter_spells, still_to_do, team_readings
+from ltlplan.report.page import figure_place, listed, page_html, section, table, warning
+from ltlplan.report.player import Playing, Todo, player_data, player_section
+from ltlplan.report.summary import (
+    HEADER,
+    certified_sentence,
+    claim_rows,
+    flight_sentences,
+    holds,
+    shortfall,
+    tightest_rows,
+    tracking,
+    visits_text,
+)
+
+if TYPE_CHECKING:
+    from ltlplan.result import Result
+    from verify import Certificate
+    from verify.data import Mission
+
+STEP = 0.05
+"""Time between samples of the drawn paths, s."""
+
+THIN = 5
+"""Every so many entries of the flight's log are drawn in the scene: 20 a second, as of the paths."""
+
+
+_LABELS = (
+    "Dark: the robot is in the region for sure, wherever it is within the margin. Light: it may be in it. "
+    "Grey: propositions of its internal state."
+)
+_TRUTH = (
+    "A bar at a time: what is flown from then on satisfies the sub-formula. `F a` is true until a is reached for "
+    "the last time. Judged on the nominal letters; the claim is the certificate's."
+)
+_ERRORS = "Distance of the simulated robot from its certified path; the certificate covers the flight while it stays below the margin."
+_ROTORS = "Greatest (line) and least (dots) rotor of each robot, against the limits."
+_SCENE = (
+    "Line: certified path; tube around it: the margin; dots: flown in simulation; diamonds: waypoints. Drag to turn, scroll to "
+    "zoom; a click on a name hides that robot."
+)
+
+
+def report_html(result: Result) -> str:
+    """Return the page for one run."""
+    mission, certificate = result.mission, result.certificate
+    times, paths = sample_paths(result.team, STEP, mission.spec.repeat)
+    letters = _letters(mission, certificate, times, paths)
+    readings = team_readings(letters, joint=mission.spec.team == "joint")
+    cycle = _cycle_start(result)
+    end = float(times[-1])
+    playing = Playing(times, paths, letters, _todo(mission, readings), _tasks(result))
+    flown = {name: result.log.position[::THIN, i] for i, name in enumerate(result.log.robots)}
+    waypoints = {name: [w.position for w in robot.waypoints] for name, robot in result.plan.robots.items()}
+    figures: dict[str, go.Figure] = {
+        "scene": scene(mission, paths, flown=flown, waypoints=waypoints, margin=certificate.margin),
+        "errors": error_chart(result),
+    }
+    label = f"Moving 3-D picture of the hoops and of the paths of {', '.join(mission.agents)}; the plan's table says the same."
+    sections = [
+        player_section(playing, label, _SCENE),
+        section("Labels over time", label_chart(certificate, letters, end, cycle), note=_LABELS),
+    ]
+    if mission.spec.formula is not None:
+        sections.append(section("Sub-formulas over time", truth_chart(mission.formula, readings, end, cycle), note=_TRUTH))
+    sections.append(_chart("Tracking error", "errors", _ERRORS))
+    if result.log.rotors is not None:
+        figures["rotors"] = rotor_chart(result, result.log.rotors)
+        sections.append(_chart("Rotor thrusts", "rotors", _ROTORS))
+    sections += [_plan_table(result), _claim_table(certificate), _flight_notes(result)]
+    return page_html(
+        mission.name,
+        header=_header(result, end),
+        sections=sections,
+        figures=figures,
+        player=player_data(playing),
+        footer=f"Certificate {certificate.digest()}. It does not cover climb, landing, another airframe or another time scale.",
+    )
+
+
+def _header(result: Result, end: float) -> str:
+    """Return the answer: the verdict, what must be known before anything else, what was asked, the figures."""
+    mission = result.mission
+    good = holds(result)
+    verdict = (
+        f"{certified_sentence(result)}, and flown in simulation inside it."
+        if good
+        else f"{certified_sentence(result)}, but not everything holds: {shortfall(result)}."
+    )
+    notes = [note for note in result.plan.notes if note.startswith("Holds only vacuously")]
+    asked = [("asks", mission.spec.formula), ("flies exactly", mission.sequence)]
+    facts = "".join(
+        f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(value)} <small>{html.escape(more)}</small></dd></div>"
+        for name, value, more in _facts(result, end)
+    )
+    return (
+        f'<p class="verdict {"holds" if good else "fails"}">{html.escape(verdict)}</p>'
+        + "".join(warning(note) for note in notes)
+        + "".join(
+            f'<p class="formula"><span>{word}</span> <code>{html.escape(text)}</code></p>' for word, text in asked if text
+        )
+        + f'<dl class="facts">{facts}</dl>'
+    )
+
+
+def _facts(result: Result, end: float) -> list[tuple[str, str, str]]:
+    """Return the figures of the first screen: name, value, what to compare it with."""
+    mission, certificate = result.mission, result.certificate
+    idle = sum(not robot.visits for robot in result.plan.robots.values())
+    many = len(mission.agents)
+    flown = tracking(result)
+    worst = max(flown, key=lambda name: flown[name]["worst"])
+    largest = certificate.largest_margin
+    facts = [
+        ("Robots", str(many), "" if not idle else "it stays at its start" if many == 1 else f"{idle} of them not needed"),
+        ("Flight", f"{end:.2f} s", f"{mission.spec.repeat} laps" if mission.spec.repeat > 1 else ""),
+        ("Margin", f"{1000 * certificate.margin:g} mm", "" if largest is None else f"{1000 * largest:.1f} mm would hold too"),
+        ("Worst tracking error", f"{1000 * flown[worst]['worst']:.1f} mm", f"{worst}, in simulation"),
+    ]
+    apart = [claim for claim in certificate.claims if claim.name == "separation" and claim.bound is not None]
+    if apart:
+        nearest = min(apart, key=lambda claim: claim.bound or 0.0)
+        facts.append(("Closest two robots", f"{nearest.bound:.3f} m", f"{nearest.limit:.3g} m needed"))
+    weights = ", ".join(f"{name} {weight:g}" for name, weight in mission.planner.cost.items() if weight)
+    facts.append(("Cost", f"{result.plan.cost:.3f}", f"{weights}; {result.plan.method}"))
+    return facts
+
+
+def _tasks(result: Result) -> dict[str, str]:
+    """Return each robot's visits in words."""
+    return {name: visits_text(robot) for name, robot in result.plan.robots.items()}
+
+
+def _letters(mission: Mission, certificate: Certificate, times: Floats, paths: dict[str, Floats]) -> dict[str, list[Spell]]:
+    result: dict[str, list[Spell]] = {}
+    for name, path in paths.items():
+        actions = sorted((action.time, action.target) for action in certificate.actions if action.robot == name)
+        result[name] = letter_spells(mission, name, times, path, actions)
+    return result
+
+
+def _cycle_start(result: Result) -> float | None:
+    (first, *_rest) = result.team.values()
+    return None if first.cycle is None else float(first.knots[first.cycle])
+
+
+def _todo(mission: Mission, readings: list[Reading]) -> Todo:
+    if mission.spec.formula is None:
+        return [(0.0, [("", "the sequence's passages, in order")])]
+    if mission.spec.trace == "infinite":
+        return [(0.0, [("", "for ever: the formula is judged on the repeated cycle")])]
+    return still_to_do(mission.formula, readings)
+
+
+def _chart(title: str, figure: str, note: str) -> str:
+    return section(title, figure_place(figure, f"Chart: {title.lower()}. {note}"), note=note)
+
+
+def _plan_table(result: Result) -> str:
+    flown = tracking(result)
+    rows = [
+        [name, visits_text(robot), str(robot.word), f"{robot.cost:.3f}", f"{1000 * flown[name]['worst']:.1f} mm"]
+        for name, robot in result.plan.robots.items()
+    ]
+    content = table(("robot", "visits", "word", "cost", "worst error"), rows, numbers=(3, 4))
+    notes = "".join(f'<p class="note">{html.escape(note)}</p>' for note in result.plan.notes)
+    return section("Plan", notes + content)
+
+
+def _claim_table(certificate: Certificate) -> str:
+    def claims(rows: list[tuple[str, ...]]) -> str:
+        return table(HEADER, rows, numbers=(3, 4, 5), verdict=2)
+
+    note = "Each holds at all times, for every flight within the margin (limits: for the nominal flight). The tightest of each kind:"
+    every = f"<details><summary>All {len(certificate.claims)} claims</summary>{claims(claim_rows(certificate))}</details>"
+    return section("Claims", claims(tightest_rows(certificate)) + every, note=note)
+
+
+def _flight_notes(result: Result) -> str:
+    sentences = flight_sentences(result)
+    return section("Monitor", listed(sentences)) if sentences else ""
