@@ -11,7 +11,7 @@ from refine.limits.stretching import stretch_to_limits
 from refine.limits.values import Limits, Rotors
 from refine.solvers.fastest import time_optimal
 from refine.solvers.retiming import retime
-from refine.solvers.timeout import ClockRanOut
+from refine.solvers.timeout import SolverTimeout
 from refine.spline.least_snap import minimum_snap
 from refine.spline.parts import split
 from refine.spline.rounding import jumps, on_grid, quantise
@@ -19,9 +19,9 @@ from refine.spline.values import Spline
 from refine.team import refine
 
 __all__ = [
-    "ClockRanOut",
     "Limits",
     "Rotors",
+    "SolverTimeout",
     "Spline",
     "heading_spline",
     "jumps",

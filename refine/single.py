@@ -24,7 +24,6 @@ from refine.heading.yaw import heading_spline
 from refine.limits.stretching import stretch_to_limits
 from refine.limits.values import Limits
 from refine.solvers.nlp import Steps, Timing, optimise
-from refine.solvers.timeout import ClockRanOut
 from refine.spline.values import Spline
 from verify.data import Infeasible, Plan, RobotPlan
 
@@ -119,8 +118,6 @@ def single(plan: Plan, name: str, wishes: Wishes, extra: tuple[Ball, ...], ask: 
         )
     try:
         return _moving(plan, name, wishes, limits, extra, ask, stops)
-    except ClockRanOut:
-        raise
     except Infeasible:
         moved = moved_into_the_clear(mission, robot)
         if moved == robot:
@@ -170,8 +167,6 @@ def _labelled(
     mission, robot, buffer = plan.mission, plan.robots[name], BUFFER + pad
     try:
         path, yaw = _timed(plan, name, course, limits, buffer, halts, NONE, even=even)
-    except ClockRanOut:
-        raise
     except Infeasible:  # the corridors are too tight for a curve; the polyline keeps them
         everywhere = frozenset(range(len(course) + 1))
         path, yaw = _timed(plan, name, course, limits, buffer, everywhere, NONE, even=even)
@@ -187,8 +182,6 @@ def _labelled(
         straight, straight_yaw = _timed(plan, name, course, limits, buffer, halts, onward, even=even)
         if not troubles(straight, mission, name, robot, _UNSURE + pad):
             return _Fitted(straight, straight_yaw, halts, onward)
-    except ClockRanOut:
-        raise
     except Infeasible:
         pass  # legs that turn sharply cannot both go onward without a rest
     rest = halts
@@ -240,8 +233,6 @@ def _timed(
         shares = lengths**power
         try:
             found.append(_paced(plan, name, course, limits, buffer, rest, onward, total * shares / shares.sum()))
-        except ClockRanOut:
-            raise
         except Infeasible:
             continue  # the plan's own times stand
     return min(found, key=lambda flown: flown[0].duration)
@@ -299,8 +290,6 @@ def _raced(
         first = start if best is None else best[0].stretched(_ROOM)
         try:
             found = _hurried(plan, name, course, limits, fitted, first, ease, buffer, rules, ask, roomy=roomy)
-        except ClockRanOut:
-            raise
         except Infeasible as error:
             failure = failure or error
             continue
@@ -389,8 +378,6 @@ def _hurried(
             try:
                 answers.append(run())
                 return answers[-1]
-            except ClockRanOut:
-                raise
             except Infeasible as error:
                 failure = error
         assert failure is not None
@@ -409,8 +396,6 @@ def _hurried(
             try:
                 finer = until_kept(course, rules, run, buffer=buffer)
                 other, other_yaw = _slowed(plan, name, course, limits, finer, fitted.rest)
-            except ClockRanOut:
-                raise
             except Infeasible:
                 continue
             if other.duration < best[0].duration and not troubles(other, mission, name, robot):

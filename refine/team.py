@@ -66,7 +66,7 @@ def refine(
     Raises:
         BadInput: Something asked is no plan, no pace or no positive number, or the plan's numbers do not fit each other.
         Infeasible: A limit or a label cannot be kept; carries a witness.
-        ClockRanOut: An engine's seconds ran out before its iterations.
+        SolverTimeout: An engine's seconds ran out before its iterations.
         DoesNotFit: A flight needs more than `max_pieces` pieces, and is not to rest.
     """
     del previous

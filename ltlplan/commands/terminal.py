@@ -74,7 +74,7 @@ def _kind(error: LtlplanError) -> str:
         1: "bug of ours",
         2: "bad input",
         3: "unsatisfiable",
-        4: "no feasible trajectory",
+        4: "no trajectory found",
         5: "not certified",
         6: "does not fit the vehicle",
     }.get(error.exit_code, "error")

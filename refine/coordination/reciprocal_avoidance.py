@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from refine.corridor.course import Course
 from refine.corridor.fitting import BUFFER, Rules, fixed_states, rows_of, until_kept
 from refine.solvers.qp import Programme, Row, solve
-from refine.solvers.timeout import ClockRanOut
 from refine.spline.basis import SIZE, bernstein_matrix
 from refine.spline.values import Spline
 from verify.data import Infeasible
@@ -84,8 +83,6 @@ def passing(
         for side in _sides(cut, spans, scale):
             try:
                 yield _separated(cut, spans, side, way, distance, scale)
-            except ClockRanOut:
-                raise
             except Infeasible:
                 continue  # another side, or another one gives way
 
@@ -113,8 +110,6 @@ def roundabout(movers: tuple[Mover, ...], distance: float, z_scale: float) -> It
         sides = [_ruled(rule, (cut[i], cut[j]), spans, scale) for i, j in pairs]
         try:
             yield _all_separated(tuple(cut), pairs, spans, sides, distance, scale)
-        except ClockRanOut:
-            raise
         except Infeasible:
             continue  # another rule
 

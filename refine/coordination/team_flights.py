@@ -22,7 +22,6 @@ from refine.corridor.legs import HOVERING
 from refine.corridor.relocation import moved_apart, spread
 from refine.feedback import Wishes
 from refine.single import Ask, Robot, single
-from refine.solvers.timeout import ClockRanOut
 from verify.data import Infeasible, Plan, Witness
 from verify.data.rules.spacing import Spacing, needed, spacing_of
 
@@ -50,7 +49,7 @@ def together(plan: Plan, wishes: Wishes, ask: Ask, tell: Progress) -> Together:
     Raises:
         Infeasible: A robot cannot fly as planned even alone, two of them start or end too near each other, or nothing that was
             tried keeps them apart.
-        ClockRanOut: An engine's seconds ran out.
+        SolverTimeout: An engine's seconds ran out.
     """
     spacing = spacing_for(plan, wishes)
     if len(plan.robots) > 1:
@@ -78,8 +77,6 @@ def together(plan: Plan, wishes: Wishes, ask: Ask, tell: Progress) -> Together:
     for robots, conflict in met:
         try:
             return given_way(plan, robots, wishes, conflict, spacing)
-        except ClockRanOut:
-            raise
         except Infeasible as error:
             failures.append(error)
     if not wishes.precedences and ask.pace == "nominal":  # no other pace is taken for the one that was asked for
@@ -112,8 +109,6 @@ def _alone(plan: Plan, wishes: Wishes, ask: Ask, spacing: Spacing, tell: Progres
         idle = idle_others(plan, name, spacing)
         try:
             robots[name] = single(plan, name, wishes, idle, ask)
-        except ClockRanOut:
-            raise
         except Infeasible:
             if not idle:
                 raise
@@ -127,8 +122,6 @@ def _plans_own(
     """Return the robots with the plan's own shares of time; None where that changes nothing or is not possible."""
     try:
         slower = _alone(plan, wishes, ask, spacing, tell)
-    except ClockRanOut:
-        raise
     except Infeasible:
         return None
     return None if all(slower[name].path.duration == robot.path.duration for name, robot in robots.items()) else slower
@@ -160,8 +153,6 @@ def _departing(
             try:
                 robots = {**robots, name: single(plan, name, wishes, (*idle_others(plan, name, spacing), *places), ask)}
                 changed, waiting = True, False
-            except ClockRanOut:
-                raise
             except Infeasible:
                 continue  # its own path stays; the other robot's may still move
         if not changed:
@@ -215,8 +206,6 @@ def _elsewhere(plan: Plan, name: str, wishes: Wishes, ask: Ask, spacing: Spacing
         changed = plan.model_copy(update={"robots": {**plan.robots, name: elsewhere}})
         try:
             flights.append(single(changed, name, wishes, idle, ask))
-        except ClockRanOut:
-            raise
         except Infeasible:
             continue  # the other places may do
     return flights
@@ -247,8 +236,6 @@ def _resting(plan: Plan, wishes: Wishes, ask: Ask, spacing: Spacing) -> list[dic
         options[name] = _elsewhere(plan, name, wishes, ask, spacing)
         try:
             options[name].insert(0, single(plan, name, wishes, idle_others(plan, name, spacing), ask))
-        except ClockRanOut:
-            raise
         except Infeasible:
             continue  # the other places may do
     return [{name: options[name][index] for name, index in at.items()} for at in itertools.islice(_choices(options), _RESTING)]

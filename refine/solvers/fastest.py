@@ -21,7 +21,6 @@ from refine.limits.stretching import stretch_to_limits
 from refine.limits.values import Limits
 from refine.solvers.nlp import INSTANTS, Objective, Timing, optimise
 from refine.solvers.retiming import retime
-from refine.solvers.timeout import ClockRanOut
 from refine.spline.least_snap import minimum_snap
 from refine.spline.values import Spline
 from verify.data import BadInput, Infeasible
@@ -75,7 +74,7 @@ def time_optimal(
     Raises:
         BadInput: Shapes or numbers are wrong, or neighbours coincide.
         Infeasible: The limits cannot be kept at any speed.
-        ClockRanOut: An engine's seconds ran out before its iterations.
+        SolverTimeout: An engine's seconds ran out before its iterations.
     """
     points = _points(waypoints)
     if objective == "time" and not (
@@ -178,8 +177,6 @@ def _attempt(problem: Timing) -> Spline | None:
     """Return an answer, or None where the iterations ran out: the rung below stands then."""
     try:
         return optimise(problem)
-    except ClockRanOut:
-        raise
     except Infeasible:
         return None
 
@@ -188,8 +185,6 @@ def _retimed(guess: Spline, limits: Limits) -> Spline:
     """Return the first guess, flown faster where that programme can be solved."""
     try:
         return retime(guess, limits)
-    except ClockRanOut:
-        raise
     except Infeasible:
         return guess
 

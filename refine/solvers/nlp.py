@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from refine.corridor.bodies import Ball, Plane
 from refine.limits.values import Limits
-from refine.solvers.timeout import ClockRanOut
+from refine.solvers.timeout import SolverTimeout
 from refine.spline.basis import HERMITE, ORDER, SIZE, SNAP, bernstein_matrix, derivative_weights
 from refine.spline.values import Spline
 from verify.data import GRAVITY, BadInput, Infeasible
@@ -109,7 +109,7 @@ def optimise(problem: Timing) -> Spline:
     Raises:
         BadInput: Numbers are not finite or shapes do not fit.
         Infeasible: IPOPT did not converge within its iterations, or its answer breaks what was asked; says by how much.
-        ClockRanOut: Its seconds ran out before its iterations.
+        SolverTimeout: Its seconds ran out before its iterations.
     """
     shape = _shape(problem)
     solver = _solver(shape, SECONDS)
@@ -118,7 +118,7 @@ def optimise(problem: Timing) -> Spline:
     answer = solver(x0=guess, lbx=lower, ubx=upper, lbg=low, ubg=high, p=_parameters(problem, shape))
     status = solver.stats()
     if status["return_status"] in _OUT_OF_TIME:
-        raise ClockRanOut("IPOPT", SECONDS)
+        raise SolverTimeout("IPOPT", SECONDS)
     x, g = np.asarray(answer["x"]).ravel(), np.asarray(answer["g"]).ravel()
     broken = float(np.max(np.maximum(low - g, g - high), initial=0.0))
     if not np.all(np.isfinite(x)) or broken > TOLERANCE or not status["success"]:

@@ -21,7 +21,7 @@ from scipy import sparse
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 
-from refine.solvers.timeout import ClockRanOut
+from refine.solvers.timeout import SolverTimeout
 from refine.spline.basis import HERMITE, ORDER, SNAP
 from refine.spline.values import Spline
 from verify.data import Infeasible, InternalError
@@ -96,7 +96,7 @@ def solve(programme: Programme, engine: Engine = "nnls") -> Spline:
     Raises:
         Infeasible: The rows contradict each other or the engine's budget of iterations ran out; says by how much the
             worst row is off.
-        ClockRanOut: The engine's seconds ran out before its iterations.
+        SolverTimeout: The engine's seconds ran out before its iterations.
         InternalError: The snap form is not positive definite.
     """
     form, basis, offset = _reduced(programme)
@@ -238,7 +238,7 @@ def _by_osqp(matrix: Floats, low: Floats, high: Floats) -> Floats:
     )
     answer = solver.solve(raise_error=False)
     if answer.info.status == "run time limit reached":
-        raise ClockRanOut("OSQP", SECONDS)
+        raise SolverTimeout("OSQP", SECONDS)
     if answer.x is None or not np.all(np.isfinite(answer.x)):
         raise Infeasible(f"The corridors contradict each other ({len(low)} rows).")
     return answer.x

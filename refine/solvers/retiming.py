@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from refine.limits.stretching import stretch_to_limits
 from refine.limits.values import Limits
-from refine.solvers.timeout import ClockRanOut
+from refine.solvers.timeout import SolverTimeout
 from refine.spline.least_snap import minimum_snap
 from refine.spline.values import Spline
 from verify.data import GRAVITY, BadInput, Infeasible, MissingEngine
@@ -46,7 +46,7 @@ def retime(path: Spline, limits: Limits, *, within: float = 0.02) -> Spline:
     Raises:
         BadInput: `within` is no length.
         Infeasible: The limits cannot be kept at any speed, or the engine did not solve the programme.
-        ClockRanOut: The engine's seconds ran out before its iterations.
+        SolverTimeout: The engine's seconds ran out before its iterations.
         MissingEngine: cvxpy is not installed.
     """
     if not 0.0 < within < np.inf:
@@ -68,7 +68,7 @@ def pace(path: Spline, limits: Limits) -> Floats:
 
     Raises:
         Infeasible: The engine did not solve the programme; "almost solved" is not solved.
-        ClockRanOut: Its seconds ran out before its iterations.
+        SolverTimeout: Its seconds ran out before its iterations.
         MissingEngine: cvxpy is not installed.
     """
     at = np.linspace(0.0, path.duration, GRID + 1)
@@ -108,7 +108,7 @@ def _solve(programme: Any) -> None:
     except cp.SolverError as error:
         raise Infeasible(f"The pace along the path was not found: {error}") from None
     if programme.status == cp.USER_LIMIT and (programme.solver_stats.num_iters or 0) < ITERATIONS:
-        raise ClockRanOut("Clarabel", SECONDS)
+        raise SolverTimeout("Clarabel", SECONDS)
     if programme.status != cp.OPTIMAL:
         raise Infeasible(f"The pace along the path was not found: {programme.status} after at most {ITERATIONS} iterations.")
 

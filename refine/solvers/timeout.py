@@ -1,21 +1,23 @@
 """Engines' clocks: they only ever end a run with an error, so that a slow machine gives the same answer or none.
 
-Budgets of iterations may shape an answer, since they run out at the same place everywhere. Whoever goes on after an engine
-that did not converge must let `ClockRanOut` pass.
+Budgets of iterations may shape an answer, since they run out at the same place everywhere. A time-out is no kind of `Infeasible`:
+whoever goes on after an engine that found nothing lets it pass.
 """
 
 from __future__ import annotations
 
-from verify.data import Infeasible
+from verify.data import LtlplanError
 
 
-class ClockRanOut(Infeasible):
+class SolverTimeout(LtlplanError):
     """An engine used up its seconds before its iterations; another machine might have found an answer.
 
     Attributes:
         engine: Its name.
         seconds: Its budget, s.
     """
+
+    exit_code = 4  # as for what is infeasible: there is no trajectory to go on with
 
     def __init__(self, engine: str, seconds: float) -> None:
         super().__init__(

@@ -1,7 +1,8 @@
 """The errors that a user of ltlplan can meet, and the exit code of each.
 
 Every error that we raise on purpose derives from `LtlplanError`. Six classes under it carry one exit
-code each; more special classes derive from those and only add what a caller may want to look at.
+code each; more special classes derive from those and only add what a caller may want to look at (two, an engine that is absent and
+one whose clock ran out, are no kind of the six and share a code with one of them).
 """
 
 from __future__ import annotations

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import refine
-from refine import ClockRanOut, Limits, minimum_snap, time_optimal
+from refine import Limits, SolverTimeout, minimum_snap, time_optimal
 from refine.solvers import nlp, qp, retiming
 from tests.refine.test_team import patrol_plan, sequence_plan
-from verify.data import Infeasible
+from verify.data import Infeasible, LtlplanError
 
 POINTS = np.array([[0.0, 0.0, 1.0], [1.0, 0.5, 1.2], [2.0, -0.5, 1.0], [3.0, 0.0, 1.4]])
 LIMITS = Limits(speed=2.0, thrust_max=15.0)
@@ -17,11 +17,16 @@ LIMITS = Limits(speed=2.0, thrust_max=15.0)
 
 def test_ipopts_clock_is_an_error_and_no_fallback(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(nlp, "SECONDS", 1e-3)
-    with pytest.raises(ClockRanOut, match=r"IPOPT did not finish within its 0\.001 s") as caught:
+    with pytest.raises(SolverTimeout, match=r"IPOPT did not finish within its 0\.001 s") as caught:
         time_optimal(POINTS, LIMITS)
     assert (caught.value.engine, caught.value.seconds, caught.value.exit_code) == ("IPOPT", 1e-3, 4)
-    with pytest.raises(ClockRanOut, match="IPOPT"):
+    with pytest.raises(SolverTimeout, match="IPOPT"):
         refine.refine(patrol_plan(), pace="time")
+
+
+def test_a_time_out_is_an_error_of_ours_and_no_kind_of_infeasibility() -> None:
+    assert issubclass(SolverTimeout, LtlplanError)
+    assert not issubclass(SolverTimeout, Infeasible)
 
 
 def test_osqps_clock_is_an_error_and_no_fallback(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -36,19 +41,19 @@ def test_osqps_clock_is_an_error_and_no_fallback(monkeypatch: pytest.MonkeyPatch
     np.testing.assert_allclose(flight.durations, usual.durations, rtol=1e-3)
     np.testing.assert_allclose(flight.evaluate(flight.knots), usual.evaluate(usual.knots), atol=1e-2)
     monkeypatch.setattr(qp, "SECONDS", 1e-9)
-    with pytest.raises(ClockRanOut, match="OSQP"):
+    with pytest.raises(SolverTimeout, match="OSQP"):
         refine.refine(sequence_plan())
 
 
 def test_clarabels_clock_and_its_iterations_are_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
     path = minimum_snap(POINTS, [0.0, 1.0, 2.0, 3.0])
     monkeypatch.setattr(retiming, "SECONDS", 1e-9)
-    with pytest.raises(ClockRanOut, match="Clarabel"):
+    with pytest.raises(SolverTimeout, match="Clarabel"):
         retiming.pace(path, LIMITS)
     monkeypatch.setattr(retiming, "SECONDS", 120.0)
     monkeypatch.setattr(retiming, "ITERATIONS", 2)
     with pytest.raises(Infeasible, match="after at most 2 iterations") as caught:
         retiming.pace(path, LIMITS)
-    assert not isinstance(caught.value, ClockRanOut)
+    assert not isinstance(caught.value, SolverTimeout)
     monkeypatch.undo()
     assert np.all(np.diff(retiming.pace(path, LIMITS)) > 0)
