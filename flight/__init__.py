@@ -2,6 +2,8 @@
 
 from flight.campaigns import Campaign, Share, campaign
 from flight.comparison import Comparison, compare
+from flight.conditions import Conditions
+from flight.control.controller import Controller
 from flight.exports import Exported, export, formats, quantised, upload, with_hovers
 from flight.flights import fly
 from flight.logs.log import Event, FlightLog
@@ -9,13 +11,17 @@ from flight.logs.recordings import Recording, read_recording
 from flight.logs.tables import read_log, write_log
 from flight.model.airframe import Airframe, airframe_of, shipped_airframes
 from flight.model.disturbances import Wind
+from flight.model.plant import AirframeModel
 from flight.model.sensing import MotionCapture
 from flight.monitoring.monitor import Monitor
 
 __all__ = [
     "Airframe",
+    "AirframeModel",
     "Campaign",
     "Comparison",
+    "Conditions",
+    "Controller",
     "Event",
     "Exported",
     "FlightLog",

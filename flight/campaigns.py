@@ -8,21 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import betaincinv
 
 from flight.certified import require_certificate
-from flight.closed_loop import FRAME_STEPS, STEP, SUBSTEPS, ModelName, Setup, steps
-from flight.control.controllers import CONTROL_STEP, ControllerName
-from flight.flights import as_sensor, as_wind
-from flight.model.airframe import Airframe, airframe_of
+from flight.closed_loop import Setup, steps
+from flight.conditions import CALM, ConditionKeywords, Conditions
+from flight.model.airframe import airframe_of
 from flight.model.attitude import Floats
-from flight.model.disturbances import Wind
 from flight.model.reference import Reference, flown, sample_reference
-from flight.model.sensing import MotionCapture
+from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
 from flight.monitoring.formula_state import FormulaState
 from flight.monitoring.letters import PlannedAction, RegionMasks, planned_actions, region_letters
 from flight.monitoring.tube import relative_acceleration, stray_at_joints
@@ -189,13 +187,10 @@ def campaign(
     *,
     runs: int = 100,
     seed: int = 0,
-    wind: Wind | str | float | None = None,
-    noise: MotionCapture | str | float | None = None,
-    model: ModelName = "full",
-    controller: ControllerName = "geometric",
-    airframe: Airframe | None = None,
+    conditions: Conditions = CALM,
     workers: int = 1,
     progress: Progress | None = None,
+    **changes: Unpack[ConditionKeywords],
 ) -> Campaign:
     """Simulate many flights of the team, in which nobody reacts to alarms, and judge each.
 
@@ -205,19 +200,17 @@ def campaign(
         cert: As for `fly`; without one nothing is said of tubes.
         runs: How many; where nothing varies, one is flown.
         seed: Of the first run; run k has `seed + k`.
-        wind: As for `fly`.
-        noise: As for `fly`.
-        model: As for `fly`.
-        controller: As for `fly`.
-        airframe: As for `fly`.
+        conditions: As for `fly`.
         workers: Processes; the findings do not depend on it. More than one needs a script that may be imported.
         progress: Called with a sentence and the share done.
+        changes: As for `fly`.
 
     Raises:
-        BadInput: Trajectories do not fit the mission, the certificate's margin is 0, or the number of runs or workers is out
+        BadInput: There are no such conditions, trajectories do not fit the mission, the certificate's margin is 0, or the number of runs or workers is out
             of range.
         NotCertified: The certificate is of other trajectories or of another mission.
     """
+    conditions = conditions.changed(**changes)
     if not 1 <= runs <= MAX_RUNS:
         raise BadInput(f"a campaign has 1 to {MAX_RUNS} runs, not {runs}.")
     if workers < 1 or seed < 0:
@@ -227,10 +220,9 @@ def campaign(
         require_certificate(cert, plan, team)
     mission = plan.mission
     reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1))
-    frame = airframe_of(mission.vehicle) if airframe is None else airframe
-    setup = Setup(frame, reference, as_wind(wind), as_sensor(noise), model, controller)
-    job = _Job(mission, setup, planned_actions(plan, team, cert))
-    varied = setup.varies
+    setup = Setup(conditions.airframe or airframe_of(mission.vehicle), reference, conditions)
+    job = _Job(mission, reference, setup, planned_actions(plan, team, cert))
+    varied = conditions.varies
     flown_runs = runs if varied else 1
     processes = max(min(workers, flown_runs // LEAST_SHARE), 1)
     count = -(-flown_runs // (_BATCH * processes)) * processes  # as many batches for each
@@ -266,6 +258,7 @@ def campaign(
 @dataclass(frozen=True, slots=True)
 class _Job:
     mission: Mission
+    reference: Reference
     setup: Setup
     actions: tuple[PlannedAction, ...]
 
@@ -297,7 +290,7 @@ def _many(job: _Job, batches: Sequence[range], workers: int, progress: Progress 
 
 def _batch(job: _Job, seeds: range, report: Callable[[float], None] | None) -> _Part:
     """Simulate runs side by side and note when which robot's regions change."""
-    reference: Reference = job.setup.reference
+    reference = job.reference
     robots, runs = len(reference.robots), len(seeds)
     samples = (len(reference.times) - 1) * SUBSTEPS // FRAME_STEPS + 1
     errors = np.empty((runs, samples), dtype=np.float32)

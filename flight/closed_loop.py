@@ -1,4 +1,4 @@
-"""The closed loop: reference, sensors, controller at 50 Hz, autopilot and dynamics at 500 Hz, for many runs at once.
+"""The closed loop: guidance, sensors, controller at 50 Hz, autopilot and dynamics at 500 Hz, for many runs at once.
 
 `flight.fly` simulates one run and returns its log; campaigns use `steps` with many seeds. A run's random numbers come from its own
 seed alone and all arithmetic is element-wise, so run 17 of a campaign is, bit for bit, the flight with that seed.
@@ -6,50 +6,56 @@ seed alone and all arithmetic is element-wise, so run 17 of a campaign is, bit f
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flight.control.controllers import (
-    CONTROL_STEP,
-    Autopilot,
-    Command,
-    ControllerName,
-    Estimate,
-    GeometricController,
-    PaperController,
-)
+from flight.conditions import CALM, Conditions
 from flight.model.airframe import Airframe
-from flight.model.attitude import Floats, error_vector, from_euler, matrix, quaternion_rate, to_world, unit
-from flight.model.disturbances import BatteryState, Wind
-from flight.model.dynamics import (
-    ANGLES,
-    ATTITUDE,
-    PAPER_STATES,
-    POSITION,
-    RATES,
-    VELOCITY,
-    FullModel,
-    hover_state,
-    paper_step,
-    rotor_thrusts,
-)
-from flight.model.reference import Reference
+from flight.model.attitude import Floats, quaternion_rate, unit
+from flight.model.plant import Motion, Plant
 from flight.model.sensing import CLIP, Kalman, MotionCapture
-from verify.data import GRAVITY, BadInput
+from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
 
-ModelName = Literal["full", "paper"]
-
-SUBSTEPS = 10
-"""Steps of the dynamics between two commands: 500 Hz."""
-STEP = CONTROL_STEP / SUBSTEPS
-FRAME_STEPS = 5
-"""Steps of the dynamics between two entries of the log: 100 Hz."""
 _BLOCK = 50
 """Control instants whose random numbers are drawn together."""
+
+
+class Guidance(Protocol):
+    """Where the robots should be: a plan that was sampled (`Reference`), or one that is made while they fly."""
+
+    @property
+    def robots(self) -> tuple[str, ...]:
+        """Names."""
+        ...
+
+    @property
+    def start(self) -> Floats:
+        """Where they hover at first: x, y, z in m and heading in rad. Shape (4, robots)."""
+        ...
+
+    @property
+    def ticks(self) -> int:
+        """Control instants that are flown at most."""
+        ...
+
+    def wanted(self, tick: int) -> Floats:
+        """Return what they should do from a control instant on, asked once for each in order.
+
+        Args:
+            tick: Its index.
+
+        Returns:
+            x, y, z, heading and four derivatives, in m, rad and s. Shape (5, 4, robots).
+        """
+        ...
+
+    def planned(self, step: int) -> Floats | None:
+        """Return where they should be at a step of the dynamics, m; None where nobody planned that. Shape (3, robots)."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,33 +64,13 @@ class Setup:
 
     Attributes:
         airframe: What flies.
-        reference: What it should fly.
-        wind: None for still air.
-        sensor: None for perfect knowledge of position, velocity and attitude.
-        model: `full`, or `paper` for eqs. (1) to (3).
-        controller: `geometric`, or `paper`.
-        override: Called with the index of the control instant before each command; may return another flat
-            reference, shape (5, 4, robots), for what a team does when its monitor raises the alarm. For single runs.
+        guidance: What it should fly.
+        conditions: Wind, sensors, model and controller; of their airframe the one above was made.
     """
 
     airframe: Airframe
-    reference: Reference
-    wind: Wind | None = None
-    sensor: MotionCapture | None = None
-    model: ModelName = "full"
-    controller: ControllerName = "geometric"
-    override: Callable[[int], Floats | None] | None = None
-
-    @property
-    def varies(self) -> bool:
-        """Whether seeds make a difference: still or steady air and perfect sensors leave nothing to chance."""
-        return (self.wind is not None and self.wind.gust > 0.0) or (self.sensor is not None and self.sensor.varies)
-
-    def __post_init__(self) -> None:
-        if self.model not in ("full", "paper"):
-            raise BadInput(f"model must be 'full' or 'paper', not {self.model!r}.")
-        if self.controller not in ("geometric", "paper"):
-            raise BadInput(f"controller must be 'geometric' or 'paper', not {self.controller!r}.")
+    guidance: Guidance
+    conditions: Conditions = CALM
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,11 +84,11 @@ class Snapshot:
         attitude: Quaternion w x y z. Shape (4, n).
         rates: Body rates, rad/s. Shape (3, n).
         thrust: Collective, N. Shape (n,).
-        rotors: N, or None for the papers' model. Shape (4, n).
+        rotors: N, or None where the model has none. Shape (4, n).
         measured: m, what motion capture saw; NaN where it lost the robot; None without one. Shape (3, n).
         estimated: m, what the controller took for the position at the last command. Shape (3, n).
         charge: Battery voltage over its voltage in hover at full charge. Shape (n,).
-        peak: Largest distance from the reference at any step so far, m. Shape (n,).
+        peak: Largest distance from what was planned at any step so far, m. Shape (n,).
     """
 
     step: int
@@ -125,58 +111,62 @@ def steps(setup: Setup, seeds: Sequence[int]) -> Iterator[Snapshot]:
         setup: The simulation.
         seeds: One seed a run.
     """
-    reference, robots = setup.reference, len(setup.reference.robots)
+    guidance, robots = setup.guidance, len(setup.guidance.robots)
+    wind, sensor, model = setup.conditions.wind, setup.conditions.noise, setup.conditions.model
     runs = len(seeds)
-    flat0 = np.tile(reference.flat[0], (1, 1, runs))
-    plant = (_FullPlant if setup.model == "full" else _PaperPlant)(setup.airframe, flat0[0])
+    start = np.tile(guidance.start, (1, runs))
+    plant = model.begin(setup.airframe, start)
     n = robots * runs
-    controller = (
-        GeometricController(setup.airframe, n, compensate_drag=setup.model == "full")
-        if setup.controller == "geometric"
-        else PaperController(setup.airframe, n, flat0[0, :3])
-    )
-    draws = _Draws(setup, seeds, robots)
-    gusts = setup.wind.at_first(draws.first()) if setup.wind is not None else np.zeros((3, n))
-    senses = None if setup.sensor is None else _Senses(setup.sensor, draws, plant)
+    controller = setup.conditions.controller.begin(model.known(setup.airframe), start)
+    draws = _Draws(setup.conditions, seeds, robots)
+    gusts = wind.at_first(draws.first()) if wind is not None else np.zeros((3, n))
+    air: Floats | float = 0.0
+    senses = None if sensor is None else _Senses(sensor, draws, plant)
     peak = np.zeros(n)  # squared
-    frames = None if setup.sensor is None else round(1.0 / (setup.sensor.rate * STEP))
-    ticks = len(reference.times) - 1
+    frames = None if sensor is None else round(1.0 / (sensor.rate * STEP))
+    ticks = guidance.ticks
     estimated = plant.position
     for tick in range(ticks):
         draws.tick(tick)
-        if setup.wind is not None:
-            gusts = setup.wind.after(gusts, draws.gust(), CONTROL_STEP)
-            plant.wind = np.array(setup.wind.mean)[:, None] + gusts
+        if wind is not None:
+            gusts = wind.after(gusts, draws.gust(), CONTROL_STEP)
+            air = np.array(wind.mean)[:, None] + gusts
         for sub in range(SUBSTEPS):
             step = tick * SUBSTEPS + sub
             if senses is not None and frames is not None and sub % frames == 0:
                 senses.frame()
             if sub == 0:
-                now = plant.truth() if senses is None else senses.estimate()
+                now = plant.motion() if senses is None else senses.estimate()
                 estimated = now.position
-                planned = np.tile(reference.flat[tick], (1, 1, runs))
-                if setup.override is not None:
-                    other = setup.override(tick)
-                    planned = planned if other is None else other
-                plant.follow(controller.command(planned, now))
+                plant.follow(controller.command(np.tile(guidance.wanted(tick), (1, 1, runs)), now))
             if step % FRAME_STEPS == 0:
-                yield plant.snapshot(step, None if senses is None else senses.measured, estimated, np.sqrt(peak))
+                yield _snapshot(plant, step, None if senses is None else senses.measured, estimated, np.sqrt(peak))
             if senses is not None and frames is not None and sub % frames == 0:
                 senses.advance()
-            plant.step()
-            away = (plant.position.reshape(3, runs, robots) - reference.fine[step + 1][:, None]).reshape(3, n)
-            away *= away
-            peak = np.maximum(peak, away[0] + away[1] + away[2])
+            plant.step(air)
+            planned = guidance.planned(step + 1)
+            if planned is not None:
+                away = (plant.position.reshape(3, runs, robots) - planned[:, None]).reshape(3, n)
+                away *= away
+                peak = np.maximum(peak, away[0] + away[1] + away[2])
     if senses is not None:
         senses.frame()
-    yield plant.snapshot(ticks * SUBSTEPS, None if senses is None else senses.measured, estimated, np.sqrt(peak))
+    yield _snapshot(plant, ticks * SUBSTEPS, None if senses is None else senses.measured, estimated, np.sqrt(peak))
+
+
+def _snapshot(plant: Plant, step: int, measured: Floats | None, estimated: Floats, peak: Floats) -> Snapshot:
+    now = plant.motion()
+    return Snapshot(
+        step, now.position, now.velocity, now.attitude, now.rates, plant.thrust, plant.rotors, measured, estimated, plant.charge,
+        peak,
+    )  # fmt: skip
 
 
 class _Draws:
     """Random numbers of all runs, each run's from its own seed, a second of flight at a time."""
 
-    def __init__(self, setup: Setup, seeds: Sequence[int], robots: int) -> None:
-        self._windy, self._sensor, self._robots = setup.wind is not None, setup.sensor, robots
+    def __init__(self, conditions: Conditions, seeds: Sequence[int], robots: int) -> None:
+        self._windy, self._sensor, self._robots = conditions.wind is not None, conditions.noise, robots
         self._gusts = [np.random.default_rng([seed, 1]) for seed in seeds]
         self._sights = [np.random.default_rng([seed, 2]) for seed in seeds]
         self._lost = np.zeros(robots * len(seeds), dtype=np.bool_)
@@ -229,7 +219,7 @@ class _Draws:
 class _Senses:
     """Motion capture, its filter, and the sensors on board."""
 
-    def __init__(self, sensor: MotionCapture, draws: _Draws, plant: _Plant) -> None:
+    def __init__(self, sensor: MotionCapture, draws: _Draws, plant: Plant) -> None:
         self._sensor, self._draws, self._plant = sensor, draws, plant
         self._filter = Kalman(sensor, plant.position)
         self.measured = plant.position
@@ -245,112 +235,11 @@ class _Senses:
         self._filter.advance()
         self.measured = np.full_like(self.measured, np.nan)
 
-    def estimate(self) -> Estimate:
+    def estimate(self) -> Motion:
         attitude_draw, rate_draw = self._draws.board()
         position, velocity = self._filter.estimate()
-        truth = self._plant.truth()
+        truth = self._plant.motion()
         attitude = truth.attitude + quaternion_rate(truth.attitude, self._sensor.attitude_noise * attitude_draw)
         attitude = unit(attitude)
         rates = truth.rates + self._sensor.rate_noise * rate_draw
-        return Estimate(position, velocity, attitude, matrix(attitude), rates)
-
-
-class _FullPlant:
-    """The full model with its autopilot and batteries."""
-
-    def __init__(self, airframe: Airframe, flat: Floats) -> None:
-        n = flat.shape[-1]
-        self._model = FullModel(airframe)
-        self._state = hover_state(airframe, flat[:3], flat[3])
-        self._autopilot = Autopilot(self._model, n)
-        self._battery = BatteryState(airframe, n)
-        self.wind: Floats | float = 0.0
-        self._strength, self._ceiling = self._battery.strength, self._battery.ceiling
-
-    @property
-    def position(self) -> Floats:
-        return self._state[POSITION]
-
-    def truth(self) -> Estimate:
-        state = self._state
-        return Estimate(state[POSITION], state[VELOCITY], state[ATTITUDE], matrix(state[ATTITUDE]), state[RATES])
-
-    def felt(self) -> Floats:
-        """Return the acceleration that the autopilot's own model of the rotors gives, m/s^2."""
-        turn = matrix(self._state[ATTITUDE])
-        acceleration = turn[:, 2] * (self._autopilot.thrust / self._model.airframe.vehicle.mass)
-        acceleration[2] -= GRAVITY
-        return acceleration
-
-    def follow(self, command: Command) -> None:
-        self._battery.draw(rotor_thrusts(self._model.airframe, self._state), CONTROL_STEP)
-        self._strength, self._ceiling = self._battery.strength, self._battery.ceiling
-        self._autopilot.follow(command)
-
-    def step(self) -> None:
-        state = self._state
-        asked = self._autopilot.rotor_commands(state[ATTITUDE], state[RATES], self._ceiling, STEP)
-        self._state = self._model.step(state, asked * self._strength, self.wind, STEP)
-
-    def snapshot(self, step: int, measured: Floats | None, estimated: Floats, peak: Floats) -> Snapshot:
-        state, rotors = self._state, rotor_thrusts(self._model.airframe, self._state)
-        return Snapshot(
-            step, state[POSITION], state[VELOCITY], state[ATTITUDE], state[RATES], rotors[0] + rotors[1] + rotors[2] + rotors[3],
-            rotors, measured, estimated, self._battery.share, peak,
-        )  # fmt: skip
-
-
-class _PaperPlant:
-    """The papers' model: commanded thrust and body rates act at once. Wind and battery do not enter it."""
-
-    def __init__(self, airframe: Airframe, flat: Floats) -> None:
-        n = flat.shape[-1]
-        self._airframe, self._mass = airframe, airframe.vehicle.mass
-        self._state = np.zeros((PAPER_STATES, n))
-        self._state[POSITION] = flat[:3]
-        self._state[8] = flat[3]
-        self._thrust, self._rates = np.full(n, airframe.vehicle.weight), np.zeros((3, n))
-        self.wind: Floats | float = 0.0
-        self._command: Command | None = None
-
-    @property
-    def position(self) -> Floats:
-        return self._state[POSITION]
-
-    def truth(self) -> Estimate:
-        attitude = from_euler(self._state[ANGLES])
-        return Estimate(self._state[POSITION], self._state[VELOCITY], attitude, matrix(attitude), self._rates)
-
-    def felt(self) -> Floats:
-        lift = np.stack([np.zeros_like(self._thrust), np.zeros_like(self._thrust), self._thrust / self._mass])
-        acceleration = to_world(matrix(from_euler(self._state[ANGLES])), lift)
-        acceleration[2] -= GRAVITY
-        return acceleration
-
-    def follow(self, command: Command) -> None:
-        self._command, self._thrust, self._rates = command, command.thrust, command.rates
-        self._attitude = command.attitude
-        self._wanted_rates = command.rates
-
-    def step(self) -> None:
-        command = self._command
-        assert command is not None, "follow() comes before step()"
-        if self._attitude is not None:  # the autopilot's attitude loop, without inertia: rates follow at once
-            off = error_vector(self._attitude, from_euler(self._state[ANGLES]))
-            self._rates = self._wanted_rates - self._airframe.gains.angle * off
-            self._attitude = unit(self._attitude + STEP * quaternion_rate(self._attitude, self._wanted_rates))
-            self._wanted_rates = self._wanted_rates + STEP * command.rates_change
-        self._state = paper_step(self._state, self._thrust, self._rates, self._mass, STEP)
-        if self._attitude is not None:
-            self._thrust = self._thrust + STEP * command.thrust_rate
-
-    def snapshot(self, step: int, measured: Floats | None, estimated: Floats, peak: Floats) -> Snapshot:
-        state = self._state
-        full = np.ones(state.shape[1])
-        return Snapshot(
-            step, state[POSITION], state[VELOCITY], from_euler(state[ANGLES]), self._rates, self._thrust, None, measured,
-            estimated, full, peak,
-        )  # fmt: skip
-
-
-_Plant = _FullPlant | _PaperPlant
+        return Motion(position, velocity, attitude, rates)

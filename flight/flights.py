@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from flight.certified import require_certificate
-from flight.closed_loop import FRAME_STEPS, STEP, SUBSTEPS, ModelName, Setup, Snapshot, steps
-from flight.control.controllers import CONTROL_STEP, ControllerName
+from flight.closed_loop import Setup, Snapshot, steps
+from flight.conditions import CALM, ConditionKeywords, Conditions
 from flight.logs.log import Event, FlightLog
-from flight.model.airframe import Airframe, airframe_of
+from flight.model.airframe import airframe_of
 from flight.model.attitude import Floats, euler
-from flight.model.disturbances import Wind
 from flight.model.reference import Reference, flown, sample_reference
 from flight.model.sensing import MotionCapture
+from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
 from flight.monitoring.letters import PlannedAction, RegionMasks, internal_letters, planned_actions, region_letters
 from flight.monitoring.monitor import Monitor
 from flight.monitoring.reaction import LANDING_TIME, Reaction, Stop
@@ -31,13 +31,10 @@ def fly(
     cert: Any = None,
     *,
     seed: int = 0,
-    wind: Wind | str | float | None = None,
-    noise: MotionCapture | str | float | None = None,
-    model: ModelName = "full",
-    controller: ControllerName = "geometric",
-    airframe: Airframe | None = None,
+    conditions: Conditions = CALM,
     reaction: Reaction | None = None,
     progress: Progress | None = None,
+    **changes: Unpack[ConditionKeywords],
 ) -> FlightLog:
     """Simulate the team's flight in closed loop and return its log.
 
@@ -47,30 +44,26 @@ def fly(
         cert: A certificate of this team; gives the tube's margin and the instants of planned actions. Without one
             the log says that the flight is not certified.
         seed: Of every random number; the same seed gives the same log.
-        wind: None for still air; otherwise a Wind, or text or a number for `Wind.parse` (m/s).
-        noise: None for perfect knowledge of the state; otherwise a MotionCapture, or a position's standard
-            deviation in m.
-        model: `full` (twelve states, rotors, battery) or `paper` (eqs. (1) to (3)).
-        controller: `geometric`, or `paper` (the papers' controller).
-        airframe: Lag, drag and gains; the vehicle's own by default.
+        conditions: Wind, sensors, model, controller and airframe.
         reaction: What the team does when the monitor raises the alarm; the mission's own choice by default.
         progress: Called with a sentence and the share done.
+        changes: Some of the conditions as keywords, `wind="1.5+0.4"` for instance, in place of those of `conditions`.
 
     Raises:
-        BadInput: Plan or trajectories are not sound or do not fit each other, or the certificate's margin is 0.
+        BadInput: There are no such conditions, plan or trajectories are not sound or do not fit each other, or the certificate's margin is 0.
         NotCertified: The certificate is of other trajectories or of another mission.
     """
+    conditions = conditions.changed(**changes)
     plan, team = check_plan(plan), check_trajectories(team)
     mission = plan.mission
     if cert is not None:
         require_certificate(cert, plan, team)
-    frame = airframe_of(mission.vehicle) if airframe is None else airframe
+    frame = conditions.airframe or airframe_of(mission.vehicle)
     reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1))
-    sensor = as_sensor(noise)
     actions = planned_actions(plan, team, cert)
     chosen: Reaction = mission.reaction if reaction is None else reaction
-    watcher = _Watcher(mission, reference, actions, cert, sensor, chosen, planned_paths(mission, team))
-    setup = Setup(frame, watcher.reference, as_wind(wind), sensor, model, controller, watcher.override)
+    watcher = _Watcher(mission, reference, actions, cert, conditions.noise, chosen, planned_paths(mission, team))
+    setup = Setup(frame, watcher, conditions)
     entries: list[Snapshot] = []
     count = (len(reference.times) - 1) * SUBSTEPS // FRAME_STEPS
     for entry in steps(setup, [seed]):
@@ -92,7 +85,7 @@ def fly(
 
 
 class _Watcher:
-    """The monitor at work during a simulation, and what the team does when it raises the alarm."""
+    """The monitor at work during a simulation, and what the team flies: its plan, and another one after the monitor's alarm."""
 
     def __init__(
         self,
@@ -132,10 +125,25 @@ class _Watcher:
         last = self._ticks * STEP * SUBSTEPS if self._stop is None else max(self._ticks * STEP * SUBSTEPS, self._stop.end)
         return time >= last - 1e-9
 
-    def override(self, tick: int) -> Floats | None:
-        """Return what is flown instead of the plan from this control instant on, or None."""
+    @property
+    def robots(self) -> tuple[str, ...]:
+        return self.reference.robots
+
+    @property
+    def start(self) -> Floats:
+        return self.reference.start
+
+    @property
+    def ticks(self) -> int:
+        return self.reference.ticks
+
+    def planned(self, step: int) -> Floats:
+        return self.reference.planned(step)
+
+    def wanted(self, tick: int) -> Floats:
+        """Return the plan, or from the control instant on at which the team reacts to the alarm its way to a stop."""
         if self._alarm is None or tick < self._alarm:
-            return None
+            return self.reference.wanted(tick)
         time = tick * CONTROL_STEP
         if self._stop is None:
             self._stop = Stop(self.reference.flat[tick], time, self._mission, self._reaction)
@@ -189,17 +197,6 @@ def _log(
         certificate=None if cert is None else cert.digest(),
         notes=tuple(notes),
     )
-
-
-def as_wind(wind: Wind | str | float | None) -> Wind | None:
-    """Return the wind that an argument means; None for still air."""
-    value = wind if wind is None or isinstance(wind, Wind) else Wind.parse(wind)
-    return None if value is None or value.still else value
-
-
-def as_sensor(noise: MotionCapture | str | float | None) -> MotionCapture | None:
-    """Return the motion capture that an argument means; None for perfect knowledge."""
-    return noise if noise is None or isinstance(noise, MotionCapture) else MotionCapture.parse(noise)
 
 
 def _stacked(values: list[Floats]) -> Floats:

@@ -1,4 +1,5 @@
-"""Controllers: from a reference and a belief to commands.
+"""Controllers: from a plan and what is known of the vehicles to commands.
 
-`flatness` turns the reference into thrust, attitude and rates; `controllers` follows it.
+`controller` says what a controller is and lists them; each has a file of its own. `flatness` turns a plan into thrust, attitude and
+rates for all of them.
 """

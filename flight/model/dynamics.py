@@ -1,8 +1,7 @@
-"""Two models of a quadcopter, for any number of vehicles at once.
+"""The dynamics of a quadcopter with its rotors, for any number of vehicles at once.
 
-The papers' model (eqs. (1) to (3), with our thrust sign): r'' = -g e3 + (f/m) R e3 and eps' = Gamma(eps) omega, thrust
-and body rates being the inputs. The full model adds the rotational dynamics (twelve states: r, r', attitude, body rates) and
-the rotors: their lag, their limits, their drag in the air, their inertia, and a battery that sags.
+Twelve states of the body (r, r', attitude, body rates), and the rotors: their lag, their limits, their drag in the air, their
+inertia. `full.py` puts autopilot and battery to it; `paper.py` is the papers' shorter model.
 
 States are component first, vehicles along the last axis. Rotors stand in an X, counted from front left
 clockwise: (+,+), (+,-), (-,-), (-,+); the first and third push the body counter-clockwise.
@@ -16,49 +15,16 @@ from collections.abc import Callable
 import numpy as np
 
 from flight.model.airframe import Airframe
-from flight.model.attitude import Floats, cross, dot, euler_rate, matrix, norm, quaternion_rate, to_body, to_world, unit
+from flight.model.attitude import Floats, cross, dot, matrix, norm, quaternion_rate, to_body, to_world, unit
 from verify.data import GRAVITY
 
-# Rows of the full model's state.
+# Rows of the state.
 POSITION, VELOCITY, ATTITUDE, RATES, ROTORS = slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13), slice(13, 17)
 STATES = 17
 
-# Rows of the papers' model's state: r, r', (roll, pitch, yaw).
-ANGLES = slice(6, 9)
-PAPER_STATES = 9
-
-
-def paper_derivative(state: Floats, thrust: Floats, rates: Floats, mass: float) -> Floats:
-    """Return the time derivative of the papers' state: eqs. (2) and (3).
-
-    Args:
-        state: r in m, r' in m/s, roll, pitch, yaw in rad. Shape (9, n).
-        thrust: f_z in N, along the body's z axis. Shape (n,).
-        rates: Body rates in rad/s. Shape (3, n).
-        mass: kg.
-    """
-    roll, pitch, yaw = state[ANGLES]
-    cr, sr, cp, sp = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
-    cy, sy = np.cos(yaw), np.sin(yaw)
-    lift = thrust / mass
-    change = np.empty_like(state)
-    change[POSITION] = state[VELOCITY]
-    change[3] = lift * (cr * sp * cy + sr * sy)
-    change[4] = lift * (cr * sp * sy - sr * cy)
-    change[5] = lift * (cr * cp) - GRAVITY
-    change[ANGLES] = euler_rate(state[ANGLES], rates)
-    return change
-
-
-def paper_step(state: Floats, thrust: Floats, rates: Floats, mass: float, dt: float) -> Floats:
-    """Return the papers' state after `dt` seconds of constant inputs (Runge-Kutta of order 4)."""
-    after = np.empty_like(state)
-    _runge_kutta(lambda s, _: paper_derivative(s, thrust, rates, mass), state, dt, after)
-    return after
-
 
 def hover_state(airframe: Airframe, position: Floats, yaw: Floats) -> Floats:
-    """Return the full model's state in hover. Shapes (3, n) and (n,) to (17, n)."""
+    """Return the state in hover. Shapes (3, n) and (n,) to (17, n)."""
     state = np.zeros((STATES, position.shape[1]))
     state[POSITION] = position
     state[ATTITUDE] = np.stack([np.cos(yaw / 2), np.zeros_like(yaw), np.zeros_like(yaw), np.sin(yaw / 2)])
@@ -66,8 +32,8 @@ def hover_state(airframe: Airframe, position: Floats, yaw: Floats) -> Floats:
     return state
 
 
-class FullModel:
-    """The full model of one airframe: forces, torques and rotors, for any number of vehicles at once.
+class QuadcopterDynamics:
+    """The dynamics of one airframe: forces, torques and rotors, for any number of vehicles at once.
 
     Between two steps commands and wind are constant, so the rotors' speeds are known in closed form and the body is
     integrated by Runge-Kutta of order 4. The rotors' drag acts at their hubs; the part of it that the hubs'
@@ -159,7 +125,7 @@ class FullModel:
             return change
 
         after = np.empty_like(state)
-        _runge_kutta(derivative, state[:13], dt, after[:13])
+        runge_kutta(derivative, state[:13], dt, after[:13])
         after[ATTITUDE] = unit(after[ATTITUDE])
         after[ROTORS] = speeds[:, 2]
         return after
@@ -259,7 +225,7 @@ def _rotor_sums(values: Floats) -> Floats:
     return sums
 
 
-def _runge_kutta(derivative: Callable[[Floats, int], Floats], state: Floats, dt: float, out: Floats) -> None:
+def runge_kutta(derivative: Callable[[Floats, int], Floats], state: Floats, dt: float, out: Floats) -> None:
     """Write the state after `dt` into `out`; `derivative` is told the state and 0, 1 or 2: start, middle, end."""
     first = derivative(state, 0)
     second = derivative(state + (0.5 * dt) * first, 1)

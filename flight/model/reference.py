@@ -34,6 +34,24 @@ class Reference:
     duration: float
     greatest_acceleration: float
 
+    @property
+    def start(self) -> Floats:
+        """Where every robot is at time 0: x, y, z and yaw. Shape (4, robots)."""
+        return self.flat[0, 0]
+
+    @property
+    def ticks(self) -> int:
+        """Control instants before the last one, from which nothing is flown any more."""
+        return len(self.times) - 1
+
+    def wanted(self, tick: int) -> Floats:
+        """Return the plan at a control instant. Shape (5, 4, robots)."""
+        return self.flat[tick]
+
+    def planned(self, step: int) -> Floats:
+        """Return the plan's positions at a step of the dynamics, m. Shape (3, robots)."""
+        return self.fine[step]
+
     def extended(self, more: float, control_step: float, substeps: int) -> Reference:
         """Return the reference with `more` seconds of hover behind it."""
         ticks = int(np.ceil(more / control_step))

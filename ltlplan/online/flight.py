@@ -12,19 +12,18 @@ import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flight.certified import require_tube
-from flight.closed_loop import STEP, SUBSTEPS, Setup, Snapshot, steps
-from flight.control.controllers import CONTROL_STEP
-from flight.flights import as_sensor, as_wind
+from flight.closed_loop import Setup, Snapshot, steps
+from flight.conditions import CALM, ConditionKeywords, Conditions
 from flight.logs.log import Event, FlightLog
 from flight.model.airframe import airframe_of
 from flight.model.attitude import euler
-from flight.model.reference import Reference
+from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
 from ltlplan.mtac.offline import Progress
 from ltlplan.online.certified import CertifiedTeam
 from ltlplan.planner import with_seed
@@ -133,10 +132,10 @@ def fly_online(
     seed: int | None = None,
     certified: bool = False,
     events: Iterable[WorldEvent] = (),
-    wind: Any = None,
-    noise: Any = None,
+    conditions: Conditions = CALM,
     max_seconds: float = 300.0,
     progress: Progress | None = None,
+    **changes: Unpack[ConditionKeywords],
 ) -> OnlineFlight:
     """Fly a mission online in simulation and judge what was flown.
 
@@ -145,10 +144,10 @@ def fly_online(
         seed: Of every random number, the simulation's too; None takes the mission's own.
         certified: Hand each robot only pieces that are certified for what is left of the formula.
         events: What changes during the flight.
-        wind: As `flight.fly` takes it.
-        noise: As `flight.fly` takes it.
+        conditions: Wind, sensors, model, controller and airframe, as `flight.fly` takes them.
         max_seconds: Longest flight, s.
         progress: Told a sentence and the share done, 0 to 1.
+        changes: Some of the conditions as keywords, `noise=0.001` for instance.
 
     Returns:
         The flight with its verdict; `require()` raises where that is not *holds*.
@@ -158,6 +157,7 @@ def fly_online(
         Unsatisfiable: Nothing that these robots can fly satisfies the formula, at take-off already.
         Infeasible: No way between the hoops was found at take-off.
     """
+    conditions = conditions.changed(**changes)
     mission = with_seed(check_mission(mission), seed)
     used_seed = mission.planner.seed
     if not 0 < max_seconds <= 3600:
@@ -176,7 +176,7 @@ def fly_online(
         assign(mission)  # says which parts cannot hold together
         raise
     loop = _Loop(mission, team, ordered)
-    return loop.fly(used_seed, wind, noise, max_seconds, progress)
+    return loop.fly(used_seed, conditions, max_seconds, progress)
 
 
 @dataclass
@@ -203,17 +203,16 @@ class _Loop:
     refused: bool = False
     over: bool = False
 
-    def fly(self, seed: int, wind: Any, noise: Any, max_seconds: float, progress: Progress | None) -> OnlineFlight:
+    def fly(self, seed: int, conditions: Conditions, max_seconds: float, progress: Progress | None) -> OnlineFlight:
         """Fly until the formula is satisfied and everybody has come to rest, until it cannot be, or to the time limit."""
         joining = {event.robot: event.agent for event in self.pending if isinstance(event, RobotJoins)}
         self.agents = {**self.mission.agents, **joining}
         self.robots = tuple(self.agents)
         self.internal = {name: _began(self.mission, agent) for name, agent in self.agents.items()}
         self.planned_cost = self.team.cost
-        ticks = int(np.ceil(max_seconds / CONTROL_STEP))
-        setup = Setup(
-            airframe_of(self.mission.vehicle), self._hovering(ticks), as_wind(wind), as_sensor(noise), override=self._override
-        )
+        self.ticks = int(np.ceil(max_seconds / CONTROL_STEP))
+        self.start = np.array([(*agent.start, agent.yaw) for agent in self.agents.values()]).T
+        setup = Setup(conditions.airframe or airframe_of(self.mission.vehicle), self, conditions)
         for entry in steps(setup, [seed]):
             self._record(entry)
             if progress is not None and len(self.entries) % 100 == 0:
@@ -222,26 +221,18 @@ class _Loop:
                 break
         return self._result(seed)
 
-    def _hovering(self, ticks: int) -> Reference:
-        """Every robot at its start all the time; `_override` says each time where they really should be."""
-        flat = np.zeros((1, 5, 4, len(self.robots)))
-        for j, agent in enumerate(self.agents.values()):
-            flat[0, 0, :3, j], flat[0, 0, 3, j] = agent.start, agent.yaw
-        self._hover = flat[0]
-        fine = np.broadcast_to(flat[:1, 0, :3], (ticks * SUBSTEPS + 1, 3, len(self.robots)))
-        every = np.broadcast_to(flat, (ticks + 1, *flat.shape[1:]))
-        return Reference(
-            self.robots, np.arange(ticks + 1, dtype=np.float64) * CONTROL_STEP, every, fine, ticks * CONTROL_STEP, 10.0
-        )
+    def planned(self, step: int) -> None:
+        """Nobody planned where the robots are between two commands."""
 
-    def _override(self, tick: int) -> Floats:
+    def wanted(self, tick: int) -> Floats:
         """Do one step of online MTAC-E and return what every robot should do. Shape (5, 4, robots)."""
         self.now = tick * PERIOD
         positions = self._positions()
         while self.pending and self.pending[0].time <= self.now + 1e-9:
             event, self.pending = self.pending[0], self.pending[1:]
             self._happens(event, positions)
-        flat = self._hover.copy()
+        flat = np.zeros((5, 4, len(self.robots)))
+        flat[0] = self.start
         if self.team.pilots:
             begun = time.perf_counter()
             desired = self.team.step(self.now, {name: positions[name] for name in self.team.pilots})

@@ -18,10 +18,10 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import flight
-from flight.closed_loop import SUBSTEPS, Setup, steps
-from flight.control.controllers import CONTROL_STEP
+from flight.closed_loop import Setup, steps
 from flight.model.airframe import Airframe, airframe_of
 from flight.model.reference import sample_reference
+from flight.model.timing import CONTROL_STEP, SUBSTEPS
 from tests.helpers.stand_ins import StandIn, hoop6
 from verify.data import Plan, Trajectory, load_vehicle
 
@@ -32,7 +32,7 @@ FLIGHT_TIME = 30.0
 def tracking(speed: float, **conditions) -> tuple[float, float]:
     """Return our RMS and worst error in mm on hoop6."""
     reference = sample_reference({"quad0": hoop6(speed)}, CONTROL_STEP, SUBSTEPS)
-    setup = Setup(airframe_of(load_vehicle("crazyflie-2.1")), reference, **conditions)
+    setup = Setup(airframe_of(load_vehicle("crazyflie-2.1")), reference, flight.Conditions(**conditions))
     errors = np.array([np.linalg.norm(s.position[:, 0] - reference.fine[s.step, :, 0]) for s in steps(setup, [0])])
     return 1000 * float(np.sqrt(np.mean(errors**2))), 1000 * float(np.max(errors))
 
@@ -154,7 +154,7 @@ def main() -> None:
         ours.append((1000 * float(np.sqrt(np.mean(errors**2))), 1000 * float(np.max(errors))))
     row("geometric, rotorpy's Crazyflie, perfect state", ours)
     row("geometric, our Crazyflie 2.1, perfect state", [tracking(speed) for speed in (1.0, 0.45)])
-    noisy = {"sensor": flight.MotionCapture(), "wind": flight.Wind((0.5, 0.0, 0.0), 0.3)}
+    noisy = {"noise": flight.MotionCapture(), "wind": flight.Wind((0.5, 0.0, 0.0), 0.3)}
     row("geometric, motion capture, wind 0.5 m/s with gusts 0.3", [tracking(speed, **noisy) for speed in (1.0, 0.45)])
     row("the papers' controller, full model", [tracking(speed, controller="paper") for speed in (1.0, 0.45)])
     row("the papers' controller, the papers' model", [tracking(s, controller="paper", model="paper") for s in (1.0, 0.45)])

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import flight
-from flight.closed_loop import SUBSTEPS, Setup, steps
-from flight.control.controllers import CONTROL_STEP
+from flight.closed_loop import Setup, steps
 from flight.model.reference import sample_reference
 from flight.model.sensing import MotionCapture
+from flight.model.timing import CONTROL_STEP, SUBSTEPS
 from tests.helpers.stand_ins import Instant, StandIn, mission, rest_to_rest, stand_in
 from tests.helpers.stand_ins import flight as made_flight
 from verify.data import BadInput, NotCertified, Plan, RobotPlan, Trajectory, Visit, Waypoint, Word, load_vehicle
@@ -48,7 +48,9 @@ def test_a_run_among_many_is_bit_for_bit_the_run_alone(plan_and_team):
     short = {name: rest_to_rest([path.evaluate(0)[:3], path.evaluate(9)[:3]], [0.5]) for name, path in team.items()}
     reference = sample_reference(short, CONTROL_STEP, SUBSTEPS)
     setup = Setup(
-        flight.airframe_of(load_vehicle("crazyflie-2.1")), reference, flight.Wind((0.4, 0, 0), 0.3), MotionCapture(dropout=0.1)
+        flight.airframe_of(load_vehicle("crazyflie-2.1")),
+        reference,
+        flight.Conditions(flight.Wind((0.4, 0, 0), 0.3), MotionCapture(dropout=0.1)),
     )
     together = list(steps(setup, [5, 6, 7]))[-1]
     alone = list(steps(setup, [6]))[-1]

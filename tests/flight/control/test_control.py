@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flight.closed_loop import STEP, SUBSTEPS, Setup, steps
-from flight.control.controllers import CONTROL_STEP, _chain
+from flight.closed_loop import Setup, steps
+from flight.conditions import Conditions
+from flight.control.paper import discrete_chain
 from flight.model.airframe import airframe_of, shipped_airframes
 from flight.model.attitude import euler
 from flight.model.disturbances import BatteryState, Wind
 from flight.model.reference import Reference, sample_reference
+from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
 from tests.helpers.stand_ins import hoop6
 from verify.data import load_vehicle
 
@@ -35,7 +37,7 @@ def hover_then(steps_of, seconds):
 
 def response(name, steps_of=(((0.0, 0.0, 0.0), 0.0),), seconds=2.5, **options):
     """Times, positions from the start (samples, 3, vehicles) and headings."""
-    setup = Setup(airframe_of(load_vehicle(name)), hover_then(steps_of, seconds), **options)
+    setup = Setup(airframe_of(load_vehicle(name)), hover_then(steps_of, seconds), Conditions(**options))
     entries = list(steps(setup, [0]))
     times = np.array([entry.step for entry in entries]) * STEP
     place = np.array([entry.position for entry in entries]) - np.array([0.0, 0.0, 1.0])[:, None]
@@ -88,7 +90,7 @@ def test_jerk_and_snap_make_the_difference_on_hoop6():
 
 
 def test_the_chain_of_integrators_has_its_poles_where_they_were_put():
-    step, push, gains = _chain(18.0)
+    step, push, gains = discrete_chain(18.0)
     poles = np.linalg.eigvals(step - np.outer(push, gains))
     assert np.allclose(poles, np.exp(-18.0 * CONTROL_STEP), atol=2e-3)
     exact = CONTROL_STEP ** np.arange(4) / np.array([1, 1, 2, 6])

@@ -23,17 +23,15 @@ from flight.model.attitude import (
 )
 from flight.model.dynamics import (
     ATTITUDE,
-    PAPER_STATES,
     POSITION,
     RATES,
     ROTORS,
     VELOCITY,
-    FullModel,
+    QuadcopterDynamics,
     hover_state,
-    paper_derivative,
-    paper_step,
     rotor_thrusts,
 )
+from flight.model.paper import PAPER_STATES, paper_derivative, paper_step
 from tests.helpers.stand_ins import hoop6
 from verify.data import GRAVITY, load_vehicle
 
@@ -45,7 +43,7 @@ def airframe(name="crazyflie-2.1", **changes):
 
 
 def model(name="crazyflie-2.1", **changes):
-    return FullModel(airframe(name, **changes))
+    return QuadcopterDynamics(airframe(name, **changes))
 
 
 def hovering(made, n=1):
@@ -207,7 +205,7 @@ def test_rotorpy_gives_the_same_flight_for_the_same_rotor_commands():
     """Against another project's model with our numbers in it: positions agree to 50 um after a second of tumbling."""
     rotorpy = pytest.importorskip("rotorpy.vehicles.multirotor", reason="rotorpy is not installed")
     ours = airframe(rotor_inertia=0.0)
-    vehicle, made = ours.vehicle, FullModel(ours)
+    vehicle, made = ours.vehicle, QuadcopterDynamics(ours)
     a = vehicle.arm / np.sqrt(2)
     places = {"r1": (a, a, 0), "r2": (a, -a, 0), "r3": (-a, -a, 0), "r4": (-a, a, 0)}
     params = {

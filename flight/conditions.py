@@ -1,0 +1,89 @@
+"""What a simulated flight flies in and with: one value for single flights, campaigns and flights online."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TypedDict, Unpack
+
+from flight.control.controller import CONTROLLERS, Controller
+from flight.model.airframe import Airframe
+from flight.model.disturbances import Wind
+from flight.model.plant import AIRFRAME_MODELS, AirframeModel
+from flight.model.sensing import MotionCapture
+from verify.data import BadInput
+
+
+class ConditionKeywords(TypedDict, total=False):
+    """The fields of `Conditions` as keywords, in every form that is read."""
+
+    wind: Wind | str | float | None
+    noise: MotionCapture | str | float | None
+    model: AirframeModel | str
+    controller: Controller | str
+    airframe: Airframe | None
+
+
+@dataclass(frozen=True, init=False)
+class Conditions:
+    """Wind, sensors, dynamics, controller and airframe of a simulation.
+
+    Attributes:
+        wind: None for still air.
+        noise: Motion capture with its filter and the sensors on board; None for perfect knowledge of the state.
+        model: How the airframe flies.
+        controller: Who follows the plan.
+        airframe: Lag, drag and gains; None for the vehicle's own.
+    """
+
+    wind: Wind | None
+    noise: MotionCapture | None
+    model: AirframeModel
+    controller: Controller
+    airframe: Airframe | None
+
+    def __init__(
+        self,
+        wind: Wind | str | float | None = None,
+        noise: MotionCapture | str | float | None = None,
+        model: AirframeModel | str = "full",
+        controller: Controller | str = "geometric",
+        airframe: Airframe | None = None,
+    ) -> None:
+        """Read conditions.
+
+        Args:
+            wind: A Wind, or text or a number for `Wind.parse` (m/s): "1.5+0.4"; None for still air.
+            noise: A MotionCapture, or a position's standard deviation in m; None for perfect knowledge.
+            model: A model, or a name of one: `full` (rotors, drag, battery), `paper` (eqs. (1) to (3)), or another package's.
+            controller: A controller, or a name of one: `geometric`, `paper` (the papers'), or another package's.
+            airframe: Lag, drag and gains; None for the vehicle's own.
+
+        Raises:
+            BadInput: One of them is not what it should be.
+        """
+        if airframe is not None and not isinstance(airframe, Airframe):
+            raise BadInput(f"airframe must be a flight.Airframe or None, not {airframe!r:.60}.")
+        air = wind if wind is None or isinstance(wind, Wind) else Wind.parse(wind)
+        object.__setattr__(self, "wind", None if air is None or air.still else air)
+        sensor = noise if noise is None or isinstance(noise, MotionCapture) else MotionCapture.parse(noise)
+        object.__setattr__(self, "noise", sensor)
+        object.__setattr__(self, "model", AIRFRAME_MODELS.resolve(model))
+        object.__setattr__(self, "controller", CONTROLLERS.resolve(controller))
+        object.__setattr__(self, "airframe", airframe)
+
+    @property
+    def varies(self) -> bool:
+        """Whether seeds make a difference: still or steady air and perfect sensors leave nothing to chance."""
+        return (self.wind is not None and self.wind.gust > 0.0) or (self.noise is not None and self.noise.varies)
+
+    def changed(self, **changes: Unpack[ConditionKeywords]) -> Conditions:
+        """Return these conditions with some of them replaced.
+
+        Raises:
+            BadInput: As when they are read.
+        """
+        return Conditions(**{**{field.name: getattr(self, field.name) for field in fields(self)}, **changes})
+
+
+CALM = Conditions()
+"""Still air, perfect knowledge, the full model and the geometric controller."""
