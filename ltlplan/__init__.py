@@ -11,8 +11,9 @@ TYPE_CHECKING = False  # type checkers take it for True; `typing` takes long to 
 if TYPE_CHECKING:
     from typing import Any
 
-    from ltlplan.logic.automata import Automaton, translate
+    from ltlplan.logic.automaton import Automaton
     from ltlplan.logic.decomposition import decomposition_set
+    from ltlplan.logic.translation import translate
     from ltlplan.missions import load_mission
     from ltlplan.pipeline import plan, run
     from ltlplan.result import Result
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     )
 
 _HOMES = {
-    "Automaton": "ltlplan.logic.automata",
+    "Automaton": "ltlplan.logic.automaton",
     "LtlplanError": "verify.data",
     "Mission": "verify.data",
     "Plan": "verify.data",
@@ -44,7 +45,7 @@ _HOMES = {
     "parse_mission": "verify.data",
     "plan": "ltlplan.pipeline",
     "run": "ltlplan.pipeline",
-    "translate": "ltlplan.logic.automata",
+    "translate": "ltlplan.logic.translation",
 }
 
 __version__ = "0.1.0"

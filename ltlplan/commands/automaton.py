@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 if TYPE_CHECKING:
-    from ltlplan.logic.automata import Automaton
+    from ltlplan.logic.automaton import Automaton
     from ltlplan.logic.conjunction import Conjunction
     from verify.data import Mission
 
@@ -78,7 +78,7 @@ def _mission(source: str) -> Mission | None:
 
 def _show_formula(source: str | Mission, kind: Format, trace: Any, form: Any) -> None:
     from ltlplan.commands.terminal import print_json
-    from ltlplan.logic.automata import translate
+    from ltlplan.logic.translation import translate
     from verify.data import parse_formula
 
     formula = parse_formula(source) if isinstance(source, str) else source.formula
@@ -92,7 +92,7 @@ def _show_formula(source: str | Mission, kind: Format, trace: Any, form: Any) ->
 
 
 def _explicit(automaton: Automaton | Conjunction) -> Automaton:
-    from ltlplan.logic.automata import Automaton
+    from ltlplan.logic.automaton import Automaton
 
     return automaton if isinstance(automaton, Automaton) else automaton.multiplied()
 
@@ -136,14 +136,14 @@ def _system_dot(mission: Mission, view: View) -> str:
     system = Systems(mission).of(next(iter(mission.agents)))
     if view == "agent":
         return drawings.system_dot(system)
-    from ltlplan.logic.automata import translate
+    from ltlplan.logic.translation import translate
     from ltlplan.systems.products import PlanningAutomaton
 
     return drawings.product_dot(PlanningAutomaton(system, translate(mission.formula, mission.spec.trace)))
 
 
 def _graph(mission: Mission, view: View) -> dict[str, Any]:
-    from ltlplan.logic.automata import translate
+    from ltlplan.logic.translation import translate
     from ltlplan.systems.products import PlanningAutomaton
     from ltlplan.systems.transition_systems import Systems, environment_of, robot_graph
 

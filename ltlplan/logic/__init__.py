@@ -1,7 +1,8 @@
 """Automata from formulas.
 
-Read `automata` (the door: LTLf and LTL to automata, translated behind `spot_engine`), then `conjunction`, which keeps large
-formulas as products that are made as they are walked, over letters as `decision_diagrams`, made deterministic by
-`determinisation`. `decomposition` finds where the rest may be handed to another robot, `transition_monoid` what words do to a
-task, and `budget` is how much a search may take.
+Read `translation` (the door: from LTLf and LTL to an `automaton`), then `conjunction`, which keeps large formulas as products
+that are made as they are walked; `small_automata` asks Spot, behind its door in `spot_engine`, and `determinisation` makes
+deterministic and smallest. Conditions on letters are `decision_diagrams`. `task` is the same product for searches, by
+number, `transition_monoid` what words do to it, and `budget` how much a search may take. `decomposition` finds where the rest may be
+handed to another robot.
 """

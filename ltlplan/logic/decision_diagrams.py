@@ -1,7 +1,7 @@
 """Conditions on letters, as shared decision diagrams (Bryant 1986).
 
 The edges of an automaton carry Boolean conditions over propositions. Spot keeps them in a library of its own whose values
-may not leave `automata`; here they are plain integers into a table of "if this proposition then ... else ..." nodes, so
+may not leave `spot_engine`; here they are plain integers into a table of "if this proposition then ... else ..." nodes, so
 that an automaton is a value that can be walked, split and copied without its engine.
 """
 

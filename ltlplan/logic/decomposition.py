@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
-from ltlplan.logic.automata import DEAD, Automaton
+from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.conjunction import Conjunction
 from verify.data import BadInput, Letter
 

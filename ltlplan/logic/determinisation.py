@@ -5,9 +5,22 @@ The subset construction is Rabin and Scott's (1959), the refinement of states Mo
 
 from __future__ import annotations
 
-from ltlplan.logic.automata import Automaton, trimmed
+from ltlplan.logic.automaton import Automaton, trimmed
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.decision_diagrams import FALSE, Guards
+from verify.data import BadInput
+
+
+def determinised(automaton: Automaton, *, budget: Budget = DEFAULT_BUDGET) -> Automaton:
+    """Return the smallest deterministic automaton of a finite automaton's language.
+
+    Raises:
+        BadInput: It is a Büchi automaton; these are made deterministic by Spot, where it can, in `translate`.
+        TooLarge: It has more states than the budget allows.
+    """
+    if automaton.trace == "infinite":
+        raise BadInput("A Büchi automaton is not made deterministic by this; many have no deterministic equal.")
+    return minimise(determinise(automaton, budget=budget))
 
 
 def determinise(automaton: Automaton, *, budget: Budget = DEFAULT_BUDGET) -> Automaton:

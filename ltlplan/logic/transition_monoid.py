@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Hashable, Iterable, Sequence
 
-from ltlplan.logic.automata import DEAD
+from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import TooLarge
-from ltlplan.logic.conjunction import Deterministic, Subsets, Task
+from ltlplan.logic.task import Deterministic, Subsets, Task
 
 Kind = tuple[tuple[int, ...], ...]
 """What a word does, for each conjunct: the state (or set of states, as bits) that each state is taken to."""

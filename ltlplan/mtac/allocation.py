@@ -23,7 +23,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.logic.automata import DEAD
+from ltlplan.logic.automaton import DEAD
 from verify.data import BadInput, Letter, Mission, Visit
 from verify.data.mission import Action, Point
 

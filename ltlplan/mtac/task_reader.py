@@ -11,10 +11,12 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-from ltlplan.logic.automata import DEAD, translate
-from ltlplan.logic.conjunction import Conjunction, Task, conjunct_automata
+from ltlplan.logic.automaton import DEAD
+from ltlplan.logic.conjunction import Conjunction, conjunct_automata
 from ltlplan.logic.decomposition import decomposes_from
+from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import Kinds, OrderCheck
+from ltlplan.logic.translation import translate
 from ltlplan.mtac.allocation import Accepting, State, States, World
 from verify.data import BadInput, Letter
 

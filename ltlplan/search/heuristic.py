@@ -11,8 +11,8 @@ from __future__ import annotations
 import heapq
 from collections.abc import Sequence
 
-from ltlplan.logic.automata import DEAD
-from ltlplan.logic.conjunction import Deterministic, Task
+from ltlplan.logic.automaton import DEAD
+from ltlplan.logic.task import Deterministic, Task
 
 LOST = float("inf")
 MAX_TABLE = 50_000  # states times letters of a conjunct that is looked at

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from ltlplan.logic.automata import DEAD
-from ltlplan.logic.conjunction import Deterministic, Task
+from ltlplan.logic.automaton import DEAD
+from ltlplan.logic.task import Deterministic, Task
 from ltlplan.search.heuristic import MAX_TABLE
 from ltlplan.search.reduced_graph import Roads
 from ltlplan.search.spanning_tree import Spanning

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import heapq
 
-from ltlplan.logic.automata import DEAD
+from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import Budget
-from ltlplan.logic.conjunction import Task
+from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import Kinds, OrderCheck
 from ltlplan.search.heuristic import LOST
 from ltlplan.search.reduced_graph import Roads, Team, letter_classes

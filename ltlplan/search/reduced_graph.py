@@ -13,7 +13,7 @@ import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from ltlplan.logic.conjunction import Task
+from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import Kind, Kinds
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter

@@ -10,9 +10,10 @@ import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from ltlplan.logic.automata import Automaton
+from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
-from ltlplan.logic.conjunction import Conjunction, Task
+from ltlplan.logic.conjunction import Conjunction
+from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import Kind, Kinds
 from ltlplan.search.best_first import best_paths
 from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso

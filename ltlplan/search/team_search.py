@@ -15,9 +15,9 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from ltlplan.logic.automata import DEAD
+from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import Budget, TooLarge
-from ltlplan.logic.conjunction import Task
+from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import Kind, Kinds, OrderCheck
 from ltlplan.search.heuristic import LOST, Guide
 from ltlplan.search.landmarks import Needs

@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ltlplan.logic.automata import DEAD, representative_letters
+from ltlplan.logic.automaton import DEAD, representative_letters
 from ltlplan.logic.budget import Budget, TooLarge
-from ltlplan.logic.conjunction import Task, conjunct_automata, conjuncts
+from ltlplan.logic.conjunction import conjunct_automata, conjuncts
+from ltlplan.logic.task import Task
 from ltlplan.search.reduced_graph import Team
 from ltlplan.search.team_search import cheapest_path
 from ltlplan.systems.transition_systems import Systems, TransitionSystem
@@ -201,7 +202,7 @@ class _Inquiry:
         """Tell whether not even robots that can show every letter at every time could do it."""
         trace = self.mission.spec.trace
         if trace == "infinite":
-            from ltlplan.logic.automata import small_automaton
+            from ltlplan.logic.small_automata import small_automaton
 
             return not small_automaton(_all_of(core), trace).accepting
         return not _satisfiable(core, representative_letters(conjunct_automata(_all_of(core), trace)))

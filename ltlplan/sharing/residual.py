@@ -10,7 +10,7 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from ltlplan.logic.automata import DEAD
+from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.sharing.progress import Reading, after_events, at_start
 from verify.data import Formula, Letter, Mission, NotCertified, Unsatisfiable

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.logic.automata import DEAD
+from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.allocation import Part, Whereabouts, World
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.sharing.cross_entropy import OnlineSettings

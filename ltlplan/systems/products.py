@@ -11,7 +11,7 @@ from collections.abc import Collection, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
-from ltlplan.logic.automata import DEAD, Automaton
+from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import Conjunction
 from ltlplan.logic.decomposition import decomposes

@@ -18,9 +18,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from ltlplan.logic.automata import translate
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
-from ltlplan.logic.conjunction import Task, conjunct_automata
+from ltlplan.logic.conjunction import conjunct_automata
+from ltlplan.logic.task import Task
+from ltlplan.logic.translation import translate
 from ltlplan.missions import load_mission
 from ltlplan.search.exact import assign
 from ltlplan.search.lassos.lasso import cheapest_lasso

@@ -12,10 +12,10 @@ from collections.abc import Mapping, Sequence
 from functools import reduce
 from operator import or_
 
-from ltlplan.logic.automata import DEAD, Automaton
+from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.budget import TooLarge
-from ltlplan.logic.conjunction import bits
 from ltlplan.logic.decision_diagrams import TRUE
+from ltlplan.logic.task import bits
 from ltlplan.logic.transition_monoid import robots_in_order
 
 MAX_IMAGES = 4096

@@ -11,8 +11,8 @@ from __future__ import annotations
 import heapq
 from collections.abc import Iterator, Sequence
 
-from ltlplan.logic.automata import DEAD
-from ltlplan.logic.conjunction import bits
+from ltlplan.logic.automaton import DEAD
+from ltlplan.logic.task import bits
 from ltlplan.search.heuristic import LOST
 from ltlplan.search.joint.automata import JointPart
 from ltlplan.search.reduced_graph import Roads

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ltlplan.logic.automata import DEAD, Automaton
+from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.heuristic import LOST
 from ltlplan.search.joint.automata import JointPart, Words

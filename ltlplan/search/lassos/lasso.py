@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from ltlplan.logic.automata import Automaton
+from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.search.lassos.rounds import Rounds
 from ltlplan.systems.transition_systems import TransitionSystem

@@ -12,7 +12,7 @@ import heapq
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from ltlplan.logic.automata import Automaton
+from ltlplan.logic.automaton import Automaton
 from ltlplan.search.lassos.lasso import LassoRun
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter

@@ -7,7 +7,7 @@ import typer
 from typer.testing import CliRunner
 
 from ltlplan.commands.automaton import command
-from ltlplan.logic.automata import read_hoa
+from ltlplan.logic.small_automata import read_hoa
 from verify.data import BadInput, MissingEngine, Word
 
 app = typer.Typer()
@@ -45,8 +45,8 @@ def test_json_says_which_states_decompose() -> None:
 
 
 def test_conjunctions_made_on_demand_are_written_down_when_asked() -> None:
-    from ltlplan.logic.automata import translate
     from ltlplan.logic.conjunction import Conjunction
+    from ltlplan.logic.translation import translate
 
     parts = [translate(f"F {name}") for name in "abcd"]
     assert len(Conjunction(parts).multiplied().states) == 16  # type: ignore[arg-type]

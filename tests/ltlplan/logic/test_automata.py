@@ -7,10 +7,13 @@ import pytest
 from hypothesis import given, settings
 
 import ltlplan
-from ltlplan.logic.automata import DEAD, Automaton, read_hoa, translate
+from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.budget import Budget, TooLarge
-from ltlplan.logic.conjunction import Conjunction, Task, conjunct_automata
-from ltlplan.logic.determinisation import determinise, intersection, minimise
+from ltlplan.logic.conjunction import Conjunction, conjunct_automata
+from ltlplan.logic.determinisation import determinise, determinised, intersection, minimise
+from ltlplan.logic.small_automata import read_hoa
+from ltlplan.logic.task import Task
+from ltlplan.logic.translation import translate
 from tests.strategies import finite_words, formulas, lassos
 from verify.data import BadInput, Formula, FormulaError, Word
 from verify.logic.semantics import satisfies
@@ -26,7 +29,7 @@ def test_finite_automata_accept_what_the_formula_means(formula: Formula, word: W
     small = translate(formula, form="small")
     assert isinstance(small, Automaton)
     assert small.accepts(word) == wanted
-    assert small.determinised().accepts(word) == wanted
+    assert determinised(small).accepts(word) == wanted
 
 
 SHORT_WORDS = tuple(
@@ -250,4 +253,4 @@ def test_misuse_is_refused() -> None:
         small.successor(small.initial, {"a"})
     assert isinstance(infinite, Automaton)
     with pytest.raises(BadInput, match="not made deterministic"):
-        infinite.determinised()
+        determinised(infinite)

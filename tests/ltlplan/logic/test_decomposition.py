@@ -4,9 +4,10 @@ import pytest
 from hypothesis import given, settings
 
 import ltlplan
-from ltlplan.logic.automata import DEAD, Automaton, translate
+from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.conjunction import Conjunction
 from ltlplan.logic.decomposition import decomposes, decomposition_set
+from ltlplan.logic.translation import translate
 from tests.strategies import formulas
 from verify.data import BadInput, Formula
 

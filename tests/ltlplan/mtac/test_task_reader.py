@@ -5,10 +5,11 @@ import itertools
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ltlplan.logic.automata import DEAD, Automaton, translate
+from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.conjunction import Conjunction
 from ltlplan.logic.decomposition import decomposes, decomposes_from
 from ltlplan.logic.determinisation import intersection
+from ltlplan.logic.translation import translate
 from ltlplan.mtac.allocation import World
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.sharing.progress import at_start

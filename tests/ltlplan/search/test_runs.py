@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ltlplan.logic.automata import Automaton, translate
+from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
+from ltlplan.logic.translation import translate
 from ltlplan.search.lassos import rounds
 from ltlplan.search.lassos.lasso import lasso_exists
 from ltlplan.search.lassos.word_lasso import closes_at_once, improve_lasso

@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ltlplan.logic.automata import DEAD
+from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
-from ltlplan.logic.conjunction import Conjunction, Task, conjunct_automata, conjuncts
+from ltlplan.logic.conjunction import Conjunction, conjunct_automata, conjuncts
+from ltlplan.logic.task import Task
 from ltlplan.search.exact import assign
 from ltlplan.search.heuristic import LOST
 from ltlplan.search.joint.automata import JointPart, Words

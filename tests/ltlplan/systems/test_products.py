@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from ltlplan.logic.automata import translate
 from ltlplan.logic.budget import TooLarge
+from ltlplan.logic.translation import translate
 from ltlplan.missions import load_mission
 from ltlplan.search.exact import assign
 from ltlplan.systems.products import PlanningAutomaton, TeamAutomaton, full_product, full_product_size

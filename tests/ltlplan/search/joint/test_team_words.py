@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ltlplan.logic.automata import translate
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
+from ltlplan.logic.translation import translate
 from ltlplan.search.best_first import best_paths
 from ltlplan.search.exact import assign
 from ltlplan.search.joint.team_words import joint_possible, plan_joint

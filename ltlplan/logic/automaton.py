@@ -1,38 +1,24 @@
-"""Automata for formulas: finite ones for LTLf (2022 paper, Def. 2.2), Büchi ones for LTL (2019 paper, Def. 4).
-
-Spot, behind its door in `spot_engine`, makes a small nondeterministic automaton, quickly; what must be deterministic is made so
-here, in `determinisation`, because Spot's own way can take minutes on a formula of twenty nested operators.
-"""
+"""An automaton as a value: states, conditions on edges, accepting states; finite words (2022 paper, Def. 2.2) or Büchi (2019 paper, Def. 4)."""
 
 from __future__ import annotations
 
 import json
-import math
-import subprocess
-import sys
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
-from ltlplan.logic import spot_engine
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.decision_diagrams import FALSE, TRUE, Guards
-from verify.data import BadInput, Formula, Letter, Word, parse_formula
-from verify.data.formula import check_formula
+from verify.data import BadInput, Letter, Word
 
 if TYPE_CHECKING:
     import networkx
 
-    from ltlplan.logic.conjunction import Conjunction
-
 Trace = Literal["finite", "infinite"]
 DEAD = -1
 """What `successor` returns where nothing can be accepted any more; no automaton lists it among its states."""
-
-EXPLICIT_STATES = 1024  # products of conjuncts up to which `translate` writes one automaton down
-SMALL_FORMULA = 10  # weight of a formula up to which Spot translates it in this process
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +80,7 @@ class Automaton:
         """
         found = self.successors(state, letter)
         if len(found) > 1:
-            raise BadInput("This automaton is nondeterministic; use `successors`, or `determinised()` for a finite one.")
+            raise BadInput("This automaton is nondeterministic; use `successors`, or `determinised` for a finite one.")
         return next(iter(found), DEAD)
 
     def is_accepting(self, state: int) -> bool:
@@ -184,155 +170,12 @@ class Automaton:
             lines += [f"  {state} -> {target} [label={json.dumps(self.guards.text(guard))}];" for guard, target in edges]
         return "\n".join([*lines, "}"]) + "\n"
 
-    def determinised(self, *, budget: Budget = DEFAULT_BUDGET) -> Automaton:
-        """Return the smallest deterministic automaton of a finite automaton's language.
-
-        Raises:
-            BadInput: It is a Büchi automaton; these are made deterministic by Spot, where it can, in `translate`.
-            TooLarge: It has more states than the budget allows.
-        """
-        from ltlplan.logic.determinisation import determinise, minimise
-
-        if self.trace == "infinite":
-            raise BadInput("A Büchi automaton is not made deterministic by this; many have no deterministic equal.")
-        return minimise(determinise(self, budget=budget))
-
-
-def translate(
-    formula: str | Formula,
-    trace: Trace = "finite",
-    *,
-    form: Literal["deterministic", "small"] = "deterministic",
-    budget: Budget = DEFAULT_BUDGET,
-) -> Automaton | Conjunction:
-    """Return an automaton that accepts just the words that satisfy a formula.
-
-    Args:
-        formula: LTL, as text or value; `X` and `X[!]` are accepted.
-        trace: "finite": the words are finite and not empty (LTLf). "infinite": a Büchi automaton, deterministic
-            where Spot can make it so.
-        form: For finite words: the smallest deterministic automaton, or a small nondeterministic one (2022 paper, Def. 2.2).
-        budget: Bounds on states, time and memory.
-
-    Returns:
-        An automaton with all its states; for a large conjunction on finite words a `Conjunction`, which is used in the
-        same way and makes its states as they are asked for.
-
-    Raises:
-        FormulaError: The text is no formula.
-        TooLarge: A budget did not suffice.
-    """
-    from ltlplan.logic.conjunction import Conjunction, conjunct_automata
-    from ltlplan.logic.determinisation import intersection, minimise
-
-    value = as_formula(formula)
-    if trace not in ("finite", "infinite"):
-        raise BadInput(f"trace must be 'finite' or 'infinite', not {trace!r}.")
-    if form not in ("deterministic", "small"):
-        raise BadInput(f"form must be 'deterministic' or 'small', not {form!r}.")
-    if trace == "infinite" or form == "small":
-        return small_automaton(value, trace, budget=budget)
-    parts = conjunct_automata(value, trace, budget=budget)
-    size = math.prod(len(part.states) for part in parts)
-    if size > EXPLICIT_STATES or not all(part.deterministic for part in parts):
-        return Conjunction(parts, budget)
-    whole = parts[0]
-    for part in parts[1:]:
-        whole = minimise(intersection(whole, part, budget=budget))
-    return whole
-
-
-@lru_cache(maxsize=512)
-def small_automaton(formula: Formula, trace: Trace, *, budget: Budget = DEFAULT_BUDGET) -> Automaton:
-    """Return a small automaton for one formula; it may be nondeterministic.
-
-    A large formula is translated in a process of its own, which is ended when its budget of time or memory is used up.
-
-    Raises:
-        TooLarge: The budget did not suffice.
-        MissingEngine: Spot is not installed.
-    """
-    text = formula.quoted()
-    if _weight(formula) <= SMALL_FORMULA and len(formula.names()) <= 2 * SMALL_FORMULA:
-        hoa = spot_engine.translate(text, trace)
-    else:
-        hoa = _translate_elsewhere(text, trace, budget)
-    plain = spot_engine.read_hoa(hoa, "infinite")
-    return _ending(plain) if trace == "finite" else _automaton(plain, "infinite")
-
-
-def _weight(formula: Formula) -> int:
-    """Return the number of temporal operators, those below `<->` and `xor` twice: both they and their opposites matter."""
-    below = sum(map(_weight, formula.arguments))
-    if formula.operator in ("<->", "xor"):
-        return 2 * below
-    return below + (formula.operator in ("F", "G", "U", "W", "R", "M", "X", "X[!]"))
-
-
-def _translate_elsewhere(text: str, trace: Trace, budget: Budget) -> str:
-    """Translate in a process that can be ended."""
-    request = json.dumps({"formula": text, "trace": trace, "bytes": budget.megabytes * 2**20, "seconds": budget.seconds})
-    command = [sys.executable, "-I", spot_engine.__file__]
-    try:
-        done = subprocess.run(command, input=request, capture_output=True, text=True, timeout=budget.seconds + 2, check=False)
-    except subprocess.TimeoutExpired:
-        raise TooLarge("Translating the formula takes", int(budget.seconds), "s", int(budget.seconds)) from None
-    if done.returncode != 0 or not done.stdout.startswith("HOA"):
-        spot_engine.engine()  # says so if Spot itself is missing
-        raise TooLarge("Translating the formula takes", budget.megabytes, f"MB or {budget.seconds:g} s", budget.megabytes)
-    return done.stdout
-
-
-def read_hoa(text: str, *, trace: Trace) -> Automaton:
-    """Read an automaton in the Hanoi omega-automata format.
-
-    Args:
-        text: One automaton. For finite words its accepting states are the final ones.
-        trace: Whether it reads finite or infinite words.
-
-    Raises:
-        BadInput: It is not in that format; for finite words: acceptance is not on states.
-    """
-    return _automaton(spot_engine.read_hoa(text, trace), trace)
-
-
-def _automaton(plain: spot_engine.PlainAutomaton, trace: Trace) -> Automaton:
-    guards, edges = _copied(plain)
-    return trimmed(trace, guards, edges, plain.initial, plain.accepting)
-
-
-def _ending(plain: spot_engine.PlainAutomaton) -> Automaton:
-    """Return the automaton on finite words: final where the rest, with no letter alive, is accepted."""
-    table, edges = _copied(plain)
-    guards = Guards([name for name in plain.names if name != spot_engine.ALIVE])
-    memo: dict[int, int] = {}
-    alive: list[list[tuple[int, int]]] = []
-    ended: list[list[tuple[int, int]]] = []
-    for outgoing in edges:
-        before = [(table.given(guard, spot_engine.ALIVE, holds=True), target) for guard, target in outgoing]
-        alive.append([(guards.copy_from(table, guard, memo), target) for guard, target in before])
-        ended.append([(table.given(guard, spot_engine.ALIVE, holds=False), target) for guard, target in outgoing])
-    final = _live("infinite", ended, set(plain.accepting))
-    return trimmed("finite", guards, alive, plain.initial, final)
-
-
-def _copied(plain: spot_engine.PlainAutomaton) -> tuple[Guards, list[list[tuple[int, int]]]]:
-    """Return the conditions and edges of an automaton from Spot as our own."""
-    guards = Guards(plain.names)
-    conditions = [FALSE, TRUE]
-    for name, low, high in plain.conditions:
-        conditions.append(guards.condition(name, conditions[low], conditions[high]))
-    edges: list[list[tuple[int, int]]] = [[] for _ in range(plain.size)]
-    for source, target, condition in plain.edges:
-        edges[source].append((conditions[condition], target))
-    return guards, edges
-
 
 def trimmed(
     trace: Trace, guards: Guards, edges: list[list[tuple[int, int]]], initial: int, accepting: Iterable[int]
 ) -> Automaton:
     """Return the automaton without states that are useless, numbered breadth-first from the initial one."""
-    live = _live(trace, edges, set(accepting))
+    live = live_states(trace, edges, set(accepting))
     order: dict[int, int] = {initial: 0}
     queue = deque([initial])
     kept: list[tuple[tuple[int, int], ...]] = []
@@ -349,7 +192,7 @@ def trimmed(
     return Automaton(trace, guards.propositions, tuple(kept), frozenset(order[s] for s in accepting if s in order), guards)
 
 
-def _live(trace: Trace, edges: list[list[tuple[int, int]]], accepting: set[int]) -> set[int]:
+def live_states(trace: Trace, edges: list[list[tuple[int, int]]], accepting: set[int]) -> set[int]:
     """Return the states from which something is accepted."""
     back: list[list[int]] = [[] for _ in edges]
     for state, outgoing in enumerate(edges):
@@ -391,11 +234,6 @@ def representative_letters(automata: Sequence[Automaton], *, budget: Budget = DE
             if len(pieces) > budget.automaton:
                 raise TooLarge("The automaton tells apart", len(pieces), "letters", budget.automaton)
     return tuple(sorted((guards.example(piece) for piece in pieces), key=lambda letter: (len(letter), sorted(letter))))
-
-
-def as_formula(formula: str | Formula) -> Formula:
-    """Return a formula that was given as text or as a value."""
-    return parse_formula(formula) if isinstance(formula, str) else check_formula(formula)
 
 
 def _letter(letter: Iterable[str]) -> Letter:
