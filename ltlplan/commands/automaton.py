@@ -109,7 +109,7 @@ def _plain(automaton: Automaton | Conjunction) -> dict[str, Any]:
         "accepting": sorted(explicit.accepting),
         "deterministic": explicit.deterministic,
         "edges": [
-            {"source": source, "target": target, "guard": explicit.guards.text(guard)}
+            {"source": source, "target": target, "guard": explicit.diagrams.text(guard)}
             for source, edges in enumerate(explicit.edges)
             for guard, target in edges
         ],

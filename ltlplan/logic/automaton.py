@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
-from ltlplan.logic.decision_diagrams import FALSE, TRUE, Guards
+from ltlplan.logic.decision_diagrams import FALSE, TRUE, DecisionDiagrams
 from verify.data import BadInput, Letter, Word
 
 if TYPE_CHECKING:
@@ -34,14 +34,14 @@ class Automaton:
         propositions: Names that the conditions ask for.
         edges: For each state, pairs (condition, target); conditions are integers of `decision_diagrams`.
         accepting: The accepting states.
-        guards: The conditions.
+        diagrams: The conditions.
     """
 
     trace: Trace
     propositions: tuple[str, ...]
     edges: tuple[tuple[tuple[int, int], ...], ...]
     accepting: frozenset[int]
-    guards: Guards = field(repr=False)
+    diagrams: DecisionDiagrams = field(repr=False)
     initial: int = 0
 
     @property
@@ -55,9 +55,9 @@ class Automaton:
         for edges in self.edges:
             met = FALSE
             for guard, _ in edges:
-                if self.guards.conjunction(met, guard) != FALSE:
+                if self.diagrams.conjunction(met, guard) != FALSE:
                     return False
-                met = self.guards.disjunction(met, guard)
+                met = self.diagrams.disjunction(met, guard)
         return True
 
     @cached_property
@@ -70,7 +70,7 @@ class Automaton:
         names = _letter(letter)
         if state == DEAD:
             return frozenset()
-        return frozenset(target for guard, target in self.edges[state] if self.guards.holds(guard, names))
+        return frozenset(target for guard, target in self.edges[state] if self.diagrams.holds(guard, names))
 
     def successor(self, state: int, letter: Iterable[str]) -> int:
         """Return the state that a letter leads to, or `DEAD`.
@@ -128,8 +128,8 @@ class Automaton:
         condition = FALSE
         for guard, found in self.edges[source]:
             if found == target:
-                condition = self.guards.disjunction(condition, guard)
-        return self.guards.text(condition)
+                condition = self.diagrams.disjunction(condition, guard)
+        return self.diagrams.text(condition)
 
     def to_networkx(self) -> networkx.MultiDiGraph[int]:
         """Return the automaton as a graph; nodes carry `initial` and `accepting`, edges `guard` (text)."""
@@ -140,7 +140,7 @@ class Automaton:
             graph.add_node(state, initial=state == self.initial, accepting=state in self.accepting)
         for state, edges in enumerate(self.edges):
             for guard, target in edges:
-                graph.add_edge(state, target, guard=self.guards.text(guard))
+                graph.add_edge(state, target, guard=self.diagrams.text(guard))
         return graph
 
     def to_hoa(self) -> str:
@@ -157,7 +157,7 @@ class Automaton:
         ]  # fmt: skip
         for state, edges in enumerate(self.edges):
             lines.append(f"State: {state}" + (" {0}" if state in self.accepting else ""))
-            lines += [f"[{_hoa_label(self.guards, guard)}] {target}" for guard, target in edges]
+            lines += [f"[{_hoa_label(self.diagrams, guard)}] {target}" for guard, target in edges]
         return "\n".join([*lines, "--END--"]) + "\n"
 
     def to_dot(self) -> str:
@@ -167,12 +167,12 @@ class Automaton:
             lines.append(f"  {state}" + (" [shape=doublecircle];" if state in self.accepting else ";"))
         lines.append(f"  start -> {self.initial};")
         for state, edges in enumerate(self.edges):
-            lines += [f"  {state} -> {target} [label={json.dumps(self.guards.text(guard))}];" for guard, target in edges]
+            lines += [f"  {state} -> {target} [label={json.dumps(self.diagrams.text(guard))}];" for guard, target in edges]
         return "\n".join([*lines, "}"]) + "\n"
 
 
 def trimmed(
-    trace: Trace, guards: Guards, edges: list[list[tuple[int, int]]], initial: int, accepting: Iterable[int]
+    trace: Trace, diagrams: DecisionDiagrams, edges: list[list[tuple[int, int]]], initial: int, accepting: Iterable[int]
 ) -> Automaton:
     """Return the automaton without states that are useless, numbered breadth-first from the initial one."""
     live = live_states(trace, edges, set(accepting))
@@ -184,12 +184,12 @@ def trimmed(
         merged: dict[int, int] = {}
         for guard, target in edges[state]:
             if guard != FALSE and target in live:
-                merged[target] = guards.disjunction(merged.get(target, FALSE), guard)
+                merged[target] = diagrams.disjunction(merged.get(target, FALSE), guard)
                 if target not in order:
                     order[target] = len(order)
                     queue.append(target)
         kept.append(tuple((guard, order[target]) for target, guard in merged.items()))
-    return Automaton(trace, guards.propositions, tuple(kept), frozenset(order[s] for s in accepting if s in order), guards)
+    return Automaton(trace, diagrams.propositions, tuple(kept), frozenset(order[s] for s in accepting if s in order), diagrams)
 
 
 def live_states(trace: Trace, edges: list[list[tuple[int, int]]], accepting: set[int]) -> set[int]:
@@ -222,18 +222,20 @@ def representative_letters(automata: Sequence[Automaton], *, budget: Budget = DE
     Raises:
         TooLarge: There are more than the budget allows.
     """
-    guards = Guards(sorted({name for automaton in automata for name in automaton.propositions}))
+    diagrams = DecisionDiagrams(sorted({name for automaton in automata for name in automaton.propositions}))
     pieces = {TRUE}
     for automaton in automata:
         memo: dict[int, int] = {}
         conditions = {guard for edges in automaton.edges for guard, _ in edges}
-        for condition in sorted(guards.copy_from(automaton.guards, guard, memo) for guard in conditions):
-            outside = guards.negation(condition)
-            pieces = {p for piece in pieces for p in (guards.conjunction(piece, condition), guards.conjunction(piece, outside))}
+        for condition in sorted(diagrams.copy_from(automaton.diagrams, guard, memo) for guard in conditions):
+            outside = diagrams.negation(condition)
+            pieces = {
+                p for piece in pieces for p in (diagrams.conjunction(piece, condition), diagrams.conjunction(piece, outside))
+            }
             pieces.discard(FALSE)
             if len(pieces) > budget.automaton:
                 raise TooLarge("The automaton tells apart", len(pieces), "letters", budget.automaton)
-    return tuple(sorted((guards.example(piece) for piece in pieces), key=lambda letter: (len(letter), sorted(letter))))
+    return tuple(sorted((diagrams.example(piece) for piece in pieces), key=lambda letter: (len(letter), sorted(letter))))
 
 
 def _letter(letter: Iterable[str]) -> Letter:
@@ -242,14 +244,14 @@ def _letter(letter: Iterable[str]) -> Letter:
     return letter if isinstance(letter, frozenset) else frozenset(letter)
 
 
-def _hoa_label(guards: Guards, guard: int) -> str:
+def _hoa_label(diagrams: DecisionDiagrams, guard: int) -> str:
     """Return a condition with propositions by number, as HOA wants it."""
-    numbers = Guards([str(i) for i in range(len(guards.propositions))])
+    numbers = DecisionDiagrams([str(i) for i in range(len(diagrams.propositions))])
     memo: dict[int, int] = {}
 
     def copied(at: int) -> int:
         if at > 1 and at not in memo:
-            variable, low, high = guards.parts(at)
+            variable, low, high = diagrams.parts(at)
             memo[at] = numbers.node(variable, copied(low), copied(high))
         return memo.get(at, at)
 

@@ -17,7 +17,7 @@ FALSE, TRUE = 0, 1
 MAX_NODES = 2_000_000
 
 
-class Guards:
+class DecisionDiagrams:
     """A growing table of conditions over an ordered list of propositions. Equal conditions are equal integers.
 
     Attributes:
@@ -146,7 +146,7 @@ class Guards:
 
         return without(self.conjunction(guard, known))
 
-    def copy_from(self, other: Guards, guard: int, memo: dict[int, int]) -> int:
+    def copy_from(self, other: DecisionDiagrams, guard: int, memo: dict[int, int]) -> int:
         """Return another table's condition in this one; `memo` may be kept for further conditions of that table."""
         if guard <= TRUE:
             return guard

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from ltlplan.logic.automaton import Automaton, trimmed
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
-from ltlplan.logic.decision_diagrams import FALSE, Guards
+from ltlplan.logic.decision_diagrams import FALSE, DecisionDiagrams
 from verify.data import BadInput
 
 
@@ -31,13 +31,13 @@ def determinise(automaton: Automaton, *, budget: Budget = DEFAULT_BUDGET) -> Aut
     """
     if automaton.deterministic:
         return automaton
-    guards = automaton.guards
+    diagrams = automaton.diagrams
     sets: dict[frozenset[int], int] = {frozenset({automaton.initial}): 0}
     waiting = list(sets)
     edges: list[list[tuple[int, int]]] = []
     for states in waiting:  # grows while it is walked
         outgoing: list[tuple[int, int]] = []
-        for targets, guard in guards.split(edge for state in sorted(states) for edge in automaton.edges[state]).items():
+        for targets, guard in diagrams.split(edge for state in sorted(states) for edge in automaton.edges[state]).items():
             if targets:
                 if targets not in sets:
                     if len(sets) >= budget.automaton:
@@ -47,12 +47,12 @@ def determinise(automaton: Automaton, *, budget: Budget = DEFAULT_BUDGET) -> Aut
                 outgoing.append((guard, sets[targets]))
         edges.append(outgoing)
     accepting = [index for states, index in sets.items() if not automaton.accepting.isdisjoint(states)]
-    return trimmed(automaton.trace, guards, edges, 0, accepting)
+    return trimmed(automaton.trace, diagrams, edges, 0, accepting)
 
 
 def minimise(automaton: Automaton) -> Automaton:
     """Return the smallest deterministic automaton with the language of a deterministic one (Moore's refinement)."""
-    guards = automaton.guards
+    diagrams = automaton.diagrams
     block = [int(state in automaton.accepting) for state in automaton.states]
     count = len(set(block))
     while True:
@@ -61,7 +61,7 @@ def minimise(automaton: Automaton) -> Automaton:
         for state in automaton.states:
             ways: dict[int, int] = {}
             for guard, target in automaton.edges[state]:
-                ways[block[target]] = guards.disjunction(ways.get(block[target], FALSE), guard)
+                ways[block[target]] = diagrams.disjunction(ways.get(block[target], FALSE), guard)
             finer.append(signatures.setdefault((block[state], frozenset(ways.items())), len(signatures)))
         block = finer
         if len(signatures) == count:
@@ -74,7 +74,7 @@ def minimise(automaton: Automaton) -> Automaton:
             done.add(block[state])
             edges[block[state]] = [(guard, block[target]) for guard, target in automaton.edges[state]]
     accepting = {block[state] for state in automaton.accepting}
-    return trimmed(automaton.trace, guards, edges, block[automaton.initial], accepting)
+    return trimmed(automaton.trace, diagrams, edges, block[automaton.initial], accepting)
 
 
 def intersection(first: Automaton, second: Automaton, *, budget: Budget = DEFAULT_BUDGET) -> Automaton:
@@ -83,7 +83,7 @@ def intersection(first: Automaton, second: Automaton, *, budget: Budget = DEFAUL
     Raises:
         TooLarge: It has more states than the budget allows.
     """
-    guards = Guards(sorted({*first.propositions, *second.propositions}))
+    diagrams = DecisionDiagrams(sorted({*first.propositions, *second.propositions}))
     memos: tuple[dict[int, int], dict[int, int]] = ({}, {})
     pairs: dict[tuple[int, int], int] = {(first.initial, second.initial): 0}
     waiting = list(pairs)
@@ -91,9 +91,9 @@ def intersection(first: Automaton, second: Automaton, *, budget: Budget = DEFAUL
     for one, two in waiting:  # grows while it is walked
         outgoing: list[tuple[int, int]] = []
         for guard, target in first.edges[one]:
-            left = guards.copy_from(first.guards, guard, memos[0])
+            left = diagrams.copy_from(first.diagrams, guard, memos[0])
             for other, other_target in second.edges[two]:
-                both = guards.conjunction(left, guards.copy_from(second.guards, other, memos[1]))
+                both = diagrams.conjunction(left, diagrams.copy_from(second.diagrams, other, memos[1]))
                 if both != FALSE:
                     pair = (target, other_target)
                     if pair not in pairs:
@@ -104,4 +104,4 @@ def intersection(first: Automaton, second: Automaton, *, budget: Budget = DEFAUL
                     outgoing.append((both, pairs[pair]))
         edges.append(outgoing)
     accepting = [i for (one, two), i in pairs.items() if one in first.accepting and two in second.accepting]
-    return trimmed("finite", guards, edges, 0, accepting)
+    return trimmed("finite", diagrams, edges, 0, accepting)

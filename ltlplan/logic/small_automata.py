@@ -13,7 +13,7 @@ from functools import lru_cache
 from ltlplan.logic import spot_engine
 from ltlplan.logic.automaton import Automaton, Trace, live_states, trimmed
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
-from ltlplan.logic.decision_diagrams import FALSE, TRUE, Guards
+from ltlplan.logic.decision_diagrams import FALSE, TRUE, DecisionDiagrams
 from verify.data import Formula
 
 SMALL_FORMULA = 10  # weight of a formula up to which Spot translates it in this process
@@ -74,32 +74,32 @@ def read_hoa(text: str, *, trace: Trace) -> Automaton:
 
 
 def _automaton(plain: spot_engine.PlainAutomaton, trace: Trace) -> Automaton:
-    guards, edges = _copied(plain)
-    return trimmed(trace, guards, edges, plain.initial, plain.accepting)
+    diagrams, edges = _copied(plain)
+    return trimmed(trace, diagrams, edges, plain.initial, plain.accepting)
 
 
 def _ending(plain: spot_engine.PlainAutomaton) -> Automaton:
     """Return the automaton on finite words: final where the rest, with no letter alive, is accepted."""
     table, edges = _copied(plain)
-    guards = Guards([name for name in plain.names if name != spot_engine.ALIVE])
+    diagrams = DecisionDiagrams([name for name in plain.names if name != spot_engine.ALIVE])
     memo: dict[int, int] = {}
     alive: list[list[tuple[int, int]]] = []
     ended: list[list[tuple[int, int]]] = []
     for outgoing in edges:
         before = [(table.given(guard, spot_engine.ALIVE, holds=True), target) for guard, target in outgoing]
-        alive.append([(guards.copy_from(table, guard, memo), target) for guard, target in before])
+        alive.append([(diagrams.copy_from(table, guard, memo), target) for guard, target in before])
         ended.append([(table.given(guard, spot_engine.ALIVE, holds=False), target) for guard, target in outgoing])
     final = live_states("infinite", ended, set(plain.accepting))
-    return trimmed("finite", guards, alive, plain.initial, final)
+    return trimmed("finite", diagrams, alive, plain.initial, final)
 
 
-def _copied(plain: spot_engine.PlainAutomaton) -> tuple[Guards, list[list[tuple[int, int]]]]:
+def _copied(plain: spot_engine.PlainAutomaton) -> tuple[DecisionDiagrams, list[list[tuple[int, int]]]]:
     """Return the conditions and edges of an automaton from Spot as our own."""
-    guards = Guards(plain.names)
+    diagrams = DecisionDiagrams(plain.names)
     conditions = [FALSE, TRUE]
     for name, low, high in plain.conditions:
-        conditions.append(guards.condition(name, conditions[low], conditions[high]))
+        conditions.append(diagrams.condition(name, conditions[low], conditions[high]))
     edges: list[list[tuple[int, int]]] = [[] for _ in range(plain.size)]
     for source, target, condition in plain.edges:
         edges[source].append((conditions[condition], target))
-    return guards, edges
+    return diagrams, edges

@@ -107,7 +107,7 @@ class Deterministic:
         """Return the state after each letter."""
         row = self._rows[state]
         if row is None:
-            holds, edges = self.automaton.guards.holds, self.automaton.edges[state]
+            holds, edges = self.automaton.diagrams.holds, self.automaton.edges[state]
             after = [next((t for guard, t in edges if holds(guard, view)), DEAD) for view in self.views]
             row = self._rows[state] = [after[view] for view in self.view]
         return row
@@ -116,16 +116,16 @@ class Deterministic:
         """Tell whether a state is accepting."""
         return state in self.automaton.accepting
 
-    def read(self, kind: tuple[int, ...], letter: int) -> tuple[int, ...]:
-        """Return the kind of a word with one more letter."""
-        return tuple(DEAD if state == DEAD else self.row(state)[letter] for state in kind)
+    def read(self, element: tuple[int, ...], letter: int) -> tuple[int, ...]:
+        """Return the element of a word with one more letter."""
+        return tuple(DEAD if state == DEAD else self.row(state)[letter] for state in element)
 
-    def apply(self, kind: tuple[int, ...], state: int) -> int:
-        """Return the state that words of a kind lead to."""
-        return kind[state]
+    def apply(self, element: tuple[int, ...], state: int) -> int:
+        """Return the state that words of an element lead to."""
+        return element[state]
 
     def compose(self, first: tuple[int, ...], second: tuple[int, ...]) -> tuple[int, ...]:
-        """Return the kind of a word of one kind followed by one of another."""
+        """Return the element of a word of one element followed by one of another."""
         return tuple(DEAD if state == DEAD else second[state] for state in first)
 
 
@@ -175,16 +175,16 @@ class Subsets:
         """Tell whether a state is accepting."""
         return bool(self._masks[state] & self._final)
 
-    def read(self, kind: tuple[int, ...], letter: int) -> tuple[int, ...]:
-        """Return the kind of a word with one more letter."""
-        return tuple(reduce(or_, (self._step(at)[letter] for at in bits(mask)), 0) for mask in kind)
+    def read(self, element: tuple[int, ...], letter: int) -> tuple[int, ...]:
+        """Return the element of a word with one more letter."""
+        return tuple(reduce(or_, (self._step(at)[letter] for at in bits(mask)), 0) for mask in element)
 
-    def apply(self, kind: tuple[int, ...], state: int) -> int:
-        """Return the state that words of a kind lead to."""
-        return self._number(_image(self._masks[state], kind))
+    def apply(self, element: tuple[int, ...], state: int) -> int:
+        """Return the state that words of an element lead to."""
+        return self._number(_image(self._masks[state], element))
 
     def compose(self, first: tuple[int, ...], second: tuple[int, ...]) -> tuple[int, ...]:
-        """Return the kind of a word of one kind followed by one of another."""
+        """Return the element of a word of one element followed by one of another."""
         return tuple(_image(mask, second) for mask in first)
 
 

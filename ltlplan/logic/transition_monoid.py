@@ -1,8 +1,8 @@
 """What words do to a task, and whether they keep it in every order of the robots: the property `sequential`.
 
-A word takes each state of a conjunct's automaton to another one. Words that do the same to all states are one kind (an
-element of the automaton's transition monoid), and words after one another compose as maps do. So every order of the robots
-is tried on kinds: by dynamic programming over how many words of each kind were read, not over all permutations.
+A word takes each state of a conjunct's automaton to another one. Words that do the same to all states are one element of the
+automaton's transition monoid, and words after one another compose as maps do. So every order of the robots is tried on
+elements: by dynamic programming over how many words of each element were read, not over all permutations.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.task import Deterministic, Subsets, Task
 
-Kind = tuple[tuple[int, ...], ...]
+Element = tuple[tuple[int, ...], ...]
 """What a word does, for each conjunct: the state (or set of states, as bits) that each state is taken to."""
 
 
-class Kinds:
-    """What words do to a task's states. Words that do the same are one kind.
+class TransitionMonoid:
+    """What words do to a task's states. Words that do the same are one element.
 
     Args:
         task: Whose states.
@@ -28,35 +28,35 @@ class Kinds:
 
     def __init__(self, task: Task, parts: Iterable[int] | None = None) -> None:
         self.parts = task.parts if parts is None else tuple(task.parts[index] for index in parts)
-        self.identity: Kind = tuple(part.identity for part in self.parts)
-        self._read: dict[tuple[Kind, int], Kind] = {}
-        self._loses: dict[Kind, bool] = {}
+        self.identity: Element = tuple(part.identity for part in self.parts)
+        self._read: dict[tuple[Element, int], Element] = {}
+        self._dead: dict[Element, bool] = {}
 
-    def loses(self, kind: Kind) -> bool:
-        """Tell whether words of a kind lose the task when they come first."""
-        found = self._loses.get(kind)
+    def is_dead(self, element: Element) -> bool:
+        """Tell whether words of an element lose the task when they come first."""
+        found = self._dead.get(element)
         if found is None:
-            found = any(part.apply(k, part.initial) == DEAD for part, k in zip(self.parts, kind, strict=True))
-            self._loses[kind] = found
+            found = any(part.apply(k, part.initial) == DEAD for part, k in zip(self.parts, element, strict=True))
+            self._dead[element] = found
         return found
 
-    def read(self, kind: Kind, letter: int) -> Kind:
-        """Return the kind of a word with one more letter."""
-        found = self._read.get((kind, letter))
+    def read(self, element: Element, letter: int) -> Element:
+        """Return the element of a word with one more letter."""
+        found = self._read.get((element, letter))
         if found is None:
-            found = self._read[kind, letter] = tuple(p.read(k, letter) for p, k in zip(self.parts, kind, strict=True))
+            found = self._read[element, letter] = tuple(p.read(k, letter) for p, k in zip(self.parts, element, strict=True))
         return found
 
-    def compose(self, first: Kind, second: Kind) -> Kind:
-        """Return the kind of a word of one kind followed by one of another."""
+    def compose(self, first: Element, second: Element) -> Element:
+        """Return the element of a word of one element followed by one of another."""
         return tuple(part.compose(a, b) for part, a, b in zip(self.parts, first, second, strict=True))
 
-    def of(self, letters: Iterable[int]) -> Kind:
-        """Return the kind of a word."""
-        kind = self.identity
+    def of(self, letters: Iterable[int]) -> Element:
+        """Return the element of a word."""
+        element = self.identity
         for letter in letters:
-            kind = self.read(kind, letter)
-        return kind
+            element = self.read(element, letter)
+        return element
 
 
 class OrderCheck:
@@ -64,7 +64,7 @@ class OrderCheck:
 
     Args:
         task: What is to be kept.
-        parts: Conjuncts to look at, by index; all where None. Kinds must be of the same.
+        parts: Conjuncts to look at, by index; all where None. Elements must be of the same.
         limit: Bound on the steps of trying orders.
     """
 
@@ -73,35 +73,35 @@ class OrderCheck:
         self.limit = limit
         self._known: dict[tuple[int, tuple[tuple[tuple[int, ...], int], ...]], tuple[tuple[int, ...], ...] | None] = {}
 
-    def failing_parts(self, kinds: Sequence[Kind]) -> tuple[int, ...]:
+    def failing_parts(self, elements: Sequence[Element]) -> tuple[int, ...]:
         """Return the conjuncts, by index, that some order of the words breaks."""
         return tuple(
             index
             for index, part in enumerate(self.parts)
-            if self._failing(index, part, [kind[index] for kind in kinds], True) is not None
+            if self._failing(index, part, [element[index] for element in elements], True) is not None
         )
 
-    def failing_order(self, kinds: Sequence[Kind], *, finished: bool = True) -> tuple[int, ...] | None:
-        """Return an order (indices into `kinds`) in which the words break the task; None where every order keeps it.
+    def failing_order(self, elements: Sequence[Element], *, finished: bool = True) -> tuple[int, ...] | None:
+        """Return an order (indices into `elements`) in which the words break the task; None where every order keeps it.
 
         Args:
-            kinds: One kind for each robot.
-            finished: Whether the task must be accepted at the end, or only not be lost already.
+            elements: One element for each robot.
+            finished: Whether the task must be accepted at the end, or only not be dead already.
 
         Raises:
             TooLarge: There are too many different orders to try them all.
         """
         for index, part in enumerate(self.parts):
-            own = [kind[index] for kind in kinds]
+            own = [element[index] for element in elements]
             bad = self._failing(index, part, own, finished)
             if bad is not None:
                 return bad
         return None
 
     def _failing(
-        self, index: int, part: Deterministic | Subsets, kinds: list[tuple[int, ...]], finished: bool
+        self, index: int, part: Deterministic | Subsets, elements: list[tuple[int, ...]], finished: bool
     ) -> tuple[int, ...] | None:
-        counts = Counter(kind for kind in kinds if kind != part.identity)
+        counts = Counter(element for element in elements if element != part.identity)
         kept = tuple(sorted(counts.items()))
         key = (index * 2 + finished, kept)
         if key not in self._known:
@@ -109,34 +109,34 @@ class OrderCheck:
         bad = self._known[key]
         if bad is None:
             return None
-        return robots_in_order(bad, kinds)
+        return robots_in_order(bad, elements)
 
     def _search(
-        self, part: Deterministic | Subsets, kinds: list[tuple[int, ...]], counts: list[int], finished: bool
+        self, part: Deterministic | Subsets, elements: list[tuple[int, ...]], counts: list[int], finished: bool
     ) -> tuple[tuple[int, ...], ...] | None:
-        """Walk over how many words of each kind were read, keeping the states that this can lead to."""
+        """Walk over how many words of each element were read, keeping the states that this can lead to."""
         if all(
-            part.compose(a, b) == part.compose(b, a) for i, a in enumerate(kinds) for b in kinds[:i]
+            part.compose(a, b) == part.compose(b, a) for i, a in enumerate(elements) for b in elements[:i]
         ):  # one order stands for all
-            order = tuple(kind for kind, count in zip(kinds, counts, strict=True) for _ in range(count))
+            order = tuple(element for element, count in zip(elements, counts, strict=True) for _ in range(count))
             at = part.initial
-            for kind in order:
-                at = DEAD if at == DEAD else part.apply(kind, at)
+            for element in order:
+                at = DEAD if at == DEAD else part.apply(element, at)
             good = at != DEAD and (not finished or part.accepting(at))
             return None if good else order
-        start = (0,) * len(kinds)
+        start = (0,) * len(elements)
         layer: dict[tuple[tuple[int, ...], int], tuple[tuple[int, ...], ...]] = {(start, part.initial): ()}
         total = sum(counts)
         seen = 0
         for _ in range(total):
             following: dict[tuple[tuple[int, ...], int], tuple[tuple[int, ...], ...]] = {}
             for (used, state), order in layer.items():
-                for i, kind in enumerate(kinds):
+                for i, element in enumerate(elements):
                     if used[i] < counts[i]:
-                        target = part.apply(kind, state)
+                        target = part.apply(element, state)
                         if target == DEAD:
-                            return (*order, kind)
-                        following.setdefault(((*used[:i], used[i] + 1, *used[i + 1 :]), target), (*order, kind))
+                            return (*order, element)
+                        following.setdefault(((*used[:i], used[i] + 1, *used[i + 1 :]), target), (*order, element))
             layer = following
             seen += len(layer)
             if seen > self.limit:
@@ -148,12 +148,12 @@ class OrderCheck:
         return None
 
 
-def robots_in_order(order: Iterable[Hashable], kinds: Sequence[Hashable]) -> tuple[int, ...]:
-    """Return robots (indices into `kinds`, what their words do) whose kinds come in this order, then all others."""
-    left = list(range(len(kinds)))
+def robots_in_order(order: Iterable[Hashable], elements: Sequence[Hashable]) -> tuple[int, ...]:
+    """Return robots (indices into `elements`, what their words do) whose elements come in this order, then all others."""
+    left = list(range(len(elements)))
     found: list[int] = []
-    for kind in order:
-        at = next(i for i in left if kinds[i] == kind)
+    for element in order:
+        at = next(i for i in left if elements[i] == element)
         left.remove(at)
         found.append(at)
     return (*found, *left)

@@ -15,7 +15,7 @@ from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunction import Conjunction, conjunct_automata
 from ltlplan.logic.decomposition import decomposes_from
 from ltlplan.logic.task import Task
-from ltlplan.logic.transition_monoid import Kinds, OrderCheck
+from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
 from ltlplan.logic.translation import translate
 from ltlplan.mtac.allocation import Accepting, State, States, World
 from verify.data import BadInput, Letter
@@ -123,8 +123,8 @@ class Reader:
             return holds_one_at_a_time(self, words)
         numbers = {letter: i for i, letter in enumerate(self.shown)}
         task = Task(conjunct_automata(self._formula, "finite"), self.shown)
-        kinds = Kinds(task)
-        return OrderCheck(task).failing_order([kinds.of(numbers[x] for x in word) for word in words.values()]) is None
+        monoid = TransitionMonoid(task)
+        return OrderCheck(task).failing_order([monoid.of(numbers[x] for x in word) for word in words.values()]) is None
 
 
 def holds_one_at_a_time(automaton: Accepting, words: Mapping[str, Sequence[Letter]]) -> bool:

@@ -20,10 +20,10 @@ from ltlplan.logic.task import Task
 from ltlplan.search.joint.team_words import joint_possible, plan_joint
 from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso
 from ltlplan.search.lassos.word_lasso import closes_at_once, improve_lasso
-from ltlplan.search.makespan import plan_longest
+from ltlplan.search.makespan import plan_makespan
 from ltlplan.search.reduced_graph import Team
 from ltlplan.search.relevant_places import FEW, places_that_matter
-from ltlplan.search.team_search import Checked, plan_team
+from ltlplan.search.team_search import PlanningOutcome, plan_team
 from ltlplan.systems.region_labels import Layout
 from ltlplan.systems.transition_systems import Cost, Node, Systems, TransitionSystem
 from verify.data import Formula, InternalError, Letter, Mission, Unsatisfiable, Visit, Word
@@ -59,7 +59,7 @@ class Assignment:
 
     Attributes:
         robots: An itinerary for each of the mission's agents, in the mission's order.
-        cost: The objective: the sum of the robots' costs, or that of the dearest one.
+        cost: The objective: the sum of the robots' costs, or that of the one that costs most.
         lower_bound: No plan costs less than this.
         complete: Whether the search was exhausted, so that no plan is cheaper.
         tried: Complete plans that were checked in every order.
@@ -94,14 +94,14 @@ def assign(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAU
         return _assign_lasso(mission, systems, each[0], budget)
     automata = conjunct_automata(_asked(mission, each), "finite", budget=budget)
     joint = mission.spec.team == "joint" and len(each) > 1
-    bound, exhausted = 0.0, False  # on the dearest robot, where that is what counts
+    bound, exhausted = 0.0, False  # on the bottleneck's cost, where that is what counts
     if joint:
         found = plan_joint(each, automata, budget)
     else:
         team = Team(each)
         task = Task(automata, team.letters)
         if mission.planner.objective == "longest" and len(each) > 1:
-            found, bound, exhausted = plan_longest(team, task, budget)
+            found, bound, exhausted = plan_makespan(team, task, budget)
         else:
             found = plan_team(team, task, budget)
     if found.run is None:
@@ -128,7 +128,7 @@ def _asked(mission: Mission, systems: Sequence[TransitionSystem]) -> Formula:
     return asked
 
 
-def _sizes(systems: list[TransitionSystem], automata: Sequence[Automaton], found: Checked) -> Iterator[str]:
+def _sizes(systems: list[TransitionSystem], automata: Sequence[Automaton], found: PlanningOutcome) -> Iterator[str]:
     """Say, for a team, how many states were reached beside how many the product of all robots has."""
     if len(systems) > 1 and found.run is not None:
         size = math.prod(len(a.edges) for a in automata) * math.prod(len(system.labels) for system in systems)
@@ -136,13 +136,15 @@ def _sizes(systems: list[TransitionSystem], automata: Sequence[Automaton], found
         yield f"The search reached {found.run.reached:,} states of the team automaton; the product of all robots has {many}."
 
 
-def _assignment(mission: Mission, systems: list[TransitionSystem], found: Checked, bound: float, exhausted: bool) -> Assignment:
-    """Return what the robots do; `bound` and `exhausted` are of a search for the cheapest dearest robot, if any."""
+def _assignment(
+    mission: Mission, systems: list[TransitionSystem], found: PlanningOutcome, bound: float, exhausted: bool
+) -> Assignment:
+    """Return what the robots do; `bound` and `exhausted` are of a search for the cheapest bottleneck, if any."""
     assert found.run is not None
     robots = {
         name: itinerary(system, path) for name, system, path in zip(mission.agents, systems, found.run.paths, strict=True)
     }
-    total, dearest = sum(robot.cost for robot in robots.values()), max(robot.cost for robot in robots.values())
+    total, bottleneck = sum(robot.cost for robot in robots.values()), max(robot.cost for robot in robots.values())
     least = total if found.stopped is None else max(0.0, found.bound - TIES)
     notes: list[str] = []
     if found.tried > 1:
@@ -156,10 +158,12 @@ def _assignment(mission: Mission, systems: list[TransitionSystem], found: Checke
         notes.append("Under `team: joint` the plan has the smallest sum of costs; its dearest robot may not be the cheapest.")
     elif not exhausted:
         notes.append("Finding the cheapest dearest robot takes too many states; the plan has the smallest sum of costs.")
-    return Assignment(robots, dearest, dearest if exhausted else bound, exhausted, found.tried, tuple(notes))
+    return Assignment(robots, bottleneck, bottleneck if exhausted else bound, exhausted, found.tried, tuple(notes))
 
 
-def _no_plan(mission: Mission, systems: Systems, each: list[TransitionSystem], found: Checked, *, joint: bool) -> Unsatisfiable:
+def _no_plan(
+    mission: Mission, systems: Systems, each: list[TransitionSystem], found: PlanningOutcome, *, joint: bool
+) -> Unsatisfiable:
     """Return the error that says why there is no plan."""
     from ltlplan.search.unsatisfiable_cores import explain, refused_in_some_order
 

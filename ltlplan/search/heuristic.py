@@ -1,9 +1,9 @@
-"""How much is surely left to fly: a guide for the search, from each conjunct by itself.
+"""How much is surely left to fly: an admissible heuristic, from each conjunct by itself.
 
 A leg into a region costs at least what the shortest leg into it costs. That much is shared out among the conjuncts whose
 automata the region's letter can change, so the amounts that the conjuncts need, each found in its own small automaton,
 may be added up without counting a leg twice (cost partitioning; Katz and Domshlak 2010). The sum never exceeds the true
-rest, and a state from which some conjunct can never accept with these letters is known to be lost.
+rest, and a state from which some conjunct can never accept with these letters is known to be dead.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from collections.abc import Sequence
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.task import Deterministic, Task
 
-LOST = float("inf")
+UNREACHABLE = float("inf")
 MAX_TABLE = 50_000  # states times letters of a conjunct that is looked at
 
 
-class Guide:
+class TaskHeuristic:
     """Lower bounds on the cost from each state of a task to its acceptance.
 
     Args:
@@ -38,7 +38,7 @@ class Guide:
         self._known: list[float | None] = []
 
     def __call__(self, state: int) -> float:
-        """Return a lower bound for a state of the task; `LOST` where it cannot be accepted any more."""
+        """Return a lower bound for a state of the task; `UNREACHABLE` where it cannot be accepted any more."""
         known = self._known
         while len(known) <= state:
             known.append(None)
@@ -70,7 +70,7 @@ def _distances(part: object, table: list[list[tuple[int, int]]], prices: Sequenc
     for state, row in enumerate(table):
         for letter, target in row:
             back[target].append((state, prices[letter]))
-    rest = [0.0 if part.accepting(state) else LOST for state in range(len(table))]
+    rest = [0.0 if part.accepting(state) else UNREACHABLE for state in range(len(table))]
     heap = [(0.0, state) for state in range(len(table)) if rest[state] == 0.0]
     heapq.heapify(heap)
     while heap:

@@ -30,7 +30,7 @@ Leg = tuple[str, "Point | str", str]
 
 
 @dataclass(frozen=True, slots=True)
-class Laid:
+class LaidPlan:
     """An assignment whose paths could be laid.
 
     Attributes:
@@ -46,7 +46,7 @@ class Laid:
     first: Assignment
 
 
-def lay_cheapest(mission: Mission, lay: Callable[[str, Itinerary], RobotPlan]) -> Laid:
+def lay_cheapest(mission: Mission, lay: Callable[[str, Itinerary], RobotPlan]) -> LaidPlan:
     """Share a mission among its robots by the cheapest words along which `lay` finds paths.
 
     Args:
@@ -74,7 +74,7 @@ def lay_cheapest(mission: Mission, lay: Callable[[str, Itinerary], RobotPlan]) -
             except Infeasible as error:
                 errors.append(error)
             else:
-                return Laid(robots, found, tuple(errors), first)
+                return LaidPlan(robots, found, tuple(errors), first)
         robot = refused[_key(found)]
         for leg in sorted(_legs(mission, robot, found.robots[robot]), key=str):
             without = shut | {leg}

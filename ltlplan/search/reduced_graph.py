@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from ltlplan.logic.task import Task
-from ltlplan.logic.transition_monoid import Kind, Kinds
+from ltlplan.logic.transition_monoid import Element, TransitionMonoid
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
 
@@ -53,8 +53,8 @@ class Team:
 
 
 @dataclass(slots=True)
-class Ways:
-    """The ways on from one node that matters.
+class Successors:
+    """What can follow a node that matters.
 
     Attributes:
         edges: Pairs (next node that matters, cost of the shortest way there).
@@ -65,10 +65,10 @@ class Ways:
     ending: float | None
     _before: dict[int, int] = field(repr=False)
     _last: int = -1
-    _useless: dict[int, bool] = field(default_factory=dict, repr=False)
+    _redundant: dict[int, bool] = field(default_factory=dict, repr=False)
 
 
-class Roads:
+class ReducedGraph:
     """A team's graph with the nodes that matter to a task, joined by shortest ways.
 
     Args:
@@ -90,28 +90,28 @@ class Roads:
         self.width = max(len(system.labels) for system in team.systems)
         self._silent = silent
         self.label = [[classes[letter] for letter in label] for label in team.label]
-        self._shared: dict[int, Ways] = {}
-        self._own: list[dict[int, Ways]] = [{} for _ in team.systems]
+        self._shared: dict[int, Successors] = {}
+        self._own: list[dict[int, Successors]] = [{} for _ in team.systems]
         self.entering = self._entering()
 
-    def ways(self, robot: int, node: int) -> Ways:
-        """Return the ways on from a robot's node."""
+    def successors(self, robot: int, node: int) -> Successors:
+        """Return what can follow a robot's node."""
         known = self._shared if node < self.team.common else self._own[robot]
         found = known.get(node)
         if found is None:
             found = known[node] = self._walk(robot, node)
         return found
 
-    def useless(self, robot: int, node: int, target: int, step: float) -> bool:
+    def redundant(self, robot: int, node: int, target: int, step: float) -> bool:
         """Tell whether `target` is no short cut where its letter changes nothing: whatever follows is as near without it."""
-        ways = self.ways(robot, node)
-        found = ways._useless.get(target)
+        here = self.successors(robot, node)
+        found = here._redundant.get(target)
         if found is None:
-            found = ways._useless[target] = self._is_useless(ways, self.ways(robot, target), node, step + _EPSILON)
+            found = here._redundant[target] = self._is_redundant(here, self.successors(robot, target), node, step + _EPSILON)
         return found
 
     @staticmethod
-    def _is_useless(here: Ways, there: Ways, node: int, step: float) -> bool:
+    def _is_redundant(here: Successors, there: Successors, node: int, step: float) -> bool:
         if there.ending is not None and (here.ending is None or here.ending > step + there.ending):
             return False
         direct = dict(here.edges)
@@ -121,15 +121,15 @@ class Roads:
         """Return a robot's whole path through these nodes that matter, up to the cheapest place to end at."""
         path = [nodes[0]]
         for index, node in enumerate(nodes):
-            ways = self.ways(robot, node)
-            at = nodes[index + 1] if index + 1 < len(nodes) else ways._last
+            here = self.successors(robot, node)
+            at = nodes[index + 1] if index + 1 < len(nodes) else here._last
             between: list[int] = []
             if index + 1 < len(nodes) or at != node:
                 between.append(at)
-                at = ways._before[at]
+                at = here._before[at]
                 while at != node:
                     between.append(at)
-                    at = ways._before[at]
+                    at = here._before[at]
             path += reversed(between)
         return tuple(path)
 
@@ -146,20 +146,20 @@ class Roads:
                 key = self.key(robot, node)
                 if key not in found:
                     found[key] = None
-                    waiting += [target for target, _ in self.ways(robot, node).edges]
+                    waiting += [target for target, _ in self.successors(robot, node).edges]
         return list(found)
 
     def _entering(self) -> list[float]:
         entering = [float("inf")] * len(self.team.letters)
         for robot, node in self.reached():
             label = self.label[max(robot, 0)]
-            for target, cost in self.ways(max(robot, 0), node).edges:
+            for target, cost in self.successors(max(robot, 0), node).edges:
                 entering[label[target]] = min(entering[label[target]], cost)
         for label, start in zip(self.label, self.start, strict=True):
             entering[label[start]] = 0.0
         return entering
 
-    def _walk(self, robot: int, source: int) -> Ways:
+    def _walk(self, robot: int, source: int) -> Successors:
         """Find the shortest ways from one node, over nodes that change nothing after it (Dijkstra)."""
         system, label, silent = self.team.systems[robot], self.label[robot], self._silent
         edges, final = system.edges, system.final
@@ -189,7 +189,7 @@ class Roads:
                 elif total < found.get(target, float("inf")):
                     found[target] = total
                     before[target] = node
-        return Ways(tuple(found.items()), ending, before, last)
+        return Successors(tuple(found.items()), ending, before, last)
 
 
 def letter_classes(task: Task) -> tuple[list[bool | None], list[int]]:
@@ -199,20 +199,22 @@ def letter_classes(task: Task) -> tuple[list[bool | None], list[int]]:
         For each letter: True where it changes no state at all, False where reading it twice is the same as reading it
         once, None where it is not; then, for each letter, the number of the first letter like it.
     """
-    kinds = Kinds(task, [i for i, part in enumerate(task.parts) if len(part.identity) * len(part.views) <= MAX_TABLE])
+    monoid = TransitionMonoid(
+        task, [i for i, part in enumerate(task.parts) if len(part.identity) * len(part.views) <= MAX_TABLE]
+    )
     large = [part.view for part in task.parts if len(part.identity) * len(part.views) > MAX_TABLE]
-    numbers: dict[tuple[Kind, tuple[int, ...]], int] = {}
+    numbers: dict[tuple[Element, tuple[int, ...]], int] = {}
     classes: list[int] = []
     silent: list[bool | None] = []
     for letter in range(len(task.letters)):
-        kind = kinds.read(kinds.identity, letter)
-        classes.append(numbers.setdefault((kind, tuple(view[letter] for view in large)), letter))
+        element = monoid.read(monoid.identity, letter)
+        classes.append(numbers.setdefault((element, tuple(view[letter] for view in large)), letter))
         if large:
             silent.append(None)  # of a large automaton only that letters alike to it are alike is known
-        elif kind == kinds.identity:
+        elif element == monoid.identity:
             silent.append(True)
         else:
-            silent.append(False if kinds.compose(kind, kind) == kind else None)
+            silent.append(False if monoid.compose(element, element) == element else None)
     return silent, classes
 
 

@@ -14,7 +14,7 @@ from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.logic.conjunction import Conjunction
 from ltlplan.logic.task import Task
-from ltlplan.logic.transition_monoid import Kind, Kinds
+from ltlplan.logic.transition_monoid import Element, TransitionMonoid
 from ltlplan.search.best_first import best_paths
 from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso
 from ltlplan.systems.products import PlanningAutomaton
@@ -105,7 +105,7 @@ def cheapest_repeated(
     numbers = {label: i for i, label in enumerate(dict.fromkeys(system.labels))}
     label = [numbers[letter] for letter in system.labels]
     task = Task([automaton], list(numbers))
-    kinds = Kinds(task)
+    monoid = TransitionMonoid(task)
 
     def from_start(key: tuple[int, int]) -> Iterator[tuple[tuple[int, int], float]]:
         for target, cost in system.edges[key[1]]:
@@ -114,37 +114,37 @@ def cheapest_repeated(
                 yield (after, target), cost
 
     def lap(key: _Lap) -> Iterator[tuple[_Lap, float]]:
-        node, kind, _ = key
+        node, element, _ = key
         for target, cost in [*system.edges[node], *(((node, 0.0),) if _may_hover(system, node) else ())]:
-            yield (target, kinds.read(kind, label[target]), True), cost
+            yield (target, monoid.read(element, label[target]), True), cost
 
     begin = task.row(task.initial)[label[system.initial]]
     if begin < 0:
         return None
     best: LassoRun | None = None
-    laps: dict[int, list[tuple[float, Kind, tuple[int, ...]]]] = {}
+    laps: dict[int, list[tuple[float, Element, tuple[int, ...]]]] = {}
     everywhere = best_paths([(begin, system.initial)], from_start, lambda _: 0.0, each=1, states=budget.states)
     for prefix in everywhere:
         state, home = prefix.keys[-1]
         if best is not None and prefix.cost >= best.prefix_cost + repeats * best.cycle_cost:
             break
         if home not in laps:
-            ends = best_paths([(home, kinds.identity, False)], lap, _back_at(home), each=1, states=budget.states)
+            ends = best_paths([(home, monoid.identity, False)], lap, _back_at(home), each=1, states=budget.states)
             laps[home] = [(path.cost, path.keys[-1][1], tuple(node for node, _, _ in path.keys[1:])) for path in ends]
-        for cost, kind, nodes in laps[home]:
+        for cost, element, nodes in laps[home]:
             total = prefix.cost + repeats * cost
             if best is not None and total >= best.prefix_cost + repeats * best.cycle_cost:
                 break
             at = task.state(state)[0]
             for _ in range(repeats):
-                at = -1 if at < 0 else task.parts[0].apply(kind[0], at)
+                at = -1 if at < 0 else task.parts[0].apply(element[0], at)
             if at >= 0 and task.parts[0].accepting(at):
                 best = LassoRun(tuple(n for _, n in prefix.keys), nodes, prefix.cost, cost)
                 break
     return best
 
 
-_Lap = tuple[int, Kind, bool]  # node, what the lap does so far, whether it has begun
+_Lap = tuple[int, Element, bool]  # node, what the lap does so far, whether it has begun
 
 
 def _back_at(home: int) -> Callable[[_Lap], float | None]:

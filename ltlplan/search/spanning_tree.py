@@ -11,40 +11,40 @@ from __future__ import annotations
 import heapq
 from collections.abc import Collection, Sequence
 
-from ltlplan.search.heuristic import LOST
-from ltlplan.search.reduced_graph import Roads
+from ltlplan.search.heuristic import UNREACHABLE
+from ltlplan.search.reduced_graph import ReducedGraph
 
 
-class Spanning:
+class SpanningTreeBound:
     """Lower bounds from spanning trees.
 
     Args:
-        roads: The team's graph.
+        graph: The team's graph.
         shown: For each goal, the letters that show it, as numbers of the graph's labels.
     """
 
-    def __init__(self, roads: Roads, shown: Sequence[Collection[int]]) -> None:
-        self._roads = roads
-        nodes = roads.reached()
+    def __init__(self, graph: ReducedGraph, shown: Sequence[Collection[int]]) -> None:
+        self._graph = graph
+        nodes = graph.reached()
         back: dict[tuple[int, int], list[tuple[tuple[int, int], float]]] = {}
         for robot, node in nodes:
-            for target, cost in roads.ways(max(robot, 0), node).edges:
-                back.setdefault(roads.key(robot, target), []).append(((robot, node), cost))
-        letters = {key: roads.label[max(key[0], 0)][key[1]] for key in nodes}
+            for target, cost in graph.successors(max(robot, 0), node).edges:
+                back.setdefault(graph.key(robot, target), []).append(((robot, node), cost))
+        letters = {key: graph.label[max(key[0], 0)][key[1]] for key in nodes}
         self._to = [_nearest(back, [key for key in nodes if letters[key] in own]) for own in shown]
         count = len(shown)
-        apart = [[LOST] * count for _ in range(count)]
+        between = [[UNREACHABLE] * count for _ in range(count)]
         for goal, to in enumerate(self._to):
             for key, cost in to.items():
                 for other, own in enumerate(shown):
-                    if letters[key] in own and cost < apart[goal][other]:
-                        apart[goal][other] = apart[other][goal] = cost
-        self._apart = apart
-        self._later = [[LOST] * count]  # from the starts of the robots after each one, the last one first
-        for robot in range(len(roads.start) - 1, 0, -1):
-            start = roads.key(robot, roads.start[robot])
+                    if letters[key] in own and cost < between[goal][other]:
+                        between[goal][other] = between[other][goal] = cost
+        self._between = between
+        self._later = [[UNREACHABLE] * count]  # from the starts of the robots after each one, the last one first
+        for robot in range(len(graph.start) - 1, 0, -1):
+            start = graph.key(robot, graph.start[robot])
             pairs = zip(self._later[-1], self._to, strict=True)
-            self._later.append([min(cost, to.get(start, LOST)) for cost, to in pairs])
+            self._later.append([min(cost, to.get(start, UNREACHABLE)) for cost, to in pairs])
         self._later.reverse()
         self._known: dict[tuple[int, int, int], float] = {}
 
@@ -61,20 +61,20 @@ class Spanning:
         key = (missing, robot, node)
         found = self._known.get(key)
         if found is None:
-            found = self._known[key] = self._tree(missing, robot, self._roads.key(robot, node))
+            found = self._known[key] = self._tree(missing, robot, self._graph.key(robot, node))
         return found
 
     def _tree(self, missing: int, robot: int, here: tuple[int, int]) -> float:
         """Return the length of the smallest tree (Prim's algorithm)."""
         later = self._later[robot]
         far = {
-            goal: min(later[goal], to.get(here, LOST)) for goal, to in enumerate(self._to) if missing >> goal & 1
+            goal: min(later[goal], to.get(here, UNREACHABLE)) for goal, to in enumerate(self._to) if missing >> goal & 1
         }  # from each goal to the tree so far
         total = 0.0
         while far:
             goal = min(far, key=far.__getitem__)
             total += far.pop(goal)
-            row = self._apart[goal]
+            row = self._between[goal]
             for other, cost in far.items():
                 if row[other] < cost:
                     far[other] = row[other]
@@ -93,7 +93,7 @@ def _nearest(
         if cost > best[key]:
             continue
         for before, step in back.get(key, ()):
-            if cost + step < best.get(before, LOST):
+            if cost + step < best.get(before, UNREACHABLE):
                 best[before] = cost + step
                 heapq.heappush(heap, (cost + step, before))
     return best

@@ -4,8 +4,8 @@ T is walked robot by robot, in one fixed order, and made as it is walked, over t
 whose words keep the task in all orders is a path of T in the fixed order too, if robots may be switched in every state; so
 a cheapest path is a lower bound, and it is the optimum as soon as its words pass in all orders. The decomposition set would
 only let some of these switches pass without looking at the words. Where the cheapest path is refused, the search begins
-again and also keeps apart what each robot's word does (its kind) to the conjuncts that some order broke, so that no refused
-combination of kinds comes twice.
+again and also tracks what each robot's word does (its element of the transition monoid) to the conjuncts that some order
+broke, so that no refused combination of elements comes twice.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from typing import Protocol
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.task import Task
-from ltlplan.logic.transition_monoid import Kind, Kinds, OrderCheck
-from ltlplan.search.heuristic import LOST, Guide
-from ltlplan.search.landmarks import Needs
-from ltlplan.search.reduced_graph import Roads, Team, letter_classes
+from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoid
+from ltlplan.search.heuristic import UNREACHABLE, TaskHeuristic
+from ltlplan.search.landmarks import Landmarks
+from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
 
 GREEDY = (1.5, 3.0)  # how much the rest counts where any run will do; with the first, runs are nearer the cheapest
 MAX_SINGLES = 20  # robots up to which each is tried as the only one that flies
@@ -45,7 +45,7 @@ class TeamRun:
 
 
 @dataclass(frozen=True, slots=True)
-class Checked:
+class PlanningOutcome:
     """The outcome of planning for a team.
 
     Attributes:
@@ -65,8 +65,8 @@ class Checked:
     stopped: TooLarge | None = None
 
 
-class Situation(Protocol):
-    """How far a team is, as one number, for a search that follows its robots one after another.
+class SearchStates(Protocol):
+    """The states of a search that follows a team's robots one after another: how far the team is, as one number.
 
     Attributes:
         initial: Before anything was read.
@@ -79,11 +79,11 @@ class Situation(Protocol):
         ...
 
     def after(self, number: int, letter: int) -> int:
-        """Return the situation after a letter of the robot that flies; `DEAD` where the task is lost."""
+        """Return the state after a letter of the robot that flies; `DEAD` where the task is lost."""
         ...
 
     def handed_over(self, number: int) -> int:
-        """Return the situation between a robot's word and the next one's; `DEAD` where some order of the robots is lost."""
+        """Return the state between a robot's word and the next one's; `DEAD` where some order of the robots is lost."""
         ...
 
     def is_accepting(self, number: int) -> bool:
@@ -91,16 +91,16 @@ class Situation(Protocol):
         ...
 
     def holds_in_every_order(self, number: int) -> bool:
-        """Tell whether the words keep what is kept apart in every order of the robots."""
+        """Tell whether the words keep the tracked conjuncts in every order of the robots."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class WalkOutcome:
     """What a walk over the team automaton found.
 
     Attributes:
-        run: A run whose words keep in every order what is kept apart; None where there is none, or none was found.
+        run: A run whose words keep the tracked conjuncts in every order; None where there is none, or none was found.
         tried: Complete plans that were looked at.
         bound: No such run costs less; infinite where there is none.
         stopped: The budget that ended the walk; None where it was exhausted.
@@ -112,43 +112,43 @@ class Outcome:
     stopped: TooLarge | None = None
 
 
-def plan_team(team: Team, task: Task, budget: Budget) -> Checked:
+def plan_team(team: Team, task: Task, budget: Budget) -> PlanningOutcome:
     """Return the cheapest team run that keeps the task in every order of the robots.
 
     Raises:
         TooLarge: A budget was used up before any plan was found.
     """
-    roads = Roads(team, *letter_classes(task))
-    everything, check = Kinds(task), OrderCheck(task)
+    graph = ReducedGraph(team, *letter_classes(task))
+    everything, check = TransitionMonoid(task), OrderCheck(task)
 
-    def kinds_of(run: TeamRun) -> list[Kind]:
+    def elements_of(run: TeamRun) -> list[Element]:
         return [everything.of(letters) for letters in team.letters_of(run.paths)]
 
-    return refine_until_kept(
-        roads,
-        lambda apart: Situations(roads, task, apart),
-        lambda run: check.failing_parts(kinds_of(run)),
-        lambda run: check.failing_order(kinds_of(run)),
+    return refined_until_kept(
+        graph,
+        lambda tracked: TeamStates(graph, task, tracked),
+        lambda run: check.failing_parts(elements_of(run)),
+        lambda run: check.failing_order(elements_of(run)),
         budget,
     )
 
 
-def refine_until_kept(
-    roads: Roads,
-    situations: Callable[[Sequence[int]], Situation],
+def refined_until_kept(
+    graph: ReducedGraph,
+    states_for: Callable[[Sequence[int]], SearchStates],
     broken: Callable[[TeamRun], Sequence[int]],
     failing: Callable[[TeamRun], tuple[int, ...] | None],
     budget: Budget,
-) -> Checked:
-    """Search, and search again with what words do to the conjuncts that were broken kept apart, until a run is kept by all.
+) -> PlanningOutcome:
+    """Search, and search again with what words do to the conjuncts that were broken tracked, until a run is kept by all.
 
     Every search returns a cheapest run among more and more that are left out for being broken, so its cost is a lower bound,
     and the first run that no order breaks is a cheapest one. Where a budget ends this, any run that every order keeps
     is looked for, greedily.
 
     Args:
-        roads: The team's graph.
-        situations: What to remember when these conjuncts, by index, are kept apart.
+        graph: The team's graph.
+        states_for: The search's states when these conjuncts, by index, are tracked.
         broken: The conjuncts that some order of a run's words breaks.
         failing: An order in which a run's words break the task; None where every order keeps it.
         budget: Bounds on each search.
@@ -156,58 +156,58 @@ def refine_until_kept(
     Raises:
         TooLarge: A budget was used up before any run was found that every order keeps.
     """
-    apart: set[int] = set()
+    tracked: set[int] = set()
     first: TeamRun | None = None
     refused: tuple[int, ...] | None = None
     bound, tried = 0.0, 0
     while True:
         try:
-            found = search_team(roads, situations(sorted(apart)), budget)
+            found = search_team(graph, states_for(sorted(tracked)), budget)
             more = () if found.run is None else broken(found.run)
         except TooLarge as error:  # of trying orders
-            found, more = Outcome(None, 0, bound, error), ()
+            found, more = WalkOutcome(None, 0, bound, error), ()
         bound, tried = max(bound, found.bound), tried + found.tried
         first = first or found.run
         if found.stopped is not None:
-            stopped = Checked(None, first, tried, refused, bound, found.stopped)
-            return _any_run(roads, situations, broken, apart, stopped, budget)
+            stopped = PlanningOutcome(None, first, tried, refused, bound, found.stopped)
+            return _any_run(graph, states_for, broken, tracked, stopped, budget)
         if found.run is None or not more:
-            return Checked(found.run, first, tried, refused, bound)
+            return PlanningOutcome(found.run, first, tried, refused, bound)
         refused = refused or failing(found.run)
-        apart.update(more)
+        tracked.update(more)
 
 
 def _any_run(
-    roads: Roads,
-    situations: Callable[[Sequence[int]], Situation],
+    graph: ReducedGraph,
+    states_for: Callable[[Sequence[int]], SearchStates],
     broken: Callable[[TeamRun], Sequence[int]],
-    apart: Collection[int],
-    stopped: Checked,
+    tracked: Collection[int],
+    stopped: PlanningOutcome,
     budget: Budget,
-) -> Checked:
+) -> PlanningOutcome:
     """Look for any run that every order keeps, where the search for a cheapest one was stopped.
 
     The estimate of the rest counts for more than what was spent (weighted A*, Pohl 1970): first only the robots fly that do
     so in the cheapest run of the fixed order, then all, at last each by itself. The first run that is found is taken.
-    `apart` are the conjuncts that were kept apart until then; more are added where an order breaks what is found.
+    `tracked` are the conjuncts that were tracked until then; more are added where an order breaks what is found.
 
     Raises:
         TooLarge: None was found; the error that stopped the search.
     """
     assert stopped.stopped is not None
     third = replace(budget, states=max(1, budget.states // 3))
-    small = replace(budget, states=max(1, third.states // len(roads.start)))
+    small = replace(budget, states=max(1, third.states // len(graph.start)))
     near, far = GREEDY
     ways: list[tuple[float, frozenset[int] | None, Budget]] = [(near, None, third), (far, None, third)]
     if stopped.first is not None:
         active = frozenset(robot for robot, path in enumerate(stopped.first.paths) if len(path) > 1)
         ways = [(near, active, third), *ways[:1], (far, active, third), *ways[1:]]
-    if len(roads.start) <= MAX_SINGLES:
-        ways += [(far, frozenset({robot}), small) for robot in range(len(roads.start))]
+    if len(graph.start) <= MAX_SINGLES:
+        ways += [(far, frozenset({robot}), small) for robot in range(len(graph.start))]
     for weight, flying, limit in ways:
-        kept = set(apart)
+        kept = set(tracked)
         try:
-            while (found := search_team(roads, situations(sorted(kept)), limit, weight=weight, flying=flying).run) is not None:
+            while (found := search_team(graph, states_for(sorted(kept)), limit, weight=weight, flying=flying).run) is not None:
                 more = broken(found)
                 if not more:
                     return replace(stopped, run=found, first=stopped.first or found)
@@ -223,75 +223,75 @@ def cheapest_path(team: Team, task: Task, budget: Budget) -> TeamRun | None:
     Raises:
         TooLarge: The budget of states was used up.
     """
-    roads = Roads(team, *letter_classes(task))
-    found = search_team(roads, Situations(roads, task), budget)
+    graph = ReducedGraph(team, *letter_classes(task))
+    found = search_team(graph, TeamStates(graph, task), budget)
     if found.stopped is not None:
         raise found.stopped
     return found.run
 
 
-class Situations:
-    """How far a team is, as one number: the state of the task and, for the conjuncts kept apart, the kinds of the words.
+class TeamStates:
+    """How far a team is, as one number: the state of the task and, for the tracked conjuncts, the elements of the words.
 
     Args:
-        roads: The team's graph.
+        graph: The team's graph.
         task: What is to be done.
-        apart: The conjuncts, by index, for which the words must also keep the task in every order.
+        tracked: The conjuncts, by index, for which the words must also keep the task in every order.
     """
 
-    def __init__(self, roads: Roads, task: Task, apart: Sequence[int] = ()) -> None:
+    def __init__(self, graph: ReducedGraph, task: Task, tracked: Sequence[int] = ()) -> None:
         self.task = task
-        self._guide = Guide(task, roads.entering)
-        self._needs = Needs(task, roads)
-        self._kinds, self._check = Kinds(task, apart), OrderCheck(task, apart)
+        self._heuristic = TaskHeuristic(task, graph.entering)
+        self._landmarks = Landmarks(task, graph)
+        self._monoid, self._check = TransitionMonoid(task, tracked), OrderCheck(task, tracked)
         self._states: list[int] = []
-        self._own: list[Kind] = []
-        self._done: list[tuple[Kind, ...]] = []
-        self._numbers: dict[tuple[int, Kind, tuple[Kind, ...]], int] = {}
+        self._own: list[Element] = []
+        self._done: list[tuple[Element, ...]] = []
+        self._numbers: dict[tuple[int, Element, tuple[Element, ...]], int] = {}
         self._after: list[dict[int, int]] = []
         self._switched: dict[int, int] = {}
         self._rest: list[float] = []
         self._missing: list[int] = []
-        self.initial = self._number(task.initial, self._kinds.identity, ())
+        self.initial = self._number(task.initial, self._monoid.identity, ())
 
     def after(self, number: int, letter: int) -> int:
-        """Return the situation after a letter; `DEAD` where the task is lost, for this order of the robots or for another."""
+        """Return the state after a letter; `DEAD` where the task is lost, for this order of the robots or for another."""
         found = self._after[number].get(letter)
         if found is None:
             found = DEAD
             state = self.task.row(self._states[number])[letter]
-            if state != DEAD and self._guide(state) < LOST:
-                kind = self._kinds.read(self._own[number], letter)
-                if not self._kinds.loses(kind):
-                    found = self._number(state, kind, self._done[number])
+            if state != DEAD and self._heuristic(state) < UNREACHABLE:
+                element = self._monoid.read(self._own[number], letter)
+                if not self._monoid.is_dead(element):
+                    found = self._number(state, element, self._done[number])
             self._after[number][letter] = found
         return found
 
     def handed_over(self, number: int) -> int:
-        """Return the situation between a robot's word and the next one's; `DEAD` where some order of the robots is lost."""
+        """Return the state between a robot's word and the next one's; `DEAD` where some order of the robots is lost."""
         found = self._switched.get(number)
         if found is None:
-            found, kind, done = DEAD, self._own[number], self._done[number]
-            if kind != self._kinds.identity:
-                done = tuple(sorted((*done, kind)))
+            found, element, done = DEAD, self._own[number], self._done[number]
+            if element != self._monoid.identity:
+                done = tuple(sorted((*done, element)))
             if self._check.failing_order(done, finished=False) is None:
-                found = self._number(self._states[number], self._kinds.identity, done)
+                found = self._number(self._states[number], self._monoid.identity, done)
             self._switched[number] = found
         return found
 
     def rest(self, number: int, robot: int, node: int) -> float:
         """Return a lower bound on the cost that is left with a robot at a node."""
-        return max(self._rest[number], self._needs.spanning(self._missing[number], robot, node))
+        return max(self._rest[number], self._landmarks.tree_bound(self._missing[number], robot, node))
 
     def is_accepting(self, number: int) -> bool:
         """Tell whether everything is done, in the order in which the robots were followed."""
         return self.task.is_accepting(self._states[number])
 
     def holds_in_every_order(self, number: int) -> bool:
-        """Tell whether the words keep the conjuncts kept apart in every order of the robots."""
+        """Tell whether the words keep the tracked conjuncts in every order of the robots."""
         return self._check.failing_order([*self._done[number], self._own[number]]) is None
 
-    def _number(self, state: int, own: Kind, done: tuple[Kind, ...]) -> int:
+    def _number(self, state: int, own: Element, done: tuple[Element, ...]) -> int:
         key = (state, own, done)
         found = self._numbers.get(key)
         if found is None:
@@ -300,44 +300,44 @@ class Situations:
             self._own.append(own)
             self._done.append(done)
             self._after.append({})
-            self._rest.append(self._guide(state))
-            self._missing.append(self._needs(state))
+            self._rest.append(self._heuristic(state))
+            self._missing.append(self._landmarks(state))
         return found
 
 
-def moves(roads: Roads, situations: Situation, robot: int, node: int, at: int) -> Iterator[tuple[int, int, float]]:
-    """Yield what the robot that flies may do next: (node, situation, cost), without steps that gain nothing."""
-    label = roads.label[robot]
-    for target, step in roads.ways(robot, node).edges:
-        after = situations.after(at, label[target])
-        if after != DEAD and not (after == at and roads.useless(robot, node, target, step)):
+def moves(graph: ReducedGraph, states: SearchStates, robot: int, node: int, at: int) -> Iterator[tuple[int, int, float]]:
+    """Yield what the robot that flies may do next: (node, state, cost), without steps that gain nothing."""
+    label = graph.label[robot]
+    for target, step in graph.successors(robot, node).edges:
+        after = states.after(at, label[target])
+        if after != DEAD and not (after == at and graph.redundant(robot, node, target, step)):
             yield target, after, step
 
 
 def search_team(
-    roads: Roads, situations: Situation, budget: Budget, *, weight: float = 1.0, flying: frozenset[int] | None = None
-) -> Outcome:
-    """Return a cheapest run whose words keep in every order what the situations keep apart.
+    graph: ReducedGraph, states: SearchStates, budget: Budget, *, weight: float = 1.0, flying: frozenset[int] | None = None
+) -> WalkOutcome:
+    """Return a cheapest run whose words keep the tracked conjuncts in every order.
 
     This is A* (Hart, Nilsson and Raphael 1968); the estimates never fall by more than a step costs, so no state comes twice.
 
     Args:
-        roads: The team's graph.
-        situations: What is remembered besides where the robots are.
+        graph: The team's graph.
+        states: What is remembered besides where the robots are.
         budget: Bounds on the states expanded and the complete plans looked at.
         weight: How much the estimate of the rest counts; with more than 1 some run is found sooner, not the cheapest.
         flying: The robots that may leave their starts; all where None.
     """
-    robots, width = len(roads.start), roads.width
-    begin = situations.after(situations.initial, roads.label[0][roads.start[0]])
+    robots, width = len(graph.start), graph.width
+    begin = states.after(states.initial, graph.label[0][graph.start[0]])
     if begin == DEAD:
-        return Outcome(None, 0, LOST)
-    rest = situations.rest
-    first = begin * robots * width + roads.start[0]
+        return WalkOutcome(None, 0, UNREACHABLE)
+    rest = states.rest
+    first = begin * robots * width + graph.start[0]
     best: dict[int, float] = {first: 0.0}
     parent: dict[int, int] = {first: -1}
     heap: list[tuple[float, bool, int]] = [
-        (rest(begin, 0, roads.start[0]), True, first)
+        (rest(begin, 0, graph.start[0]), True, first)
     ]  # bound, whether the path goes on, where it is
     closed: set[int] = set()
     tried = 0
@@ -345,51 +345,51 @@ def search_team(
         bound, goes_on, key = heapq.heappop(heap)
         if not goes_on:
             tried += 1
-            if situations.holds_in_every_order(key // (robots * width)):
-                run = TeamRun(_paths(roads, parent, key), bound, len(closed), len(best))
-                return Outcome(run, tried, bound if weight == 1.0 and flying is None else 0.0)
+            if states.holds_in_every_order(key // (robots * width)):
+                run = TeamRun(_paths(graph, parent, key), bound, len(closed), len(best))
+                return WalkOutcome(run, tried, bound if weight == 1.0 and flying is None else 0.0)
             if tried >= budget.candidates:
                 few = TooLarge("Finding a plan that holds in every order takes", tried + 1, "complete plans", budget.candidates)
-                return Outcome(None, tried, bound, few)
+                return WalkOutcome(None, tried, bound, few)
             continue
         if key in closed:
             continue
         closed.add(key)
         if len(closed) > budget.states:
-            return Outcome(None, tried, bound, TooLarge("The search needs", len(closed), "states", budget.states))
+            return WalkOutcome(None, tried, bound, TooLarge("The search needs", len(closed), "states", budget.states))
         at, place = divmod(key, robots * width)
         robot, node = divmod(place, width)
         cost = best[key]
         following = [
             ((after * robots + robot) * width + target, after, cost + step)
-            for target, after, step in moves(roads, situations, robot, node, at)
+            for target, after, step in moves(graph, states, robot, node, at)
             if flying is None or robot in flying
         ]
-        ending = roads.ways(robot, node).ending
+        ending = graph.successors(robot, node).ending
         if ending is not None and robot + 1 < robots:
-            target = roads.start[robot + 1]
-            between = situations.handed_over(at)
-            after = DEAD if between == DEAD else situations.after(between, roads.label[robot + 1][target])
+            target = graph.start[robot + 1]
+            between = states.handed_over(at)
+            after = DEAD if between == DEAD else states.after(between, graph.label[robot + 1][target])
             if after != DEAD:
                 following.append(((after * robots + robot + 1) * width + target, after, cost + ending))
-        elif ending is not None and situations.is_accepting(at):
+        elif ending is not None and states.is_accepting(at):
             heapq.heappush(heap, (cost + ending, False, key))
         for target_key, after, total in following:
-            if total < best.get(target_key, LOST) and target_key not in closed:
+            if total < best.get(target_key, UNREACHABLE) and target_key not in closed:
                 left = rest(after, *divmod(target_key % (robots * width), width))
-                if left < LOST:
+                if left < UNREACHABLE:
                     best[target_key] = total
                     parent[target_key] = key
                     heapq.heappush(heap, (total + weight * left, True, target_key))
-    return Outcome(None, tried, LOST)
+    return WalkOutcome(None, tried, UNREACHABLE)
 
 
-def _paths(roads: Roads, parent: dict[int, int], key: int) -> tuple[tuple[int, ...], ...]:
+def _paths(graph: ReducedGraph, parent: dict[int, int], key: int) -> tuple[tuple[int, ...], ...]:
     """Return each robot's nodes along the path that leads to a key."""
-    robots = len(roads.start)
+    robots = len(graph.start)
     paths: list[list[int]] = [[] for _ in range(robots)]
     while key != -1:
-        robot, node = divmod(key % (robots * roads.width), roads.width)
+        robot, node = divmod(key % (robots * graph.width), graph.width)
         paths[robot].append(node)
         key = parent[key]
-    return tuple(roads.expand(robot, path[::-1]) for robot, path in enumerate(paths))
+    return tuple(graph.expand(robot, path[::-1]) for robot, path in enumerate(paths))

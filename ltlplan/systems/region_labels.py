@@ -20,7 +20,7 @@ from verify.data.mission import Hoop, Point, Region
 
 
 @dataclass(frozen=True, slots=True)
-class Spot:
+class Location:
     """A point that robots stop at, and the regions around it.
 
     Attributes:
@@ -62,17 +62,17 @@ class Layout:
         return {name: frozenset(others) for name, others in near.items()}
 
     @cached_property
-    def middles(self) -> dict[str, Spot]:
+    def middles(self) -> dict[str, Location]:
         """The centre of each region."""
         return {name: self.at(region.center) for name, region in self.regions.items()}
 
-    def at(self, point: Point) -> Spot:
+    def at(self, point: Point) -> Location:
         """Return which regions hold a point."""
         offsets = np.array(point) - self._centres
         levels = np.sqrt(np.maximum(np.einsum("ni,nij,nj->n", offsets, self._shapes, offsets), 0.0))
         clear = bool(np.all(np.abs(levels - 1) * self._least > self.slack))
         inside = [self._names[k] for k in np.flatnonzero(levels <= 1)]
-        return Spot(point, tuple(sorted(inside, key=self._size, reverse=True)), clear)
+        return Location(point, tuple(sorted(inside, key=self._size, reverse=True)), clear)
 
     def around(self, region: str) -> tuple[str, ...] | None:
         """Return the regions that a robot is in just after it has left this one; None where that is not clear."""
@@ -90,7 +90,7 @@ class Layout:
                 return None
         return outer
 
-    def way(self, start: Spot, end: Spot) -> tuple[Letter, ...] | None:
+    def way(self, start: Location, end: Location) -> tuple[Letter, ...] | None:
         """Return the sets of regions on a straight way, both ends included; None where their order is not clear."""
         if not start.clear or not end.clear:
             return None

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ltlplan.systems.region_labels import Layout, Spot
+from ltlplan.systems.region_labels import Layout, Location
 from verify.data import BadInput, Letter, Mission, Visit, Word
 from verify.data.mission import Action, Agent, Point
 
@@ -159,7 +159,7 @@ class Systems:
     Args:
         mission: Whose regions and robots.
         cost: Costs of legs; straight lines where None.
-        places: Regions that robots may visit; all of them where None. The others are there, but nobody stops at them.
+        places: Regions that robots may visit; all of them where None. The others are there, but nobody points at them.
         layout: How the mission's regions lie, where that is known already.
     """
 
@@ -178,13 +178,15 @@ class Systems:
         self._regions = mission.all_regions
         self._internal = {state: frozenset(names) for state, names in mission.robot.states.items()}
         self._places = {
-            name: spot for name, spot in self.layout.middles.items() if spot.clear and (places is None or name in places)
+            name: location
+            for name, location in self.layout.middles.items()
+            if location.clear and (places is None or name in places)
         }
         self._around = {region: self.layout.around(region) for region in self._regions}
         self._holding: dict[str, list[str]] = {region: [] for region in self._regions}
         """For each region, the places whose middle lies in it."""
-        for name, spot in self._places.items():
-            for region in spot.inside:
+        for name, location in self._places.items():
+            for region in location.inside:
                 self._holding[region].append(name)
         self._order = {name: index for index, name in enumerate(self._places)}
         sets = {id(regions): frozenset(regions) for regions in self.environment.successors.values()}
@@ -220,8 +222,8 @@ class Systems:
         return tuple(
             f"The middle of '{name}' lies within the margin {self.layout.slack:g} m of another region's border, so it cannot "
             "be visited for sure."
-            for name, spot in self.layout.middles.items()
-            if not spot.clear
+            for name, location in self.layout.middles.items()
+            if not location.clear
         )
 
     def leg(self, robot: str, start: Point | str, region: str) -> float:
@@ -239,89 +241,89 @@ class Systems:
     def _shared(self, robot: str) -> _Builder:
         """Return the part of A that does not depend on where a robot starts."""
         builder = _Builder()
-        stops = [_Stop(region, region, spot) for region, spot in self._places.items()]
-        self._grow(builder, robot, stops)
+        points = [_RestPoint(region, region, location) for region, location in self._places.items()]
+        self._grow(builder, robot, points)
         return builder
 
     def _add_start(self, builder: _Builder, robot: str, agent: Agent) -> int:
-        start, spot = agent.start, self.layout.at(agent.start)
-        if not spot.clear:
+        start, location = agent.start, self.layout.at(agent.start)
+        if not location.clear:
             raise BadInput(f"{robot} starts within the margin {self.layout.slack:g} m of a region's border.")
-        place = spot.inside[-1] if spot.inside else self.environment.start
-        entered = place if spot.inside else agent.visited or place
-        self._grow(builder, robot, [_Stop(place, entered, spot, start)])
-        at = Node(place, not spot.inside, self.mission.initial_internal(robot), frozenset(spot.inside), entered, start)
+        place = location.inside[-1] if location.inside else self.environment.start
+        entered = place if location.inside else agent.visited or place
+        self._grow(builder, robot, [_RestPoint(place, entered, location, start)])
+        at = Node(place, not location.inside, self.mission.initial_internal(robot), frozenset(location.inside), entered, start)
         return builder.index[at]
 
-    def _grow(self, builder: _Builder, robot: str, stops: list[_Stop]) -> None:
-        """Add stops, all ways on from them, and all stops that these lead to."""
-        waiting = [stop for stop in stops if stop not in builder.stops]
-        for stop in waiting:
-            self._add_stop(builder, stop)
-        for stop in waiting:  # grows while it is walked
-            for way in self._ways(stop):
-                if way.end not in builder.stops:
-                    waiting.append(way.end)
-                    self._add_stop(builder, way.end)
-                self._add_way(builder, robot, stop, way)
+    def _grow(self, builder: _Builder, robot: str, points: list[_RestPoint]) -> None:
+        """Add points, all ways on from them, and all points that these lead to."""
+        waiting = [point for point in points if point not in builder.points]
+        for point in waiting:
+            self._add_rest_point(builder, point)
+        for point in waiting:  # grows while it is walked
+            for transition in self._transitions(point):
+                if transition.end not in builder.points:
+                    waiting.append(transition.end)
+                    self._add_rest_point(builder, transition.end)
+                self._add_transition(builder, robot, point, transition)
 
-    def _add_stop(self, builder: _Builder, stop: _Stop) -> None:
-        """Add the nodes of a robot at a stop, and in the free flight after it where that is clear."""
-        builder.stops.add(stop)
-        around = self._around_stop(stop)
-        flies_on = stop.place in self.mission.hoops and stop.position is None
+    def _add_rest_point(self, builder: _Builder, point: _RestPoint) -> None:
+        """Add the nodes of a robot at a point, and in the free flight after it where that is clear."""
+        builder.points.add(point)
+        around = self._around_rest_point(point)
+        flies_on = point.place in self.mission.hoops and point.position is None
         for internal in self._internal:
-            here = self._here(stop, internal)
+            here = self._here(point, internal)
             builder.add(here, self._label(here), _HOOP_STAY if flies_on else 0.0)
             if around is not None and not here.flying:
-                gone = self._gone(stop, internal)
+                gone = self._gone(point, internal)
                 builder.add(gone, self._label(gone), 0.0 if flies_on else _REGION_LEAVE)
                 builder.join(here, gone, 0.0)
         for action in self.mission.robot.actions:
-            if action.at in stop.spot.inside:
-                builder.join(self._here(stop, action.source), self._here(stop, action.target), 0.0)
+            if action.at in point.location.inside:
+                builder.join(self._here(point, action.source), self._here(point, action.target), 0.0)
 
-    def _add_way(self, builder: _Builder, robot: str, stop: _Stop, way: _Way) -> None:
-        again = way.end.place == stop.place
-        cost = self.leg(robot, stop.place if stop.position is None or again else stop.position, way.end.place)
+    def _add_transition(self, builder: _Builder, robot: str, point: _RestPoint, transition: _Transition) -> None:
+        again = transition.end.place == point.place
+        cost = self.leg(robot, point.place if point.position is None or again else point.position, transition.end.place)
         for internal in self._internal:
-            previous, goal, due = self._here(stop, internal), self._here(way.end, internal), cost
-            if way.letters is None:
-                previous = self._gone(stop, internal)
-            for step, letter in enumerate(way.letters or ()):
-                leg = (stop.place, stop.entered, step)
-                on = Node(way.end.place, True, internal, letter, way.end.entered, stop.position, leg)
+            previous, goal, due = self._here(point, internal), self._here(transition.end, internal), cost
+            if transition.letters is None:
+                previous = self._gone(point, internal)
+            for step, letter in enumerate(transition.letters or ()):
+                leg = (point.place, point.entered, step)
+                on = Node(transition.end.place, True, internal, letter, transition.end.entered, point.position, leg)
                 if on not in builder.index:
                     builder.add(on, self._label(on), None)
                 builder.join(previous, on, due)
                 previous, due = on, 0.0
             builder.join(previous, goal, due)
 
-    def _ways(self, stop: _Stop) -> Iterator[_Way]:
-        """Yield every way on from a stop."""
-        around = self._around_stop(stop)
-        for target in self._targets(stop):
-            spot = self._places[target]
-            outside = tuple(name for name in spot.inside if name != target)
-            start, letters = frozenset(stop.spot.inside), None
+    def _transitions(self, point: _RestPoint) -> Iterator[_Transition]:
+        """Yield every way on from a point."""
+        around = self._around_rest_point(point)
+        for target in self._targets(point):
+            location = self._places[target]
+            outside = tuple(name for name in location.inside if name != target)
+            start, letters = frozenset(point.location.inside), None
             if around is not None and around == outside and (self._around[target] is not None or not outside):
                 start = frozenset(around)
-                path: tuple[Letter, ...] = (start, frozenset(spot.inside))
-            elif target == stop.place:
+                path: tuple[Letter, ...] = (start, frozenset(location.inside))
+            elif target == point.place:
                 continue
             else:
-                found = self.layout.way(stop.spot, spot)
+                found = self.layout.way(point.location, location)
                 if found is None:
                     continue
                 path, letters = found, found[1:-1]
-            entered = self._last_entered(stop.entered, path)
+            entered = self._last_entered(point.entered, path)
             if entered is not None:
-                yield _Way(_Stop(target, entered, spot), letters)
+                yield _Transition(_RestPoint(target, entered, location), letters)
 
-    def _targets(self, stop: _Stop) -> list[str]:
+    def _targets(self, point: _RestPoint) -> list[str]:
         """Return the places to which there may be a way: an edge leads into them, or nothing new is entered on the way."""
-        reached = {place for region in self._next[stop.entered] for place in self._holding[region]}
-        reached.update(place for region in stop.spot.inside for place in self._holding[region])
+        reached = {place for region in self._next[point.entered] for place in self._holding[region]}
+        reached.update(place for region in point.location.inside for place in self._holding[region])
         return sorted(reached, key=self._order.__getitem__)
 
     def _last_entered(self, entered: str, path: Sequence[Letter]) -> str | None:
@@ -333,39 +335,41 @@ class Systems:
                 entered = region
         return entered
 
-    def _around_stop(self, stop: _Stop) -> tuple[str, ...] | None:
-        if not stop.spot.inside:
+    def _around_rest_point(self, point: _RestPoint) -> tuple[str, ...] | None:
+        if not point.location.inside:
             return ()
-        return self._around[stop.place] if len(stop.spot.inside) == len(self.layout.middles[stop.place].inside) else None
+        return self._around[point.place] if len(point.location.inside) == len(self.layout.middles[point.place].inside) else None
 
-    def _here(self, stop: _Stop, internal: str) -> Node:
-        return Node(stop.place, not stop.spot.inside, internal, frozenset(stop.spot.inside), stop.entered, stop.position)
+    def _here(self, point: _RestPoint, internal: str) -> Node:
+        return Node(
+            point.place, not point.location.inside, internal, frozenset(point.location.inside), point.entered, point.position
+        )
 
-    def _gone(self, stop: _Stop, internal: str) -> Node:
-        return Node(stop.place, True, internal, frozenset(self._around_stop(stop) or ()), stop.entered, stop.position)
+    def _gone(self, point: _RestPoint, internal: str) -> Node:
+        return Node(point.place, True, internal, frozenset(self._around_rest_point(point) or ()), point.entered, point.position)
 
     def _label(self, node: Node) -> Letter:
         return node.regions | self._internal[node.internal]
 
     def _add_end(self, builder: _Builder, robot: str, end: Point) -> None:
         """Make the end point the only place to finish at; the way there is a straight line."""
-        spot = self.layout.at(end)
-        if not spot.clear:
+        location = self.layout.at(end)
+        if not location.clear:
             raise BadInput(f"{robot} should end within the margin {self.layout.slack:g} m of a region's border.")
         builder.final.clear()
         for node in list(builder.nodes):
             if node.leg is not None:
                 continue
             origin = node.position if node.position is not None else self._regions[node.place].center
-            if node.regions == frozenset(spot.inside):
+            if node.regions == frozenset(location.inside):
                 entered: str | None = node.entered
-            elif node.flying and len(spot.inside) == 1 and not node.regions:
-                entered = self._last_entered(node.entered, (node.regions, frozenset(spot.inside)))
+            elif node.flying and len(location.inside) == 1 and not node.regions:
+                entered = self._last_entered(node.entered, (node.regions, frozenset(location.inside)))
             else:
                 entered = None
             if entered is not None:
-                place = spot.inside[-1] if spot.inside else self.environment.start
-                goal = Node(place, not spot.inside, node.internal, frozenset(spot.inside), entered, end)
+                place = location.inside[-1] if location.inside else self.environment.start
+                goal = Node(place, not location.inside, node.internal, frozenset(location.inside), entered, end)
                 if goal not in builder.index:
                     builder.add(goal, self._label(goal), 0.0)
                 if goal != node:
@@ -374,27 +378,27 @@ class Systems:
 
 
 @dataclass(frozen=True, slots=True)
-class _Stop:
+class _RestPoint:
     """Where a robot can be at rest: the middle of a region, or its start.
 
     Attributes:
         place: The region, or the environment's start vertex.
         entered: The region entered last.
-        spot: The point and the regions around it.
+        location: The point and the regions around it.
         position: The point, for a start.
     """
 
     place: str
     entered: str
-    spot: Spot
+    location: Location
     position: Point | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class _Way:
-    """A way to the next stop; `letters` are the regions in between, or None for the free flight after the last stop."""
+class _Transition:
+    """The way to the next point; `letters` are the regions in between, or None for the free flight after the last point."""
 
-    end: _Stop
+    end: _RestPoint
     letters: tuple[Letter, ...] | None
 
 
@@ -484,7 +488,7 @@ class _Builder:
         self.labels: list[Letter] = []
         self.edges: list[list[tuple[int, float]]] = []
         self.final: dict[int, float] = {}
-        self.stops: set[_Stop] = set()
+        self.points: set[_RestPoint] = set()
 
     def add(self, node: Node, label: Letter, preference: float | None) -> None:
         self.index[node] = len(self.nodes)
@@ -500,5 +504,5 @@ class _Builder:
     def copy(self) -> _Builder:
         other = _Builder()
         other.nodes, other.index, other.labels = list(self.nodes), dict(self.index), list(self.labels)
-        other.edges, other.final, other.stops = [list(edges) for edges in self.edges], dict(self.final), set(self.stops)
+        other.edges, other.final, other.points = [list(edges) for edges in self.edges], dict(self.final), set(self.points)
         return other

@@ -1,4 +1,4 @@
-"""How much is surely left to fly, and to where, under `team: joint`: a guide for the search, from each conjunct by itself.
+"""How much is surely left to fly, and to where, under `team: joint`: an admissible heuristic, from each conjunct by itself.
 
 While one robot flies, what all of them show together changes in one way: the flying robot's letter is taken out and its
 next one put in. So a conjunct's state and the propositions that it sees held now are walked as a small graph: from what is
@@ -13,50 +13,52 @@ from collections.abc import Iterator, Sequence
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.task import bits
-from ltlplan.search.heuristic import LOST
-from ltlplan.search.joint.automata import JointPart
-from ltlplan.search.reduced_graph import Roads
-from ltlplan.search.spanning_tree import Spanning
+from ltlplan.search.heuristic import UNREACHABLE
+from ltlplan.search.joint.conjuncts import JointConjunct
+from ltlplan.search.reduced_graph import ReducedGraph
+from ltlplan.search.spanning_tree import SpanningTreeBound
 
 MAX_MOVES = 100_000
 """Moves of a conjunct's graph up to which it is walked."""
 
 
-class JointGuide:
+class JointHeuristic:
     """Lower bounds on the cost from each state of the conjuncts, with what is held, to acceptance.
 
     Args:
         parts: The conjuncts.
         masks: For each letter, its propositions as bits.
-        roads: The team's graph.
+        reduced: The team's graph.
     """
 
-    def __init__(self, parts: Sequence[JointPart], masks: Sequence[int], roads: Roads) -> None:
+    def __init__(self, parts: Sequence[JointConjunct], masks: Sequence[int], reduced: ReducedGraph) -> None:
         self._parts = parts
         walked = [part.deterministic and _moves(part, masks) <= MAX_MOVES for part in parts]
         graphs = [_Graph(part, masks) if small else None for part, small in zip(parts, walked, strict=True)]
         concerned = [part for part, graph in zip(parts, graphs, strict=True) if graph is not None]
         prices = [
             cost / max(1, sum(1 for part in concerned if part.mask & mask))
-            for mask, cost in zip(masks, roads.entering, strict=True)
+            for mask, cost in zip(masks, reduced.entering, strict=True)
         ]
         self._rest = [None if graph is None else graph.distances(masks, prices) for graph in graphs]
-        self._needs = [None if graph is None else graph.needs() for graph in graphs]
-        wanted = sorted({bit for needs in self._needs if needs is not None for found in needs.values() for bit in _bits(found)})
+        self._landmarks = [None if graph is None else graph.landmarks() for graph in graphs]
+        wanted = sorted(
+            {bit for marks in self._landmarks if marks is not None for found in marks.values() for bit in _bits(found)}
+        )
         number = {bit: 1 << i for i, bit in enumerate(wanted)}
         self._goals = [
-            {} if needs is None else {key: sum(number[bit] for bit in _bits(found)) for key, found in needs.items()}
-            for needs in self._needs
+            {} if marks is None else {key: sum(number[bit] for bit in _bits(found)) for key, found in marks.items()}
+            for marks in self._landmarks
         ]
-        shown = {letter for label in roads.label for letter in label}
-        self.spanning = Spanning(roads, [{letter for letter in shown if masks[letter] & bit} for bit in wanted])
+        shown = {letter for label in reduced.label for letter in label}
+        self.tree_bound = SpanningTreeBound(reduced, [{letter for letter in shown if masks[letter] & bit} for bit in wanted])
 
     def __call__(self, states: Sequence[int], held: int) -> float:
-        """Return a lower bound, given what all robots together show now; `LOST` where acceptance is out of reach."""
+        """Return a lower bound, given what all robots together show now; `UNREACHABLE` where acceptance is out of reach."""
         total = 0.0
         for part, rest, state in zip(self._parts, self._rest, states, strict=True):
             if rest is not None:
-                total += rest.get((state, held & part.mask), LOST)
+                total += rest.get((state, held & part.mask), UNREACHABLE)
         return total
 
     def missing(self, states: Sequence[int], held: int) -> int:
@@ -73,7 +75,7 @@ _Seen = tuple[int, int]  # a conjunct's state and what it sees held now
 class _Graph:
     """How one conjunct's state, with what is held, can change: backwards."""
 
-    def __init__(self, part: JointPart, masks: Sequence[int]) -> None:
+    def __init__(self, part: JointConjunct, masks: Sequence[int]) -> None:
         self.part = part
         letters = sorted({mask & part.mask for mask in masks})
         self.back: dict[_Seen, list[tuple[_Seen, int]]] = {}  # before, and the letter that one robot goes to
@@ -92,7 +94,7 @@ class _Graph:
         price: dict[int, float] = {}
         for mask, cost in zip(masks, prices, strict=True):
             letter = mask & self.part.mask
-            price[letter] = min(cost, price.get(letter, LOST))
+            price[letter] = min(cost, price.get(letter, UNREACHABLE))
         rest = dict.fromkeys(self.accepting, 0.0)
         heap = [(0.0, key) for key in rest]
         heapq.heapify(heap)
@@ -102,12 +104,12 @@ class _Graph:
                 continue
             for before, letter in self.back.get(key, ()):
                 total = cost + price[letter]
-                if total < rest.get(before, LOST):
+                if total < rest.get(before, UNREACHABLE):
                     rest[before] = total
                     heapq.heappush(heap, (total, before))
         return rest
 
-    def needs(self) -> dict[_Seen, int]:
+    def landmarks(self) -> dict[_Seen, int]:
         """Return the propositions, as bits, that some robot must go to from each place, whatever is done."""
         found: dict[_Seen, int] = {}
         for bit in _bits(self.part.mask):
@@ -125,7 +127,7 @@ class _Graph:
         return found
 
 
-def _moves(part: JointPart, masks: Sequence[int]) -> int:
+def _moves(part: JointConjunct, masks: Sequence[int]) -> int:
     return len(part.domain) * len({mask & part.mask for mask in masks}) * 4 ** part.mask.bit_count()
 
 

@@ -4,7 +4,7 @@ A plan must hold when one robot flies at a time, in every order, while the other
 robots' product is walked along one order of the robots only (who flies, where, what the others hold), which is far
 smaller than all their positions at once. What somebody holds is forgotten as soon as no unfinished conjunct asks for it.
 Where the cheapest run breaks a conjunct in another order, the search begins again and also remembers what each robot's word
-does to that conjunct, for everything that the others may hold meanwhile (`ltlplan.search.joint.automata`).
+does to that conjunct, for everything that the others may hold meanwhile (`ltlplan.search.joint.conjuncts`).
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from dataclasses import replace
 
 from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.budget import Budget, TooLarge
-from ltlplan.search.heuristic import LOST
-from ltlplan.search.joint.automata import JointPart, Words
-from ltlplan.search.joint.heuristic import JointGuide
-from ltlplan.search.reduced_graph import Roads, Team
-from ltlplan.search.team_search import Checked, TeamRun, refine_until_kept, search_team
+from ltlplan.search.heuristic import UNREACHABLE
+from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
+from ltlplan.search.joint.heuristic import JointHeuristic
+from ltlplan.search.reduced_graph import ReducedGraph, Team
+from ltlplan.search.team_search import PlanningOutcome, TeamRun, refined_until_kept, search_team
 from ltlplan.systems.transition_systems import TransitionSystem
 
 MAX_REPEATS = 50_000  # states times letters of a conjunct up to which it is found out whether repeating letters matters
 MAX_CONTEXTS = 4096  # sets of propositions that the others may hold
 
 
-def plan_joint(systems: Sequence[TransitionSystem], automata: Sequence[Automaton], budget: Budget) -> Checked:
+def plan_joint(systems: Sequence[TransitionSystem], automata: Sequence[Automaton], budget: Budget) -> PlanningOutcome:
     """Return the cheapest plan that keeps the formula, read over unions of letters, in every order of the robots.
 
     A tenth of the budget of states is spent on each search.
@@ -35,7 +35,7 @@ def plan_joint(systems: Sequence[TransitionSystem], automata: Sequence[Automaton
     """
     joint = _Joint(systems, automata)
     share = replace(budget, states=max(1, budget.states // 10))
-    return refine_until_kept(joint.roads, joint.situations, joint.broken, joint.failing_order, share)
+    return refined_until_kept(joint.graph, joint.search_states, joint.broken, joint.failing_order, share)
 
 
 def joint_possible(systems: Sequence[TransitionSystem], automata: Sequence[Automaton], budget: Budget) -> bool:
@@ -45,7 +45,7 @@ def joint_possible(systems: Sequence[TransitionSystem], automata: Sequence[Autom
         TooLarge: The budget was used up.
     """
     joint = _Joint(systems, automata)
-    found = search_team(joint.roads, joint.situations(()), budget)
+    found = search_team(joint.graph, joint.search_states(()), budget)
     if found.stopped is not None:
         raise found.stopped
     return found.run is not None
@@ -59,20 +59,20 @@ class _Joint:
         names = sorted({name for automaton in automata for name in automaton.propositions})
         bit = {name: 1 << i for i, name in enumerate(names)}
         self.team = team
-        self.parts = tuple(JointPart(automaton, bit) for automaton in automata)
+        self.parts = tuple(JointConjunct(automaton, bit) for automaton in automata)
         self.masks = [sum(bit.get(name, 0) for name in letter) for letter in team.letters]
         alike: dict[int, int] = {}
         classes = [alike.setdefault(mask, letter) for letter, mask in enumerate(self.masks)]
         silent = False if all(part.repeats(MAX_REPEATS) for part in self.parts) else None
-        self.roads = Roads(team, [silent] * len(classes), classes)
-        self.guide = JointGuide(self.parts, self.masks, self.roads)
-        self.first = [self.masks[label[start]] for label, start in zip(team.label, self.roads.start, strict=True)]
+        self.graph = ReducedGraph(team, [silent] * len(classes), classes)
+        self.heuristic = JointHeuristic(self.parts, self.masks, self.graph)
+        self.first = [self.masks[label[start]] for label, start in zip(team.label, self.graph.start, strict=True)]
 
-    def situations(self, apart: Sequence[int]) -> _Situations:
-        """Return what a search remembers when these conjuncts, by index, are kept apart."""
-        return _Situations(self, apart)
+    def search_states(self, tracked: Sequence[int]) -> _JointStates:
+        """Return the states of a search in which these conjuncts, by index, are tracked."""
+        return _JointStates(self, tracked)
 
-    def contexts(self, part: JointPart) -> list[int]:
+    def contexts(self, part: JointConjunct) -> list[int]:
         """Return what a conjunct may see held by robots that do not fly: unions of first and last letters.
 
         Raises:
@@ -98,7 +98,7 @@ class _Joint:
         found: dict[int, tuple[int, ...]] = {}
         letters = [[self.masks[letter] for letter in word] for word in self.team.letters_of(run.paths)]
         for index, part in enumerate(self.parts):
-            words = Words(part, None)
+            words = WordEffects(part, None)
             bad = words.failing_order([words.of(word) for word in letters])
             if bad is not None:
                 found[index] = bad
@@ -114,16 +114,16 @@ class _Joint:
 
 
 _Place = tuple[int, tuple[int, ...], int, int, tuple[int, ...], tuple[tuple[int, ...], ...]]
-"""Who flies, the conjuncts' states, what that robot and those who have landed hold, and for each conjunct kept apart what the
+"""Who flies, the conjuncts' states, what that robot and those who have landed hold, and for each tracked conjunct what the
 flying robot's word does so far and what the words before it did."""
 
 _NOT_YET = -1  # what a robot holds whose word has not begun
 
 
-class _Situations:
-    """How far the team is (see `team_search.Situation`)."""
+class _JointStates:
+    """How far the team is (see `team_search.SearchStates`)."""
 
-    def __init__(self, joint: _Joint, apart: Sequence[int]) -> None:
+    def __init__(self, joint: _Joint, tracked: Sequence[int]) -> None:
         self._joint = joint
         self._parts = joint.parts
         self._masks = joint.masks
@@ -131,7 +131,7 @@ class _Situations:
         self._waiting = [0] * robots  # held by those still to fly
         for robot in range(robots - 1, 0, -1):
             self._waiting[robot - 1] = self._waiting[robot] | joint.first[robot]
-        self._words = [Words(joint.parts[index], joint.contexts(joint.parts[index])) for index in apart]
+        self._words = [WordEffects(joint.parts[index], joint.contexts(joint.parts[index])) for index in tracked]
         self._numbers: dict[_Place, int] = {}
         self._places: list[_Place] = []
         self._after: list[dict[int, int]] = []
@@ -140,41 +140,41 @@ class _Situations:
         self._rest: list[float] = []
         self._missing: list[int] = []
         self.initial = self._number(
-            (0, tuple(part.initial for part in self._parts), _NOT_YET, 0, (), ((),) * len(apart)), 0.0, 0
+            (0, tuple(part.initial for part in self._parts), _NOT_YET, 0, (), ((),) * len(tracked)), 0.0, 0
         )
 
     def after(self, number: int, letter: int) -> int:
-        """Return the situation after a letter of the robot that flies; `DEAD` where the task is lost."""
+        """Return the state after a letter of the robot that flies; `DEAD` where the task is lost."""
         found = self._after[number].get(letter)
         if found is None:
             found = self._after[number][letter] = self._read(self._places[number], self._masks[letter])
         return found
 
     def _read(self, place: _Place, letter: int) -> int:
-        robot, states, own, held, kinds, before = place
+        robot, states, own, held, elements, before = place
         shown = letter | held | self._waiting[robot]
         if own != _NOT_YET or robot == 0:  # the first letter of a later robot was held, and read, all the time
             states = tuple(part.step(state, shown) for part, state in zip(self._parts, states, strict=True))
             if DEAD in states:
                 return DEAD
         if own == _NOT_YET:
-            kinds = tuple(words.begin(letter) for words in self._words)
+            elements = tuple(words.begin(letter) for words in self._words)
         else:
-            kinds = tuple(words.read(kind, letter) for words, kind in zip(self._words, kinds, strict=True))
-        rest = self._joint.guide(states, shown)
-        if rest == LOST:
+            elements = tuple(words.read(element, letter) for words, element in zip(self._words, elements, strict=True))
+        rest = self._joint.heuristic(states, shown)
+        if rest == UNREACHABLE:
             return DEAD
-        missing, asked = self._joint.guide.missing(states, shown), 0
+        missing, asked = self._joint.heuristic.missing(states, shown), 0
         for part, state in zip(self._parts, states, strict=True):
             asked |= 0 if part.finished(state) else part.mask
-        return self._number((robot, states, letter & asked, held & asked, kinds, before), rest, missing)
+        return self._number((robot, states, letter & asked, held & asked, elements, before), rest, missing)
 
     def handed_over(self, number: int) -> int:
-        """Return the situation when a robot has landed and the next one has not begun; `DEAD` where some order is lost."""
+        """Return the state when a robot has landed and the next one has not begun; `DEAD` where some order is lost."""
         found = self._handed_over.get(number)
         if found is None:
-            robot, states, own, held, kinds, before = self._places[number]
-            done = tuple(tuple(sorted((*those, kind))) for those, kind in zip(before, kinds, strict=True))
+            robot, states, own, held, elements, before = self._places[number]
+            done = tuple(tuple(sorted((*those, element))) for those, element in zip(before, elements, strict=True))
             if all(self._is_kept(i, numbers, self._waiting[robot], finished=False) for i, numbers in enumerate(done)):
                 found = self._number(
                     (robot + 1, states, _NOT_YET, held | own, (), done), self._rest[number], self._missing[number]
@@ -186,17 +186,17 @@ class _Situations:
 
     def rest(self, number: int, robot: int, node: int) -> float:
         """Return a lower bound on the cost that is left with a robot at a node."""
-        return max(self._rest[number], self._joint.guide.spanning(self._missing[number], robot, node))
+        return max(self._rest[number], self._joint.heuristic.tree_bound(self._missing[number], robot, node))
 
     def is_accepting(self, number: int) -> bool:
         """Tell whether everything is done, in the order in which the robots were followed."""
         return all(part.accepting(state) for part, state in zip(self._parts, self._places[number][1], strict=True))
 
     def holds_in_every_order(self, number: int) -> bool:
-        """Tell whether the words keep the conjuncts kept apart in every order of the robots."""
-        _, _, _, _, kinds, before = self._places[number]
-        pairs = enumerate(zip(before, kinds, strict=True))
-        return all(self._is_kept(i, tuple(sorted((*those, kind))), 0, finished=True) for i, (those, kind) in pairs)
+        """Tell whether the words keep the tracked conjuncts in every order of the robots."""
+        _, _, _, _, elements, before = self._places[number]
+        pairs = enumerate(zip(before, elements, strict=True))
+        return all(self._is_kept(i, tuple(sorted((*those, element))), 0, finished=True) for i, (those, element) in pairs)
 
     def _is_kept(self, index: int, numbers: tuple[int, ...], waiting: int, *, finished: bool) -> bool:
         key = (index, numbers, waiting & self._words[index].part.mask, finished)

@@ -147,7 +147,7 @@ def cheapest_lasso(
     walked = _walk(_Product(system, automata, budget))
     best, best_cost, bound = None, np.inf, np.inf
     left = min(budget.states, budget.rounds)
-    for core in _cores(walked, len(automata)):
+    for core in _accepting_components(walked, len(automata)):
         there = walked.there[core]
         if there.min() >= best_cost:
             break
@@ -168,7 +168,7 @@ def cheapest_lasso(
 
 def lasso_exists(system: TransitionSystem, automata: Sequence[Automaton], *, budget: Budget = DEFAULT_BUDGET) -> bool:
     """Tell whether there is any lasso that all these Büchi automata accept."""
-    return bool(_cores(_walk(_Product(system, automata, budget)), len(automata)))
+    return bool(_accepting_components(_walk(_Product(system, automata, budget)), len(automata)))
 
 
 def _walk(product: _Product) -> _Walked:
@@ -215,7 +215,7 @@ def _walk(product: _Product) -> _Walked:
     return _Walked([node for node, _ in places], marks, np.array(there), parents, graph)
 
 
-def _cores(walked: _Walked, count: int) -> list[NDArray[np.int64]]:
+def _accepting_components(walked: _Walked, count: int) -> list[NDArray[np.int64]]:
     """Return the components in which a cycle passes acceptance of every conjunct, the soonest reached first."""
     if not walked.nodes:
         return []

@@ -15,12 +15,12 @@ from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.logic.conjunction import Conjunction, conjunct_automata, conjuncts
 from ltlplan.logic.task import Task
 from ltlplan.search.exact import assign
-from ltlplan.search.heuristic import LOST
-from ltlplan.search.joint.automata import JointPart, Words
+from ltlplan.search.heuristic import UNREACHABLE
+from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
 from ltlplan.search.joint.team_words import _Joint
-from ltlplan.search.makespan import plan_longest
-from ltlplan.search.reduced_graph import Roads, Team, letter_classes
-from ltlplan.search.team_search import Situation, Situations, cheapest_path, moves, plan_team
+from ltlplan.search.makespan import plan_makespan
+from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
+from ltlplan.search.team_search import SearchStates, TeamStates, cheapest_path, moves, plan_team
 from ltlplan.systems.products import TeamAutomaton
 from ltlplan.systems.transition_systems import TransitionSystem
 from tests.helpers.graphs import simple_words, systems, tasks
@@ -84,26 +84,26 @@ def test_plans_of_any_graphs_hold_in_every_order(each: list[TransitionSystem], f
         assert found.run.cost == pytest.approx(best, abs=1e-6)
 
 
-def assert_consistent(roads: Roads, situations: Situation) -> None:
+def assert_consistent(graph: ReducedGraph, situations: SearchStates) -> None:
     """The estimate never falls by more than a step costs and is nothing at the end: so it is a lower bound everywhere."""
-    begin = situations.after(situations.initial, roads.label[0][roads.start[0]])
-    waiting = [] if begin == DEAD else [(0, roads.start[0], begin)]
+    begin = situations.after(situations.initial, graph.label[0][graph.start[0]])
+    waiting = [] if begin == DEAD else [(0, graph.start[0], begin)]
     seen = set(waiting)
     for robot, node, at in waiting:  # grows while it is walked
         here = situations.rest(at, robot, node)
-        following = [(robot, target, after, step) for target, after, step in moves(roads, situations, robot, node, at)]
-        ending = roads.ways(robot, node).ending
-        if ending is not None and robot + 1 < len(roads.start):
+        following = [(robot, target, after, step) for target, after, step in moves(graph, situations, robot, node, at)]
+        ending = graph.successors(robot, node).ending
+        if ending is not None and robot + 1 < len(graph.start):
             between = situations.handed_over(at)
-            start = roads.start[robot + 1]
-            after = DEAD if between == DEAD else situations.after(between, roads.label[robot + 1][start])
+            start = graph.start[robot + 1]
+            after = DEAD if between == DEAD else situations.after(between, graph.label[robot + 1][start])
             if after != DEAD:
                 following.append((robot + 1, start, after, ending))
         elif ending is not None and situations.is_accepting(at):
             assert here <= ending + 1e-9
         for *key, step in following:
             there = situations.rest(key[2], key[0], key[1])
-            assert there == LOST or here <= step + there + 1e-9
+            assert there == UNREACHABLE or here <= step + there + 1e-9
             place = (key[0], key[1], key[2])
             if place not in seen and len(seen) < 3000:
                 seen.add(place)
@@ -115,15 +115,15 @@ def assert_consistent(roads: Roads, situations: Situation) -> None:
 def test_estimates_are_lower_bounds(each: list[TransitionSystem], formula: Formula) -> None:
     team = Team(each)
     task = Task(conjunct_automata(formula, "finite"), team.letters)
-    roads = Roads(team, *letter_classes(task))
-    assert_consistent(roads, Situations(roads, task, range(len(task.parts))))
+    graph = ReducedGraph(team, *letter_classes(task))
+    assert_consistent(graph, TeamStates(graph, task, range(len(task.parts))))
 
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
 def test_joint_estimates_are_lower_bounds(each: list[TransitionSystem], formula: Formula) -> None:
     joint = _Joint(each, conjunct_automata(formula, "finite"))
-    assert_consistent(joint.roads, joint.situations(range(len(joint.parts))))
+    assert_consistent(joint.graph, joint.search_states(range(len(joint.parts))))
 
 
 @settings(max_examples=40, deadline=None)
@@ -131,7 +131,7 @@ def test_joint_estimates_are_lower_bounds(each: list[TransitionSystem], formula:
 def test_the_longest_robot_of_any_graphs(each: list[TransitionSystem], formula: Formula) -> None:
     team = Team(each)
     task = Task(conjunct_automata(formula, "finite"), team.letters)
-    found, bound, exhausted = plan_longest(team, task, DEFAULT_BUDGET)
+    found, bound, exhausted = plan_makespan(team, task, DEFAULT_BUDGET)
     least = plan_team(team, task, DEFAULT_BUDGET)
     assert (found.run is None) == (least.run is None)
     if found.run is not None and least.run is not None:
@@ -154,8 +154,8 @@ def test_joint_words_act_as_their_letters_do(formula: Formula, word: list[int], 
     bit = {"a": 1, "b": 2, "c": 4}
     for part in conjuncts(formula):
         for automaton in conjunct_automata(part, "finite"):
-            joint = JointPart(automaton, bit)
-            words = Words(joint, sorted({context & joint.mask, 0}))
+            joint = JointConjunct(automaton, bit)
+            words = WordEffects(joint, sorted({context & joint.mask, 0}))
             number, state = words.of(word), joint.initial
             for letter in word:
                 state = joint.step(state, letter | context)
@@ -169,17 +169,17 @@ def test_a_nondeterministic_conjunct_under_joint() -> None:
     formula = parse_formula("F(a & X a & X X b)")
     automaton = conjunct_automata(formula, "finite")[0]
     nfa = type(automaton)(
-        "finite", ("a",), (((1, 0), (automaton.guards.condition(automaton.propositions[0], 0, 1), 1)), ((1, 1),)),
-        frozenset({1}), automaton.guards,
+        "finite", ("a",), (((1, 0), (automaton.diagrams.condition(automaton.propositions[0], 0, 1), 1)), ((1, 1),)),
+        frozenset({1}), automaton.diagrams,
     )  # fmt: skip  # "some letter holds a", guessing which
-    part = JointPart(nfa, {"a": 1, "b": 2})
+    part = JointConjunct(nfa, {"a": 1, "b": 2})
     assert not part.deterministic
     assert not part.accepting(part.step(part.initial, 2))
     done = part.step(part.step(part.initial, 2), 1)
     assert part.accepting(done)
     assert part.finished(done)
     assert part.step(done, 0) == done
-    words = Words(part, [0, 1])
+    words = WordEffects(part, [0, 1])
     assert words.apply(words.of([2, 2]), part.initial, 1) == done
 
 

@@ -67,7 +67,7 @@ def test_one_robot_s_action_serves_another() -> None:
 
 def test_too_many_orders_to_try(monkeypatch: pytest.MonkeyPatch) -> None:
     """What cannot be tried in every order is not claimed; one robot that flies alone needs no orders."""
-    monkeypatch.setattr("ltlplan.search.joint.automata.MAX_STEPS", 1)
+    monkeypatch.setattr("ltlplan.search.joint.conjuncts.MAX_STEPS", 1)
     with pytest.raises(TooLarge, match="every order"):
         assign(world("F(a & b)", regions=NEAR, robots=2, starts=((-0.5, 0.0), (2.5, 0.0)), team="joint"))
     alone = assign(world("F(a | b & F a) & (!b U a)", regions=NEAR, robots=2, starts=((-0.5, 0.0), (2.5, 0.0)), team="joint"))

@@ -19,13 +19,13 @@ from ltlplan.logic.task import bits
 from ltlplan.logic.transition_monoid import robots_in_order
 
 MAX_IMAGES = 4096
-"""States times contexts of a conjunct up to which what words do to it is kept apart."""
+"""States times contexts of a conjunct up to which what words do to it is tracked."""
 
 MAX_STEPS = 200_000
 """Steps of trying one conjunct in every order of the robots."""
 
 
-class JointPart:
+class JointConjunct:
     """A conjunct's automaton, made deterministic where it is walked; letters are sets of propositions as bits.
 
     Attributes:
@@ -89,7 +89,7 @@ class JointPart:
         return all(self.step(after, letter) == after for letter, after in once)
 
 
-class Words:
+class WordEffects:
     """What words of robots do to one conjunct, as numbers: words with equal numbers act alike, whatever others hold.
 
     Args:
@@ -102,7 +102,7 @@ class Words:
         moved: Whether its letter ever changes.
     """
 
-    def __init__(self, part: JointPart, contexts: Sequence[int] | None) -> None:
+    def __init__(self, part: JointConjunct, contexts: Sequence[int] | None) -> None:
         if contexts is not None and len(contexts) * len(part.domain) > MAX_IMAGES:
             used = len(contexts) * len(part.domain)
             raise TooLarge("Telling apart what words do to the formula takes", used, "states", MAX_IMAGES)
@@ -162,28 +162,28 @@ class Words:
         counts = Counter(number for number in numbers if self.moved[number])
         for number in numbers:
             still |= 0 if self.moved[number] else self.first[number]
-        kinds = sorted(counts)
-        begun = reduce(or_, (self.first[kind] for kind in kinds), still)
-        layer: dict[tuple[tuple[int, ...], int], tuple[int, ...]] = {((0,) * len(kinds), part.step(part.initial, begun)): ()}
+        elements = sorted(counts)
+        begun = reduce(or_, (self.first[element] for element in elements), still)
+        layer: dict[tuple[tuple[int, ...], int], tuple[int, ...]] = {((0,) * len(elements), part.step(part.initial, begun)): ()}
         if any(state == DEAD for _, state in layer):
             return tuple(range(len(numbers)))
         seen = 0
         for _ in range(counts.total()):
             following: dict[tuple[tuple[int, ...], int], tuple[int, ...]] = {}
             for (used, state), order in layer.items():
-                for i, kind in enumerate(kinds):
-                    if used[i] == counts[kind]:
+                for i, element in enumerate(elements):
+                    if used[i] == counts[element]:
                         continue
                     context = still
-                    for j, other in enumerate(kinds):
+                    for j, other in enumerate(elements):
                         if used[j]:
                             context |= self.last[other]
                         if counts[other] - used[j] > (i == j):
                             context |= self.first[other]
-                    after = self.apply(kind, state, context)
+                    after = self.apply(element, state, context)
                     if after == DEAD:
-                        return robots_in_order((*order, kind), numbers)
-                    following.setdefault(((*used[:i], used[i] + 1, *used[i + 1 :]), after), (*order, kind))
+                        return robots_in_order((*order, element), numbers)
+                    following.setdefault(((*used[:i], used[i] + 1, *used[i + 1 :]), after), (*order, element))
             layer = following
             seen += len(layer)
             if seen > MAX_STEPS:
