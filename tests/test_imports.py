@@ -13,11 +13,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("ltlplan", "refine", "flight", "verify")
 
 KNOWN: dict[str, tuple[frozenset[str], ...]] = {
-    "ltlplan": (
-        frozenset(f"ltlplan.{name}" for name in ("output", "pipeline", "report", "report.charts", "report.summary")),
-        frozenset({"ltlplan.sharing.room_to_pass", "ltlplan.sharing.sharing_out", "ltlplan.sharing.team"}),
-        frozenset({"ltlplan.cli", "ltlplan.start"}),
-    ),
+    "ltlplan": (frozenset({"ltlplan.sharing.room_to_pass", "ltlplan.sharing.sharing_out", "ltlplan.sharing.team"}),),
     "flight": (frozenset({"flight.exports.files", "flight.exports.notes"}),),
     "verify": (
         frozenset({"verify.data.mission", "verify.data.mission_file"})
