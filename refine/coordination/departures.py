@@ -2,6 +2,8 @@
 
 Departures are tried first: robots in some order, each as early as the ones before it allow. Distances are sampled with
 what may happen between two samples added on top (half the way to the neighbours, and a tenth): the judge has the last word.
+Where that leaves no departures, robots may be asked to pass or land within millimetres of what is allowed: they are tried
+again with distances to the chords between samples.
 """
 
 from __future__ import annotations
@@ -82,7 +84,17 @@ def departures(
         precedences: Visits that must be over before others begin.
         given: Departures that are settled; they are checked too.
     """
-    pairs = _Pairs({flight.name: _track(flight, z_scale) for flight in flights}, distance)
+    tracks = {flight.name: _track(flight, z_scale) for flight in flights}
+    found = _in_some_order(flights, _Pairs(tracks, distance), precedences, given)
+    if isinstance(found, Conflict) and found.distance >= distance:
+        found = _in_some_order(flights, _Pairs(tracks, distance, closely=True), precedences, given)
+    return found
+
+
+def _in_some_order(
+    flights: Sequence[Flight], pairs: _Pairs, precedences: Sequence[Precedence], given: Mapping[str, float] | None
+) -> dict[str, float] | Conflict:
+    """Return the shortest team time's departures among the orders that are tried."""
     best: tuple[float, float, dict[str, float]] | None = None
     conflict: Conflict | None = None
     settled = [flight for flight in flights if given is not None and flight.name in given]
@@ -158,11 +170,25 @@ def wider(reach: Floats) -> Floats:
     return COARSE * maximum_filter1d(reach, 2 * COARSE + 1, mode="nearest")
 
 
+def least_between(offsets: Floats) -> float:
+    """Return how near a sampled curve comes to the origin: its chords, less what it may bulge beyond them. Shape (samples, 3).
+
+    A curve leaves a chord of length h in time by at most h^2 / 8 of its acceleration, which second differences give times h^2;
+    twice that is taken, for accelerations that change.
+    """
+    steps = np.diff(offsets, axis=0)
+    squared = np.maximum((steps**2).sum(axis=1), np.finfo(float).tiny)
+    share = np.clip(-(offsets[:-1] * steps).sum(axis=1) / squared, 0.0, 1.0)
+    nearest = np.linalg.norm(offsets[:-1] + share[:, None] * steps, axis=1)
+    bends = np.concatenate([[0.0], np.linalg.norm(np.diff(steps, axis=0), axis=1), [0.0]])
+    return float((nearest - np.maximum(bends[:-1], bends[1:]) / 4).min())
+
+
 class _Pairs:
     """Who meets whom at which departures: that depends on the difference of two departures alone, and is looked at once."""
 
-    def __init__(self, tracks: dict[str, _Track], distance: float) -> None:
-        self._tracks, self._distance = tracks, distance
+    def __init__(self, tracks: dict[str, _Track], distance: float, *, closely: bool = False) -> None:
+        self._tracks, self._distance, self._closely = tracks, distance, closely
         self._apart: dict[tuple[str, str, int], bool] = {}
 
     def met(self, name: str, departure: float, chosen: Mapping[str, float]) -> str | None:
@@ -189,17 +215,24 @@ class _Pairs:
         if (gap - wide).min() >= self._distance:
             return True
         gap, reach, _ = self._gaps(name, other, late, 1)
-        return bool((gap - reach).min() >= self._distance)
+        if (gap - reach).min() >= self._distance:
+            return True
+        return self._closely and least_between(self._offsets(name, other, late, 1)[0]) >= self._distance
 
     def _gaps(self, name: str, other: str, late: int, every: int) -> tuple[Floats, Floats, Floats]:
         """Return distances and both reaches together, from the first departure to the last arrival."""
+        offsets, here, there = self._offsets(name, other, late, every)
+        mine, theirs = self._tracks[name], self._tracks[other]
+        return np.linalg.norm(offsets, axis=1), mine.reach[here] + theirs.reach[there], mine.wide[here] + theirs.wide[there]
+
+    def _offsets(self, name: str, other: str, late: int, every: int) -> tuple[Floats, NDArray[np.intp], NDArray[np.intp]]:
+        """Return where one robot is as seen from the other, shape (samples, 3), and the samples of both."""
         mine, theirs = self._tracks[name], self._tracks[other]
         shift, other_shift = max(late, 0), max(-late, 0)
         index = np.arange(0, max(shift + len(mine.points), other_shift + len(theirs.points)) + every - 1, every)
         here = np.clip(index - shift, 0, len(mine.points) - 1)
         there = np.clip(index - other_shift, 0, len(theirs.points) - 1)
-        gap = np.linalg.norm(mine.points[here] - theirs.points[there], axis=1)
-        return gap, mine.reach[here] + theirs.reach[there], mine.wide[here] + theirs.wide[there]
+        return mine.points[here] - theirs.points[there], here, there
 
 
 def _in_order(

@@ -1,7 +1,7 @@
 """Hoops: control points, motion primitives, avoidance, and the sequence-of-hoops planner."""
 
 from ltlplan.paths.hoops.avoidance import Blocked, avoid
-from ltlplan.paths.hoops.frame import ControlPoints, control_points
+from ltlplan.paths.hoops.hoop_frame import ControlPoints, control_points
 from ltlplan.paths.hoops.primitives import Primitive, choose
 from ltlplan.paths.hoops.sequencer import SplineBlocked, route, route_sequence, segments
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.clearance import Room, blocked, conflicts
-from ltlplan.paths.hoops.frame import control_points
+from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.search.best_first import best_paths
 from verify.data import Infeasible
 from verify.data.mission import Hoop, Mission

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.avoidance import Blocked, avoid
 from ltlplan.paths.hoops.clearance import Room, blocked
-from ltlplan.paths.hoops.frame import control_points
+from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.primitives import Primitive, choose
 from ltlplan.paths.hoops.sides import Side
 from verify.data import BadInput, Infeasible, Mission, Visit

@@ -11,7 +11,7 @@ from plotly.basedatatypes import BaseTraceType
 
 from flight.pictures import region_colours, scene_layout
 from flight.shapes import line, points, region_shapes
-from ltlplan.paths.hoops.frame import control_points
+from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.primitives import Kind
 from ltlplan.paths.hoops.sequencer import segments
 from ltlplan.paths.spline_matrices import Spline

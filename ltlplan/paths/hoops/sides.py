@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.avoidance import Blocked
-from ltlplan.paths.hoops.frame import control_points
+from ltlplan.paths.hoops.hoop_frame import control_points
 from verify.data.mission import Hoop, Mission
 from verify.data.plan import Visit
 from verify.data.sequence import Direction

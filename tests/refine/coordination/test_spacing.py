@@ -11,6 +11,7 @@ import ltlplan
 import verify
 from ltlplan import parse_mission
 from ltlplan.pipeline import certified_team
+from refine.coordination.departures import least_between
 from verify.data import BadInput, Mission, MissionError
 
 
@@ -59,3 +60,15 @@ def test_a_mission_made_in_code_is_refused_before_it_is_planned() -> None:
         BadInput, match=r"agents\.r\.start: is 0\.3999 m from q's start; 0\.401 m is needed: separation 0\.3 m, twice"
     ):
         ltlplan.plan(mission.model_copy(update={"agents": agents}))
+
+
+def test_the_least_distance_of_a_sampled_curve_is_a_bound_and_a_near_one() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(200):
+        curve = np.polynomial.Polynomial(rng.normal(size=4)), *(np.polynomial.Polynomial(rng.normal(size=4)) for _ in range(2))
+        dense = np.stack([axis(np.linspace(0.0, 2.0, 128 * 64 + 1)) for axis in curve], axis=1)
+        least = float(np.linalg.norm(dense, axis=1).min())
+        told = least_between(dense[::64])
+        assert told <= least
+        assert told >= least - 2e-3
+    assert least_between(np.zeros((3, 3))) == 0.0

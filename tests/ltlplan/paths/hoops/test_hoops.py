@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ltlplan.missions import load_mission
-from ltlplan.paths.hoops import Blocked, SplineBlocked, avoidance, frame, route, route_sequence, segments
+from ltlplan.paths.hoops import Blocked, SplineBlocked, avoid, control_points, route, route_sequence, segments
 from ltlplan.paths.hoops.clearance import blocked, room
 from ltlplan.paths.spline_matrices import nominal_trajectory
 from tests.helpers.courses import courses
@@ -71,7 +71,7 @@ def test_control_points_are_visited_in_flight_order():
     plan = route_sequence(mission)
     for index, visit in enumerate(plan.visits):
         served = [w for w in plan.waypoints if w.visit == index and w.role != "via"]
-        points = frame(mission.hoops[visit.region])
+        points = control_points(mission.hoops[visit.region])
         first, last = points.ends(visit.direction)
         assert np.allclose([w.position for w in served], [first, points.centre, last])
         assert [w.role for w in served] == (
@@ -140,7 +140,7 @@ def test_random_courses_never_enter_a_hoop_that_is_not_next_in_the_sequence():
         _, _, path = path_of(plan)
         assert stays(mission, path) == [visit.region for visit in plan.visits]
         for hoop in mission.hoops.values():  # nor do they meet a ring
-            points = frame(hoop)
+            points = control_points(hoop)
             own = (path - points.centre) @ points.frame
             near = np.abs(own[:, 0]) <= hoop.rim / 2 + mission.vehicle.radius
             across = np.linalg.norm(own[near][:, 1:], axis=1)
@@ -246,7 +246,7 @@ def test_avoid_takes_the_nearer_point_and_several_in_a_row():
     )
     mission = small_mission(hoops=hoops, sequence="h0F")
     start, end = np.array([-1.7, 0.0, 1.0]), np.array([1.7, 0.0, 1.0])
-    points = avoidance(mission, room(mission), start, end)
+    points = avoid(mission, room(mission), start, end)
     sides = [p.region for p in points if p.role == "avoid"]
     assert sides == ["h1", "h2"]
     assert all(p.position[1] < 0 for p in points)  # the nearer side
@@ -277,8 +277,8 @@ def keeps_clear(mission, stops):
 
 def test_two_hoops_in_each_others_way_are_passed_by_the_points_of_both():
     mission = crowded([(0.223, 0.815, 1.177, 62.0), (-0.253, 0.236, 1.239, 120.4)])
-    start, end = frame(mission.hoops["h0"]).rear, frame(mission.hoops["h1"]).front
-    points = avoidance(mission, room(mission), start, end)
+    start, end = control_points(mission.hoops["h0"]).rear, control_points(mission.hoops["h1"]).front
+    points = avoid(mission, room(mission), start, end)
     assert points
     assert keeps_clear(mission, [start, *(p.position for p in points), end])
 
@@ -286,7 +286,7 @@ def test_two_hoops_in_each_others_way_are_passed_by_the_points_of_both():
 def test_a_start_too_near_a_ring_is_refused_and_said_to_be():
     mission = crowded([(0.0, 0.0, 1.0, 0.0), (1.2, 0.0, 1.0, 0.0)])
     with pytest.raises(Blocked, match=r"\(0.05, 0.28, 1.00\) itself is nearer to it than"):
-        avoidance(mission, room(mission), np.array([0.05, 0.28, 1.0]), np.array([1.5, 0.0, 1.0]))
+        avoid(mission, room(mission), np.array([0.05, 0.28, 1.0]), np.array([1.5, 0.0, 1.0]))
 
 
 def test_avoid_keeps_clear_of_all_hoops_between_the_control_points_of_crowded_ones():
@@ -298,10 +298,10 @@ def test_avoid_keeps_clear_of_all_hoops_between_the_control_points_of_crowded_on
             if all(np.linalg.norm(place - other[:3]) > 0.75 for other in places):
                 places.append((*place, rng.uniform(-180, 180)))
         mission = crowded(places)
-        ends = [p for hoop in mission.hoops.values() for p in (frame(hoop).front, frame(hoop).rear)]
+        ends = [p for hoop in mission.hoops.values() for p in (control_points(hoop).front, control_points(hoop).rear)]
         free = [p for p in ends if blocked(p, p, room(mission)) is None]
         for a, b in rng.permutation(len(free))[:16].reshape(-1, 2):
-            points = avoidance(mission, room(mission), free[a], free[b])  # no pair of them is refused
+            points = avoid(mission, room(mission), free[a], free[b])  # no pair of them is refused
             assert keeps_clear(mission, [free[a], *(p.position for p in points), free[b]])
             found.append(len({p.region for p in points}))
     assert np.all(np.bincount(found)[:3] > 0)  # free lines, one hoop in the way, several in a row

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ltlplan.paths.hoops import choose, frame
+from ltlplan.paths.hoops import choose, control_points
 from ltlplan.paths.hoops.primitives import s_curve, s_curve_as_printed, straight, turn, u_turn
 from verify.data.mission import Hoop
 
@@ -21,7 +21,7 @@ def test_control_points_lie_on_the_hoops_own_axes(yaw, pitch, reach, clearance):
         center=(1.0, -2.0, 1.5), radii=(0.2, 0.2, 0.2), opening=0.3, rim=0.02,
         yaw_deg=yaw, pitch_deg=pitch, reach=reach, clearance=clearance,
     )  # fmt: skip
-    points = frame(hoop)
+    points = control_points(hoop)
     assert np.allclose(points.frame.T @ points.frame, np.eye(3), atol=1e-12)
     assert np.isclose(np.linalg.det(points.frame), 1.0)
     own = [points.frame.T @ (p - points.centre) for p in (points.front, points.rear, *points.avoid)]
