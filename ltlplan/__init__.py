@@ -48,7 +48,7 @@ _HOMES = {
     "translate": "ltlplan.logic.translation",
 }
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "Automaton",

@@ -76,7 +76,7 @@ def try_faults(
         told: Called with each finding as it is made.
     """
     runner = _Runner(list(drawn), jobs, seconds, told)
-    arguments = ["-q", "-p", "no:cacheprovider", "--hypothesis-seed=0", "--no-header", *TESTS]
+    arguments = ["-q", "-n", "0", "-p", "no:cacheprovider", "--hypothesis-seed=0", "--no-header", *TESTS]
     os.chdir(ROOT)
     pytest.main(arguments, plugins=[runner])
     return runner.findings
@@ -236,7 +236,7 @@ class Loader(importlib.machinery.SourceFileLoader):
 hook = importlib.machinery.FileFinder.path_hook((Loader, [".py"]))
 sys.path_hooks.insert(0, hook)
 sys.path_importer_cache.clear()
-sys.exit(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "--hypothesis-seed=0", "--no-header", *{tests!r}]))
+sys.exit(pytest.main(["-x", "-q", "-n", "0", "-p", "no:cacheprovider", "--hypothesis-seed=0", "--no-header", *{tests!r}]))
 """
 
 
