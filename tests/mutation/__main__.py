@@ -15,10 +15,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.mutation", description=__doc__)
     parser.add_argument("--count", type=int, default=200, help="how many faults")
     parser.add_argument("--seed", type=int, default=0, help="which faults")
-    parser.add_argument("--only", default="", help="only faults whose name holds this text")
+    parser.add_argument("--only", action="append", help="only faults whose name holds this text; may be given again")
     parser.add_argument("--jobs", type=int, default=2, help="processes at once")
     given = parser.parse_args()
-    drawn = [fault for fault in draw(given.count, given.seed) if given.only in fault.name]
+    drawn = [fault for fault in draw(given.count, given.seed) if any(text in fault.name for text in given.only or [""])]
     findings = try_faults(drawn, jobs=given.jobs, told=_show)
     survivors = [finding for finding in findings if not finding.noticed]
     unknown = [finding for finding in survivors if finding.fault.name not in EQUIVALENT]

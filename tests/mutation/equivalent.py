@@ -16,12 +16,10 @@ EQUIVALENT: dict[str, str] = {
     ),
     "extent: 44 -> 45": "both bounds are proved before they are returned; only how near the first attempt is, a part in 2^44",
     "progression: 10000000 -> 10000001": "only how soon the budget of an undecided answer ends, by one node",
-    "_largest_margin: 0.0 -> 0.0": "twice zero is zero",
     "_with_visit: float(s.start) <= time <= float(s.stop) -> float(s.start) <= time < float(s.stop)": (
         "the time is that of a letter in which the region holds, which begins before the robot is out of it for sure"
     ),
     "_refuse_jumps: 17 -> 18": "only how many digits a message writes where 16 do not tell two floats apart, which 17 do",
-    "_statuses: 0.0 -> 0.0 #2": "twice zero is zero",
     "Tableau._ways: 0 -> 1 #2": (
         "that marks entry 0 as put off, which is a name or a constant (parts come before what they are part of), and only "
         "F, U and M count as put off; at most a way that asks for more than another is kept beside it"

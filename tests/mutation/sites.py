@@ -67,6 +67,11 @@ class Fault:
         number = f" #{self.same}" if self.same else ""
         return f"{self.function or Path(self.path).stem}: {self.before} -> {self.after}{number}"
 
+    @property
+    def module(self) -> str:
+        """The module that holds it, as it is imported."""
+        return self.path.removesuffix(".py").replace("/", ".").removesuffix(".__init__")
+
 
 _Found = tuple[ast.expr, str, bool, Callable[[ast.expr], None]]
 """An expression, the function that holds it, whether it alone decides a branch, and how to put another in its place."""
@@ -150,8 +155,10 @@ def _changes(node: ast.expr, decides: bool) -> Iterator[ast.expr]:
             yield ast.IfExp(test, other, body)
         case ast.Constant(bool() as value):
             yield ast.Constant(not value)
-        case ast.Constant(int() | float() as value):
-            yield ast.Constant(value + 1 if isinstance(value, int) else value * 2)
+        case ast.Constant(int() as value):
+            yield ast.Constant(value + 1)
+        case ast.Constant(float() as value) if value:
+            yield ast.Constant(value * 2)
         case _:
             return
 

@@ -95,8 +95,8 @@ class _Runner:
         works = [functools.partial(_try, fault, _suspects(session.items, table, fault), self.seconds) for fault in self.drawn]
         found: dict[int, Finding] = {}
 
-        def note(index: int, answer: tuple[str, int] | None) -> None:
-            found[index] = Finding(self.drawn[index], *(answer or ("hangs", 0)))
+        def note(index: int, answer: tuple[str, int]) -> None:
+            found[index] = Finding(self.drawn[index], *answer)
             self.told(found[index])
 
         _in_parallel(works, self.jobs, limit=4 * self.seconds, told=note)
@@ -221,22 +221,29 @@ def _codes(code: CodeType) -> Iterable[CodeType]:
 
 
 _PLANTED = """
-import ast, importlib.abc, importlib.machinery, sys
+import importlib.machinery, importlib.util, sys
 import pytest
 from tests.mutation.sites import Fault, ROOT, plant
 
 fault = Fault({fields})
+planted = []
 
 class Loader(importlib.machinery.SourceFileLoader):
     def get_code(self, name):
-        if self.path == str(ROOT / fault.path):
-            return compile(plant(fault), self.path, "exec")
-        return super().get_code(name)
+        planted.append(name)
+        return compile(plant(fault), self.path, "exec")
 
-hook = importlib.machinery.FileFinder.path_hook((Loader, [".py"]))
-sys.path_hooks.insert(0, hook)
-sys.path_importer_cache.clear()
-sys.exit(pytest.main(["-x", "-q", "-n", "0", "-p", "no:cacheprovider", "--hypothesis-seed=0", "--no-header", *{tests!r}]))
+class Finder:
+    @staticmethod
+    def find_spec(name, path=None, target=None):
+        if name != fault.module:
+            return None
+        file = str(ROOT / fault.path)
+        return importlib.util.spec_from_file_location(name, file, loader=Loader(name, file))
+
+sys.meta_path.insert(0, Finder)
+ended = pytest.main(["-x", "-q", "-n", "0", "-p", "no:cacheprovider", "--hypothesis-seed=0", "--no-header", *{tests!r}])
+sys.exit(ended if planted else 3)
 """
 
 
@@ -252,6 +259,8 @@ def _try_anew(fault: Fault, items: list[pytest.Item], seconds: float) -> tuple[s
         return "hangs", 0
     if done.returncode == 0:
         return "", len(items)
+    if done.returncode not in (1, 2, 4):  # tests failed; one could not be loaded; `conftest.py` could not
+        raise RuntimeError(f"{fault.name} was not tried:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
     failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
     return (failed[0] if failed else (done.stdout.strip().splitlines() or [f"ends with {done.returncode}"])[-1]), 0
 
@@ -259,7 +268,7 @@ def _try_anew(fault: Fault, items: list[pytest.Item], seconds: float) -> tuple[s
 def _in_parallel(
     works: list[Callable[[], Any]], jobs: int, limit: float | None = None, told: Callable[[int, Any], None] | None = None
 ) -> list[Any]:
-    """Run each work in a forked child, some at once; None where one ran longer than the limit (s) or died."""
+    """Run each work in a forked child, some at once; ("hangs", 0) where one ran longer than the limit (s), ("", 0) where it died."""
     context = multiprocessing.get_context("fork")
     answers: list[Any] = [None] * len(works)
     waiting = list(enumerate(works))
@@ -276,10 +285,11 @@ def _in_parallel(
             for index, (child, answer, begun) in list(running.items()):
                 if child.is_alive() and (limit is None or time.monotonic() - begun < limit):
                     continue
-                if child.is_alive():
+                failed = "hangs" if child.is_alive() else ""
+                if failed:
                     os.kill(child.pid, signal.SIGKILL)
                 child.join()
-                answers[index] = json.loads(answer.read_text()) if answer.exists() else None
+                answers[index] = json.loads(answer.read_text()) if answer.exists() else (failed, 0)
                 del running[index]
                 if told is not None:
                     told(index, answers[index])
