@@ -53,6 +53,8 @@ def team_word(rng, mission, certificate, times, paths):
 
 
 def attack(plan, team, certificate, rng, rounds, samples):
+    """Fly perturbed paths and hold each against the claims; return how far the worst of them was pushed, m."""
+    furthest = 0.0
     mission, margin = plan.mission, certificate.margin
     times = np.linspace(0, certificate.duration, samples)
     nominal = {name: trajectory.evaluate(times)[:, :3] for name, trajectory in team.items()}
@@ -62,6 +64,7 @@ def attack(plan, team, certificate, rng, rounds, samples):
         assert satisfies(mission.formula, team_word(rng, mission, certificate, times, paths))
         names = list(paths)
         for i, a in enumerate(names):
+            furthest = max(furthest, float(np.linalg.norm(paths[a] - nominal[a], axis=1).max()))
             assert np.all(paths[a] >= low)
             assert np.all(paths[a] <= high)
             for b in names[i + 1 :]:
@@ -73,6 +76,7 @@ def attack(plan, team, certificate, rng, rounds, samples):
                 radial = np.maximum(np.maximum(hoop.opening - across, across - hoop.opening - hoop.rim), 0)
                 gap = np.hypot(radial, np.maximum(np.abs(along) - hoop.rim / 2, 0))
                 assert gap.min() > mission.vehicle.radius
+    return furthest
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.02, 0.05, "largest"])
@@ -80,7 +84,8 @@ def test_nobody_within_the_margin_breaks_the_claim(margin):
     plan, team = firefighting()
     wanted = judge(plan, team).largest_margin if margin == "largest" else margin
     certificate = certify(plan, team, margin=wanted)
-    attack(plan, team, certificate, np.random.default_rng(0), 12, 1500)
+    assert certificate.margin == wanted
+    assert attack(plan, team, certificate, np.random.default_rng(0), 12, 1500) == pytest.approx(wanted, abs=1e-8)
 
 
 FORMULAS = ["F a", "G !b", "F (a & F b)", "!b U a", "G (a -> F b)", "F a & G !c", "F G a", "G (b -> c)", "F (a & b)", "!a U b"]

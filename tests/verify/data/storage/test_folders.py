@@ -242,13 +242,17 @@ def test_a_disk_error_is_told_and_leaves_nothing(tmp_path: Path) -> None:
 
 def test_without_exchange_and_hard_links_the_same_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As on file systems that have neither."""
+    asked: list[object] = []
 
-    def refuse(*_arguments: object, **_options: object) -> None:
+    def refuse(asked_of: object, *_arguments: object, **_options: object) -> None:
+        asked.append(asked_of)
         raise OSError(1, "Operation not permitted")
 
     monkeypatch.setattr("ctypes.CDLL", refuse)
     monkeypatch.setattr("os.link", refuse)
     test_a_second_run_replaces_what_the_first_wrote_and_nothing_else(tmp_path)
+    run = tmp_path / "run"
+    assert {None, run / "recorded.csv", run / "a" / "b" / "c.bag"} <= set(asked), "an exchange and links were asked for"
 
 
 KILLED_AT_STEP = """
