@@ -12,6 +12,7 @@ from verify import Asked, Certificate, FlightVerdict, Samples, certify, check_fl
 from verify.data import Mission, Plan, Trajectory
 from verify.data.mission_file import parse_mission
 from verify.data.plan import Visit
+from verify.recordings.planned_paths import PlannedPath
 
 SEQUENCE = """
 format: 1
@@ -25,6 +26,14 @@ vehicle: crazyflie-2.1
 workspace: {min: [-1.6, -1.6, 0.2], max: [2.2, 1.6, 1.8]}
 margin: 0.05
 """
+
+
+def along_x(end: float = 10.0) -> PlannedPath:
+    """Return a plan that goes along x at 1 m/s, at once, and stops."""
+    coefficients = np.zeros((1, 3, 8))
+    coefficients[0, 0, 1] = 1.0
+    knots = np.array([0.0, end])
+    return PlannedPath("r0", knots, coefficients, 1.0, 0.0, knots, np.zeros(2), np.ones(2))
 
 
 @cache

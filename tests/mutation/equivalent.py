@@ -24,5 +24,9 @@ EQUIVALENT: dict[str, str] = {
         "that marks entry 0 as put off, which is a name or a constant (parts come before what they are part of), and only "
         "F, U and M count as put off; at most a way that asks for more than another is kept beside it"
     ),
+    "JointShuffle.stronger: 0 -> 1": "a state is compared with itself only, and its bits are the same each time, whatever they are",
+    "_end_value: -1 -> 1 #3": "the sum is over the last of two axes, which is axis 1",
+    "_same_sentence: True -> False #1": "texts that are equal but for their numbers have equally many, as each leaves one zero",
+    "read_team: True -> False": "trajectories and knots are equally many: each one's knots are made from it",
 }
 """By the fault's name."""

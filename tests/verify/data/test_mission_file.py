@@ -112,6 +112,8 @@ def test_a_resolved_mission_reads_back_as_itself(name: str) -> None:
         ("min: [-1.6,", "min: [2.6,", 14, "must be below max"),
         ("format: 1", "format: 2", 1, "format"),
         ("name: test", "name: ''", 2, "name"),
+        ("name: test", "name: test\n7: lucky", 3, "7: a key must be text; put it in quotes."),
+        ("  b: {center", "  b: {7: x, center", 7, "regions.b.7: a key must be text; put it in quotes."),
         ("opening: 0.25", "opening: 0.05", 5, "no wider than the vehicle"),
         ("opening: 0.25", "opening: 0.1", 5, "leaves no room"),
         ("  b: {center: [-0.5, 0.5, 1.0]", "  b: {center: [-0.5, 0.5, 2.0]", 7, "outside the workspace"),

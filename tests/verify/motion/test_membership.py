@@ -135,6 +135,18 @@ def test_a_start_on_the_boundary_is_may_and_never_a_guess():
     assert spans[0].stop < Fraction(1, 1000)
 
 
+@pytest.mark.parametrize(("margin", "edge"), [(Fraction(0), 0.75), (Fraction(1, 16), 0.6875)])
+@pytest.mark.parametrize("beyond", [2.0**-25, 2.0**-38, 2.0**-46])
+def test_an_edge_that_is_passed_right_before_a_piece_ends_is_passed(margin, edge, beyond):
+    ending = line(0.0, 0.0, edge + beyond)
+    mission = mission_at(ending, "a: {center: [1.0, 0.0, 1.0], radii: [0.25, 0.25, 0.25]}")
+    spans = spans_of(mission, ending, margin)["a"]
+    assert [span.mark for span in spans] in (["no", "may"], ["no", "may", "must"], ["no", "switch", "must"])
+    assert spans[0].stop <= Fraction(edge) / Fraction(edge + beyond)
+    assert spans[0].stop > 1 - Fraction(1, 1000)
+    assert spans[-1].stop == 1
+
+
 def test_a_simple_root_at_a_dyadic_instant_is_one_switch():
     passing = line(0.0, 0.0, 2.0)
     mission = mission_at(passing, "a: {center: [1.0, 0.0, 1.0], radii: [0.25, 0.25, 0.25]}")

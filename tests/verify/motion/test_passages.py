@@ -193,6 +193,18 @@ def test_a_rim_is_met_by_the_vehicles_sphere(gap):
     assert found.time == pytest.approx(float(legs([start, [2, offset, 1]]).duration) / 2, abs=0.2)
 
 
+@pytest.mark.parametrize("aside", [0.1, 0.2, 0.3])
+def test_a_rim_that_is_missed_by_less_than_the_first_look_tells_is_looked_at_closer(aside):
+    mission, points = ring_mission(), [[0, 0.45, 1], [1.3, 0.45 + aside, 1.2]]
+    mission = starting_at(mission, points[0])
+    frames = hoop_frames(read_team(mission, {"r0": legs(points)}))
+    (coarse,), (fine,) = clearances(frames), clearances(frames, 1e-9)
+    assert coarse.low < fine.low - 1e-8
+    for limit, verdict in ((fine.low - 1e-9, "holds"), (fine.high + 1e-9, "fails")):
+        near = mission.model_copy(update={"margin": limit - RADIUS})
+        assert claims(near, (), points)["rims"].verdict == verdict
+
+
 def test_a_sequence_is_its_passages_in_order():
     def sequence_claims(text, visits, points):
         mission = small_mission(regions="", hoops=TWO, margin=0.05, extra=f"sequence: {text}")

@@ -257,6 +257,14 @@ def test_assumptions_are_stated():
     said = " ".join(judged(fires(), recorded(fires()), error=0.001).assumptions)
     for what in ("lasts", "1.2 m/s", "0.001 m", "began at 0 s", "planned actions"):
         assert what in said
+    assert f"(as planned, {fires()[2].duration:.4f} s)" in said
+
+
+def test_where_the_start_is_not_known_all_of_the_recording_is_judged_and_that_is_said():
+    late = recorded(fires(), lambda name, t, _: fires()[1][name].evaluate(np.maximum(t - 2, 0))[:, :3], end=12.0)
+    verdict = judged(fires(), late, start=None)
+    assert not verdict.alignment.trusted
+    assert any("12.0000 s of the recording (all of it)." in sentence for sentence in verdict.assumptions)
 
 
 def test_rows_after_the_end_of_the_flight_are_not_judged_and_that_is_said():
