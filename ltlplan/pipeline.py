@@ -9,32 +9,36 @@ its witnesses, a handful of times at most.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ltlplan.missions import load_mission
-from ltlplan.planner import make_plan
+from ltlplan.planner import SEQUENCE, make_plan
 from ltlplan.precedences import with_waits
 from ltlplan.result import Result
 from verify.data import BadInput, InternalError, Mission, NotCertified, Plan, Trajectory, Witness, check_mission, check_plan
+from verify.data.choices import PLANNING_METHODS
+from verify.data.progress import Progress, part_of, silent
 
 if TYPE_CHECKING:
+    from ltlplan.planning.allocation import PlanningMethod
     from verify import Certificate
 
-Progress = Callable[[str, float], None]
 Asked = Mission | str | os.PathLike[str]
 
 MAX_ROUNDS = 6
 """How often refinement may try to mend what the checker refused."""
 
 
-def plan(mission: Asked, *, seed: int | None = None, progress: Progress | None = None) -> Plan:
+def plan(
+    mission: Asked, *, method: PlanningMethod | str | None = None, seed: int | None = None, progress: Progress | None = None
+) -> Plan:
     """Plan a mission and check the planned words, as words.
 
     Args:
         mission: What is asked: a mission, or the path or name that `load_mission` reads one by.
+        method: Planning method, as a function or by its name, instead of the mission's own.
         seed: Source of every draw, instead of the mission's own.
         progress: Told a sentence and the share done, 0 to 1.
 
@@ -42,22 +46,25 @@ def plan(mission: Asked, *, seed: int | None = None, progress: Progress | None =
         BadInput: There is no such mission, or its file is at fault.
         Unsatisfiable: No word that these robots can fly satisfies the formula.
         Infeasible: A word exists, but no way between the hoops was found.
-        InternalError: The planner's words fail in the checker.
+        NotCertified: The sequence, or the words of a method of another package, break the formula.
+        InternalError: The words of one of our methods fail in the checker.
     """
     from verify import check_team, check_word
 
     mission = as_mission(mission)
-    made = make_plan(mission, seed=seed, progress=progress)
+    made = make_plan(mission, method=method, seed=seed, progress=progress)
     words = made.words
     if mission.spec.trace == "infinite":
         (word,) = words.values()
         verdict = check_word(mission.formula, word.prefix, word.cycle)
     else:
         verdict = check_team(mission.formula, words, reading=mission.spec.team).sequential
-    if verdict.outcome == "fails" and made.method != "sequence":
+    if verdict.outcome == "fails" and made.method == SEQUENCE:
+        raise NotCertified(f"The sequence breaks the formula: {verdict.sentence}")
+    if verdict.outcome == "fails" and (method is None or isinstance(method, str)) and made.method in PLANNING_METHODS.built_in:
         raise InternalError(f"The planner's words fail in the checker: {verdict.sentence}")
     if verdict.outcome == "fails":
-        raise NotCertified(f"The sequence breaks the formula: {verdict.sentence}")
+        raise NotCertified(f"The words of the planning method '{made.method}' break the formula: {verdict.sentence}")
     vacuous = tuple(f"Holds only vacuously: {part}" for part in verdict.vacuous)
     return made.model_copy(update={"notes": (*made.notes, *vacuous)}) if vacuous else made
 
@@ -109,7 +116,7 @@ def certified_team(made: Plan, *, margin: float | None = None, progress: Progres
     import verify
 
     made = check_plan(made)
-    say = progress or (lambda _sentence, _share: None)
+    say = progress or silent
     team: dict[str, Trajectory] | None = None
     witnesses: tuple[Witness, ...] = ()
     for attempt in range(1, MAX_ROUNDS + 1):
@@ -158,18 +165,15 @@ def run(
     from ltlplan import output
     from verify.data.storage.folders import check_folder
 
-    def part(low: float, high: float) -> Progress:
-        return lambda sentence, share: progress(sentence, low + (high - low) * share) if progress else None
-
     mission = as_mission(mission)
     require_tube(mission.margin)
     target = None if out is None else check_folder(out, output.run_files(mission))
-    made = plan(mission, seed=seed, progress=part(0.0, 0.25))
-    done = certified_team(made, progress=part(0.25, 0.7))
-    part(0.7, 0.9)("flying in simulation", 0.0)
-    log = flight.fly(done.plan, done.team, done.certificate, seed=made.seed, progress=part(0.7, 0.9))
+    made = plan(mission, seed=seed, progress=part_of(progress, 0.0, 0.25))
+    done = certified_team(made, progress=part_of(progress, 0.25, 0.7))
+    part_of(progress, 0.7, 0.9)("flying in simulation", 0.0)
+    log = flight.fly(done.plan, done.team, done.certificate, seed=made.seed, progress=part_of(progress, 0.7, 0.9))
     result = Result(done.plan.mission, done.plan, done.team, done.certificate, log, done.rounds)
     if target is None:
         return result
-    part(0.9, 1.0)("writing files", 0.0)
+    part_of(progress, 0.9, 1.0)("writing files", 0.0)
     return replace(result, files=output.write_run(result, target))

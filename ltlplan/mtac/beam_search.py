@@ -14,8 +14,8 @@ from dataclasses import dataclass, field, replace
 from ltlplan.mtac.allocation import Accepting, Metric, Outlook, Part, States, Whereabouts, World
 from verify.data import BadInput, Mission
 from verify.data.mission import Hoop
+from verify.data.progress import Progress
 
-Progress = Callable[[str, float], None]
 Parts = Mapping[str, Part]
 
 MAX_ROUNDS = 400
@@ -29,12 +29,12 @@ class Options:
     Attributes:
         width: Walks that go side by side; 1 is the printed algorithm.
         every_robot: Optimise all robots again at each state, as the paper does.
-        yardstick: Also ask the exact search for the best assignment by straight lines, and report the gap.
+        optimality_gap: Also ask the exact search for the best assignment by straight lines, and report the gap.
     """
 
     width: int = 3
     every_robot: bool = False
-    yardstick: bool = True
+    optimality_gap: bool = True
 
     def __post_init__(self) -> None:
         if self.width < 1:

@@ -24,7 +24,6 @@ from flight.logs.log import Event, FlightLog
 from flight.model.airframe import airframe_of
 from flight.model.attitude import euler
 from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
-from ltlplan.mtac.offline import Progress
 from ltlplan.online.certified import CertifiedTeam
 from ltlplan.planner import with_seed
 from ltlplan.sharing.events import falls_on, in_order
@@ -34,6 +33,7 @@ from verify.behaviour.word_claims import judge_formula
 from verify.data import BadInput, InternalError, Letter, Mission, NotCertified, Unsatisfiable, check_mission
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
 from verify.data.mission import Agent, Point
+from verify.data.progress import Progress
 from verify.logic.verdict import Verdict
 from verify.pieces import Piece
 

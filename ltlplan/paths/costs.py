@@ -1,34 +1,25 @@
 """What a path costs: named terms and any function of sampled paths, for a thousand paths at once.
 
-  length   integral of |r'| dt, m
-  effort   integral of |r''| dt, m/s (the 2022 paper's u = r'')
-  time     duration, s
-  snap     integral of |r''''|^2 dt, m^2/s^7
-  energy   integral of (|f|/g)^(3/2) dt with f = r'' + g e3: hover power times s, by momentum theory
-
-A cost is a weighted sum of terms (`parse_cost("length=1,effort=0.5")`, a mission's `planner.cost`) or a Python function
-that takes `SampledPaths` and returns one number a path. Integrals are sums over the sampled instants (trapezoids): costs
+A cost is a weighted sum of terms (`parse_cost("length=1,effort=0.5")`, a mission's `planner.cost`; see `cost_terms`) or a Python
+function that takes `SampledPaths` and returns one number a path. Integrals are sums over the sampled instants (trapezoids): costs
 guide a search and compare paths; the certificate never reads them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ltlplan.paths.spline_matrices import Spline
-from verify.data import GRAVITY, BadInput, RobotPlan
-from verify.data.errors import did_you_mean
-from verify.data.mission import Costs, CostTerm, Mission
+from verify.data import BadInput, RobotPlan
+from verify.data.choices import COST_TERMS
+from verify.data.mission import Costs, Mission
 
 Floats = NDArray[np.float64]
-
-TERMS: tuple[CostTerm, ...] = get_args(CostTerm)
 
 
 class CostError(BadInput):
@@ -135,7 +126,7 @@ class SampledPaths:
     @cached_property
     def length(self) -> Floats:
         """M. Shape (paths,)."""
-        return self.integral(_norm(self.unscaled(1))) / self.scale
+        return self.integral(norm(self.unscaled(1))) / self.scale
 
     def integral(self, values: Floats) -> Floats:
         """Integrate over each path's time. Shape (instants, paths) to (paths,)."""
@@ -150,6 +141,19 @@ class SampledPaths:
         return result
 
 
+def norm(values: Floats) -> Floats:
+    """Return the Euclidean norm over the middle axis. Shape (instants, 3, paths) to (instants, paths)."""
+    return np.sqrt(square(values))
+
+
+def square(values: Floats) -> Floats:
+    """Return the squared norm over the middle axis. Shape (instants, 3, paths) to (instants, paths)."""
+    total = values[:, 0] * values[:, 0]
+    total += values[:, 1] * values[:, 1]
+    total += values[:, 2] * values[:, 2]
+    return total
+
+
 Cost = Callable[[SampledPaths], ArrayLike]
 """Takes sampled paths, returns one number a path."""
 
@@ -162,13 +166,12 @@ class WeightedCost:
         weights: Term and weight, weights not negative and at least one above zero.
     """
 
-    weights: tuple[tuple[CostTerm, float], ...]
+    weights: tuple[tuple[str, float], ...]
 
-    def __init__(self, weights: Mapping[CostTerm, float] | Sequence[tuple[CostTerm, float]]) -> None:
+    def __init__(self, weights: Mapping[str, float] | Sequence[tuple[str, float]]) -> None:
         pairs = tuple(weights.items()) if isinstance(weights, Mapping) else tuple(weights)
         for name, weight in pairs:
-            if name not in TERMS:
-                raise CostError(f"'{name}' is not a cost term.{did_you_mean(name, TERMS)} Terms: {', '.join(TERMS)}.")
+            _term(name)
             if not (np.isfinite(weight) and weight >= 0):
                 raise CostError(f"The weight of '{name}' is {weight}; it must be a finite number, not below zero.")
         if not any(weight > 0 for _, weight in pairs):
@@ -180,7 +183,11 @@ class WeightedCost:
         total = np.zeros(len(paths))
         for name, weight in self.weights:
             if weight:
-                total += weight * _TERM[name](paths)
+                values = np.asarray(_term(name)(paths), dtype=np.float64)
+                if values.shape != total.shape:
+                    said = f"The cost term '{name}' returned shape {values.shape} for {len(paths)} paths"
+                    raise CostError(f"{said}; it must return one number a path.")
+                total += weight * values
         return total
 
     def __str__(self) -> str:
@@ -206,15 +213,14 @@ def parse_cost(text: str) -> Costs:
         name, equals, value = (piece.strip() for piece in part.partition("="))
         if not equals or not value:
             raise CostError(f"'{part.strip()}' is no cost; write terms with weights, such as length=1,effort=0.5.")
-        if name not in TERMS:
-            raise CostError(f"'{name}' is not a cost term.{did_you_mean(name, TERMS)} Terms: {', '.join(TERMS)}.")
+        _term(name)
         if name in weights:
             raise CostError(f"'{name}' is given twice.")
         try:
             weight = float(value)
         except ValueError:
             raise CostError(f"The weight of '{name}' is '{value}'; it must be a number such as 0.5.") from None
-        weights[name] = weight  # pyright: ignore[reportArgumentType]  # a member of TERMS
+        weights[name] = weight
     WeightedCost(weights)
     return weights
 
@@ -222,6 +228,11 @@ def parse_cost(text: str) -> Costs:
 def cost_of(mission: Mission, robot: str) -> WeightedCost:
     """Return a robot's own cost function, or the planner's."""
     return WeightedCost(mission.agents[robot].cost or mission.planner.cost)
+
+
+def team_cost(mission: Mission, costs: Collection[float]) -> float:
+    """Return the objective: the sum of the robots' costs, or that of the dearest one."""
+    return max(costs) if mission.planner.objective == "longest" else sum(costs)
 
 
 def plan_cost(plan: RobotPlan, cost: Cost) -> float:
@@ -248,29 +259,13 @@ def evaluate(cost: Cost, paths: SampledPaths) -> Floats:
     return values
 
 
-def _norm(values: Floats) -> Floats:
-    """Euclidean norm over the middle axis. Shape (instants, 3, paths) to (instants, paths)."""
-    return np.sqrt(_square(values))
+def _term(name: str) -> Cost:
+    """Return the function of a cost term.
 
-
-def _square(values: Floats) -> Floats:
-    total = values[:, 0] * values[:, 0]
-    total += values[:, 1] * values[:, 1]
-    total += values[:, 2] * values[:, 2]
-    return total
-
-
-def _energy(paths: SampledPaths) -> Floats:
-    acceleration = paths.axes(2)
-    vertical = acceleration[:, 2] + GRAVITY
-    square = acceleration[:, 0] ** 2 + acceleration[:, 1] ** 2 + vertical**2
-    return paths.integral((square / GRAVITY**2) ** 0.75)
-
-
-_TERM: dict[CostTerm, Callable[[SampledPaths], Floats]] = {
-    "length": lambda paths: paths.length,
-    "effort": lambda paths: paths.integral(_norm(paths.unscaled(2))) / paths.scale**2,
-    "time": lambda paths: paths.duration,
-    "snap": lambda paths: paths.integral(_square(paths.unscaled(4))) / paths.scale**8,
-    "energy": _energy,
-}
+    Raises:
+        CostError: There is none, or it cannot be loaded.
+    """
+    try:
+        return COST_TERMS.find(name)
+    except BadInput as error:
+        raise CostError(str(error)) from None

@@ -24,9 +24,12 @@ from ltlplan.paths.path_result import candidate_plans, flown_pieces
 from ltlplan.paths.populations import Tournament
 from ltlplan.paths.spline_matrices import Spline
 from verify.data import BadInput, Mission, RobotPlan
+from verify.data.progress import Progress
 
 Floats = NDArray[np.float64]
-Progress = Callable[[str, float], None]
+
+SPREAD = 0.06
+"""m; standard deviation of each coordinate with which a search begins."""
 
 _SHORTLIST = 24  # at most this many of the best candidates are judged for all times
 _PIECES = 30  # what the usual vehicle's memory holds, and one for a wait
@@ -114,7 +117,7 @@ def improve(
     options: Options | None = None,
     cost: Cost | None = None,
     points: int | None = None,
-    spread: float = 0.06,
+    spread: float = SPREAD,
     progress: Progress | None = None,
     watch: Watch | None = None,
 ) -> Improvement:
@@ -223,7 +226,7 @@ def _with_hover(found: Improvement, nominal: RobotPlan, cost: Cost) -> Improveme
     )
 
 
-def searches(problem: PathProblem, options: Options, *, spread: float = 0.06) -> list[Search]:
+def searches(problem: PathProblem, options: Options, *, spread: float = SPREAD) -> list[Search]:
     """Return where the populations begin, the nominal path first; no others where the options ask for one."""
     starts = problem.starts() if options.gaussians > 1 else (problem.mean,)
     costs = problem.costs(np.array(starts))

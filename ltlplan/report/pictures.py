@@ -9,9 +9,9 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from ltlplan.mtac.offline import improved
 from ltlplan.paths.hoops import route
 from ltlplan.paths.hoops.pictures import control_point_figure, path_figure, primitives_figure, round_figure
+from ltlplan.paths.improvement import improved_path
 from ltlplan.planner import generators, make_plan
 from ltlplan.report.page import figure_place, listed, page_html, section
 from verify.data import BadInput
@@ -63,7 +63,7 @@ def pictures_html(
         nominal = route(mission, name, flown.visits, flown.cycle_visit, word=flown.word)
         seen = _Rounds(shown_round or 1)
         say(f"drawing the rounds of {name}", 0.5 + 0.4 * index / len(mission.agents))
-        improved(mission, name, nominal, lambda own=rng: own, seen.watch)
+        improved_path(mission, name, nominal, lambda own=rng: own, seen.watch)
         flown_rounds[name] = seen.count
         figures[f"{name}: motion primitives along the nominal path"] = primitives_figure(mission, nominal)
         if seen.positions is not None:

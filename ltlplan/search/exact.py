@@ -17,6 +17,7 @@ from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.task import Task
+from ltlplan.planning.allocation import Itinerary
 from ltlplan.search.joint.team_words import joint_possible, plan_joint
 from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso
 from ltlplan.search.lassos.word_lasso import closes_at_once, improve_lasso
@@ -32,25 +33,6 @@ from verify.data.formula import FALSE
 TIES = 1e-6  # m, more than the tiny amounts that break ties between equally dear plans add up to
 MOST_NAMES = 400  # in a formula: decision diagrams of its letters are as deep as that
 WORD_STATES = 10_000  # states for looking for a cheaper infinite word than the planning automaton's
-
-
-@dataclass(frozen=True, slots=True)
-class Itinerary:
-    """What one robot does.
-
-    Attributes:
-        visits: Regions in the order in which they are entered, with the actions made there. A robot that starts inside a
-            region has that visit first. For a lasso: prefix, then one lap.
-        word: The letters that it will show, free flight included. Its last letter says whether the robot ends inside the
-            region that it visited last.
-        cycle_visit: Index of the first visit of the cycle; None for a finite flight, the number of visits for a hover.
-        cost: Its own cost; for a lasso, of the prefix and the weighted cycle.
-    """
-
-    visits: tuple[Visit, ...]
-    word: Word
-    cycle_visit: int | None
-    cost: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,8 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ltlplan.mtac.allocation import Move, Part, Whereabouts, World
-from ltlplan.mtac.offline import calmed
 from ltlplan.paths.costs import Sampling, WeightedCost, cost_of
+from ltlplan.paths.improvement import with_ramped_times
 from ltlplan.paths.path_problem import PathProblem, path_problem
 from ltlplan.paths.quantile import square_root
 from ltlplan.sharing import cross_entropy
@@ -138,7 +138,7 @@ class Pilot:
         self.detour = () if in_place or not starts_inside or not self.moves else (self.world.free_letter(self.where.internal),)
         self.clock = Clock()
         self.problem = self.state = None
-        plan = calmed(plan, self.cost)
+        plan = with_ramped_times(plan, self.cost)
         self.course = course_of(plan)
         if len({w.position for w in plan.waypoints}) > 2 and len({v.region for v in plan.visits}) <= MOST_REGIONS:
             self.problem = path_problem(self.mission, plan, self.cost)

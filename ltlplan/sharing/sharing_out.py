@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 
 from ltlplan.mtac.allocation import Move, Part, World
 from ltlplan.mtac.beam_search import Options, Walker
-from ltlplan.mtac.offline import metric
+from ltlplan.mtac.optimality_gap import straight_line_costs
 from ltlplan.sharing.pilot import Pilot
 from verify.data import LtlplanError, Unsatisfiable, Visit
 from verify.data.mission_file import check_mission
 
 if TYPE_CHECKING:
-    from ltlplan.search.exact import Itinerary
+    from ltlplan.planning.allocation import Itinerary
     from ltlplan.sharing.team import OnlineTeam
 
 MOST_WALKED = 512
@@ -47,7 +47,7 @@ def share_out(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, Pa
 
 
 def _by_walks(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, Part] | None:
-    leg, world, begun = metric(team.mission), team.world, team.standing.settled
+    leg, world, begun = straight_line_costs(team.mission), team.world, team.standing.settled
     starts = {name: pilot.where for name, pilot in team.pilots.items()}
 
     def price(robot: str, part: Part) -> float:

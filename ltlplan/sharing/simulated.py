@@ -14,18 +14,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.mtac.offline import Progress, objective, yardstick
-from ltlplan.paths.costs import Sampling, WeightedCost, cost_of, plan_cost
+from ltlplan.mtac.optimality_gap import optimality_gap
+from ltlplan.paths.costs import Sampling, WeightedCost, cost_of, plan_cost, team_cost
 from ltlplan.paths.hoops import route
 from ltlplan.paths.path_problem import PathProblem
 from ltlplan.paths.path_result import candidate_plans
 from ltlplan.paths.sampled_paths import word_filter
 from ltlplan.paths.spline_matrices import Spline
+from ltlplan.planning.allocation import Allocation, Context, Itinerary
 from ltlplan.sharing.team import PERIOD, OnlineTeam
-from verify.data import BadInput, Infeasible, Mission, Plan, RobotPlan, Unsatisfiable, Visit, Word
+from verify.data import BadInput, Infeasible, Mission, RobotPlan, Unsatisfiable, Visit, Word
 from verify.data.mission import Hoop, Point
 from verify.data.sequence import Direction
 
@@ -41,13 +41,12 @@ _STILL = 1e-7
 """m; a robot that moves less in one step waits."""
 
 
-def share_online(mission: Mission, *, rng: Generator, progress: Progress | None = None) -> Plan:
-    """Share a mission by online MTAC-E in simulated time, and return what was flown as a plan.
+def online_mtac_e(mission: Mission, context: Context) -> Allocation:
+    """Share a mission by online MTAC-E in simulated time, and return who did what with the paths that were flown.
 
     Args:
         mission: What is asked; `planner` gives costs and the numbers of online cross-entropy.
-        rng: Source of every draw.
-        progress: Told a sentence and the share done, 0 to 1.
+        context: Source of draws, progress.
 
     Raises:
         BadInput: The trace is infinite.
@@ -56,10 +55,10 @@ def share_online(mission: Mission, *, rng: Generator, progress: Progress | None 
     """
     if mission.spec.trace == "infinite":
         raise BadInput("MTAC-E shares tasks that end; an infinite trace belongs to one robot: use `method: exact`.")
-    say = progress or (lambda _sentence, _share: None)
+    say = context.progress
     say("sharing the tasks", 0.05)
     try:
-        team = OnlineTeam(mission, rng=rng, every_order=True)
+        team = OnlineTeam(mission, rng=context.rng, every_order=True)
     except Unsatisfiable:
         from ltlplan.search.exact import assign
 
@@ -82,7 +81,7 @@ def share_online(mission: Mission, *, rng: Generator, progress: Progress | None 
             x, y, z = (float(v) for v in desired.flat[0, :3, j])
             flown[name].points.append((x, y, z))
         if desired.finished:
-            return _plan(mission, flown, team, now, switched)
+            return _allocation(mission, flown, team, now, switched)
     raise Infeasible(f"Online MTAC-E did not satisfy the formula within {LONGEST:.0f} s of simulated flight.")
 
 
@@ -138,22 +137,20 @@ def _direction(hoop: Hoop, points: Floats) -> Direction | None:
     return "F" if along[0] < 0.0 else "R"
 
 
-def _plan(mission: Mission, flown: dict[str, _Flown], team: OnlineTeam, seconds: float, switched: list[str]) -> Plan:
+def _allocation(
+    mission: Mission, flown: dict[str, _Flown], team: OnlineTeam, seconds: float, switched: list[str]
+) -> Allocation:
     words = {name: Word(tuple(team.word(name))) for name in mission.agents}
-    plans, notes = {}, [f"Online MTAC-E flew {seconds:.1f} s of simulated time until the formula was satisfied.", *switched]
+    plans: dict[str, RobotPlan] = {}
+    notes = [f"Online MTAC-E flew {seconds:.1f} s of simulated time until the formula was satisfied.", *switched]
     for name, track in flown.items():
         plans[name], note = _robot_plan(mission, name, track, words[name])
         notes += note
-    gap, bound = yardstick(mission, plans)
-    return Plan(
-        mission=mission,
-        robots=plans,
-        method="online-mtac-e",
-        seed=mission.planner.seed,
-        cost=objective(mission, [robot.cost for robot in plans.values()]),
-        lower_bound=bound,
-        notes=(*notes, gap),
-    )
+    gap, bound = optimality_gap(mission, {name: plan.visits for name, plan in plans.items()})
+    return Allocation(
+        robots={name: Itinerary(plan.visits, plan.word, plan.cycle_visit, plan.cost) for name, plan in plans.items()},
+        cost=team_cost(mission, [plan.cost for plan in plans.values()]), paths=plans, lower_bound=bound, notes=(*notes, gap),
+    )  # fmt: skip
 
 
 def _robot_plan(mission: Mission, name: str, track: _Flown, word: Word) -> tuple[RobotPlan, list[str]]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ltlplan.mtac.allocation import Metric, Move, Part, World
-from ltlplan.mtac.offline import metric
+from ltlplan.mtac.optimality_gap import straight_line_costs
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.sharing.pilot import Pilot
 from ltlplan.sharing.progress import Standing, can_finish
@@ -64,7 +64,7 @@ def better_hands(
     idle = [name for name, pilot in pilots.items() if pilot.done and pilot.arrived]
     if not idle:
         return None
-    leg = metric(mission)
+    leg = straight_line_costs(mission)
     best: tuple[float, Handover] | None = None
     for giver, pilot in pilots.items():
         position = pilot.where.position

@@ -18,7 +18,8 @@ import numpy as np
 
 import ltlplan
 from ltlplan.mtac.beam_search import Options
-from ltlplan.mtac.offline import straight_cost, walk
+from ltlplan.mtac.offline import share_tasks
+from ltlplan.mtac.optimality_gap import straight_cost
 from ltlplan.search.exact import assign
 from ltlplan.sharing.team import PERIOD, OnlineTeam
 from tests.helpers.random_missions import random_mission
@@ -28,7 +29,7 @@ from verify.data.mission import Agent
 Rows = list[str]
 """Lines of the tables in docs/."""
 
-FAST, PAPER = Options(yardstick=False), Options(yardstick=False, every_robot=True)
+FAST, PAPER = Options(optimality_gap=False), Options(optimality_gap=False, every_robot=True)
 
 
 def with_robots(mission: Mission, count: int) -> Mission:
@@ -51,9 +52,9 @@ def least(run: Callable[[], object], times: int) -> float:
 def offline() -> Rows:
     """Firefighting, three robots, 12 rounds of 50 paths: at most 0.5 s."""
     mission = ltlplan.load_mission("firefighting")
-    walk(mission, rng=np.random.default_rng(0), options=FAST)  # warm
-    quick = least(lambda: walk(mission, rng=np.random.default_rng(0), options=FAST), 5)
-    paper = least(lambda: walk(mission, rng=np.random.default_rng(0), options=PAPER), 3)
+    share_tasks(mission, rng=np.random.default_rng(0), options=FAST)  # warm
+    quick = least(lambda: share_tasks(mission, rng=np.random.default_rng(0), options=FAST), 5)
+    paper = least(lambda: share_tasks(mission, rng=np.random.default_rng(0), options=PAPER), 3)
     print(f"  as shipped {quick:.3f} s (asked: 0.5 s), all robots again at each state {paper:.3f} s (the paper: about 300 s)")
     return [
         row("offline, firefighting, 3 robots, 12 rounds of 50 paths", "0.5 s",
@@ -122,9 +123,9 @@ def race() -> Rows:
         rows = []
         for seed in range(3):
             begun = time.perf_counter()
-            found = walk(mission, rng=np.random.default_rng(seed), options=PAPER)
+            found = share_tasks(mission, rng=np.random.default_rng(seed), options=PAPER)
             took = time.perf_counter() - begun
-            cost = sum(share.plan.cost for share in found.shares.values())
+            cost = sum(path.plan.cost for path in found.paths.values())
             begun = time.perf_counter()
             team = OnlineTeam(mission, rng=np.random.default_rng(seed))
             total = time.perf_counter() - begun
@@ -175,9 +176,9 @@ def gap() -> Rows:
         exact = assign(mission)
         exact_times.append(time.perf_counter() - begun)
         begun = time.perf_counter()
-        found = walk(mission, rng=np.random.default_rng(seed), options=FAST)
+        found = share_tasks(mission, rng=np.random.default_rng(seed), options=FAST)
         times.append(time.perf_counter() - begun)
-        ours = straight_cost(mission, {name: share.plan for name, share in found.shares.items()})
+        ours = straight_cost(mission, {name: path.plan.visits for name, path in found.paths.items()})
         gaps.append(100 * (ours / exact.cost - 1))
         if gaps[-1] > 1:
             print(f"    seed {seed}: {gaps[-1]:.1f} %  {mission.spec.formula}")
@@ -196,8 +197,8 @@ def robots() -> Rows:
     counts, times, shipped = [1, 2, 5, 10, 20, 50, 100], [], []
     for count in counts:
         mission = random_mission(7, robots=count, regions=4)
-        times.append(least(lambda m=mission: walk(m, rng=np.random.default_rng(0), options=PAPER), 1))
-        pruned = least(lambda m=mission: walk(m, rng=np.random.default_rng(0), options=FAST), 1)
+        times.append(least(lambda m=mission: share_tasks(m, rng=np.random.default_rng(0), options=PAPER), 1))
+        pruned = least(lambda m=mission: share_tasks(m, rng=np.random.default_rng(0), options=FAST), 1)
         shipped.append(pruned)
         print(f"  {count:4d} robots: all optimised at each state {times[-1]:8.2f} s, as shipped {pruned:7.2f} s")
     exponent = np.polyfit(np.log(counts), np.log(times), 1)[0]
@@ -217,7 +218,7 @@ TABLES = {"offline": offline, "steps": steps, "race": race, "gap": gap, "robots"
 def test_tables(capsys) -> None:
     """Print the quick tables under pytest -s and keep their bounds within a factor that a busy machine allows."""
     mission = ltlplan.load_mission("firefighting")
-    assert least(lambda: walk(mission, rng=np.random.default_rng(0), options=FAST), 3) < 5.0
+    assert least(lambda: share_tasks(mission, rng=np.random.default_rng(0), options=FAST), 3) < 5.0
     with capsys.disabled():
         offline()
         steps()

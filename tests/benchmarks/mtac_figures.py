@@ -14,9 +14,10 @@ import numpy as np
 import ltlplan
 from ltlplan.mtac.allocation import World
 from ltlplan.mtac.beam_search import Options
-from ltlplan.mtac.offline import improved, walk
+from ltlplan.mtac.offline import share_tasks
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.paths.hoops import route
+from ltlplan.paths.improvement import improved_path
 from ltlplan.paths.quantile import quantile_samples
 from ltlplan.sharing import cross_entropy as online
 from tests.benchmarks.mtac import race
@@ -24,18 +25,18 @@ from verify import check_team
 from verify.data import Visit
 from verify.data.word import show_letter
 
-PAPER = Options(yardstick=False, every_robot=True)
+PAPER = Options(optimality_gap=False, every_robot=True)
 
 
 def fig10() -> None:
     """Words and paths that satisfy the fire-fighting formula, and what the checker says of the paper's own words."""
     mission = ltlplan.load_mission("firefighting")
-    found = walk(mission, rng=np.random.default_rng(0), options=PAPER)
-    for name, share in found.shares.items():
+    found = share_tasks(mission, rng=np.random.default_rng(0), options=PAPER)
+    for name, path in found.paths.items():
         print(
-            f"  {name}: {' '.join(v.region for v in share.plan.visits) or '(nothing)':22} cost {share.plan.cost:.3f} m  {share.plan.word}"
+            f"  {name}: {' '.join(v.region for v in path.plan.visits) or '(nothing)':22} cost {path.plan.cost:.3f} m  {path.plan.word}"
         )
-    words = {name: share.plan.word for name, share in found.shares.items()}
+    words = {name: path.plan.word for name, path in found.paths.items()}
     print(f"  ours, in every order: {check_team(mission.formula, words).sequential.outcome}")
     paper = {
         "quad0": [
@@ -60,8 +61,8 @@ def fig11() -> None:
     water = next(a for a in mission.robot.actions)
     visits = (Visit(region="water", actions=(water,)), Visit(region="smoke"), Visit(region="loc2"))
     for name in mission.agents:
-        share = improved(mission, name, route(mission, name, visits), lambda: np.random.default_rng(0))
-        print(f"  {name}: " + " ".join(f"{cost:.3f}" for cost in share.history) + f"   flown: {share.plan.cost:.3f}")
+        path = improved_path(mission, name, route(mission, name, visits), lambda: np.random.default_rng(0))
+        print(f"  {name}: " + " ".join(f"{cost:.3f}" for cost in path.history) + f"   flown: {path.plan.cost:.3f}")
 
 
 def fig12() -> None:

@@ -32,8 +32,9 @@ _CHAIN = 40
 
 Point = tuple[Number, Number, Number]
 Matrix = tuple[tuple[Number, Number, Number], tuple[Number, Number, Number], tuple[Number, Number, Number]]
-CostTerm = Literal["length", "effort", "time", "snap", "energy"]
-Costs = dict[CostTerm, NotNegative]
+ChoiceName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]{0,99}$")]
+"""Name of something that another package may bring: which there are is known by `verify.data.choices`."""
+Costs = dict[ChoiceName, NotNegative]
 Trace = Literal["finite", "infinite"]
 Reading = Literal["own", "joint"]
 Count = Annotated[int, Field(strict=True, ge=1)]
@@ -217,9 +218,15 @@ class Box(Value):
 class Planner(Value):
     """How to plan."""
 
-    method: Literal["exact", "mtac-e", "online-mtac-e"] = Field(default="exact", description="how robots and words are chosen")
+    method: ChoiceName = Field(
+        default="exact",
+        description="how robots and words are chosen: `exact`, `mtac-e`, `online-mtac-e`, or by another package",
+    )
     objective: Literal["sum", "longest"] = Field(default="sum", description="sum of the robots' costs, or the dearest robot's")
-    cost: Costs = Field(default_factory=lambda: {"length": 1.0}, description="weights of named terms")
+    cost: Costs = Field(
+        default_factory=lambda: {"length": 1.0},
+        description="weights of `length`, `effort`, `time`, `snap`, `energy`, or of terms that other packages bring",
+    )
     speed: Positive = Field(default=0.45, description="m/s, nominal speed along the path")
     directions: Literal["nearest", "cheapest"] = Field(default="nearest", description="how sides of hoops are chosen")
     samples: Annotated[int, Field(strict=True, ge=2, le=100_000)] = Field(

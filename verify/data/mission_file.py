@@ -90,26 +90,41 @@ class MissionError(BadInput):
         super().__init__("\n".join(lines))
 
 
-def load_mission_file(source: str | os.PathLike[str]) -> Mission:
+def load_mission_file(source: str | os.PathLike[str], *, installed: bool = True) -> Mission:
     """Read a mission from a file.
+
+    Args:
+        source: The file.
+        installed: Whether the planning method and the cost terms that it names must be there. What was planned already is judged
+            without them.
 
     Raises:
         MissionError: All faults of the file, each with its line and keys.
         BadInput: There is no such file, or it is too large or unreadable.
     """
     text = read_text(source, most=MAX_BYTES, what="mission file")
-    return parse_mission(text, str(source))
+    return parse_mission(text, str(source), installed=installed)
 
 
-def parse_mission(text: str, source: str = "mission") -> Mission:
-    """Read a mission from YAML text; `source` names it in messages."""
+def parse_mission(text: str, source: str = "mission", *, installed: bool = True) -> Mission:
+    """Read a mission from YAML text.
+
+    Args:
+        text: The file's contents.
+        source: Names it in messages.
+        installed: Whether the planning method and the cost terms that it names must be there.
+
+    Raises:
+        MissionError: All faults, each with its line and keys.
+        BadInput: It is no table of keys at all.
+    """
     tree = _compose(text, source)
     lines: dict[KeyPath, int] = {}
     data = _plain(tree, (), lines, source)
     values, faults = _sections(data)
     found = [Fault(keys, _line(lines, keys), reason) for keys, reason in faults]
     with np.errstate(all="ignore"):  # absurd numbers end as infinities, which lie outside of everything
-        found += [Fault(keys, _line(lines, keys), reason) for keys, reason in broken_rules(values, data)]
+        found += [Fault(keys, _line(lines, keys), reason) for keys, reason in broken_rules(values, data, installed=installed)]
     if found:
         raise MissionError(source, found)
     return Mission.model_validate(values)
@@ -126,7 +141,7 @@ def check_mission(mission: Mission, *, to_plan: bool = True) -> Mission:
     Args:
         mission: What claims to be one.
         to_plan: Whether it is to be planned. A flight that is there already can be judged and flown by a mission that asks
-            for nothing, or whose starts, ends and hoops leave no room.
+            for nothing, whose starts, ends and hoops leave no room, or whose planning method is not installed.
 
     Raises:
         MissionError: All faults, with keys but without lines.
@@ -140,7 +155,8 @@ def check_mission(mission: Mission, *, to_plan: bool = True) -> Mission:
     data = _without_none(data)
     values, faults = _sections(data)
     with np.errstate(all="ignore"):
-        found = [Fault(keys, None, reason) for keys, reason in [*faults, *broken_rules(values, data, to_plan=to_plan)]]
+        broken = broken_rules(values, data, to_plan=to_plan, installed=to_plan)
+        found = [Fault(keys, None, reason) for keys, reason in [*faults, *broken]]
     if found:
         name = data.get("name")
         raise MissionError(name if isinstance(name, str) and name else "mission", found)

@@ -38,6 +38,14 @@ class Registry(Generic[T]):
         """Return all names: ours in their order, then those of other packages, sorted."""
         return (*self.built_in, *sorted({point.name for point in self._points()} - set(self.built_in)))
 
+    def knows(self, name: str) -> bool:
+        """Tell whether there is such a name; nothing is loaded."""
+        return name in self.built_in or any(point.name == name for point in self._points())
+
+    def unknown(self, name: str) -> str:
+        """Return the sentence that says that there is no such name, with the nearest ones."""
+        return f"'{name}' is not {self.what}.{did_you_mean(name, self.names())} {self._choices()}"
+
     def find(self, name: str) -> T:
         """Return the object of a name.
 
@@ -80,7 +88,7 @@ class Registry(Generic[T]):
             module, _, attribute = self.built_in[name].partition(":")
             return getattr(importlib.import_module(module), attribute)
         if not points:
-            raise BadInput(f"'{name}' is not {self.what}.{did_you_mean(name, self.names())} {self._choices()}")
+            raise BadInput(self.unknown(name))
         home = homes.pop()
         try:
             found = points[0].load()

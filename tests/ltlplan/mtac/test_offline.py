@@ -1,23 +1,31 @@
 """MTAC-E: what it shares is what the checker accepts, near to the exact assignment, the same for the same seed."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 import ltlplan
 from ltlplan.mtac.allocation import Outlook, Part, World
 from ltlplan.mtac.beam_search import Options
-from ltlplan.mtac.offline import allocate, metric, straight_cost, walk
+from ltlplan.mtac.offline import mtac_e, share_tasks
+from ltlplan.mtac.optimality_gap import straight_cost, straight_line_costs
 from ltlplan.mtac.task_reader import Reader, holds_one_at_a_time
+from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
 from tests.helpers.random_missions import random_mission
 from verify import check_team
 from verify.data import BadInput, Mission, Unsatisfiable, parse_mission
 
-QUICK = Options(yardstick=False)
+QUICK = Options(optimality_gap=False)
 
 
 def rng(seed=0):
     return np.random.default_rng(seed)
+
+
+def planned(mission, seed=0, options=QUICK):
+    return make_plan(mission, method=partial(mtac_e, options=options), seed=seed)
 
 
 def small(formula, *, regions, agents, extra="", team="own", trace="finite"):
@@ -46,7 +54,7 @@ def fire() -> Mission:
 
 
 def test_firefighting_is_shared_as_the_paper_means_it(fire):
-    plan = allocate(fire, rng=rng())
+    plan = planned(fire, options=Options())
     assert [v.region for v in plan.robots["quad0"].visits] == ["water", "smoke", "loc2"]
     assert [a.target for v in plan.robots["quad0"].visits for a in v.actions] == ["carrying"]
     assert [v.region for v in plan.robots["quad2"].visits] == ["loc1"]
@@ -60,32 +68,32 @@ def test_firefighting_is_shared_as_the_paper_means_it(fire):
 def test_the_same_seed_gives_the_same_bytes_and_optimising_all_robots_again_changes_nothing(fire):
     fewer = fire.planner.model_copy(update={"samples": 20, "iterations": 2})
     fire = fire.model_copy(update={"planner": fewer})
-    first = allocate(fire, rng=rng(5), options=QUICK).to_json()
-    assert allocate(fire, rng=rng(5), options=QUICK).to_json() == first
-    assert allocate(fire, rng=rng(6), options=QUICK).to_json() != first
-    paper = walk(fire, rng=rng(5), options=Options(every_robot=True, yardstick=False))
-    pruned = walk(fire, rng=rng(5), options=QUICK)
+    first = planned(fire, 5).to_json()
+    assert planned(fire, 5).to_json() == first
+    assert planned(fire, 6).to_json() != first
+    paper = share_tasks(fire, rng=rng(5), options=Options(every_robot=True, optimality_gap=False))
+    pruned = share_tasks(fire, rng=rng(5), options=QUICK)
     assert paper.cost == pruned.cost
-    assert {n: s.plan for n, s in paper.shares.items()} == {n: s.plan for n, s in pruned.shares.items()}
+    assert {n: s.plan for n, s in paper.paths.items()} == {n: s.plan for n, s in pruned.paths.items()}
     assert paper.tried > pruned.tried
 
 
 @pytest.mark.parametrize("seed", [3, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (0, 5, 10, 17))])
 def test_random_missions_pass_the_checker_and_stay_near_the_exact_assignment(seed):
     mission = random_mission(seed, samples=20, rounds=3)
-    plan = allocate(mission, rng=rng(seed), options=QUICK)
+    plan = planned(mission, seed)
     assert check_team(mission.formula, plan.words).sequential
     exact = assign(mission)
-    assert exact.cost - 1e-9 <= straight_cost(mission, plan.robots) <= 1.05 * exact.cost
+    assert exact.cost - 1e-9 <= straight_cost(mission, {n: r.visits for n, r in plan.robots.items()}) <= 1.05 * exact.cost
 
 
 def test_each_robot_may_have_its_own_cost():
     far = {"a": (-2.0, 0.0, 1.0)}
     shared = small("F a", regions=far, agents=[(-1.0, 0.0, 1.0), (2.0, 0.0, 1.0)])
-    assert allocate(shared, rng=rng(), options=QUICK).robots["quad0"].visits
+    assert planned(shared).robots["quad0"].visits
     dear = shared.agents["quad0"].model_copy(update={"cost": {"length": 10.0}})
     priced = shared.model_copy(update={"agents": {**shared.agents, "quad0": dear}})
-    plan = allocate(priced, rng=rng(), options=QUICK)
+    plan = planned(priced)
     assert not plan.robots["quad0"].visits
     assert plan.robots["quad1"].visits
 
@@ -93,40 +101,40 @@ def test_each_robot_may_have_its_own_cost():
 def test_the_order_of_the_robots_is_part_of_the_search():
     # F a & F b & (!c W a): as listed no path of T hands over to the next robot only; the other order does (Def. 4.7)
     mission = small("F a & F b & (!c W a)", regions=ROW, agents=[(0.0, -0.4, 1.0), (-2.0, -0.4, 1.0)])
-    found = walk(mission, rng=rng(), options=QUICK)
-    assert [v.region for v in found.shares["quad0"].plan.visits] == ["b"]
-    assert [v.region for v in found.shares["quad1"].plan.visits] == ["a"]
+    found = share_tasks(mission, rng=rng(), options=QUICK)
+    assert [v.region for v in found.paths["quad0"].plan.visits] == ["b"]
+    assert [v.region for v in found.paths["quad1"].plan.visits] == ["a"]
 
 
 def test_tasks_that_do_not_decompose_stay_with_one_robot():
     # b only after a: in one of the two orders of two words b would come first
     mission = small("F a & F b & (!b U a)", regions=ROW, agents=[(-2.0, -1.0, 1.0), (0.0, -1.0, 1.0)])
-    found = walk(mission, rng=rng(), options=QUICK)
-    flown = [name for name, share in found.shares.items() if share.plan.visits]
+    found = share_tasks(mission, rng=rng(), options=QUICK)
+    flown = [name for name, path in found.paths.items() if path.plan.visits]
     assert len(flown) == 1
-    assert [v.region for v in found.shares[flown[0]].plan.visits] == ["a", "b"]
+    assert [v.region for v in found.paths[flown[0]].plan.visits] == ["a", "b"]
 
 
 def test_the_dearest_robot_can_be_what_counts():
     agents = [(-1.0, 0.0, 1.0), (3.0, 0.0, 1.0)]
     by_sum = small("F a & F b & F c", regions=ROW, agents=agents)
     longest = by_sum.model_copy(update={"planner": by_sum.planner.model_copy(update={"objective": "longest"})})
-    summed, balanced = (walk(m, rng=rng(), options=QUICK) for m in (by_sum, longest))
-    dearest = [max(share.plan.cost for share in found.shares.values()) for found in (summed, balanced)]
+    summed, balanced = (share_tasks(m, rng=rng(), options=QUICK) for m in (by_sum, longest))
+    dearest = [max(path.plan.cost for path in found.paths.values()) for found in (summed, balanced)]
     assert balanced.cost == pytest.approx(dearest[1])
     assert dearest[1] <= dearest[0] + 1e-6
-    assert all(share.plan.visits for share in balanced.shares.values())
+    assert all(path.plan.visits for path in balanced.paths.values())
 
 
 def test_joint_missions_are_flown_one_robot_at_a_time():
     mission = small("F a & F b & G !(a & b)", regions=ROW, agents=[(-2.0, -1.0, 1.0), (0.0, -1.0, 1.0)], team="joint")
-    plan = allocate(mission, rng=rng(), options=QUICK)
+    plan = planned(mission)
     assert check_team(mission.formula, plan.words, reading="joint").sequential
 
 
 def test_a_robot_that_starts_inside_a_region_starts_with_a_visit():
     mission = small("F a & F b", regions=ROW, agents=[(-2.0, 1.0, 1.0), (1.0, -1.0, 1.0)])
-    plan = allocate(mission, rng=rng(), options=QUICK)
+    plan = planned(mission)
     assert plan.robots["quad0"].visits[0].region == "a"
     assert plan.robots["quad0"].word.prefix[0] == {"a"}
     assert check_team(mission.formula, plan.words).sequential
@@ -134,7 +142,7 @@ def test_a_robot_that_starts_inside_a_region_starts_with_a_visit():
 
 def test_bad_input_is_refused():
     with pytest.raises(BadInput, match="infinite"):
-        allocate(small("G F a", regions=ROW, agents=[(0, -1, 1)], trace="infinite"), rng=rng())
+        planned(small("G F a", regions=ROW, agents=[(0, -1, 1)], trace="infinite"))
     with pytest.raises(BadInput, match="width"):
         Options(width=0)
 
@@ -142,12 +150,12 @@ def test_bad_input_is_refused():
 @pytest.mark.parametrize("formula", ["F a & G !a", "G(a | b) & F c", "F a & G(a -> F c) & G !c"])
 def test_what_nobody_can_fly_is_said_to_be_unsatisfiable(formula):
     with pytest.raises(Unsatisfiable):
-        allocate(small(formula, regions=ROW, agents=[(0, -1, 1), (1.5, -1, 1)]), rng=rng(), options=QUICK)
+        planned(small(formula, regions=ROW, agents=[(0, -1, 1), (1.5, -1, 1)]))
 
 
 def test_a_robot_in_a_forbidden_region_is_refused_at_once():
     with pytest.raises(Unsatisfiable):
-        allocate(small("G !a & F b", regions=ROW, agents=[(-2, 1, 1), (1.5, -1, 1)]), rng=rng())
+        planned(small("G !a & F b", regions=ROW, agents=[(-2, 1, 1), (1.5, -1, 1)]))
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -156,7 +164,7 @@ def test_the_outlook_is_a_lower_bound(seed):
     world = World(mission)
     reader = Reader(world)
     starts = {robot: world.start(robot) for robot in mission.agents}
-    outlook = Outlook(world, reader, reader.divides, starts, metric(mission), takes_off=True)
+    outlook = Outlook(world, reader, reader.divides, starts, straight_line_costs(mission), takes_off=True)
     bound = outlook.bound_at_start(frozenset({reader.initial}), frozenset(starts))
     assert bound <= assign(mission).cost + 1e-9
 

@@ -10,7 +10,7 @@ import pytest
 
 import ltlplan
 from ltlplan.missions import load_mission
-from ltlplan.mtac.offline import improved
+from ltlplan.paths.improvement import improved_path
 from ltlplan.report import pictures
 from ltlplan.report.pictures import pictures_html
 from verify.data import BadInput
@@ -38,9 +38,9 @@ def test_the_round_that_is_asked_for_is_drawn_counted_from_one(monkeypatch: pyte
 
     def every_round(*args: Any, **options: Any) -> Any:
         *rest, watch = args
-        return improved(*rest, lambda *seen: (rounds.append(seen[1].paths(seen[2]).position), watch(*seen)))
+        return improved_path(*rest, lambda *seen: (rounds.append(seen[1].paths(seen[2]).position), watch(*seen)))
 
-    monkeypatch.setattr(pictures, "improved", every_round)
+    monkeypatch.setattr(pictures, "improved_path", every_round)
     for asked in (1, 5, mission.planner.iterations):
         rounds.clear()
         page = pictures_html(mission, shown_round=asked)

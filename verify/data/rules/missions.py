@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from verify.data.choices import COST_TERMS, PLANNING_METHODS
 from verify.data.errors import did_you_mean
 from verify.data.formula import FREE, NAME, RESERVED_NAMES, FormulaError, parse_formula
 from verify.data.mission import Agent, Box, Environment, Limits, Planner, Robot, Spec
@@ -23,7 +24,9 @@ COARSEST = 1e-4
 """m; the coarsest step of float32 positions in a workspace."""
 
 
-def broken_rules(values: Mapping[str, Any], data: Mapping[str, Any], *, to_plan: bool = True) -> Iterator[Finding]:
+def broken_rules(
+    values: Mapping[str, Any], data: Mapping[str, Any], *, to_plan: bool = True, installed: bool = True
+) -> Iterator[Finding]:
     """Yield what is wrong with a mission.
 
     Args:
@@ -31,6 +34,7 @@ def broken_rules(values: Mapping[str, Any], data: Mapping[str, Any], *, to_plan:
         data: The whole mission as plain data, for the names of entries that are not sound.
         to_plan: Whether it is to be planned: then it asks for something, and starts, ends and hoops leave room. A flight
             that is there already can be judged without that.
+        installed: Whether the planning method and the cost terms that it names must be there.
     """
     region_names = [name for table in ("hoops", "regions") for name in _keys(data.get(table))]
     robot: Robot | None = values.get("robot") or (Robot() if "robot" not in data else None)
@@ -51,6 +55,8 @@ def broken_rules(values: Mapping[str, Any], data: Mapping[str, Any], *, to_plan:
         yield ("agents",), "a mission needs at least one agent, such as `quad0: {start: [0, 0, 1]}`."
     yield from broken_by_agents(values, robot, region_names, to_plan=to_plan)
     yield from _planner(values.get("planner"), values.get("agents", {}))
+    if installed:
+        yield from _choices(values.get("planner"), values.get("agents", {}))
 
 
 def _names(data: Mapping[str, Any], regions: list[str], internal: set[str] | None) -> Iterator[Finding]:
@@ -237,6 +243,18 @@ def _planner(planner: Planner | None, agents: Mapping[str, Agent]) -> Iterator[F
         )
     elif planner.method != "online-mtac-e" and not 0.1 <= planner.elite < 0.3:
         yield ("planner", "elite"), f"{planner.elite:g} is out of range: offline, 0.1 <= elite < 0.3."
+
+
+def _choices(planner: Planner | None, agents: Mapping[str, Agent]) -> Iterator[Finding]:
+    """Names of planning methods and cost terms that nobody brings."""
+    if planner is not None and not PLANNING_METHODS.knows(planner.method):
+        yield ("planner", "method"), PLANNING_METHODS.unknown(planner.method)
+    weighed = [(("planner", "cost"), {} if planner is None else planner.cost)]
+    weighed += [(("agents", name, "cost"), agent.cost or {}) for name, agent in agents.items()]
+    for keys, costs in weighed:
+        for term in costs:
+            if not COST_TERMS.knows(term):
+                yield (*keys, term), COST_TERMS.unknown(term)
 
 
 def _keys(table: object) -> tuple[str, ...]:

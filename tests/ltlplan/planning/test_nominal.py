@@ -3,10 +3,11 @@ import itertools
 import numpy as np
 import pytest
 
-from ltlplan.paths.hoops import route
-from ltlplan.planner import make_plan, nominal_paths
+from ltlplan.planner import make_plan
+from ltlplan.planning import nominal
+from ltlplan.planning.allocation import Context
 from ltlplan.search.exact import assign
-from ltlplan.search.next_best import lay_cheapest
+from ltlplan.search.method import exact
 from verify import check_word
 from verify.data import Infeasible
 from verify.data.mission_file import parse_mission
@@ -16,6 +17,13 @@ HOOPS = """
   wall: {center: [0, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}
   far: {center: [-2.6, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}
 """
+
+
+def nominal_paths(mission, **given):
+    def allocate(blocked):
+        return exact(mission, Context(np.random.default_rng(0), blocked=blocked))
+
+    return nominal.nominal_paths(mission, allocate, **given)
 
 
 def mission_with(formula, hoops=HOOPS, workspace="{min: [-4, -0.4, 0.2], max: [2, 0.4, 2]}", trace="finite"):
@@ -37,16 +45,16 @@ def test_where_the_cheapest_hoop_is_behind_a_blocked_one_the_next_is_flown():
     mission = mission_with("F (near | far) & G !wall")
     assert [v.region for v in assign(mission).robots["quad0"].visits] == ["near"]
     found = nominal_paths(mission)
-    assert [v.region for v in found.robots["quad0"].visits] == ["far"]
-    assert not found.complete
-    assert found.lower_bound == pytest.approx(1.7)  # of the cheapest words, flown or not
-    assert any("passed over" in note and "'wall' stands in the way" in note for note in found.notes)
-    assert make_plan(mission).notes[-1] == found.notes[-1]
+    assert [v.region for v in found.paths["quad0"].visits] == ["far"]
+    assert not found.allocation.complete
+    assert found.allocation.lower_bound == pytest.approx(1.7)  # of the cheapest words, flown or not
+    assert any("passed over" in note and "'wall' stands in the way" in note for note in found.allocation.notes)
+    assert make_plan(mission).notes[-1] == found.allocation.notes[-1]
 
 
 def test_a_lasso_takes_the_next_cycle_too():
     found = nominal_paths(mission_with("G F (near | far) & G !wall", trace="infinite"))
-    assert {v.region for v in found.robots["quad0"].visits} == {"far"}
+    assert {v.region for v in found.paths["quad0"].visits} == {"far"}
 
 
 def test_where_no_word_can_be_flown_the_hoop_in_the_way_is_named():
@@ -56,9 +64,11 @@ def test_where_no_word_can_be_flown_the_hoop_in_the_way_is_named():
 
 def test_what_can_be_flown_is_flown_as_before():
     mission = mission_with("F near & F far", workspace="{min: [-4, -2, 0.2], max: [2, 2, 2]}")
-    found = lay_cheapest(mission, lambda name, itinerary: route(mission, name, itinerary.visits, word=itinerary.word))
-    assert found.passed_over == ()
-    assert found.assignment == found.first
+    found = nominal_paths(mission)
+    cheapest = assign(mission)
+    assert found.allocation.robots == cheapest.robots
+    assert found.allocation.complete
+    assert found.allocation.notes == cheapest.notes
 
 
 def test_orders_are_tried_in_the_order_of_their_cost_and_none_twice():
@@ -69,12 +79,12 @@ def test_orders_are_tried_in_the_order_of_their_cost_and_none_twice():
     mission = mission_with("F h0 & F h1 & F h2", hoops, "{min: [-3, -3, 0.2], max: [3, 3, 2]}")
     tried = []
 
-    def refuse(_name, itinerary):
+    def refuse(_mission, _name, itinerary):
         tried.append(tuple(v.region for v in itinerary.visits))
         raise Infeasible("no way")
 
     with pytest.raises(Infeasible, match="no way"):
-        lay_cheapest(mission, refuse)
+        nominal_paths(mission, lay=refuse)
     places = {name: np.array(hoop.center) for name, hoop in mission.hoops.items()}
     start = np.array(mission.agents["quad0"].start)
 

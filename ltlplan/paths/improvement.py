@@ -1,0 +1,111 @@
+"""A nominal path made cheaper by the mission's rounds of cross-entropy, judged for all times.
+
+The search begins at the path with ramped times: at one speed on every segment a spline that begins and ends at rest swings to
+and fro around its waypoints, so time to get going and to come to rest is added where that makes it cheaper.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+
+from ltlplan.paths.costs import WeightedCost, cost_of, plan_cost
+from ltlplan.paths.cross_entropy import SPREAD, Search, Watch, improve, minimise, options_of
+from ltlplan.paths.final_hover import then_hovering, until_hover
+from ltlplan.paths.path_problem import path_problem
+from ltlplan.paths.path_result import candidate_plans
+from verify.data import Mission, RobotPlan
+
+RAMPS = (0.5, 1.0)
+"""s more on the first and on the last segment that are tried."""
+
+
+@dataclass(frozen=True, slots=True)
+class ImprovedPath:
+    """One robot's path after the search.
+
+    Attributes:
+        plan: Word, visits, waypoints, cost.
+        history: Best cost after each round of cross-entropy.
+    """
+
+    plan: RobotPlan
+    history: tuple[float, ...]
+
+
+def improved_path(
+    mission: Mission, robot: str, nominal: RobotPlan, draws: Callable[[], Generator], watch: Watch | None = None
+) -> ImprovedPath:
+    """Return the path that the mission's rounds of cross-entropy make of a nominal one, judged for all times.
+
+    The search begins at the path with ramped times. Where nothing better that keeps clear is found it begins at the nominal
+    path itself, which was judged.
+
+    Args:
+        mission: What must be kept; `planner` gives costs and the numbers of the search.
+        robot: Whose costs count.
+        nominal: Its path.
+        draws: Returns the source of all draws of one search; asked again where a second search is needed.
+        watch: Told of each round, for pictures.
+
+    Raises:
+        CostError: A cost term returns no number for a path.
+    """
+    function = cost_of(mission, robot)
+    if nominal.hovers:
+        found = improved_path(mission, robot, until_hover(nominal), draws, watch)
+        plan = then_hovering(found.plan)
+        return ImprovedPath(plan.model_copy(update={"cost": plan_cost(plan, function)}), found.history)
+    ramped = with_ramped_times(nominal, function)
+    found = improve(mission, robot, ramped, rng=draws(), options=options_of(mission), watch=watch)
+    if ramped is nominal or found.cost < found.nominal:
+        return ImprovedPath(found.plan, found.history)
+    problem = path_problem(mission, ramped, function)
+    judged = candidate_plans(mission, ramped, problem, problem.nominal, found.nominal)
+    if judged:
+        best = min(judged, key=lambda plan: plan_cost(plan, function))
+        return ImprovedPath(best.model_copy(update={"cost": plan_cost(best, function)}), found.history)
+    found = improve(mission, robot, nominal, rng=draws(), options=options_of(mission), watch=watch)
+    return ImprovedPath(found.plan, found.history)
+
+
+def searched_cost(mission: Mission, robot: str, nominal: RobotPlan, rng: Generator) -> float:
+    """Return the least cost that the mission's rounds of cross-entropy find; sampled paths only, no plan is made of them.
+
+    Args:
+        mission: What must be kept; `planner` gives costs and the numbers of the search.
+        robot: Whose costs count.
+        nominal: Its path, where the search begins.
+        rng: Source of every draw.
+
+    Raises:
+        CostError: A cost term returns no number for a path.
+    """
+    function = cost_of(mission, robot)
+    known = plan_cost(nominal, function)
+    if len({w.position for w in nominal.waypoints}) < 3:
+        return known
+    problem = path_problem(mission, nominal, function)
+    first = float(problem.costs(problem.mean[None])[0])
+    search = Search.start(problem.mean, problem.covariance(SPREAD), options_of(mission), first)
+    return min(known, minimise(problem.costs, search, rng=rng)[0].best_cost)
+
+
+def with_ramped_times(plan: RobotPlan, cost: WeightedCost) -> RobotPlan:
+    """Return a plan with more time to get going and to come to rest, where that makes its spline cheaper."""
+    if len(plan.waypoints) < 3:
+        return plan
+    spans = np.diff(plan.times)
+    best, least = plan, plan_cost(plan, cost)
+    for ramp in RAMPS:
+        longer = spans.copy()
+        longer[0] += ramp
+        longer[-1] += ramp
+        other = plan.model_copy(update={"times": (0.0, *(float(t) for t in np.cumsum(longer)))})
+        value = plan_cost(other, cost)
+        if value < least * (1 - 1e-3):
+            best, least = other, value
+    return best

@@ -1,0 +1,106 @@
+"""What a planning method returns: which robot makes which visits, showing which word.
+
+A planning method is a function from a mission to an `Allocation`. It lays no paths and makes no plan: `nominal` lays paths along
+any method's allocation, `ltlplan.paths.improvement` improves them, `ltlplan.planner` makes the plan. A method that finds words and
+paths together, because it prices words by the very paths, returns those paths as part of its allocation.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from numpy.random import Generator
+
+from verify.data import Mission, RobotPlan, Visit, Word
+from verify.data.mission import Point
+from verify.data.progress import Progress, silent
+
+Leg = tuple[str, "Point | str", str]
+"""Robot, from a position (m) or a region, to a region."""
+
+
+@dataclass(frozen=True, slots=True)
+class Itinerary:
+    """What one robot does.
+
+    Attributes:
+        visits: Regions in the order in which they are entered, with the actions made there. A robot that starts inside a
+            region has that visit first. For a lasso: prefix, then one lap.
+        word: The letters that it will show, free flight included. Its last letter says whether the robot ends inside the
+            region that it visited last.
+        cycle_visit: Index of the first visit of the cycle; None for a finite flight, the number of visits for a hover.
+        cost: Its own cost, as the method counts; for a lasso, of the prefix and the weighted cycle.
+    """
+
+    visits: tuple[Visit, ...]
+    word: Word
+    cycle_visit: int | None = None
+    cost: float = 0.0
+
+    def legs(self, mission: Mission, robot: str) -> frozenset[Leg]:
+        """Return the legs that a robot of the mission flies by it; a lasso's closing leg too."""
+        places: list[Point | str] = [mission.agents[robot].start, *(visit.region for visit in self.visits)]
+        if self.cycle_visit is not None and self.cycle_visit < len(self.visits):
+            places.append(self.visits[self.cycle_visit].region)
+        return frozenset((robot, a, b) for a, b in itertools.pairwise(places) if isinstance(b, str))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Allocation:
+    """Who does what.
+
+    Attributes:
+        robots: What each of the mission's agents does, in the mission's order; idle ones too.
+        cost: The objective as the method counts; of two allocations by one method the cheaper one is laid first.
+        order: Robots in the order in which tasks were handed over, where the method has one.
+        paths: Each robot's path, where the method has priced words by paths: what is then flown. Otherwise None, and nominal
+            paths are laid and improved.
+        lower_bound: No allocation has a smaller objective, where the method proves one.
+        complete: Whether the method has ruled out cheaper ones.
+        notes: Sentences for a person.
+    """
+
+    robots: Mapping[str, Itinerary]
+    cost: float
+    order: tuple[str, ...] = ()
+    paths: Mapping[str, RobotPlan] | None = None
+    lower_bound: float | None = None
+    complete: bool = False
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """What a planning method is given beside the mission.
+
+    Attributes:
+        rng: Source of every draw.
+        progress: Told a sentence and the share done, 0 to 1.
+        blocked: Legs along which no path could be laid. A method that knows nothing of them may return the same allocation
+            again; the mission is then said to be infeasible.
+    """
+
+    rng: Generator
+    progress: Progress = silent
+    blocked: frozenset[Leg] = field(default=frozenset())
+
+
+class PlanningMethod(Protocol):
+    """A function from a mission to an allocation."""
+
+    def __call__(self, mission: Mission, context: Context, /) -> Allocation:
+        """Share a mission among its robots.
+
+        Args:
+            mission: What is asked: formula, regions, agents, `planner` with objective and costs. It has no `sequence`.
+            context: Source of draws, progress, legs that are blocked.
+
+        Raises:
+            BadInput: The method does not plan such missions.
+            Unsatisfiable: No words that these robots can fly satisfy the formula.
+            Infeasible: There are such words, but no way to fly them was found.
+        """
+        ...

@@ -1,0 +1,147 @@
+"""Nominal paths along what a method allocates; where the way of one allocation is blocked, the next ones are tried in turn.
+
+A method that counts straight lines between regions does not know what stands between them. Where no path can be laid along a
+word, another one differs from it in a leg at least: each leg of the blocked robot is shut in turn and the method is asked
+again, the cheapest answer first (as Lawler, "A procedure for computing the K best solutions", Management Science 18, 1972).
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from ltlplan.logic.budget import TooLarge
+from ltlplan.paths.hoops import route, route_sequence
+from ltlplan.planning.allocation import Allocation, Itinerary, Leg
+from verify.data import Infeasible, Mission, RobotPlan
+from verify.data.progress import Progress, silent
+
+_TRIES = 6  # allocations whose paths are tried
+_SEARCHES = 60  # times that a method is asked, at most
+
+
+@dataclass(frozen=True, slots=True)
+class Nominal:
+    """An allocation with a path for each robot.
+
+    Attributes:
+        allocation: Who does what; with notes on what was passed over.
+        paths: Each robot's path, in the mission's order.
+    """
+
+    allocation: Allocation
+    paths: dict[str, RobotPlan]
+
+
+def nominal_sequence(mission: Mission) -> Nominal:
+    """Return the path through the mission's `sequence`, which leaves no method anything to choose.
+
+    Raises:
+        BadInput: The mission has no sequence, or several agents.
+        Infeasible: A hoop cannot be reached.
+    """
+    path = route_sequence(mission)
+    (name,) = mission.agents
+    does = Itinerary(path.visits, path.word, path.cycle_visit, path.cost)
+    return Nominal(Allocation(robots={name: does}, cost=path.cost, complete=True), {name: path})
+
+
+def nominal_paths(
+    mission: Mission,
+    allocate: Callable[[frozenset[Leg]], Allocation],
+    *,
+    lay: Callable[[Mission, str, Itinerary], tuple[RobotPlan, tuple[str, ...]]] | None = None,
+    progress: Progress = silent,
+) -> Nominal:
+    """Lay the paths of the cheapest allocation that has some.
+
+    Args:
+        mission: What is asked.
+        allocate: From legs that are blocked to an allocation that does without them, if there is one.
+        lay: From a robot and what it does to its path and notes; raises Infeasible where there is none. By default `lay_path`.
+        progress: Told a sentence and the share done, 0 to 1.
+
+    Raises:
+        Unsatisfiable: No words that these robots can fly satisfy the formula.
+        Infeasible: No path was found along any of the words that were tried; the error is the cheapest words' own.
+    """
+    lay = lay or lay_path
+    first = allocate(frozenset())
+    heap = [(first.cost, 0, frozenset[Leg](), first)]
+    branches = {frozenset[Leg]()}
+    blocked_robot: dict[tuple[object, ...], str] = {}  # of each allocation that was tried
+    errors: list[Infeasible] = []
+    while heap and len(errors) < _TRIES:
+        _, _, shut, found = heapq.heappop(heap)
+        if _key(found) not in blocked_robot:
+            paths: dict[str, RobotPlan] = {}
+            notes: list[str] = []
+            try:
+                for name, does in found.robots.items():
+                    progress(f"laying the path of {name}", 0.2)
+                    blocked_robot[_key(found)] = name
+                    paths[name], said = lay(mission, name, does)
+                    notes += said
+            except Infeasible as error:
+                errors.append(error)
+            else:
+                return Nominal(_noted(found, first, notes, errors), paths)
+        robot = blocked_robot[_key(found)]
+        for leg in sorted(found.robots[robot].legs(mission, robot), key=str):
+            without = shut | {leg}
+            if without in branches or len(branches) > _SEARCHES:
+                continue
+            branches.add(without)
+            try:
+                other = allocate(without)
+            except TooLarge:
+                continue  # this branch is too large to search; the others may not be
+            if not any(does.legs(mission, name) & without for name, does in other.robots.items()):
+                heapq.heappush(heap, (other.cost, len(branches), without, other))
+    raise errors[0]
+
+
+def lay_path(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, tuple[str, ...]]:
+    """Lay one robot's path; where the nearest sides of its hoops are blocked, by the cheapest sides, with a note.
+
+    Args:
+        mission: Hoops, regions, workspace and margin.
+        name: Of the robot.
+        does: Its visits and word.
+
+    Raises:
+        Infeasible: There is no way.
+    """
+
+    def by(directions: Literal["nearest", "cheapest"]) -> RobotPlan:
+        return route(mission, name, does.visits, does.cycle_visit, directions=directions, word=does.word)
+
+    try:
+        return by(mission.planner.directions), ()
+    except Infeasible:
+        if mission.planner.directions == "cheapest" or not any(visit.region in mission.hoops for visit in does.visits):
+            raise
+        try:
+            note = f"{name}: the nearest sides of its hoops are blocked; the cheapest sides that are not were taken."
+            return by("cheapest"), (note,)
+        except Infeasible:
+            pass
+        raise
+
+
+def _noted(found: Allocation, first: Allocation, notes: list[str], errors: list[Infeasible]) -> Allocation:
+    """Return an allocation that was laid, with what was passed over; the bound of the first one holds for all."""
+    said = [*found.notes, *notes]
+    if over := len(errors):
+        which = "The cheapest words were" if over == 1 else f"The {over} cheapest words were"
+        said.append(f"{which} passed over, because a path is blocked: {errors[0]}")
+    complete = first.complete and not errors
+    return replace(found, notes=tuple(said), lower_bound=first.lower_bound, complete=complete)
+
+
+def _key(found: Allocation) -> tuple[object, ...]:
+    return tuple(
+        (robot, tuple(visit.region for visit in does.visits), does.cycle_visit) for robot, does in found.robots.items()
+    )
