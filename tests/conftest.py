@@ -1,16 +1,82 @@
-"""What many tests share and takes seconds to make: runs of the shipped missions."""
+"""What many tests share and takes seconds to make: runs of the shipped missions, and pages of one of them.
+
+Tests run in several processes; what is made here is made by the first that asks for it, and read by the others.
+"""
 
 from __future__ import annotations
 
+import fcntl
 import functools
+import os
+import pickle
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 import ltlplan
 
+Once = Callable[[str, Callable[[Path], Any]], Any]
+
 
 @pytest.fixture(scope="session")
-def shipped_run() -> Callable[[str], ltlplan.Result]:
-    """Return the run of a shipped mission, made once in all tests."""
-    return functools.cache(lambda name: ltlplan.run(ltlplan.load_mission(name)))
+def once(tmp_path_factory: pytest.TempPathFactory) -> Once:
+    """Return a way to make a value once in all processes of a run; its maker is given the path of a folder that is all its own."""
+    base = tmp_path_factory.getbasetemp()
+    shared = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "shared"
+
+    def made(name: str, make: Callable[[Path], Any]) -> Any:
+        place = shared / name
+        place.mkdir(parents=True, exist_ok=True)
+        value = place / "value"
+        with (place / "lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not value.exists():
+                found = make(place / "made")
+                (place / "new").write_bytes(pickle.dumps(found))
+                (place / "new").rename(value)
+        return pickle.loads(value.read_bytes())
+
+    return made
+
+
+@pytest.fixture(scope="session")
+def shipped_run(once: Once) -> Callable[[str], ltlplan.Result]:
+    """Return the run of a shipped mission, with its files; what is there is for reading."""
+    return functools.cache(
+        lambda name: once(f"run of {name}", lambda folder: ltlplan.run(ltlplan.load_mission(name), folder / name))
+    )
+
+
+@pytest.fixture(scope="session")
+def shipped_folder(shipped_run: Callable[[str], ltlplan.Result]) -> Callable[[str], Path]:
+    """Return the folder of the run of a shipped mission, for reading."""
+    return lambda name: next(path.parent for path in shipped_run(name).files if path.name == "mission.yaml")
+
+
+@pytest.fixture(scope="session")
+def shipped_page(once: Once, shipped_run: Callable[[str], ltlplan.Result]) -> Callable[[str], str]:
+    """Return a page by its name, `report`, `show`, `campaign` or `online`, of the firefighting mission."""
+
+    def made(name: str) -> str:  # most runs of a few tests need none of these libraries
+        from flight.campaigns import campaign
+        from ltlplan.online.flight import fly_online
+        from ltlplan.report.campaign import campaign_html
+        from ltlplan.report.online import online_html
+        from ltlplan.report.pictures import pictures_html
+        from ltlplan.report.run_page import report_html
+        from verify.data.events import HoopMoves
+
+        mission = ltlplan.load_mission("firefighting")
+        if name == "report":
+            return report_html(shipped_run("firefighting"))
+        if name == "show":
+            return pictures_html(mission)
+        if name == "online":
+            moves = HoopMoves(time=3.0, region="water", center=(0.3, -0.7, 0.9))
+            return online_html(fly_online(mission, seed=0, events=[moves]))
+        run = shipped_run("firefighting")
+        return campaign_html(campaign(run.plan, run.team, run.certificate, runs=3, seed=0, wind="1.0+0.4"))
+
+    return functools.cache(lambda name: once(f"page {name}", lambda _folder: made(name)))

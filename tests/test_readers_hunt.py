@@ -356,7 +356,7 @@ def hunt_folders(seeds: Seeds, place: Path, count: int, seed: int) -> tuple[int,
 
 
 def test_no_mutated_folder_gets_a_false_verdict(seeds: Seeds, tmp_path: Path) -> None:
-    as_they_were, _ = hunt_folders(seeds, tmp_path / "mutant", 150, seed=0)
+    as_they_were, _ = hunt_folders(seeds, tmp_path / "mutant", 60, seed=0)
     assert as_they_were
 
 

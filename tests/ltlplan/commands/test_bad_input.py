@@ -4,32 +4,19 @@ import json
 import os
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import pytest
 
+from ltlplan import __version__
+from tests.helpers.commands import Command
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.verify.data.test_mission_file import GOOD
 from tests.verify.test_run_folder import write_folder
 from verify import certify
 
 
-def ltlplan(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    root = Path(__file__).parents[3]
-    environment = {**os.environ, "PYTHONPATH": str(root)}
-    return subprocess.run(
-        [sys.executable, "-m", "ltlplan", *arguments],
-        cwd=cwd,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-
-
-def refused(arguments: list[str], code: int, says: str, cwd: Path) -> None:
+def refused(ltlplan: Command, arguments: list[str], code: int, says: str, cwd: Path) -> None:
     before = sorted(cwd.rglob("*"))
     done = ltlplan(*arguments, cwd=cwd)
     assert done.returncode == code, done.stderr
@@ -53,10 +40,10 @@ def refused(arguments: list[str], code: int, says: str, cwd: Path) -> None:
         ("F a & G !b", "G (a | b)", 3, "unsatisfiable"),
     ],
 )
-def test_damaged_missions(old: str, new: str, code: int, says: str, tmp_path: Path) -> None:
+def test_damaged_missions(old: str, new: str, code: int, says: str, ltlplan: Command, tmp_path: Path) -> None:
     assert old in GOOD
     (tmp_path / "m.yaml").write_text(GOOD.replace(old, new, 1))
-    refused(["run", "m.yaml"], code, says, tmp_path)
+    refused(ltlplan, ["run", "m.yaml"], code, says, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -69,38 +56,37 @@ def test_damaged_missions(old: str, new: str, code: int, says: str, tmp_path: Pa
         (b"- 1\n", "table of keys"),
     ],
 )
-def test_files_that_are_no_mission(content: bytes, says: str, tmp_path: Path) -> None:
+def test_files_that_are_no_mission(content: bytes, says: str, ltlplan: Command, tmp_path: Path) -> None:
     (tmp_path / "m.yaml").write_bytes(content)
-    refused(["run", "m.yaml"], 2, says, tmp_path)
+    refused(ltlplan, ["run", "m.yaml"], 2, says, tmp_path)
 
 
-def test_unknown_missions_and_folders(tmp_path: Path) -> None:
-    refused(["run", "firefightin"], 2, "Did you mean 'firefighting'?", tmp_path)
-    refused(["run", "nowhere.yaml"], 2, "cannot be read", tmp_path)
-    refused(["recheck", "nowhere"], 2, "nowhere", tmp_path)
+def test_unknown_missions_and_folders(ltlplan: Command, tmp_path: Path) -> None:
+    refused(ltlplan, ["run", "firefightin"], 2, "Did you mean 'firefighting'?", tmp_path)
+    refused(ltlplan, ["run", "nowhere.yaml"], 2, "cannot be read", tmp_path)
+    refused(ltlplan, ["recheck", "nowhere"], 2, "nowhere", tmp_path)
     (tmp_path / "delivery.yaml").write_text(GOOD)
-    refused(["plan", "delivery"], 2, "Did you mean 'delivery.yaml'?", tmp_path)
+    refused(ltlplan, ["plan", "delivery"], 2, "Did you mean 'delivery.yaml'?", tmp_path)
 
 
-def test_mistakes_in_the_commands_words(tmp_path: Path) -> None:
-    refused(["rum", "firefighting"], 2, "Did you mean 'run'?", tmp_path)
-    refused(["run", "firefighting", "--sed", "3"], 2, "--seed", tmp_path)
-    refused(["run", "firefighting", "--margin", "-1"], 2, "--margin", tmp_path)
+def test_mistakes_in_the_commands_words(ltlplan: Command, tmp_path: Path) -> None:
+    refused(ltlplan, ["rum", "firefighting"], 2, "Did you mean 'run'?", tmp_path)
+    refused(ltlplan, ["run", "firefighting", "--sed", "3"], 2, "--seed", tmp_path)
+    refused(ltlplan, ["run", "firefighting", "--margin", "-1"], 2, "--margin", tmp_path)
     told = ltlplan("plan", "firefighting", "--seed", "many", "--json", cwd=tmp_path)
     assert told.returncode == 2
     assert json.loads(told.stdout)["exit_code"] == 2
     assert "--seed" in json.loads(told.stdout)["message"]
 
 
-def test_a_misspelt_mission_is_not_silently_a_formula(tmp_path: Path) -> None:
+def test_a_misspelt_mission_is_not_silently_a_formula(ltlplan: Command, tmp_path: Path) -> None:
     shown = ltlplan("automaton", "firefightin", cwd=tmp_path)
     assert shown.returncode == 0
     assert "read as a formula. Did you mean 'firefighting'?" in shown.stderr
 
 
-def test_version_and_completion(tmp_path: Path) -> None:
-    project = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text())["project"]
-    assert ltlplan("--version", cwd=tmp_path).stdout == f"ltlplan {project['version']}\n"
+def test_version_and_completion(ltlplan: Command, tmp_path: Path) -> None:
+    assert ltlplan("--version", cwd=tmp_path).stdout == f"ltlplan {__version__}\n"
     script = Path(sys.executable).with_name("ltlplan")
     if not script.exists():
         pytest.skip("ltlplan is not installed as a command")
@@ -110,13 +96,13 @@ def test_version_and_completion(tmp_path: Path) -> None:
     assert done.stdout.split() == ["firefighting", "fire.yaml"]
 
 
-def test_a_folder_of_somebody_else_is_not_touched(tmp_path: Path) -> None:
+def test_a_folder_of_somebody_else_is_not_touched(ltlplan: Command, tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.txt").write_text("years of work")
-    refused(["run", "firefighting", "--out", "mine"], 2, "ltlplan did not write it", tmp_path)
+    refused(ltlplan, ["run", "firefighting", "--out", "mine"], 2, "ltlplan did not write it", tmp_path)
 
 
-def test_a_mission_to_start_from(tmp_path: Path) -> None:
+def test_a_mission_to_start_from(ltlplan: Command, tmp_path: Path) -> None:
     done = ltlplan("missions", "--new", "delivery", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "delivery.yaml").exists()
@@ -138,11 +124,11 @@ def test_help_does_not_import_the_engines(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["mission.yaml", "plan.json", "certificate.json", "r0.csv", "flight.csv"])
-def test_a_pipe_is_never_waited_for(name: str, tmp_path: Path) -> None:
+def test_a_pipe_is_never_waited_for(name: str, ltlplan: Command, tmp_path: Path) -> None:
     plan = plan_of(small_mission("true", regions=""), {})
     team = {"r0": legs([[0, 0, 1]])}
     folder = write_folder(tmp_path / "run", plan, team, certify(plan, team))
     (folder / name).unlink(missing_ok=True)
     os.mkfifo(folder / name)
     commands = {"flight.csv": ["certify", str(folder), "--flight", str(folder / name), "--max-speed", "1"]}
-    refused(commands.get(name, ["recheck", str(folder)]), 2, "no file but a pipe", tmp_path)
+    refused(ltlplan, commands.get(name, ["recheck", str(folder)]), 2, "no file but a pipe", tmp_path)

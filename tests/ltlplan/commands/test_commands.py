@@ -4,6 +4,7 @@ import html
 import json
 import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -17,10 +18,10 @@ runner = CliRunner()
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory: pytest.TempPathFactory, shipped_folder: Callable[[str], Path]) -> Path:
+    """Return a run's folder that may be changed."""
     out = tmp_path_factory.mktemp("commands") / "firefighting"
-    done = runner.invoke(app, ["run", "firefighting", "--out", str(out), "--json"], catch_exceptions=False)
-    assert done.exit_code == 0
+    shutil.copytree(shipped_folder("firefighting"), out)
     return out
 
 
@@ -36,15 +37,17 @@ def test_run_sums_up_what_holds(folder: Path) -> None:
         assert says in text
 
 
-def test_a_run_that_does_not_hold_prints_one_document(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_does_not_hold_prints_one_document(shipped_run, monkeypatch: pytest.MonkeyPatch) -> None:
+    from ltlplan import pipeline
     from ltlplan.report import summary
 
+    monkeypatch.setattr(pipeline, "run", lambda *_, **__: shipped_run("hoops-published"))
     monkeypatch.setattr(summary, "holds", lambda _result: False)
-    done = runner.invoke(app, ["run", "hoops-published", "--out", str(tmp_path / "run"), "--json"])
+    done = runner.invoke(app, ["run", "hoops-published", "--json"])
     assert done.exit_code == NotCertified.exit_code
     assert json.loads(done.stdout)["holds"] is False
     with pytest.raises(NotCertified, match="is not the certified one"):
-        runner.invoke(app, ["run", "hoops-published", "--out", str(tmp_path / "run")], catch_exceptions=False)
+        runner.invoke(app, ["run", "hoops-published"], catch_exceptions=False)
 
 
 def test_recheck_proves_it_again(folder: Path) -> None:

@@ -13,14 +13,10 @@ import pytest
 from plotly.offline import get_plotlyjs
 
 import ltlplan
-from flight.campaigns import campaign
 from flight.pictures import COLOURS, REGION_COLOURS
 from ltlplan.missions import shipped_missions
-from ltlplan.online.flight import fly_online
 from ltlplan.report.bars import Bar, bars_html, tick_step
-from ltlplan.report.campaign import campaign_html
 from ltlplan.report.inline import packed
-from ltlplan.report.online import online_html
 from ltlplan.report.over_time import over_time
 from ltlplan.report.pictures import pictures_html
 from ltlplan.report.run_page import report_html
@@ -34,16 +30,15 @@ def size(page: str) -> int:
 
 
 @pytest.mark.parametrize("name", shipped_missions())
-def test_the_report_and_the_pictures_of_a_shipped_mission_can_be_sent(shipped_run, name: str) -> None:
+def test_the_report_and_the_pictures_of_a_shipped_mission_can_be_sent(shipped_run, shipped_page, name: str) -> None:
     assert size(report_html(shipped_run(name))) <= MOST_BYTES
-    assert size(pictures_html(ltlplan.load_mission(name))) <= MOST_BYTES
+    pictures = shipped_page("show") if name == "firefighting" else pictures_html(ltlplan.load_mission(name))
+    assert size(pictures) <= MOST_BYTES
 
 
-def test_the_pages_of_a_campaign_and_of_an_online_flight_can_be_sent(shipped_run) -> None:
-    run = shipped_run("firefighting")
-    found = campaign(run.plan, run.team, run.certificate, runs=3, seed=0, wind="1.0+0.4")
-    assert size(campaign_html(found)) <= MOST_BYTES
-    assert size(online_html(fly_online(ltlplan.load_mission("firefighting"), seed=0))) <= MOST_BYTES
+@pytest.mark.parametrize("name", ["campaign", "online"])
+def test_the_pages_of_a_campaign_and_of_an_online_flight_can_be_sent(shipped_page, name: str) -> None:
+    assert size(shipped_page(name)) <= MOST_BYTES
 
 
 def test_a_page_carries_all_of_plotly_and_unpacks_to_the_same(shipped_run: Callable[[str], ltlplan.Result]) -> None:
