@@ -4,7 +4,7 @@ from flight.campaigns import Campaign, Share, campaign
 from flight.comparison import Comparison, compare
 from flight.conditions import Conditions
 from flight.control.controller import Controller
-from flight.exports import Exported, export, formats, quantised, upload, with_hovers
+from flight.exports import Exported, ExportTarget, Product, Request, export, formats, quantised, upload, with_hovers
 from flight.flights import fly
 from flight.logs.log import Event, FlightLog
 from flight.logs.recordings import Recording, read_recording
@@ -23,11 +23,14 @@ __all__ = [
     "Conditions",
     "Controller",
     "Event",
+    "ExportTarget",
     "Exported",
     "FlightLog",
     "Monitor",
     "MotionCapture",
+    "Product",
     "Recording",
+    "Request",
     "Share",
     "Wind",
     "airframe_of",

@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flight.exports.files import Product, Request
+from flight.exports.crazyflie import OPTIONS, VOIDS, upload, upload_files
+from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, Trajectory
 
 MILLIMETRES = 32767
@@ -168,13 +169,6 @@ def compressed_trajectory(data: bytes) -> Trajectory:
     return _decoded(np.array(durations, dtype=np.int64), np.array(pieces), None)
 
 
-def product(request: Request) -> Product:
-    """Return the files of a compressed Crazyflie upload."""
-    from flight.exports.crazyflie import upload_files
-
-    return upload_files(request, compressed_bytes, _KIND)
-
-
 def _raised(points: list[int]) -> list[int]:
     """Return eight control points of the same curve where that is exact in integers."""
     if len(points) != 8:
@@ -215,3 +209,17 @@ def _decoded(durations: Integers, points: Integers, cycle: int | None) -> Trajec
 
 def _float32(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return values.astype(np.float32).astype(np.float64)
+
+
+def _product(request: Request) -> Product:
+    return upload_files(request, compressed_bytes, _KIND)
+
+
+COMPRESSED = ExportTarget(
+    name="crazyflie-compressed",
+    make=_product,
+    options=OPTIONS,
+    voids=VOIDS,
+    prepare=lambda team, _laps: quantised(team),
+    send=upload,
+)

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flight.exports.crazyswarm import require_crazyflie
-from flight.exports.files import Product, Request
+from flight.exports.fits import require_crazyflie
 from flight.exports.memory import Entry, poly4d_bytes, side_by_side
+from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, LtlplanError, MissingEngine, Trajectory
 from verify.data.storage.reading import parse_json, read_bytes
 
@@ -25,11 +25,6 @@ KINDS = ("poly4d", "poly4d_compressed")
 _POLY4D = 0
 _MOST = 1_000_000
 """Bytes of a file of an export; a vehicle holds four thousand."""
-
-
-def product(request: Request) -> Product:
-    """Return the files of an uncompressed Crazyflie upload."""
-    return upload_files(request, lambda name, path: (poly4d_bytes(name, path), len(path)), _POLY4D)
 
 
 def upload_files(request: Request, encode: Callable[[str, Trajectory], tuple[bytes, int]], kind: int) -> Product:
@@ -81,6 +76,11 @@ class Uploaded:
     robot: str
     uri: str
     entry: Entry
+
+    @property
+    def data(self) -> bytes:
+        """The exact bytes."""
+        return self.entry.data
 
 
 def upload(folder: str | os.PathLike[str], uris: Mapping[str, str], *, dry_run: bool = False) -> tuple[Uploaded, ...]:
@@ -181,3 +181,16 @@ def _send(item: Uploaded) -> None:
         link.cf.high_level_commander.define_trajectory(
             item.entry.trajectory_id, item.entry.offset, item.entry.pieces, type=item.entry.kind
         )
+
+
+def _product(request: Request) -> Product:
+    return upload_files(request, lambda name, path: (poly4d_bytes(name, path), len(path)), _POLY4D)
+
+
+OPTIONS = {"trajectory_ids": "robot to the trajectory's id, 0 to 30", "offset": "bytes from the memory's start"}
+VOIDS = (
+    "a `time_scale` other than 1 (below 1 also breaks the vehicle's limits)",
+    "`relative_position=True`, `relative_yaw=True` or `reversed=True` in start_trajectory",
+    "writing another trajectory over the same part of the memory",
+)
+CRAZYFLIE = ExportTarget(name="crazyflie", make=_product, options=OPTIONS, voids=VOIDS, send=upload)

@@ -15,7 +15,8 @@ from ruamel.yaml import YAML
 from ruamel.yaml.scalarstring import DoubleQuotedScalarString
 
 from flight.exports.crazyswarm_script import script
-from flight.exports.files import NOTE, Product, Request
+from flight.exports.fits import require_crazyflie, require_float32
+from flight.exports.target import NOTE, ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, Trajectory
 from verify.data.storage.ownership import MANIFEST
 from verify.data.trajectory_csv import write_csv
@@ -35,8 +36,7 @@ def file_names(robots: Iterable[str]) -> tuple[str, ...]:
     return (*(f"{name}.csv" for name in robots), _CONFIGURATION, _SCRIPT, NOTE, MANIFEST)
 
 
-def product(request: Request) -> Product:
-    """Return the files of a crazyswarm2 export."""
+def _product(request: Request) -> Product:
     require_crazyflie(request)
     uris = request.options.get("uris", {})
     unknown = sorted(set(uris) - set(request.team))
@@ -61,27 +61,6 @@ def product(request: Request) -> Product:
     files[_SCRIPT] = script(request, starts, duration).encode()
     note = "fly_mission.py climbs, goes to the starts, and begins only if every robot is within the margin of its own."
     return Product(files, (note,))
-
-
-def require_crazyflie(request: Request) -> None:
-    """Refuse a vehicle that is no Crazyflie by the size of its numbers.
-
-    Raises:
-        DoesNotFit: It weighs more than any Crazyflie can lift.
-    """
-    vehicle = request.mission.vehicle
-    if vehicle.mass > 0.1:
-        raise DoesNotFit(f"the certificate is for '{vehicle.name}' of {vehicle.mass:g} kg, which is no Crazyflie.")
-
-
-def require_float32(name: str, path: Trajectory) -> None:
-    """Refuse numbers that the vehicle's float32 would change after they were certified.
-
-    Raises:
-        DoesNotFit: As said.
-    """
-    if not path.is_float32:
-        raise DoesNotFit(f"{name}'s trajectory does not survive the vehicle's float32; round it before it is certified.")
 
 
 def with_hovers(team: Mapping[str, Trajectory], laps: int = 1) -> dict[str, Trajectory]:
@@ -137,3 +116,16 @@ def _configuration(request: Request, starts: dict[str, tuple[float, ...]], uris:
     yaml.dump(content, buffer)
     given = "The radio addresses are the ones that were passed." if uris else "Put your own radio addresses in."
     return f"# Mission '{request.mission.name}', certificate {request.digest}. {given}\n{buffer.getvalue()}"
+
+
+CRAZYSWARM2 = ExportTarget(
+    name="crazyswarm2",
+    make=_product,
+    options={"uris": "robot to radio address"},
+    voids=(
+        "a `timescale` other than 1 (below 1 also breaks the vehicle's limits)",
+        "`relative=True` in startTrajectory, which is crazyswarm2's default: the path is shifted to wherever the robot is",
+        "`reverse=True`, or retiming single pieces",
+    ),
+    prepare=with_hovers,
+)

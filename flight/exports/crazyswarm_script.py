@@ -6,7 +6,7 @@ import json
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from flight.exports.files import Request
+    from flight.exports.target import Request
 
 _SCRIPT = '''#!/usr/bin/env python3
 """Flies the mission MISSION with crazyswarm2. Certificate: DIGEST.

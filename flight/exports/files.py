@@ -3,53 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from flight.certified import certified_mission
 from flight.exports.notes import readme
-from verify.data import BadInput, Mission, NotCertified, Trajectory, check_trajectories
-from verify.data.errors import did_you_mean
+from flight.exports.target import EXPORT_TARGETS, NOTE, ExportTarget, Product, Request
+from verify.data import Mission, NotCertified, Trajectory, check_trajectories
 from verify.data.storage.folders import write_files
-
-NOTE = "README.txt"
-
-
-@dataclass(frozen=True, slots=True)
-class Request:
-    """What a format's module works from.
-
-    Attributes:
-        mission: What the certificate is of.
-        team: The certified trajectories, in the mission's order (cycles not repeated).
-        laps: How often cycles are flown.
-        margin: delta of the certificate, m.
-        digest: The certificate's.
-        options: What the caller passed for this format.
-    """
-
-    mission: Mission
-    team: Mapping[str, Trajectory]
-    laps: int
-    margin: float
-    digest: str
-    options: Mapping[str, Any]
-
-    @property
-    def flown(self) -> dict[str, Trajectory]:
-        """The trajectories with their cycles repeated."""
-        return {name: path.flattened(self.laps) for name, path in self.team.items()}
-
-
-@dataclass(frozen=True, slots=True)
-class Product:
-    """What a format's module makes: contents by file name, and sentences for the note."""
-
-    files: Mapping[str, bytes]
-    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,29 +34,19 @@ class Exported:
     notes: tuple[str, ...]
 
 
-_MODULES: dict[str, tuple[str, str, tuple[str, ...]]] = {
-    # format: module, function, options that it takes
-    "crazyswarm2": ("crazyswarm", "product", ("uris",)),
-    "crazyflie": ("crazyflie", "product", ("trajectory_ids", "offset")),
-    "crazyflie-compressed": ("compressed", "product", ("trajectory_ids", "offset")),
-    "px4": ("px4", "product", ("rate", "origin")),
-    "ros2": ("ros", "product", ("rate",)),
-}
-
-
 def formats() -> tuple[str, ...]:
-    """Return the names of all formats."""
-    return tuple(_MODULES)
+    """Return the names of all formats, those of other packages too."""
+    return EXPORT_TARGETS.names()
 
 
 def export(
     team: Mapping[str, Trajectory],
     cert: Any,
     out: str | os.PathLike[str],
-    format: str = "crazyswarm2",  # noqa: A002  # the name that users type
+    format: ExportTarget | str = "crazyswarm2",  # noqa: A002  # the name that users type
     *,
     vehicle: str | None = None,
-    **options: Any,
+    **options: Any,  # of any type that the target reads
 ) -> Exported:
     """Write a certified team's trajectories for real vehicles.
 
@@ -101,47 +54,46 @@ def export(
         team: The trajectories that were certified.
         cert: Their certificate.
         out: Folder to write into; it is made where it does not exist.
-        format: `crazyswarm2`, `crazyflie`, `crazyflie-compressed`, `px4` or `ros2`.
+        format: A target, or a name of one: `crazyswarm2`, `crazyflie`, `crazyflie-compressed`, `px4`, `ros2`, or another package's.
         vehicle: Name of the airframe that will fly, where it is to be checked against the certificate's.
-        options: `uris` (crazyswarm2: robot to radio address), `trajectory_ids` and `offset` (crazyflie: robot to id,
-            bytes), `rate` (px4, ros2: points a second), `origin` (px4: m, the local frame's origin in ours).
+        options: As the target's `options` say: `uris` (crazyswarm2: robot to radio address), `trajectory_ids` and `offset`
+            (crazyflie: robot to id, bytes), `rate` (px4, ros2: points a second), `origin` (px4: m, the local frame's origin in ours).
+
+    Returns:
+        What was written.
 
     Raises:
         NotCertified: There is no certificate, it does not cover exactly these trajectories, or a claim of it fails.
         DoesNotFit: The vehicle or its format cannot hold the flight.
+        MissingEngine: A package that the target needs is not installed.
         BadInput: There is no such format or option, or the folder cannot be written, is somebody else's, or holds a file of
             the user's that would be overwritten.
     """
-    product = make_product(team, cert, format, vehicle=vehicle, **options)
+    target = EXPORT_TARGETS.resolve(format)
+    product = make_product(team, cert, target, vehicle=vehicle, **options)
     written = write_files(out, product.files)
     note = Path(out) / NOTE
     files = (*(path for path in written if path != note), note)
-    return Exported(format, Path(out), files, cert.digest(), product.notes)
+    return Exported(target.name, Path(out), files, cert.digest(), product.notes)
 
 
 def make_product(
     team: Mapping[str, Trajectory],
     cert: Any,
-    format: str,  # noqa: A002  # the name that users type
+    format: ExportTarget | str,  # noqa: A002  # the name that users type
     *,
     vehicle: str | None = None,
-    **options: Any,
+    **options: Any,  # of any type that the target reads
 ) -> Product:
     """Return what `export` would write, its note included; arguments and errors are those of `export`."""
-    if format not in _MODULES:
-        raise BadInput(f"'{format}' is not an export format.{did_you_mean(format, _MODULES)} Formats: {', '.join(_MODULES)}.")
-    module, function, known = _MODULES[format]
-    for name in options:
-        if name not in known:
-            takes = ", ".join(known) or "none"
-            raise BadInput(f"'{name}' is not an option of {format}.{did_you_mean(name, known)} Options: {takes}.")
+    target = EXPORT_TARGETS.resolve(format)
+    target.require_options(options)
     team = check_trajectories(team)
     mission = require_certified(team, cert, vehicle)
     ordered = {name: team[name] for name in mission.agents}
     request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options)
-    make: Callable[[Request], Product] = getattr(import_module(f"flight.exports.{module}"), function)
-    product = make(request)
-    return Product({**product.files, NOTE: readme(request, format, product.notes).encode()}, product.notes)
+    product = target.make(request)
+    return Product({**product.files, NOTE: readme(request, target, product.notes).encode()}, product.notes)
 
 
 def require_certified(team: Mapping[str, Trajectory], cert: Any, vehicle: str | None = None) -> Mission:

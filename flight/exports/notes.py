@@ -2,46 +2,33 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from flight.exports.target import ExportTarget, Request
 
-if TYPE_CHECKING:
-    from flight.exports.files import Request
-
-_VOIDS = {
-    "all": (
-        "changing any number of these files, or flying them on another airframe than the one named here",
-        "starting further than the margin from the planned start, or any robot's clock running late or early",
-        "a tracking error that reaches the margin at any time",
-    ),
-    "crazyswarm2": (
-        "a `timescale` other than 1 (below 1 also breaks the vehicle's limits)",
-        "`relative=True` in startTrajectory, which is crazyswarm2's default: the path is shifted to wherever the robot is",
-        "`reverse=True`, or retiming single pieces",
-    ),
-    "crazyflie": (
-        "a `time_scale` other than 1 (below 1 also breaks the vehicle's limits)",
-        "`relative_position=True`, `relative_yaw=True` or `reversed=True` in start_trajectory",
-        "writing another trajectory over the same part of the memory",
-    ),
-    "px4": (
-        "sending the setpoints at another rate, or late",
-        "an estimator whose local frame is not the mission's (see the origin above)",
-    ),
-    "ros2": ("replaying the bag at another rate, or following it with a controller that interpolates differently",),
-}
+_VOIDS = (
+    "changing any number of these files, or flying them on another airframe than the one named here",
+    "starting further than the margin from the planned start, or any robot's clock running late or early",
+    "a tracking error that reaches the margin at any time",
+)
+"""What voids a certificate in every target."""
 
 
-def readme(request: Request, kind: str, notes: tuple[str, ...]) -> str:
-    """Return the text of README.txt."""
+def readme(request: Request, target: ExportTarget, notes: tuple[str, ...]) -> str:
+    """Return the text of README.txt.
+
+    Args:
+        request: What was exported.
+        target: For what.
+        notes: Sentences of this export.
+    """
     mission = request.mission
-    voids = [*_VOIDS["all"], *_VOIDS["crazyflie" if kind.startswith("crazyflie") else kind]]
+    voids = (*_VOIDS, *target.voids)
     starts = [
         f"  {name}: ({', '.join(f'{x:.4f}' for x in path.evaluate(0.0)[:3])}) m, heading {path.evaluate(0.0)[3]:.4f} rad, "
         f"{path.flattened(request.laps).duration:.4f} s"
         for name, path in request.team.items()
     ]
     lines = [
-        f"Certified flight of the mission '{mission.name}', written for {kind}.",
+        f"Certified flight of the mission '{mission.name}', written for {target.name}.",
         f"certificate: {request.digest}",
         f"airframe: {mission.vehicle.name}, {mission.vehicle.mass:g} kg",
         f"margin: {request.margin:g} m",

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from flight.exports.files import Product, Request
+from flight.exports.target import ExportTarget, Product, Request
 from flight.model.attitude import Floats
 from verify.data import BadInput, MissingEngine, Trajectory
 
@@ -26,7 +26,7 @@ _SENDER = (255, 190)  # system and component of a ground station's planner
 _AUTOPILOT = 1
 
 
-def product(request: Request) -> Product:
+def _product(request: Request) -> Product:
     """Return one `.tlog` a robot, `flight.json` with what belongs to all, and `stream_setpoints.py` that flies them with PX4."""
     rate, origin = float(request.options.get("rate", RATE)), request.options.get("origin", (0.0, 0.0, 0.0))
     if not 2.0 < rate <= 500.0:
@@ -118,3 +118,14 @@ def _pymavlink() -> Any:
     except ImportError:
         raise MissingEngine("PX4 export needs pymavlink: pip install 'ltlplan[px4]'.") from None
     return common
+
+
+PX4 = ExportTarget(
+    name="px4",
+    make=_product,
+    options={"rate": "setpoints a second", "origin": "m, the local frame's origin in the mission's"},
+    voids=(
+        "sending the setpoints at another rate, or late",
+        "an estimator whose local frame is not the mission's (see the origin above)",
+    ),
+)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from flight.exports.files import Product, Request
+from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, MissingEngine, Trajectory
 
 RATE = 50.0
@@ -23,8 +23,7 @@ _TYPE = "trajectory_msgs/msg/MultiDOFJointTrajectory"
 _NAME = "bag"
 
 
-def product(request: Request) -> Product:
-    """Return the files of a bag."""
+def _product(request: Request) -> Product:
     rate = float(request.options.get("rate", RATE))
     if not 1.0 <= rate <= 500.0:
         raise BadInput(f"rate must be 1 to 500 points a second, not {rate:g}.")
@@ -83,3 +82,11 @@ def _rosbags() -> tuple[Any, Any]:
     except ImportError:
         raise MissingEngine("ROS 2 export needs rosbags: pip install 'ltlplan[ros]'.") from None
     return rosbag2, get_typestore(Stores.ROS2_JAZZY)
+
+
+ROS2 = ExportTarget(
+    name="ros2",
+    make=_product,
+    options={"rate": "points a second"},
+    voids=("replaying the bag at another rate, or following it with a controller that interpolates differently",),
+)

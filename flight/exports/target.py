@@ -1,0 +1,129 @@
+"""What an export target is: the function that makes its files, its options, and what voids a certificate there.
+
+A new target is a module with an `ExportTarget`, and one line in `EXPORT_TARGETS`; another package names its own in the group
+`ltlplan.export_targets` of its entry points (docs/extending.md).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, Protocol
+
+from verify.data import BadInput, Mission, Trajectory
+from verify.data.errors import did_you_mean
+from verify.data.registry import Registry
+
+NOTE = "README.txt"
+"""The readable note of every export."""
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What a target works from.
+
+    Attributes:
+        mission: What the certificate is of.
+        team: The certified trajectories, in the mission's order (cycles not repeated).
+        laps: How often cycles are flown.
+        margin: delta of the certificate, m.
+        digest: The certificate's.
+        options: What the caller passed for this target; only options that it has.
+    """
+
+    mission: Mission
+    team: Mapping[str, Trajectory]
+    laps: int
+    margin: float
+    digest: str
+    options: Mapping[str, Any]  # of any type that the target reads
+
+    @property
+    def flown(self) -> dict[str, Trajectory]:
+        """The trajectories with their cycles repeated."""
+        return {name: path.flattened(self.laps) for name, path in self.team.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class Product:
+    """What a target makes: contents by file name, and sentences for the note."""
+
+    files: Mapping[str, bytes]
+    notes: tuple[str, ...] = ()
+
+
+class Sent(Protocol):
+    """What was sent to one vehicle, or would have been."""
+
+    @property
+    def robot(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def uri(self) -> str:
+        """Its address."""
+        ...
+
+    @property
+    def data(self) -> bytes:
+        """The exact bytes."""
+        ...
+
+
+class Sender(Protocol):
+    """Sends what a target wrote into a folder."""
+
+    def __call__(self, folder: str | os.PathLike[str], uris: Mapping[str, str], *, dry_run: bool = False) -> tuple[Sent, ...]:
+        """Send to each robot by its address; with `dry_run` only return what would be sent."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class ExportTarget:
+    """A kind of vehicle or tool that flights are written for.
+
+    Attributes:
+        name: As it is called in the note, and the folder of an export.
+        make: From a certified team to the contents of files. It refuses with DoesNotFit what the target cannot hold, and with
+            BadInput options that make no sense.
+        options: What `flight.export` takes for this target: name to a sentence on it.
+        voids: What voids the certificate in this target beyond what does so in all, a sentence each.
+        prepare: Makes a team's trajectories such that the target can hold them, to be certified as they are then; it is told the
+            trajectories and how often cycles are flown. None where any fit.
+        send: Sends an export to vehicles; None where that is another tool's work.
+    """
+
+    name: str
+    make: Callable[[Request], Product]
+    options: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    voids: tuple[str, ...] = ()
+    prepare: Callable[[Mapping[str, Trajectory], int], Mapping[str, Trajectory]] | None = None
+    send: Sender | None = None
+
+    def require_options(self, options: Mapping[str, Any]) -> None:
+        """Refuse options that the target does not have.
+
+        Raises:
+            BadInput: There is one.
+        """
+        for name in options:
+            if name not in self.options:
+                takes = ", ".join(self.options) or "none"
+                raise BadInput(f"'{name}' is not an option of {self.name}.{did_you_mean(name, self.options)} Options: {takes}.")
+
+
+EXPORT_TARGETS: Registry[ExportTarget] = Registry(
+    what="an export format",
+    group="ltlplan.export_targets",
+    built_in={
+        "crazyswarm2": "flight.exports.crazyswarm:CRAZYSWARM2",
+        "crazyflie": "flight.exports.crazyflie:CRAZYFLIE",
+        "crazyflie-compressed": "flight.exports.compressed:COMPRESSED",
+        "px4": "flight.exports.px4:PX4",
+        "ros2": "flight.exports.ros:ROS2",
+    },
+    kind=ExportTarget,
+)
