@@ -1,7 +1,7 @@
 """The walk of MTAC-E over the team automaton, whatever a path costs and wherever the team begins (Algorithm 2).
 
-`Walker` is the frame: neighbours of a walk, hand-over where the automaton's states may be divided, the best walks of a round.
-What a path costs, and when a team's parts count as finished, is handed in: `offline` prices paths by cross-entropy and starts on
+`BeamSearch` is the frame: neighbours of a walk, hand-over where the automaton's states may be divided, the best walks of a round.
+What a path costs, and when a team's tasks count as finished, is handed in: `offline` prices paths by cross-entropy and starts on
 the ground, `sharing.team` prices them by straight lines and starts from wherever a flying team has come to.
 """
 
@@ -11,12 +11,13 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from ltlplan.mtac.allocation import Accepting, Metric, Outlook, Part, States, Whereabouts, World
+from ltlplan.mtac.admissible_heuristic import AdmissibleHeuristic, Metric
+from ltlplan.mtac.agent_moves import Accepting, AgentState, RobotTask, States, World
 from verify.data import BadInput, Mission
 from verify.data.mission import Hoop
 from verify.data.progress import Progress
 
-Parts = Mapping[str, Part]
+Tasks = Mapping[str, RobotTask]
 
 MAX_ROUNDS = 400
 """Visits that one walk may make in all; far beyond any plan that a beam finds."""
@@ -42,13 +43,13 @@ class Options:
 
 
 @dataclass(frozen=True, slots=True)
-class Walk:
+class BeamNode:
     """A walk so far: one robot is under way, others have finished or have not begun.
 
     Attributes:
         states: The automaton's states inside the last visited region.
         order: Robots that have flown, in order; the last one is under way.
-        parts: Their itineraries.
+        tasks: Their itineraries.
         costs: Every robot's cost so far.
         score: Cost of the team plus a lower bound on what is left.
         passed: States of the team automaton that the robot under way has passed; it never comes back to one.
@@ -56,7 +57,7 @@ class Walk:
 
     states: States
     order: tuple[str, ...] = ()
-    parts: Mapping[str, Part] = field(default_factory=dict)
+    tasks: Mapping[str, RobotTask] = field(default_factory=dict)
     costs: Mapping[str, float] = field(default_factory=dict)
     score: float = 0.0
     passed: frozenset[tuple[States, str, str]] = frozenset()
@@ -64,15 +65,15 @@ class Walk:
     @property
     def key(self) -> tuple:
         """Walks with the same key differ only in the order in which robots flew."""
-        return (self.states, self.order[-1:], tuple(sorted((name, part.moves) for name, part in self.parts.items())))
+        return (self.states, self.order[-1:], tuple(sorted((name, task.moves) for name, task in self.tasks.items())))
 
 
-class Walker:
+class BeamSearch:
     """A team, what it may do, and how good that is.
 
     Attributes:
         consulted: The costs that were compared, round by round: (robot, region) and the robot's cost up to it.
-        outlook: The guide.
+        heuristic: The guide.
     """
 
     def __init__(
@@ -80,14 +81,14 @@ class Walker:
         mission: Mission,
         world: World,
         automaton: Accepting,
-        starts: Mapping[str, Whereabouts],
+        starts: Mapping[str, AgentState],
         *,
         begun: States,
         takes_off: bool,
-        divides: Callable[[States], bool],
+        in_decomposition_set: Callable[[States], bool],
         metric: Metric,
-        price: Callable[[str, Part], float],
-        holds: Callable[[Parts], bool],
+        price: Callable[[str, RobotTask], float],
+        holds: Callable[[Tasks], bool],
         options: Options,
     ) -> None:
         """Prepare a walk.
@@ -99,24 +100,30 @@ class Walker:
             starts: Where each robot that may fly begins.
             begun: The automaton's states now.
             takes_off: Whether robots' first letters are still to be read.
-            divides: Whether another robot may go on from these states.
+            in_decomposition_set: Whether another robot may go on from these states.
             metric: Lower bound on the cost of one leg.
             price: Cost of a robot's whole path; infinite where there is no way.
-            holds: Whether the team may stop with these parts done (robots that are not named do nothing).
+            holds: Whether the team may stop with these tasks done (robots that are not named do nothing).
             options: How to walk.
         """
         self.mission, self.world, self.starts, self.options = mission, world, starts, options
-        self.begun, self.takes_off, self.decomposition, self.cost, self.holds = begun, takes_off, divides, price, holds
-        self.outlook = Outlook(world, automaton, divides, starts, metric, takes_off=takes_off)
+        self.begun, self.takes_off, self.decomposition, self.cost, self.holds = (
+            begun,
+            takes_off,
+            in_decomposition_set,
+            price,
+            holds,
+        )
+        self.heuristic = AdmissibleHeuristic(world, automaton, in_decomposition_set, starts, metric, takes_off=takes_off)
         self.everybody = frozenset(starts)
         self.consulted: list[dict[tuple[str, str], float]] = []
 
-    def search(self, say: Progress) -> Walk | None:
-        """Walk until no walk that is left can be better than the best finished one; None where none was finished."""
-        idle = {robot: self.cost(robot, Part(where)) for robot, where in self.starts.items()}
-        first = Walk(self.begun, costs=idle)
-        beam = [replace(first, score=self.score(idle, self.outlook.bound_at_start(self.begun, self.everybody)))]
-        best: Walk | None = None
+    def search(self, say: Progress) -> BeamNode | None:
+        """BeamNode until no walk that is left can be better than the best finished one; None where none was finished."""
+        idle = {robot: self.cost(robot, RobotTask(where)) for robot, where in self.starts.items()}
+        first = BeamNode(self.begun, costs=idle)
+        beam = [replace(first, score=self.score(idle, self.heuristic.bound_at_start(self.begun, self.everybody)))]
+        best: BeamNode | None = None
         for step in range(MAX_ROUNDS):
             for one in beam:
                 best = self.better(best, self.finished(one))
@@ -134,105 +141,107 @@ class Walker:
             return total
         return max(max(costs.values()), total / len(costs))
 
-    def better(self, best: Walk | None, others: Iterable[Walk]) -> Walk | None:
+    def better(self, best: BeamNode | None, others: Iterable[BeamNode]) -> BeamNode | None:
         """Return the cheaper of finished walks; the first stays where they are equal."""
         for other in others:
             if best is None or other.score < best.score:
                 best = other
         return best
 
-    def finished(self, one: Walk) -> Iterator[Walk]:
+    def finished(self, one: BeamNode) -> Iterator[BeamNode]:
         """Yield the walk as a finished one, if all robots' words hold in every order when it stops here."""
         for leaves in self.endings(one):
-            parts = dict(one.parts)
+            tasks = dict(one.tasks)
             if one.order:
-                parts[one.order[-1]] = replace(parts[one.order[-1]], leaves=leaves)
-            if self.holds(parts):
+                tasks[one.order[-1]] = replace(tasks[one.order[-1]], leaves=leaves)
+            if self.holds(tasks):
                 costs = {**one.costs}
                 if one.order:
-                    costs[one.order[-1]] = self.cost(one.order[-1], parts[one.order[-1]])
+                    costs[one.order[-1]] = self.cost(one.order[-1], tasks[one.order[-1]])
                 score = self.score(costs, 0.0)
                 if math.isfinite(score):
-                    yield replace(one, parts=parts, costs=costs, score=score)
+                    yield replace(one, tasks=tasks, costs=costs, score=score)
                 return
 
-    def endings(self, one: Walk) -> Iterator[bool]:
+    def endings(self, one: BeamNode) -> Iterator[bool]:
         """Yield whether the last robot leaves its region at the end; the usual choice for that region first."""
         if not one.order:
-            if self.outlook.accepts(one.states):
+            if self.heuristic.accepts(one.states):
                 yield True
             return
-        part = one.parts[one.order[-1]]
-        usual = isinstance(self.mission.all_regions[part.moves[-1].visit.region], Hoop)
+        task = one.tasks[one.order[-1]]
+        usual = isinstance(self.mission.all_regions[task.moves[-1].visit.region], Hoop)
         for leaves in (usual, not usual):
-            if self.outlook.accepts(self.over(one.states, part, leaves)):
+            if self.heuristic.accepts(self.over(one.states, task, leaves)):
                 yield leaves
 
-    def over(self, states: States, part: Part, leaves: bool) -> States:
+    def over(self, states: States, task: RobotTask, leaves: bool) -> States:
         """Return the states after a robot's last visit."""
-        return self.outlook.read(states, [self.world.free_letter(part.end(self.world).internal)]) if leaves else states
+        return self.heuristic.read(states, [self.world.free_letter(task.end(self.world).internal)]) if leaves else states
 
-    def next_beam(self, beam: Sequence[Walk], bound: float) -> list[Walk]:
+    def next_beam(self, beam: Sequence[BeamNode], bound: float) -> list[BeamNode]:
         """Return the best neighbours of some walks, their paths optimised (lines 6 to 19)."""
-        choices: dict[tuple, tuple[float, Walk]] = {}
+        choices: dict[tuple, tuple[float, BeamNode]] = {}
         for one in beam:
             for guess, choice in self.neighbours(one):
                 if choice.key not in choices or guess < choices[choice.key][0]:
                     choices[choice.key] = (guess, choice)
-        chosen: list[Walk] = []
+        chosen: list[BeamNode] = []
         consulted: dict[tuple[str, str], float] = {}
         for guess, choice in sorted(choices.values(), key=lambda pair: pair[0]):
             full = len(chosen) >= self.options.width
             if not self.options.every_robot and (guess >= bound or (full and guess >= chosen[-1].score)):
                 break  # neither this nor any later one can be among the best
             robot = choice.order[-1]
-            part = choice.parts[robot]
-            cost = self.cost(robot, part)
-            consulted[robot, part.moves[-1].visit.region] = cost
+            task = choice.tasks[robot]
+            cost = self.cost(robot, task)
+            consulted[robot, task.moves[-1].visit.region] = cost
             if not math.isfinite(cost):
                 continue
             costs = {**choice.costs, robot: cost}
-            rest = self.outlook.bound(choice.states, part.end(self.world), self.everybody - set(choice.order))
+            rest = self.heuristic.bound(choice.states, task.end(self.world), self.everybody - set(choice.order))
             chosen.append(replace(choice, costs=costs, score=self.score(costs, rest)))
             chosen = sorted(chosen, key=lambda walk: walk.score)[: self.options.width]
         self.consulted.append(consulted)
         return [one for one in chosen if one.score < bound]
 
-    def neighbours(self, one: Walk) -> Iterator[tuple[float, Walk]]:
+    def neighbours(self, one: BeamNode) -> Iterator[tuple[float, BeamNode]]:
         """Yield (lower bound, walk) for one more visit by the robot under way, or by another where D allows it."""
         if one.order:
             robot = one.order[-1]
-            yield from self.continued(one, one.states, robot, one.parts[robot], first=False)
-        states, parts = one.states, one.parts
+            yield from self.continued(one, one.states, robot, one.tasks[robot], first=False)
+        states, tasks = one.states, one.tasks
         if one.order:
             robot = one.order[-1]
-            usual = parts[robot].leaves
+            usual = tasks[robot].leaves
             # the last region is left, or not, as is usual for it, unless only the other choice divides the task
-            choices = [leaves for leaves in (usual, not usual) if self.decomposition(self.over(states, parts[robot], leaves))]
+            choices = [leaves for leaves in (usual, not usual) if self.decomposition(self.over(states, tasks[robot], leaves))]
             if not choices:
                 return
-            states = self.over(states, parts[robot], choices[0])
-            parts = {**parts, robot: replace(parts[robot], leaves=choices[0])}
+            states = self.over(states, tasks[robot], choices[0])
+            tasks = {**tasks, robot: replace(tasks[robot], leaves=choices[0])}
         for other in sorted(self.everybody - set(one.order)):
             where = self.starts[other]
-            begun = self.outlook.read(states, [self.world.letter(where)] if self.takes_off else [])
-            handed = replace(one, order=(*one.order, other), parts={**parts, other: Part(where)}, passed=frozenset())
-            yield from self.continued(handed, begun, other, Part(where), first=True)
+            begun = self.heuristic.read(states, [self.world.letter(where)] if self.takes_off else [])
+            handed = replace(one, order=(*one.order, other), tasks={**tasks, other: RobotTask(where)}, passed=frozenset())
+            yield from self.continued(handed, begun, other, RobotTask(where), first=True)
 
-    def continued(self, one: Walk, states: States, robot: str, part: Part, *, first: bool) -> Iterator[tuple[float, Walk]]:
+    def continued(
+        self, one: BeamNode, states: States, robot: str, task: RobotTask, *, first: bool
+    ) -> Iterator[tuple[float, BeamNode]]:
         """Yield the walks in which a robot makes one more visit."""
-        where = part.end(self.world)
+        where = task.end(self.world)
         free = self.everybody - set(one.order)
         for move in self.world.moves(where, first=first):
-            after = self.outlook.read(states, self.world.shown(where, move))
+            after = self.heuristic.read(states, self.world.shown(where, move))
             node = (after, move.visit.region, move.internal)
-            if self.outlook.is_dead(after) or node in one.passed:
+            if self.heuristic.is_dead(after) or node in one.passed:
                 continue
-            longer = part.then(move, leaves=move.visit.region in self.mission.hoops)
-            rest = self.outlook.bound(after, longer.end(self.world), free)
+            longer = task.then(move, leaves=move.visit.region in self.mission.hoops)
+            rest = self.heuristic.bound(after, longer.end(self.world), free)
             if not math.isfinite(rest):
                 continue
-            known = one.costs[robot] + self.outlook.leg(robot, where.position, move.visit.region)
+            known = one.costs[robot] + self.heuristic.leg(robot, where.position, move.visit.region)
             guess = self.score({**one.costs, robot: known}, rest)
             passed = frozenset({node}) if first else one.passed | {node}
-            yield guess, replace(one, states=after, parts={**one.parts, robot: longer}, passed=passed)
+            yield guess, replace(one, states=after, tasks={**one.tasks, robot: longer}, passed=passed)

@@ -9,7 +9,7 @@ What the printed algorithm leaves open is decided like this.
 * It reads costs of robots that may not have been computed. Here a robot that has not flown yet costs what it costs to
   do nothing (0, or the way to its end point), and the cost of a choice is the team's: the sum, or the dearest robot's.
 * Nothing tells it which neighbour leads to acceptance. Here the cost-to-go of a neighbour is the cross-entropy cost of the
-  path up to it plus a lower bound on what is then left (`allocation.Outlook`), so a walk heads for acceptance.
+  path up to it plus a lower bound on what is then left (`admissible_heuristic`), so a walk heads for acceptance.
 * "The cheapest robot continues" is a walk without return. Here `width` walks go side by side; with 1 it is the paper's.
 * Def. 4.7 hands over to robot r + 1 only. Here to any robot that has not flown: the order is part of the search.
 * Pairwise decomposition does not make three tasks decompose, so a finished walk counts only if the words of all robots,
@@ -28,8 +28,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.random import Generator
 
-from ltlplan.mtac.allocation import Part, World
-from ltlplan.mtac.beam_search import Options, Walker
+from ltlplan.mtac.agent_moves import RobotTask, World
+from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.optimality_gap import optimality_gap, straight_line_costs
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.paths.costs import cost_of, team_cost
@@ -117,21 +117,21 @@ def share_tasks(
     reader = Reader(world)
     paths = _Paths(mission, world, int(rng.integers(2**63)))
 
-    def holds(parts: Mapping[str, Part]) -> bool:
+    def holds(tasks: Mapping[str, RobotTask]) -> bool:
         return reader.holds_in_every_order(
-            {r: (world.letter(where), *parts.get(r, Part(where)).ahead(world)) for r, where in starts.items()}
+            {r: (world.letter(where), *tasks.get(r, RobotTask(where)).ahead(world)) for r, where in starts.items()}
         )
 
-    walker = Walker(
+    search = BeamSearch(
         mission, world, reader, starts, begun=frozenset({reader.initial}), takes_off=True,
-        divides=reader.divides, metric=straight_line_costs(mission), price=paths.cost, holds=holds, options=options or Options(),
+        in_decomposition_set=reader.in_decomposition_set, metric=straight_line_costs(mission), price=paths.cost, holds=holds, options=options or Options(),
     )  # fmt: skip
-    best = walker.search(progress)
+    best = search.search(progress)
     if best is None:
         return None
-    found = {robot: paths.best(robot, best.parts.get(robot, Part(where))) for robot, where in starts.items()}
+    found = {robot: paths.best(robot, best.tasks.get(robot, RobotTask(where))) for robot, where in starts.items()}
     cost = team_cost(mission, [path.plan.cost for path in found.values()])
-    return Shared(found, best.order, cost, len(paths.tried), tuple(walker.consulted))
+    return Shared(found, best.order, cost, len(paths.tried), tuple(search.consulted))
 
 
 class _Paths:
@@ -141,28 +141,28 @@ class _Paths:
         self.mission, self.world, self.seed = mission, world, seed
         self.tried: dict[tuple, tuple[RobotPlan, float]] = {}
 
-    def cost(self, robot: str, part: Part) -> float:
+    def cost(self, robot: str, task: RobotTask) -> float:
         """Cost-to-go (line 7): the cost of a robot's whole path so far, by cross-entropy; infinite where there is no way."""
-        key = (robot, part.moves, part.leaves)
+        key = (robot, task.moves, task.leaves)
         if key not in self.tried:
-            word = self.word(part)
+            word = self.word(task)
             try:
-                nominal = with_ramped_times(route(self.mission, robot, part.visits, word=word), cost_of(self.mission, robot))
+                nominal = with_ramped_times(route(self.mission, robot, task.visits, word=word), cost_of(self.mission, robot))
                 cost = searched_cost(self.mission, robot, nominal, self.draws(robot, word))
             except Infeasible:
                 return math.inf
             self.tried[key] = nominal, cost
         return self.tried[key][1]
 
-    def best(self, robot: str, part: Part) -> ImprovedPath:
+    def best(self, robot: str, task: RobotTask) -> ImprovedPath:
         """Return the path whose cost was found, judged for all times."""
-        word = self.word(part)
-        nominal = route(self.mission, robot, part.visits, word=word)
+        word = self.word(task)
+        nominal = route(self.mission, robot, task.visits, word=word)
         return improved_path(self.mission, robot, nominal, lambda: self.draws(robot, word))
 
-    def word(self, part: Part) -> Word:
+    def word(self, task: RobotTask) -> Word:
         """Return the word of a robot that does this from its start."""
-        return Word((self.world.letter(part.where), *part.ahead(self.world))).compressed()
+        return Word((self.world.letter(task.where), *task.ahead(self.world))).compressed()
 
     def draws(self, robot: str, word: Word) -> Generator:
         """Return a source that depends on nothing but the seed, the robot and what it does."""

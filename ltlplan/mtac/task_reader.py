@@ -17,7 +17,7 @@ from ltlplan.logic.decomposition import decomposes_from
 from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
 from ltlplan.logic.translation import translate
-from ltlplan.mtac.allocation import Accepting, State, States, World
+from ltlplan.mtac.agent_moves import Accepting, State, States, World
 from verify.data import BadInput, Letter
 
 MAX_COMMUTING = 10_000
@@ -37,7 +37,7 @@ class Reader:
         self._formula, self._joint = mission.formula, mission.spec.team == "joint"
         self._automaton = translate(mission.formula, trace="finite")
         self._known: dict[tuple[State, Letter], State] = {}
-        self._divides: dict[tuple[States, States], bool] = {}
+        self._decomposition_set: dict[tuple[States, States], bool] = {}
         self._commutes: dict[Letter, bool] = {}
         self.initial: State = self._automaton.initial
         free = {world.free_letter(state) for state in mission.robot.states}
@@ -66,7 +66,7 @@ class Reader:
             self._known[key] = self._automaton.successor(state, letter)
         return self._known[key]
 
-    def divides(self, states: States, *, begun: States | None = None) -> bool:
+    def in_decomposition_set(self, states: States, *, begun: States | None = None) -> bool:
         """Tell whether the rest may be handed to another robot: whether the states are in the decomposition set.
 
         The set is that of the letters that these robots can show, and of the state that the team is in now: in flight, what is
@@ -80,9 +80,9 @@ class Reader:
         if self._joint:
             return DEAD not in states
         key = (frozenset({self.initial}) if begun is None else begun, states)
-        if key not in self._divides:
-            self._divides[key] = DEAD not in states and decomposes_from(self._automaton, *key, self.shown)
-        return self._divides[key]
+        if key not in self._decomposition_set:
+            self._decomposition_set[key] = DEAD not in states and decomposes_from(self._automaton, *key, self.shown)
+        return self._decomposition_set[key]
 
     def commutes(self, letter: Letter) -> bool:
         """Tell whether it does not matter when a letter is read among others: always the same state, and once is enough.

@@ -45,7 +45,7 @@ TRIES = 30
 
 
 @dataclass(frozen=True, eq=False)
-class Stop:
+class StoppingManoeuvre:
     """How a team comes to rest.
 
     Attributes:
@@ -66,7 +66,7 @@ def come_to_rest(
     *,
     braking: bool,
     ways: Ways = MappingProxyType({}),
-) -> Stop:
+) -> StoppingManoeuvre:
     """Find trajectories by which a team comes to rest soon, and prove them.
 
     Args:
@@ -98,11 +98,11 @@ def come_to_rest(
                 name: (*(way for way in ways[name] if way[0] <= begin), *((begin, math.inf, region) for region in regions))
                 for name, (begin, *regions) in towards.items()
             }
-            return Stop(tried, (), {**ways, **cut_short})
+            return StoppingManoeuvre(tried, (), {**ways, **cut_short})
         objections = objections or refused
         if not _other_stops(chosen, stops, refused):
             break
-    return Stop({name: _at_once(trajectory, float(now)) for name, trajectory in team.items()}, objections, ways)
+    return StoppingManoeuvre({name: _at_once(trajectory, float(now)) for name, trajectory in team.items()}, objections, ways)
 
 
 def _slows(trajectory: Trajectory) -> Fraction:

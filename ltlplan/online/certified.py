@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from ltlplan.online.braking import Ways, come_to_rest
 from ltlplan.pipeline import Certified, certified_team, plan
-from ltlplan.sharing.course import ORDERS
+from ltlplan.sharing.gliding_path import ORDERS
 from ltlplan.sharing.pilot import Pilot
 from ltlplan.sharing.team import PERIOD, Desired, OnlineTeam
 from verify.data import LtlplanError, Mission, NotCertified, Plan, Trajectory
@@ -143,7 +143,7 @@ class CertifiedTeam(OnlineTeam):
             for order in range(ORDERS):
                 flat[order, :, j] = track.evaluate(time, order)
         self.steps += 1
-        satisfied = self.standing.accepts()
+        satisfied = self.belief.accepts()
         ended = all(self._time >= track.duration for track in self._tracks.values())
         return Desired(flat, satisfied, satisfied and self.holding is None and ended, self.holding)
 
@@ -218,7 +218,7 @@ class CertifiedTeam(OnlineTeam):
         return track is None or self._time >= track.duration
 
     def root(self, pilot: Pilot, now: float) -> None:  # noqa: ARG002
-        """Let a robot's whereabouts be where its certified piece ends."""
+        """Let a robot's state be where its certified piece ends."""
         track = self._tracks.get(pilot.name)
         if track is not None:
             pilot.where = replace(pilot.where, position=_point(track.evaluate(track.duration)[:3]))

@@ -282,7 +282,7 @@ class _Loop:
         trouble = falls_on(self.team.mission, event, flying)
         self.said.append(Event(self.now, getattr(event, "robot", None), "note", f"{event}."))
         if isinstance(event, RobotLeaves):
-            letter, inside = self.team.standing.held[event.robot], self.team.pilots[event.robot].where.inside
+            letter, inside = self.team.belief.held[event.robot], self.team.pilots[event.robot].where.inside
             if self.letters:  # from the very first moment on, what was seen last
                 letter, inside = self.letters[-1][event.robot], self.inside[-1][event.robot]
             self.landed[event.robot] = (self.now, positions[event.robot], letter, inside)

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ltlplan.paths.spline_matrices import Spline
+from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from verify.data import BadInput, RobotPlan
 from verify.data.choices import COST_TERMS
 from verify.data.mission import Costs, Mission
@@ -35,10 +35,10 @@ class Sampling:
         instants: s, equally spaced over the spline, both ends included. Shape (instants,).
     """
 
-    spline: Spline
+    spline: LeastSnapSpline
     instants: Floats
 
-    def __init__(self, spline: Spline, count: int = 200) -> None:
+    def __init__(self, spline: LeastSnapSpline, count: int = 200) -> None:
         if count < 2:
             raise BadInput(f"A path is sampled at two instants or more, not {count}.")
         object.__setattr__(self, "spline", spline)
@@ -239,7 +239,7 @@ def plan_cost(plan: RobotPlan, cost: Cost) -> float:
     """Return the cost of a plan's own spline at its own times; of a robot that stays where it is, 0."""
     if len(plan.waypoints) < 2:
         return 0.0
-    sampling = Sampling(Spline(plan.times, plan.cycle_waypoint), max(400, 12 * len(plan.waypoints)))
+    sampling = Sampling(LeastSnapSpline(plan.times, plan.cycle_waypoint), max(400, 12 * len(plan.waypoints)))
     return float(evaluate(cost, sampling.paths([w.position for w in plan.waypoints]))[0])
 
 

@@ -19,10 +19,10 @@ from numpy.typing import ArrayLike, NDArray
 from ltlplan.paths.costs import Cost, cost_of, plan_cost
 from ltlplan.paths.final_hover import then_hovering, until_hover
 from ltlplan.paths.gaussian import Options, Search
+from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.path_problem import PathProblem, path_problem
 from ltlplan.paths.path_result import candidate_plans, flown_pieces
 from ltlplan.paths.populations import Tournament
-from ltlplan.paths.spline_matrices import Spline
 from verify.data import BadInput, Mission, RobotPlan
 from verify.data.progress import Progress
 
@@ -242,7 +242,7 @@ def options_of(mission: Mission) -> Options:
 
 def _stretched(mission: Mission, plan: RobotPlan, scale: float) -> RobotPlan:
     """Return the plan flown `scale` times longer, or as much longer as its fastest sampled instant asks for."""
-    spline = Spline(plan.times, plan.cycle_waypoint)
+    spline = LeastSnapSpline(plan.times, plan.cycle_waypoint)
     at = np.linspace(plan.times[0], plan.times[-1], 600)
     velocity = spline.evaluate([w.position for w in plan.waypoints], at, 1)
     peak = float(np.max(np.linalg.norm(velocity, axis=1)))

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.paths.costs import Cost, SampledPaths, Sampling, WeightedCost, evaluate
+from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.sampled_paths import WordFilter, word_filter
-from ltlplan.paths.spline_matrices import Spline
 from verify.data import Mission, RobotPlan
 
 Floats = NDArray[np.float64]
@@ -45,7 +45,7 @@ class PathProblem:
         visits: s, when the nominal path is at the middle of each visit, in order. Shape (visits,).
     """
 
-    spline: Spline
+    spline: LeastSnapSpline
     nominal: Floats
     free: NDArray[np.int64]
     cost: Cost
@@ -144,7 +144,7 @@ def path_problem(
         instants: At which each path is sampled; by default about one every 0.05 m, at least 64.
     """
     waypoints = np.array([w.position for w in plan.waypoints])
-    nominal = Spline(plan.times, plan.cycle_waypoint)
+    nominal = LeastSnapSpline(plan.times, plan.cycle_waypoint)
     length = _length(nominal, waypoints)
     count = points if points is not None else int(np.clip(np.ceil(length / _SPACING), 4, _POINTS))
     choices = [_equidistant(nominal, waypoints, count)]
@@ -157,7 +157,7 @@ def path_problem(
         keeps = word_filter(mission, plan, slack=slack)
         for times, cycle in choices:
             knots = nominal.evaluate(waypoints, times)
-            sampling = Sampling(Spline(times, cycle), instants or max(64, int(np.ceil(length / _INSTANT))))
+            sampling = Sampling(LeastSnapSpline(times, cycle), instants or max(64, int(np.ceil(length / _INSTANT))))
             free = np.arange(1, len(times) - 1)
             problems.append(PathProblem(sampling.spline, knots, free, cost, sampling, keeps, length, slack, visits))
             if keeps.keeps(sampling.paths(knots).axes(0))[0]:
@@ -165,12 +165,12 @@ def path_problem(
     return problems[-1]
 
 
-def _length(spline: Spline, waypoints: Floats) -> float:
+def _length(spline: LeastSnapSpline, waypoints: Floats) -> float:
     at = np.linspace(spline.times[0], spline.times[-1], 2000)
     return float(np.linalg.norm(np.diff(spline.evaluate(waypoints, at), axis=0), axis=1).sum())
 
 
-def _equidistant(spline: Spline, waypoints: Floats, count: int) -> tuple[Floats, int | None]:
+def _equidistant(spline: LeastSnapSpline, waypoints: Floats, count: int) -> tuple[Floats, int | None]:
     """Times of start, `count` equidistant points and end; a lasso's cycle begins at one of them."""
     at = np.linspace(spline.times[0], spline.times[-1], 4000)
     steps = np.linalg.norm(np.diff(spline.evaluate(waypoints, at), axis=0), axis=1)

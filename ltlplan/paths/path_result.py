@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from ltlplan.paths.costs import Sampling
 from ltlplan.paths.hoops.clearance import Obstacle, Room, conflicts, room
+from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.path_problem import PathProblem
-from ltlplan.paths.spline_matrices import Spline
 from verify.data import Mission, RobotPlan, Waypoint
 from verify.data.plan import Role
 
@@ -82,7 +82,7 @@ def candidate_plans(mission: Mission, plan: RobotPlan, problem: PathProblem, poi
 
 def _keeps(problem: PathProblem, plan: RobotPlan) -> bool:
     """Tell whether the plan's own spline counts, at dense samples."""
-    sampling = Sampling(Spline(plan.times, plan.cycle_waypoint), max(600, int(problem.length / _STEP)))
+    sampling = Sampling(LeastSnapSpline(plan.times, plan.cycle_waypoint), max(600, int(problem.length / _STEP)))
     return bool(problem.keeps.keeps(sampling.paths([w.position for w in plan.waypoints]).axes(0))[0])
 
 
@@ -92,7 +92,7 @@ def flown_pieces(mission: Mission, plan: RobotPlan) -> int:
     return cycle + mission.spec.repeat * (len(plan.waypoints) - 1 - cycle)
 
 
-def _plan(where: Room, plan: RobotPlan, spline: Spline, points: Floats, cuts: list[_Cut]) -> RobotPlan | None:
+def _plan(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats, cuts: list[_Cut]) -> RobotPlan | None:
     times = np.array([cut.time for cut in cuts])
     positions = spline.evaluate(points, times)
     positions[0], positions[-1] = points[0], points[-1]
@@ -100,7 +100,7 @@ def _plan(where: Room, plan: RobotPlan, spline: Spline, points: Floats, cuts: li
     if spline.cycle is not None:
         cycle = int(np.argmin(np.abs(times - spline.times[spline.cycle])))
         positions[-1] = positions[cycle]
-    path = Spline(times, cycle)
+    path = LeastSnapSpline(times, cycle)
     permitted = [_permitted(cuts, i) for i in range(1, len(cuts))]
     if conflicts(path.through(positions), path.durations, where, permitted):
         return None
@@ -118,7 +118,7 @@ def _permitted(cuts: list[_Cut], index: int) -> frozenset[str]:
     return next(cut.permitted for cut in cuts[index:] if cut.permitted is not None)
 
 
-def _cuts(where: Room, plan: RobotPlan, spline: Spline, points: Floats, length: float) -> list[_Cut] | None:
+def _cuts(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats, length: float) -> list[_Cut] | None:
     """Where the path comes to its visits, in order; None where they are not the planned ones."""
     at = np.linspace(spline.times[0], spline.times[-1], max(200, int(length / _STEP)))
     path = spline.evaluate(points, at)

@@ -27,7 +27,7 @@ Booleans = NDArray[np.bool_]
 _CHUNK = 32768  # samples labelled at a time, so that the arrays stay in the cache
 
 
-class Automaton(Protocol):
+class WordAutomaton(Protocol):
     """What a run needs of an automaton; `ltlplan.translate` returns one."""
 
     @property
@@ -85,7 +85,7 @@ def label(mission: Mission, positions: Floats, *, grow: float = 0.0) -> Labels:
     return Labels(codes, names)
 
 
-def run(automaton: Automaton, labels: Labels, internal: Letter = frozenset()) -> Booleans:
+def run(automaton: WordAutomaton, labels: Labels, internal: Letter = frozenset()) -> Booleans:
     """Tell for each path whether the word of its samples is accepted.
 
     Args:

@@ -13,14 +13,14 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.mtac.allocation import Move, Part, Whereabouts, World
+from ltlplan.mtac.agent_moves import AgentState, Move, RobotTask, World
 from ltlplan.paths.costs import Sampling, WeightedCost, cost_of
 from ltlplan.paths.improvement import with_ramped_times
 from ltlplan.paths.path_problem import PathProblem, path_problem
 from ltlplan.paths.quantile import square_root
 from ltlplan.sharing import cross_entropy
-from ltlplan.sharing.course import GLIDE, Clock, course_of
 from ltlplan.sharing.cross_entropy import OnlineSettings, OnlineState
+from ltlplan.sharing.gliding_path import GLIDE, Clock, gliding_path_of
 from verify.data import Letter, Mission, RobotPlan
 
 Floats = NDArray[np.float64]
@@ -43,7 +43,7 @@ BETTER = 0.01
 
 
 @dataclass(frozen=True, slots=True)
-class Passage:
+class RegionTimes:
     """When a course comes to a region, in nominal s.
 
     Attributes:
@@ -74,13 +74,13 @@ class Pilot:
         stop: Whether to wait even within a passage, because its ring has moved.
     """
 
-    def __init__(self, mission: Mission, world: World, name: str, where: Whereabouts, settings: OnlineSettings) -> None:
+    def __init__(self, mission: Mission, world: World, name: str, where: AgentState, settings: OnlineSettings) -> None:
         self.mission, self.world, self.name, self.where, self.settings = mission, world, name, where, settings
         self.moves: tuple[Move, ...] = ()
         self.shown = 0
         self.leaves = True
         self.detour: tuple[Letter, ...] = ()
-        self.course = course_of(_hover(where))
+        self.course = gliding_path_of(_hover(where))
         self.clock = Clock()
         self.entered = False
         self.stop = False
@@ -93,7 +93,7 @@ class Pilot:
         self.base = self.smooth = self.course.new
         self.better: Floats | None = None
         self.better_cost = math.inf
-        self.passages: list[Passage] = []
+        self.passages: list[RegionTimes] = []
         self.table: Floats = self.course.new[:1]
         self.price = 0.0
 
@@ -129,20 +129,20 @@ class Pilot:
         last = k == len(self.moves) - 1
         return move.letters if last and not self.leaves else (*move.letters, self.world.free_letter(move.internal))
 
-    def take(self, part: Part, plan: RobotPlan, rng: Generator) -> None:
-        """Begin a part along a plan that starts where the robot hovers."""
-        self.moves, self.leaves, self.shown, self.entered, self.stop = part.moves, part.leaves, 0, False, False
-        starts_inside = part.where.inside is not None
+    def take(self, task: RobotTask, plan: RobotPlan, rng: Generator) -> None:
+        """Begin a task along a plan that starts where the robot hovers."""
+        self.moves, self.leaves, self.shown, self.entered, self.stop = task.moves, task.leaves, 0, False, False
+        starts_inside = task.where.inside is not None
         in_place = bool(self.moves) and self.moves[0].in_place
         self.visit = 0 if in_place or not starts_inside else 1
         self.detour = () if in_place or not starts_inside or not self.moves else (self.world.free_letter(self.where.internal),)
         self.clock = Clock()
         self.problem = self.state = None
         plan = with_ramped_times(plan, self.cost)
-        self.course = course_of(plan)
+        self.course = gliding_path_of(plan)
         if len({w.position for w in plan.waypoints}) > 2 and len({v.region for v in plan.visits}) <= MOST_REGIONS:
             self.problem = path_problem(self.mission, plan, self.cost)
-            self.course = course_of(plan, self.problem.spline, self.problem.nominal)
+            self.course = gliding_path_of(plan, self.problem.spline, self.problem.nominal)
         metres = float(np.linalg.norm(np.diff(self.course.new, axis=0), axis=1).sum())
         self.sampling = (
             None if self.course.spline is None else Sampling(self.course.spline, max(48, math.ceil(metres / INSTANT)))
@@ -153,7 +153,7 @@ class Pilot:
     def observe(self, letter: Letter, inside: str | None) -> bool:
         """Take note of a new letter; return whether it was the one that was to come next."""
         expected = self.chain[0] if self.chain else None
-        self.where = Whereabouts(self.where.position, inside, inside or self.where.vertex, self.where.internal)
+        self.where = AgentState(self.where.position, inside, inside or self.where.vertex, self.where.internal)
         if expected != letter:
             return False
         if self.detour:
@@ -241,7 +241,7 @@ class Pilot:
             return
         if self.clock.time == 0.0:
             # nothing of this course was flown, and its first point is where the robot is: no glide is needed
-            self.course = course_of(self.course.plan, self.course.spline, self.better)
+            self.course = gliding_path_of(self.course.plan, self.course.spline, self.better)
             self.better, self.better_cost = None, math.inf
             self._look()
             return
@@ -315,7 +315,7 @@ class Pilot:
             near = level <= (1.0 + 1.5 * max(self.mission.margin, 0.02) / min(region.radii)) ** 2
             before, after = np.flatnonzero(~near[:at]), np.flatnonzero(~near[at:])
             self.passages.append(
-                Passage(
+                RegionTimes(
                     float(instants[before[-1]]) if len(before) else 0.0,
                     float(instants[at]),
                     float(instants[at + after[0]]) if len(after) else math.inf,
@@ -323,7 +323,7 @@ class Pilot:
             )
 
 
-def _hover(where: Whereabouts) -> RobotPlan:
+def _hover(where: AgentState) -> RobotPlan:
     """Return the plan of a robot that stays where it is."""
     from verify.data import Waypoint, Word
 

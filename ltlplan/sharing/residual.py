@@ -1,6 +1,6 @@
 """What is left of a formula after letters were flown, as a formula of its own (progression; Bacchus and Kabanza 1998).
 
-In the air several robots move at once, so what was flown can be read in several ways (`sharing.progress`). Each way may
+In the air several robots move at once, so what was flown can be read in several ways (`sharing.belief`). Each way may
 leave another formula; what is left is their conjunction, so that whichever way it is read, the rest satisfies the whole.
 """
 
@@ -12,7 +12,7 @@ from typing import Literal
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.task_reader import Reader
-from ltlplan.sharing.progress import Reading, after_events, at_start
+from ltlplan.sharing.belief import Reading, after_events, at_start
 from verify.data import Formula, Letter, Mission, NotCertified, Unsatisfiable
 from verify.data.events import changed
 from verify.data.formula import FALSE, TRUE
@@ -87,10 +87,10 @@ def formula_left(
         shown: Every change of a letter: (s, {robot: letter}).
         reading: The mission's team reading.
     """
-    standing = at_start(_Telling(reader, formula), first, reading=reading)
+    belief = at_start(_Telling(reader, formula), first, reading=reading)
     for _, events in shown:
-        standing = after_events(standing, events)
-    found = {str(told.formula): told.formula for told in standing.states if isinstance(told, _Told)}
+        belief = after_events(belief, events)
+    found = {str(told.formula): told.formula for told in belief.states if isinstance(told, _Told)}
     left = TRUE
     for text in sorted(found):
         left = _and(left, found[text])

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.mtac.allocation import Part
+from ltlplan.mtac.agent_moves import RobotTask
 from ltlplan.paths.hoops import route
-from ltlplan.sharing.progress import admits
+from ltlplan.sharing.belief import admits
 from verify.data import Infeasible, Mission, RobotPlan, Visit, Word
 from verify.data.mission import Point, Region
 
@@ -72,12 +72,12 @@ def _around(team: OnlineTeam, name: str, now: float, tried: set[tuple[str, Point
     others = [other for other in team.pilots if other != name and team.rests(team.pilots[other], now)]
     team.root(pilot, now)
     tried.add((name, pilot.where.position))
-    part = Part(pilot.where, pilot.moves, pilot.leaves)
+    task = RobotTask(pilot.where, pilot.moves, pilot.leaves)
     try:
-        plan = team.plan_for(pilot, part, [_point(_at(team, other, now)) for other in others])
+        plan = team.plan_for(pilot, task, [_point(_at(team, other, now)) for other in others])
     except Infeasible:
         return None
-    pilot.take(part, plan, team.rng)
+    pilot.take(task, plan, team.rng)
     return f"At {now:.2f} s {name} is led around {', '.join(others)}."
 
 
@@ -103,7 +103,7 @@ def _steps_aside(team: OnlineTeam, name: str, passing: str, now: float) -> bool:
     ahead = {n: p.ahead for n, p in team.pilots.items()}
     inside = {n: p.chain for n, p in team.pilots.items() if p.entered}
     rest = {n: p.rest if n in inside else p.ahead for n, p in team.pilots.items()}
-    if letters and not (team.keeps({**ahead, name: letters}) and admits(team.standing, {**inside, name: letters}, rest)):
+    if letters and not (team.keeps({**ahead, name: letters}) and admits(team.belief, {**inside, name: letters}, rest)):
         return False
     others = [_at(team, other, now)[None] for other in team.pilots if other != name]
     ways = [_ahead(team, other) for other, p in team.pilots.items() if other != name and not p.arrived]
@@ -111,7 +111,7 @@ def _steps_aside(team: OnlineTeam, name: str, passing: str, now: float) -> bool:
     for place in places_aside(team.mission, where.position, [*others, *ways, _ahead(team, passing)], team.distance)[:_PLACES]:
         plan = way_aside(team.mission, name, where.position, where.inside, word, place)
         if plan is not None:
-            pilot.take(Part(replace(where), ()), plan, team.rng)
+            pilot.take(RobotTask(replace(where), ()), plan, team.rng)
             pilot.detour = letters
             return True
     return False
@@ -140,7 +140,7 @@ def led_around(
     start: Point,
     visits: tuple[Visit, ...],
     word: Word,
-    standing: Iterable[Point],
+    hovering: Iterable[Point],
     distance: float,
 ) -> RobotPlan:
     """Lay one robot's way around places where others hover, as far from them as `distance`, or as the start allows.
@@ -151,14 +151,14 @@ def led_around(
         start: m, from where.
         visits: What it visits, with its start region first where it begins inside.
         word: The letters that it will show.
-        standing: m, where others hover.
+        hovering: m, where others hover.
         distance: m.
 
     Raises:
         Infeasible: There is no way around, or somebody hovers where the robot is to go.
     """
     bodies: dict[str, Region] = {}
-    for index, place in enumerate(standing):
+    for index, place in enumerate(hovering):
         away = float(np.linalg.norm(np.array(place) - np.array(start)))
         radius = min(distance + _SPARE, away - _NEAR) - mission.margin
         if radius > _LEAST:

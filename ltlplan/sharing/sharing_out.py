@@ -1,4 +1,4 @@
-"""The satisfying run that online MTAC-E begins with, and its parts for each robot (Algorithm 5, lines 1 to 4), by straight lines.
+"""The satisfying run that online MTAC-E begins with, and its tasks for each robot (Algorithm 5, lines 1 to 4), by straight lines.
 
 Walks of one robot after another over the team automaton find it, as offline. Where there are so many sets of robots and states that
 their guide would take long, and for what no such walk leads to (two places that are to be held at once), the exact search does.
@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ltlplan.mtac.allocation import Move, Part, World
-from ltlplan.mtac.beam_search import Options, Walker
+from ltlplan.mtac.agent_moves import Move, RobotTask, World
+from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.optimality_gap import straight_line_costs
 from ltlplan.sharing.pilot import Pilot
 from verify.data import LtlplanError, Unsatisfiable, Visit
@@ -29,7 +29,7 @@ WIDTH = 8
 """Walks side by side; by straight lines they cost next to nothing."""
 
 
-def share_out(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, Part]:
+def share_out(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, RobotTask]:
     """Return a cheap way to share what is left, by straight lines.
 
     Args:
@@ -46,29 +46,29 @@ def share_out(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, Pa
     return _by_exact_search(team, blocked)
 
 
-def _by_walks(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, Part] | None:
-    leg, world, begun = straight_line_costs(team.mission), team.world, team.standing.settled
+def _by_walks(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, RobotTask] | None:
+    leg, world, begun = straight_line_costs(team.mission), team.world, team.belief.settled
     starts = {name: pilot.where for name, pilot in team.pilots.items()}
 
-    def price(robot: str, part: Part) -> float:
-        if (robot, part.moves) in blocked:
+    def price(robot: str, task: RobotTask) -> float:
+        if (robot, task.moves) in blocked:
             return math.inf
-        position, total = part.where.position, 0.0
-        for move in part.moves:
+        position, total = task.where.position, 0.0
+        for move in task.moves:
             if not move.in_place:
                 total += leg(robot, position, move.visit.region)
                 position = world.after(move).position
         return total
 
-    walker = Walker(
-        team.mission, world, team.reader, starts, begun=begun, takes_off=False, divides=partial(team.reader.divides, begun=begun),
+    search = BeamSearch(
+        team.mission, world, team.reader, starts, begun=begun, takes_off=False, in_decomposition_set=partial(team.reader.in_decomposition_set, begun=begun),
         metric=leg, price=price, holds=partial(_holds, team), options=Options(width=WIDTH),
     )  # fmt: skip
-    best = walker.search(lambda _sentence, _share: None)
-    return None if best is None else dict(best.parts)
+    best = search.search(lambda _sentence, _share: None)
+    return None if best is None else dict(best.tasks)
 
 
-def _by_exact_search(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, Part]:
+def _by_exact_search(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, RobotTask]:
     """Return the cheapest way to share what is left.
 
     Raises:
@@ -79,9 +79,9 @@ def _by_exact_search(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[
     problem: LtlplanError | None = None
     try:
         found = assign(check_mission(team.left()) if team.steps else team.mission).robots
-        parts = {name: _part(team.world, team.pilots[name], itinerary) for name, itinerary in found.items()}
-        if _holds(team, parts) and not any((name, part.moves) in blocked for name, part in parts.items()):
-            return parts
+        tasks = {name: _part(team.world, team.pilots[name], itinerary) for name, itinerary in found.items()}
+        if _holds(team, tasks) and not any((name, task.moves) in blocked for name, task in tasks.items()):
+            return tasks
     except LtlplanError as error:
         problem = error
     raise Unsatisfiable(
@@ -91,13 +91,13 @@ def _by_exact_search(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[
     ) from problem
 
 
-def _holds(team: OnlineTeam, parts: Mapping[str, Part]) -> bool:
-    """Tell whether the team can finish by these parts."""
-    return team.keeps({robot: part.ahead(team.world) for robot, part in parts.items()})
+def _holds(team: OnlineTeam, tasks: Mapping[str, RobotTask]) -> bool:
+    """Tell whether the team can finish by these tasks."""
+    return team.keeps({robot: task.ahead(team.world) for robot, task in tasks.items()})
 
 
-def _part(world: World, pilot: Pilot, itinerary: Itinerary) -> Part:
-    """Return one robot's visits as its part."""
+def _part(world: World, pilot: Pilot, itinerary: Itinerary) -> RobotTask:
+    """Return one robot's visits as its task."""
     where = pilot.where
     moves: list[Move] = []
     for index, visit in enumerate(itinerary.visits):
@@ -108,4 +108,4 @@ def _part(world: World, pilot: Pilot, itinerary: Itinerary) -> Part:
         move = next(m for m in world.moves(where, first=here) if m.visit == wanted and m.in_place == here)
         moves.append(move)
         where = world.after(move)
-    return Part(pilot.where, tuple(moves), where.inside is None or where.inside not in itinerary.word.letters[-1])
+    return RobotTask(pilot.where, tuple(moves), where.inside is None or where.inside not in itinerary.word.letters[-1])

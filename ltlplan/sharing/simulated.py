@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from ltlplan.mtac.optimality_gap import optimality_gap
 from ltlplan.paths.costs import Sampling, WeightedCost, cost_of, plan_cost, team_cost
 from ltlplan.paths.hoops import route
+from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.path_problem import PathProblem
 from ltlplan.paths.path_result import candidate_plans
 from ltlplan.paths.sampled_paths import word_filter
-from ltlplan.paths.spline_matrices import Spline
 from ltlplan.planning.allocation import Allocation, Context, Itinerary
 from ltlplan.sharing.team import PERIOD, OnlineTeam
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Unsatisfiable, Visit, Word
@@ -177,7 +177,7 @@ def _along(mission: Mission, nominal: RobotPlan, path: Floats, cost: WeightedCos
         for spacing in _SPACINGS:
             count = max(4, int(np.ceil(length / spacing)))
             times = np.interp(np.linspace(0.0, length, count + 2), place, at)
-            spline = Spline(times)
+            spline = LeastSnapSpline(times)
             points = np.stack([np.interp(times, at, path[:, axis]) for axis in range(3)], axis=1)
             sampling = Sampling(spline, max(64, int(np.ceil(length / 0.05))))
             problem = PathProblem(spline, points, np.arange(1, count + 1), cost, sampling, keeps, length, slack, np.zeros(0))

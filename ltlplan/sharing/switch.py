@@ -1,7 +1,7 @@
-"""The switch condition of online MTAC-E: which part should change hands, from whom, to whom (Algorithm 5, lines 15 to 17).
+"""The switch condition of online MTAC-E: which task should change hands, from whom, to whom (Algorithm 5, lines 15 to 17).
 
-A part may go to another robot when nobody has begun it, its beginning is in the decomposition set, the taker is idle and
-carries what the part needs, the environment lets it go there, it is clearly cheaper, and the team can finish afterwards.
+A task may go to another robot when nobody has begun it, its beginning is in the decomposition set, the taker is idle and
+carries what the task needs, the environment lets it go there, it is clearly cheaper, and the team can finish afterwards.
 This only tells; `sharing.team.OnlineTeam` lets the giver stop and gives both robots their new courses.
 """
 
@@ -12,21 +12,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ltlplan.mtac.allocation import Metric, Move, Part, World
+from ltlplan.mtac.admissible_heuristic import Metric
+from ltlplan.mtac.agent_moves import Move, RobotTask, World
 from ltlplan.mtac.optimality_gap import straight_line_costs
 from ltlplan.mtac.task_reader import Reader
+from ltlplan.sharing.belief import Belief, can_finish
 from ltlplan.sharing.pilot import Pilot
-from ltlplan.sharing.progress import Standing, can_finish
 from verify.data import Mission
 from verify.data.mission import Point
 
 SWITCH_GAIN = 0.1
-"""A part changes hands when that is cheaper by this share of its cost."""
+"""A task changes hands when that is cheaper by this share of its cost."""
 
 
 @dataclass(frozen=True, slots=True)
 class Handover:
-    """A part that should change hands.
+    """A task that should change hands.
 
     Attributes:
         giver: Who has it.
@@ -38,7 +39,7 @@ class Handover:
     taker: str
     kept: int
 
-    def parts(self, world: World, pilots: Mapping[str, Pilot]) -> dict[str, Part]:
+    def tasks(self, world: World, pilots: Mapping[str, Pilot]) -> dict[str, RobotTask]:
         """Return what both have to do afterwards, from where they are."""
         moves = pilots[self.giver].moves
         return {
@@ -47,14 +48,14 @@ class Handover:
         }
 
 
-def _part(world: World, robot: str, pilot: Pilot, moves: tuple[Move, ...]) -> Part:
-    """Return a part that ends where courses end: past a hoop, at the robot's end point, or else inside the last region."""
+def _part(world: World, robot: str, pilot: Pilot, moves: tuple[Move, ...]) -> RobotTask:
+    """Return a task that ends where courses end: past a hoop, at the robot's end point, or else inside the last region."""
     mission = world.mission
     leaves = True
     if moves and moves[-1].visit.region not in mission.hoops:
         end = mission.agents[robot].end
         leaves = end is not None and world.regions_at(np.array([end], dtype=np.float64)) != [moves[-1].visit.region]
-    return Part(pilot.where, moves, leaves)
+    return RobotTask(pilot.where, moves, leaves)
 
 
 def better_hands(
@@ -80,8 +81,8 @@ def better_hands(
     return None if best is None else best[1]
 
 
-def may_change(world: World, reader: Reader, standing: Standing, pilots: Mapping[str, Pilot], handover: Handover) -> bool:
-    """Tell whether a part may change hands as things are now, whatever that would cost.
+def may_change(world: World, reader: Reader, belief: Belief, pilots: Mapping[str, Pilot], handover: Handover) -> bool:
+    """Tell whether a task may change hands as things are now, whatever that would cost.
 
     Nobody has begun it; its beginning is in the decomposition set of the automaton's present states; the taker carries what
     it needs and can go there; and the team can finish afterwards.
@@ -93,14 +94,14 @@ def may_change(world: World, reader: Reader, standing: Standing, pilots: Mapping
         return False
     if giver.moves[kept].visit.region not in world.neighbours.get(taker.where.vertex, ()):
         return False
-    states = standing.settled
-    for letter in Part(giver.where, giver.moves[:kept]).ahead(world):
+    states = belief.settled
+    for letter in RobotTask(giver.where, giver.moves[:kept]).ahead(world):
         states = frozenset(reader.successor(state, letter) for state in states)
-    if not reader.divides(states, begun=standing.settled):
+    if not reader.in_decomposition_set(states, begun=belief.settled):
         return False
     ahead = {name: pilot.ahead for name, pilot in pilots.items()}
-    ahead.update((name, part.ahead(world)) for name, part in handover.parts(world, pilots).items())
-    return can_finish(standing, ahead)
+    ahead.update((name, task.ahead(world)) for name, task in handover.tasks(world, pilots).items())
+    return can_finish(belief, ahead)
 
 
 def _length(world: World, leg: Metric, robot: str, position: Point, moves: tuple[Move, ...]) -> float:

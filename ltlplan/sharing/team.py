@@ -5,13 +5,13 @@ paper, a satisfying run is made at the first step; whoever is cheapest gets each
 online cross-entropy; the flag says when the formula is satisfied. What the printed algorithm leaves open:
 
 * The run is made by the walk of `ltlplan.mtac.beam_search` with straight lines for costs, so that robots can go within a second. The switch
-  condition is asked again several times a second: a part that nobody has begun, and whose beginning is in the decomposition
+  condition is asked again several times a second: a task that nobody has begun, and whose beginning is in the decomposition
   set of the states that the automaton may be in now (what is done is done), goes to another robot where that is clearly cheaper.
-* A robot that has begun a part outside the decomposition set keeps it to its end, as the paper says.
-* The states are a set, because robots fly at the same time (`sharing.progress`); a robot that comes to a region enters
+* A robot that has begun a task outside the decomposition set keeps it to its end, as the paper says.
+* The states are a set, because robots fly at the same time (`sharing.belief`); a robot that comes to a region enters
   it only if the team can still finish afterwards, whatever the order of the events; otherwise it waits on its path.
 * The desired pose is not the raw sample at time t, which would jump by decimetres 50 times a second. Robots glide to a
-  sampled path where it is cheaper than the one that they fly (`sharing.course`).
+  sampled path where it is cheaper than the one that they fly (`sharing.gliding_path`).
 * Robots keep the mission's separation by waiting; who waits for one that hovers gets a way around it, or it steps aside.
 
 None of this is certified: sampled paths, measured positions, no bound on what the vehicle does. The verdict on what was flown
@@ -28,11 +28,11 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.mtac.allocation import Part, Whereabouts, World
+from ltlplan.mtac.agent_moves import AgentState, RobotTask, World
 from ltlplan.mtac.task_reader import Reader
+from ltlplan.sharing.belief import admits, after_events, at_start, can_finish
 from ltlplan.sharing.cross_entropy import OnlineSettings
 from ltlplan.sharing.pilot import Pilot
-from ltlplan.sharing.progress import admits, after_events, at_start, can_finish
 from ltlplan.sharing.residual import mission_left
 from ltlplan.sharing.room_to_pass import led_around, make_way
 from ltlplan.sharing.sharing_out import share_out
@@ -71,7 +71,7 @@ class Desired:
         satisfied: Whether what was shown so far satisfies the formula if nobody's letter changes any more.
         finished: Whether moreover everybody has come to rest at the end of a course.
         holding: A sentence where the team holds position because nothing is left that could satisfy the formula.
-        switched: Sentences about parts that changed hands in this step, and about robots that make way for each other.
+        switched: Sentences about tasks that changed hands in this step, and about robots that make way for each other.
     """
 
     flat: Floats
@@ -87,7 +87,7 @@ class OnlineTeam:
     Attributes:
         mission: What is asked now; `change` replaces it.
         pilots: One for each robot in the air, in the mission's order.
-        standing: Letters held, and the automaton's states that may have been reached.
+        belief: Letters held, and the automaton's states that may have been reached.
         first_letters: What each robot showed first.
         shown: Every change of a letter: (s, {robot: letter}); replayed when the world changes.
         holding: Why the team holds position, or None.
@@ -122,7 +122,7 @@ class OnlineTeam:
         self.reader = Reader(self.world)
         self.pilots = {n: Pilot(mission, self.world, n, self.world.start(n), self.settings) for n in mission.agents}
         held = {name: self.world.letter(pilot.where) for name, pilot in self.pilots.items()}
-        self.standing = at_start(self.reader, held, reading=mission.spec.team)
+        self.belief = at_start(self.reader, held, reading=mission.spec.team)
         self.first_letters = held
         self.shown: list[tuple[float, dict[str, Letter]]] = []
         self.holding: str | None = None
@@ -150,27 +150,27 @@ class OnlineTeam:
     @property
     def complete(self) -> bool:
         """Whether every robot has a path for all that is left, and that satisfies the formula."""
-        return self.holding is None and can_finish(self.standing, self._ahead())
+        return self.holding is None and can_finish(self.belief, self._ahead())
 
     def _ahead(self) -> dict[str, tuple[Letter, ...]]:
         return {name: pilot.ahead for name, pilot in self.pilots.items()}
 
     def allocate(self) -> None:
-        """Make a satisfying run from where the team is and give its parts to the cheapest robots (lines 1 to 4).
+        """Make a satisfying run from where the team is and give its tasks to the cheapest robots (lines 1 to 4).
 
         All robots must be hovering. On success `holding` is None.
 
         Raises:
             Unsatisfiable: Nothing that is left satisfies the formula; robots keep hovering, `holding` says so.
-            Infeasible: A part has no way that keeps clear.
+            Infeasible: A task has no way that keeps clear.
         """
         for pilot in self.pilots.values():
-            pilot.take(Part(pilot.where), self.plan_for(pilot, Part(pilot.where)), self.rng)
+            pilot.take(RobotTask(pilot.where), self.plan_for(pilot, RobotTask(pilot.where)), self.rng)
         blocked: set[tuple[str, tuple]] = set()
         try:
             for _ in range(MAX_ATTEMPTS):
-                parts = share_out(self, blocked)
-                problem = self._laid(parts)
+                tasks = share_out(self, blocked)
+                problem = self._laid(tasks)
                 if problem is None:
                     self.holding, self._begin = None, self.steps + SEARCH_STEPS
                     return
@@ -207,7 +207,7 @@ class OnlineTeam:
         for j, (name, pilot) in enumerate(self.pilots.items()):
             flat[:, :3, j] = pilot.course.flat(pilot.clock, now)
             flat[0, 3, j] = self.mission.agents[name].yaw
-        satisfied = self.standing.accepts()
+        satisfied = self.belief.accepts()
         finished = satisfied and all(p.done and p.arrived for p in self.pilots.values())
         return Desired(flat, satisfied, finished, self.holding, tuple(self._said))
 
@@ -233,11 +233,11 @@ class OnlineTeam:
             # a ring that has moved is not where the course goes
             pilot.stop = isinstance(event, HoopMoves) and bool(pilot.moves) and pilot.moves[0].visit.region == event.region
         # the whole flown word counts: the new automaton reads it from its beginning
-        self.standing = at_start(self.reader, self.first_letters, reading=self.mission.spec.team)
+        self.belief = at_start(self.reader, self.first_letters, reading=self.mission.spec.team)
         for _, events in self.shown:
-            self.standing = after_events(self.standing, events)
+            self.belief = after_events(self.belief, events)
         # no matter how: that is known at once, whatever else turns out when what is left is shared
-        lost = ", and what was flown cannot be completed to satisfy what is asked now" if DEAD in self.standing.states else ""
+        lost = ", and what was flown cannot be completed to satisfy what is asked now" if DEAD in self.belief.states else ""
         self.hold(f"at {now:.2f} s {event}{lost}")
 
     def hold(self, reason: str) -> None:
@@ -271,7 +271,7 @@ class OnlineTeam:
         return (pilot.arrived or pilot.clock.resting) and not pilot.course.gliding(now)
 
     def root(self, pilot: Pilot, now: float) -> None:
-        """Let a robot's whereabouts be where it hovers, so that its next course begins without a jump."""
+        """Let a robot's state be where it hovers, so that its next course begins without a jump."""
         x, y, z = (float(v) for v in pilot.course.flat(pilot.clock, now)[0])
         pilot.where = replace(pilot.where, position=(x, y, z))
 
@@ -288,14 +288,14 @@ class OnlineTeam:
         for name in unforeseen:
             self.pilots[name].surprised(inside[name])
         # what was foreseen was asked for at the gate
-        if unforeseen and self.holding is None and not can_finish(self.standing, self._ahead()):
+        if unforeseen and self.holding is None and not can_finish(self.belief, self._ahead()):
             seen_by = ", ".join(unforeseen)
             self.hold(f"at {now:.2f} s {seen_by} showed letters after which the plan cannot be finished")
 
     def _note(self, now: float, events: dict[str, Letter]) -> None:
         """Remember letters that have changed, and where they lead."""
         self.shown.append((now, events))
-        self.standing = after_events(self.standing, events)
+        self.belief = after_events(self.belief, events)
 
     def _labelled(self, positions: Mapping[str, Point]) -> tuple[dict[str, Letter], dict[str, str | None]]:
         """Return the letters that have changed, and the region that each robot is in; planned actions happen here."""
@@ -306,14 +306,14 @@ class OnlineTeam:
             x, y, z = (float(v) for v in positions[name])
             inside[name] = here
             target = pilot.wants_to_act() if here is not None else None
-            pilot.where = Whereabouts(
+            pilot.where = AgentState(
                 (x, y, z),
                 here if target is not None else pilot.where.inside,
                 pilot.where.vertex,
                 pilot.where.internal if target is None else target,
             )
             letter = self.world.free_letter(pilot.where.internal) | (frozenset() if here is None else {here})
-            if letter != self.standing.held[name]:
+            if letter != self.belief.held[name]:
                 events[name] = letter
         return events, inside
 
@@ -339,7 +339,7 @@ class OnlineTeam:
         """Ask the gate whether this robot may begin its passage while others are in theirs."""
         inside = {n: p.chain for n, p in self.pilots.items() if n == name or p.entered}
         rest = {n: p.rest if n in inside else p.ahead for n, p in self.pilots.items()}
-        return admits(self.standing, inside, rest)
+        return admits(self.belief, inside, rest)
 
     def _clear_of_each_other(self, now: float) -> dict[str, bool]:
         """Let robots wait that would come too near to one that has priority; priorities change when nobody can go."""
@@ -417,43 +417,43 @@ class OnlineTeam:
     def keeps(self, ahead: Mapping[str, tuple[Letter, ...]]) -> bool:
         """Tell whether the team can finish by these letters: in some order from now on, or if asked, in every order from the start."""
         if not self.every_order:
-            return can_finish(self.standing, ahead)
+            return can_finish(self.belief, ahead)
         return self.reader.holds_in_every_order({robot: (*self.word(robot), *letters) for robot, letters in ahead.items()})
 
     def word(self, robot: str) -> list[Letter]:
         """Return the letters that a robot has shown so far."""
         return [self.first_letters[robot], *(events[robot] for _, events in self.shown if robot in events)]
 
-    def _laid(self, parts: Mapping[str, Part]) -> tuple[str, tuple] | None:
-        """Give robots their parts and courses; return a part that has no way, if there is one."""
+    def _laid(self, tasks: Mapping[str, RobotTask]) -> tuple[str, tuple] | None:
+        """Give robots their tasks and courses; return a task that has no way, if there is one."""
         plans = {}
-        for name, part in parts.items():
+        for name, task in tasks.items():
             try:
-                plans[name] = self.plan_for(self.pilots[name], part)
+                plans[name] = self.plan_for(self.pilots[name], task)
             except Infeasible:
-                return name, part.moves
-        for name, part in parts.items():
-            self.pilots[name].take(part, plans[name], self.rng)
+                return name, task.moves
+        for name, task in tasks.items():
+            self.pilots[name].take(task, plans[name], self.rng)
         return None
 
-    def plan_for(self, pilot: Pilot, part: Part, around: Iterable[Point] = ()) -> RobotPlan:
+    def plan_for(self, pilot: Pilot, task: RobotTask, around: Iterable[Point] = ()) -> RobotPlan:
         """Lay the way of one robot from where it hovers, around places where others do.
 
         Raises:
             Infeasible: There is none.
         """
-        word = Word((self.world.letter(pilot.where), *part.ahead(self.world)))
-        visits = part.visits if part.moves else ()
+        word = Word((self.world.letter(pilot.where), *task.ahead(self.world)))
+        visits = task.visits if task.moves else ()
         return led_around(self.mission, pilot.name, pilot.where.position, visits, word, around, self.distance)
 
     def _may_change(self, handover: Handover) -> bool:
-        if not may_change(self.world, self.reader, self.standing, self.pilots, handover):
+        if not may_change(self.world, self.reader, self.belief, self.pilots, handover):
             return False
-        parts = handover.parts(self.world, self.pilots) if self.every_order else {}
-        return not parts or self.keeps({**self._ahead(), **{name: part.ahead(self.world) for name, part in parts.items()}})
+        tasks = handover.tasks(self.world, self.pilots) if self.every_order else {}
+        return not tasks or self.keeps({**self._ahead(), **{name: task.ahead(self.world) for name, task in tasks.items()}})
 
     def _switch(self, now: float) -> tuple[str, ...]:
-        """Let a part that nobody has begun change hands where that is clearly cheaper (lines 15 to 17)."""
+        """Let a task that nobody has begun change hands where that is clearly cheaper (lines 15 to 17)."""
         if self.holding is not None:
             return ()
         if self._handover is None and self.steps % SWITCH_STEPS == 0:
@@ -469,12 +469,12 @@ class OnlineTeam:
             return ()
         self.root(one, now)
         self.root(other, now)
-        parts = self._handover.parts(self.world, self.pilots)
+        tasks = self._handover.tasks(self.world, self.pilots)
         self._handover = None
-        if self._laid(parts) is not None:
-            self.hold(f"at {now:.2f} s a part could not change hands from {giver} to {taker}")
+        if self._laid(tasks) is not None:
+            self.hold(f"at {now:.2f} s a task could not change hands from {giver} to {taker}")
             return ()
-        regions = ", ".join(move.visit.region for move in parts[taker].moves)
+        regions = ", ".join(move.visit.region for move in tasks[taker].moves)
         return (f"At {now:.2f} s {taker} takes {regions} over from {giver}.",)
 
 

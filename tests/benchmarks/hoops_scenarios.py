@@ -22,7 +22,7 @@ from ltlplan.missions import load_mission
 from ltlplan.paths.costs import Cost, SampledPaths, WeightedCost
 from ltlplan.paths.cross_entropy import Improvement, Options, improve
 from ltlplan.paths.hoops import route, route_sequence
-from ltlplan.paths.spline_matrices import Spline
+from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.search.exact import assign
 from verify.data import Mission, RobotPlan
 from verify.data.mission import Hoop
@@ -34,7 +34,7 @@ LIMIT = 5.0
 
 def lengths(plan: RobotPlan) -> tuple[float, float | None]:
     """Length of the prefix and of one lap, in m; no lap for a finite flight."""
-    spline = Spline(plan.times, plan.cycle_waypoint)
+    spline = LeastSnapSpline(plan.times, plan.cycle_waypoint)
     points = np.array([w.position for w in plan.waypoints])
 
     def along(begin: float, end: float) -> float:

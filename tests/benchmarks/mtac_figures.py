@@ -12,7 +12,7 @@ import sys
 import numpy as np
 
 import ltlplan
-from ltlplan.mtac.allocation import World
+from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.beam_search import Options
 from ltlplan.mtac.offline import share_tasks
 from ltlplan.mtac.task_reader import Reader

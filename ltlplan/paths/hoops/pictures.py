@@ -14,7 +14,7 @@ from flight.shapes import line, points, region_shapes
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.primitives import Kind
 from ltlplan.paths.hoops.sequencer import segments
-from ltlplan.paths.spline_matrices import Spline
+from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from verify.data import BadInput, Mission, RobotPlan
 
 Floats = NDArray[np.float64]
@@ -56,7 +56,7 @@ def path_figure(mission: Mission, plan: RobotPlan, *, nominal: RobotPlan | None 
     if nominal is not None and len(nominal.waypoints) > 1:
         traces.append(line(_path(nominal), "nominal path", "#888888", dash="dash", width=5))
     if len(plan.waypoints) > 1:
-        spline = Spline(plan.times, plan.cycle_waypoint)
+        spline = LeastSnapSpline(plan.times, plan.cycle_waypoint)
         path, at = _path(plan), _times(plan)
         split = len(at) if spline.cycle is None else int(np.searchsorted(at, spline.times[spline.cycle]))
         if split > 1:
@@ -139,12 +139,12 @@ def _times(plan: RobotPlan) -> Floats:
 
 def _path(plan: RobotPlan) -> Floats:
     """Points of the plan's spline. Shape (n, 3)."""
-    return Spline(plan.times, plan.cycle_waypoint).evaluate([w.position for w in plan.waypoints], _times(plan))
+    return LeastSnapSpline(plan.times, plan.cycle_waypoint).evaluate([w.position for w in plan.waypoints], _times(plan))
 
 
 def _piece(plan: RobotPlan, index: int) -> Floats:
     at = np.linspace(plan.times[index], plan.times[index + 1], 24)
-    return Spline(plan.times, plan.cycle_waypoint).evaluate([w.position for w in plan.waypoints], at)
+    return LeastSnapSpline(plan.times, plan.cycle_waypoint).evaluate([w.position for w in plan.waypoints], at)
 
 
 def _figure(mission: Mission, traces: Sequence[BaseTraceType], title: str) -> go.Figure:

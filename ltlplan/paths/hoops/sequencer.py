@@ -22,7 +22,7 @@ from ltlplan.paths.hoops.clearance import Conflict, Room, conflicts, room
 from ltlplan.paths.hoops.legs import Legs, Stop, holds, hoop_axes, primitives_between
 from ltlplan.paths.hoops.primitives import Primitive
 from ltlplan.paths.hoops.sides import Directions, choose_sides
-from ltlplan.paths.spline_matrices import Spline
+from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.systems.transition_systems import word_of
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Visit, Waypoint, Word
 from verify.data.errors import did_you_mean
@@ -188,7 +188,7 @@ def _repaired(
     found: list[Conflict] = []
     for _ in range(_REPAIRS):
         times = _times(stops, speed, ramp, lasso=cycle is not None)
-        spline = Spline(times, cycle)
+        spline = LeastSnapSpline(times, cycle)
         coefficients = spline.through([stop.position for stop in stops])
         found = conflicts(coefficients, spline.durations, where, [stop.permitted for stop in stops[1:]])
         found = found or _visited_again(stops, spline, where, visits)
@@ -205,7 +205,7 @@ def _repaired(
     raise SplineBlocked(found[0], stops)
 
 
-def _visited_again(stops: Sequence[Stop], spline: Spline, where: Room, visits: Mapping[str, int]) -> list[Conflict]:
+def _visited_again(stops: Sequence[Stop], spline: LeastSnapSpline, where: Room, visits: Mapping[str, int]) -> list[Conflict]:
     """Find pieces on which a region that they may enter is left and entered once more, by dense samples."""
     at = np.linspace(spline.times[0], spline.times[-1], max(400, 40 * len(stops)))
     path = spline.evaluate([stop.position for stop in stops], at)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.mtac.allocation import Outlook, Part, World
+from ltlplan.mtac.admissible_heuristic import AdmissibleHeuristic
+from ltlplan.mtac.agent_moves import RobotTask, World
 from ltlplan.mtac.beam_search import Options
 from ltlplan.mtac.offline import mtac_e, share_tasks
 from ltlplan.mtac.optimality_gap import straight_cost, straight_line_costs
@@ -164,8 +165,10 @@ def test_the_outlook_is_a_lower_bound(seed):
     world = World(mission)
     reader = Reader(world)
     starts = {robot: world.start(robot) for robot in mission.agents}
-    outlook = Outlook(world, reader, reader.divides, starts, straight_line_costs(mission), takes_off=True)
-    bound = outlook.bound_at_start(frozenset({reader.initial}), frozenset(starts))
+    heuristic = AdmissibleHeuristic(
+        world, reader, reader.in_decomposition_set, starts, straight_line_costs(mission), takes_off=True
+    )
+    bound = heuristic.bound_at_start(frozenset({reader.initial}), frozenset(starts))
     assert bound <= assign(mission).cost + 1e-9
 
 
@@ -211,20 +214,20 @@ def test_relabelling_the_robots_changes_nothing_in_the_exact_method(seed):
 
 def itineraries(assignment):
     """What is flown, by whomever: visits, word and cost of each robot."""
-    return sorted((str(part.visits), str(part.word), round(part.cost, 9)) for part in assignment.robots.values())
+    return sorted((str(task.visits), str(task.word), round(task.cost, 9)) for task in assignment.robots.values())
 
 
 def test_words_of_an_itinerary_are_those_of_the_transition_system(fire):
     from ltlplan.systems.transition_systems import word_of
 
     world = World(fire)
-    part = Part(world.start("quad0"))
+    task = RobotTask(world.start("quad0"))
     for region in ("water", "smoke", "loc2"):
-        where = part.end(world)
-        moves = [m for m in world.moves(where, first=not part.moves) if m.visit.region == region]
-        part = part.then(max(moves, key=lambda m: len(m.visit.actions)), leaves=True)
-    shown = (world.letter(part.where), *part.ahead(world))
-    assert shown == word_of(fire, "quad0", part.visits).prefix
+        where = task.end(world)
+        moves = [m for m in world.moves(where, first=not task.moves) if m.visit.region == region]
+        task = task.then(max(moves, key=lambda m: len(m.visit.actions)), leaves=True)
+    shown = (world.letter(task.where), *task.ahead(world))
+    assert shown == word_of(fire, "quad0", task.visits).prefix
 
 
 def test_robots_move_along_edges_only(fire):

@@ -10,9 +10,9 @@ from ltlplan.logic.conjunction import Conjunction
 from ltlplan.logic.decomposition import decomposes, decomposes_from
 from ltlplan.logic.determinisation import intersection
 from ltlplan.logic.translation import translate
-from ltlplan.mtac.allocation import World
+from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.task_reader import Reader
-from ltlplan.sharing.progress import at_start
+from ltlplan.sharing.belief import at_start
 from tests.ltlplan.mtac.test_offline import ROW, small
 from tests.strategies import formulas
 from verify.data import Formula
@@ -130,7 +130,7 @@ def test_what_readings_lead_to_with_the_shortcut_against_plain_enumeration(formu
     robots = ["x", "y", "z"][: data.draw(st.integers(2, 3))]
     shown = st.sampled_from(reader.shown)
     held = {robot: data.draw(shown) for robot in robots}
-    standing = at_start(reader, held, reading="own")
+    belief = at_start(reader, held, reading="own")
     plain = {(reader.initial, frozenset(held.items()))}
     for _ in range(data.draw(st.integers(0, 4))):
         robot, letter = data.draw(st.sampled_from(robots)), data.draw(shown)
@@ -138,11 +138,11 @@ def test_what_readings_lead_to_with_the_shortcut_against_plain_enumeration(formu
         plain = {pair for pair in plainly_read(reader, plain, held.values()) if not any(name == robot for name, _ in pair[1])}
         plain = {(state, unread | {(robot, letter)}) for state, unread in plain}
         held[robot] = letter
-        standing = standing.after(robot, letter)
+        belief = belief.after(robot, letter)
     over = {state for state, unread in plainly_read(reader, plain, held.values()) if not unread}
     # the shortcut may leave out readings that end where others end, so what counts is what all readings lead to
-    assert standing.settled == over
-    assert standing.accepts() == all(state in reader.accepting for state in over)
+    assert belief.settled == over
+    assert belief.accepts() == all(state in reader.accepting for state in over)
 
 
 def plainly_read(reader, pairs, held):

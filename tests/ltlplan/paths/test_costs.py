@@ -8,18 +8,18 @@ from hypothesis import strategies as st
 from ltlplan.missions import load_mission
 from ltlplan.paths.costs import CostError, Sampling, WeightedCost, cost_of, evaluate, parse_cost, plan_cost
 from ltlplan.paths.hoops import route_sequence
-from ltlplan.paths.spline_matrices import Spline
+from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from verify.data import GRAVITY, BadInput
 
 
 def sampled(seed=0, paths=5, points=8, count=1500):
     rng = np.random.default_rng(seed)
-    sampling = Sampling(Spline(np.concatenate([[0.0], np.cumsum(rng.uniform(0.5, 1.5, points - 1))])), count)
+    sampling = Sampling(LeastSnapSpline(np.concatenate([[0.0], np.cumsum(rng.uniform(0.5, 1.5, points - 1))])), count)
     return sampling.paths(rng.uniform(-1, 1, (paths, points, 3)))
 
 
 def test_a_straight_line_is_as_long_as_its_ends_are_apart():
-    sampling = Sampling(Spline([0.0, 2.0]), 2000)
+    sampling = Sampling(LeastSnapSpline([0.0, 2.0]), 2000)
     paths = sampling.paths([[(0, 0, 0), (3, 4, 0)]])
     assert WeightedCost({"length": 1.0})(paths) == pytest.approx([5.0], rel=1e-6)
     assert WeightedCost({"time": 2.0})(paths) == pytest.approx([4.0])
@@ -28,7 +28,7 @@ def test_a_straight_line_is_as_long_as_its_ends_are_apart():
 
 
 def test_hovering_costs_its_time_in_energy_and_nothing_else():
-    paths = Sampling(Spline([0.0, 3.0]), 300).paths([[(1, 1, 1), (1, 1, 1)]])
+    paths = Sampling(LeastSnapSpline([0.0, 3.0]), 300).paths([[(1, 1, 1), (1, 1, 1)]])
     assert WeightedCost({"energy": 1.0})(paths) == pytest.approx([3.0])
     for term in ("length", "effort", "snap"):
         assert WeightedCost({term: 1.0})(paths) == pytest.approx([0.0], abs=1e-12)
@@ -134,8 +134,8 @@ def test_a_plan_costs_what_its_spline_does():
 
 
 def test_shapes_that_do_not_fit_are_refused():
-    sampling = Sampling(Spline([0.0, 1.0, 2.0]))
+    sampling = Sampling(LeastSnapSpline([0.0, 1.0, 2.0]))
     with pytest.raises(BadInput, match=r"\(paths, 3, 3\)"):
         sampling.paths(np.zeros((5, 4, 3)))
     with pytest.raises(BadInput, match="two instants"):
-        Sampling(Spline([0.0, 1.0]), 1)
+        Sampling(LeastSnapSpline([0.0, 1.0]), 1)

@@ -15,7 +15,7 @@ from ltlplan.paths.costs import cost_of, plan_cost
 from ltlplan.paths.cross_entropy import improve
 from ltlplan.paths.final_hover import then_hovering, until_hover
 from ltlplan.paths.hoops import route
-from ltlplan.paths.spline_matrices import Spline
+from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.report.pictures import pictures_html
 from tests.helpers.random_missions import random_mission
 from verify import check_word, recheck
@@ -33,7 +33,7 @@ def asking(formula: str, trace: str = "infinite", **changes: object) -> Mission:
 
 def test_a_cycle_of_one_piece_is_a_hover_at_rest():
     points = np.array([[0.0, 0.0, 1.0], [1.0, 0.4, 1.0], [1.5, -0.2, 1.2], [1.5, -0.2, 1.2]])
-    spline, finite = Spline([0.0, 1.0, 2.0, 3.0], cycle=2), Spline([0.0, 1.0, 2.0])
+    spline, finite = LeastSnapSpline([0.0, 1.0, 2.0, 3.0], cycle=2), LeastSnapSpline([0.0, 1.0, 2.0])
     at = np.linspace(2.0, 3.0, 50)
     assert np.allclose(spline.evaluate(points, at), points[-1], atol=1e-12)
     early = np.linspace(0.0, 2.0, 50)

@@ -7,8 +7,8 @@ from ltlplan import translate
 from ltlplan.missions import load_mission
 from ltlplan.paths.costs import Sampling
 from ltlplan.paths.hoops import route, route_sequence
+from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.sampled_paths import label, run, word_filter
-from ltlplan.paths.spline_matrices import Spline
 from tests.helpers.courses import courses
 from verify.data import Visit, Word, parse_mission
 
@@ -18,7 +18,7 @@ def paths_near(plan, seed, count, spread):
     points = np.array([w.position for w in plan.waypoints])
     moved = points + spread * rng.standard_normal((count, *points.shape))
     moved[:, 0], moved[:, -1] = points[0], points[-1]
-    return Sampling(Spline(plan.times, plan.cycle_waypoint), 300).paths(moved).axes(0)
+    return Sampling(LeastSnapSpline(plan.times, plan.cycle_waypoint), 300).paths(moved).axes(0)
 
 
 @pytest.fixture(scope="module")
@@ -143,7 +143,7 @@ def test_long_words_over_many_regions_are_told_apart(count):
     plan = route(mission, "quad0", [Visit(region=f"r{i}") for i in range(count)])
     keeps = word_filter(mission, plan)
     points = np.array([w.position for w in plan.waypoints])
-    sampling = Sampling(Spline(plan.times), 40 * count)
+    sampling = Sampling(LeastSnapSpline(plan.times), 40 * count)
     swapped = plan.model_copy(update={"word": Word(plan.word.prefix[:1] + plan.word.prefix[3:])})
     assert keeps.keeps(sampling.paths(points).axes(0)).tolist() == [True]
     assert word_filter(mission, swapped).keeps(sampling.paths(points).axes(0)).tolist() == [False]

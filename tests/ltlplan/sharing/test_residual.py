@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from ltlplan.mtac.allocation import World
+from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.sharing.residual import formula_left, progressed
 from tests.ltlplan.mtac.test_offline import small

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.paths.spline_matrices import Spline
+from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.planner import make_plan
 from ltlplan.sharing.team import PERIOD, OnlineTeam
 from tests.helpers.random_missions import random_mission
@@ -52,7 +52,7 @@ def test_the_plan_is_what_the_online_team_flew(firefighting: Mission, plan):
         if robot.still:
             assert np.ptp(places[name], axis=0).max() < 1e-6
             continue
-        path = Spline(robot.times).evaluate(
+        path = LeastSnapSpline(robot.times).evaluate(
             [w.position for w in robot.waypoints], np.linspace(robot.times[0], robot.times[-1], 400)
         )
         away = np.linalg.norm(path[:, None] - places[name][None], axis=2).min(axis=1)

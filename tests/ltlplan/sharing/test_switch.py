@@ -1,10 +1,10 @@
-"""Parts that change hands in flight: only in the decomposition set of the automaton's present states, and the formula holds."""
+"""Tasks that change hands in flight: only in the decomposition set of the automaton's present states, and the formula holds."""
 
 import math
 
 import pytest
 
-from ltlplan.mtac.allocation import Part, World
+from ltlplan.mtac.agent_moves import RobotTask, World
 from ltlplan.online.flight import fly_online
 from ltlplan.sharing import team
 from ltlplan.sharing.switch import Handover, may_change
@@ -27,12 +27,12 @@ def flown(flight):
 def given_to(flight, robot, *regions):
     """Let one robot do all of it, whoever would be cheaper."""
     world = World(flight.team.mission)
-    parts = {name: Part(pilot.where) for name, pilot in flight.team.pilots.items()}
+    tasks = {name: RobotTask(pilot.where) for name, pilot in flight.team.pilots.items()}
     for region in regions:
-        end = parts[robot].end(world)
+        end = tasks[robot].end(world)
         move = next(move for move in world.moves(end) if move.visit.region == region)
-        parts[robot] = parts[robot].then(move, leaves=False)
-    assert flight.team._laid(parts) is None
+        tasks[robot] = tasks[robot].then(move, leaves=False)
+    assert flight.team._laid(tasks) is None
     flight.team.steps = 1  # the switch condition was asked for at take-off; the next time robots are under way
 
 
@@ -61,7 +61,7 @@ def test_a_part_changes_hands_in_flight_once_what_binds_it_is_done():
     assert at > 1.0
     assert flight.words["quad0"] == [frozenset(), frozenset({"a"}), frozenset()]
     assert frozenset({"b"}) in flight.words["quad1"]
-    assert flight.team.standing.accepts()
+    assert flight.team.belief.accepts()
     assert check_word(FIRST_A, flown(flight))
     assert flight.nearest >= flight.team.mission.separation
     assert flight.jump < 0.03
@@ -79,14 +79,14 @@ def test_the_set_is_that_of_the_present_states():
     team, handover = flight.team, Handover("quad0", "quad1", 0)
     # b and d after a: while a is not done, the other robot might come to b first
     later = Handover("quad0", "quad1", 1)
-    assert not may_change(team.world, team.reader, team.standing, team.pilots, later)
+    assert not may_change(team.world, team.reader, team.belief, team.pilots, later)
     while len(team.pilots["quad0"].moves) > 2:
         flight.fly(0.1)
-    now = team.standing.settled
-    assert may_change(team.world, team.reader, team.standing, team.pilots, handover)
-    assert team.reader.divides(now, begun=now)
+    now = team.belief.settled
+    assert may_change(team.world, team.reader, team.belief, team.pilots, handover)
+    assert team.reader.in_decomposition_set(now, begun=now)
     # seen from take-off nothing could be handed over here, because `a` itself would be part of what may come later
-    assert not team.reader.divides(now)
+    assert not team.reader.in_decomposition_set(now)
 
 
 @pytest.mark.usefixtures("asked_at_three_seconds")
@@ -114,7 +114,7 @@ def test_equal_costs_change_nothing():
 
 
 def asked_throughout(flight, seconds):
-    """Fly on; return, several times a second, what quad0 has left and which parts of it might go to quad1."""
+    """Fly on; return, several times a second, what quad0 has left and which tasks of it might go to quad1."""
     team, answers = flight.team, []
     for _ in range(int(seconds / 0.5)):
         flight.fly(0.5)
@@ -122,7 +122,7 @@ def asked_throughout(flight, seconds):
         allowed = [
             kept
             for kept in range(len(moves))
-            if may_change(team.world, team.reader, team.standing, team.pilots, Handover("quad0", "quad1", kept))
+            if may_change(team.world, team.reader, team.belief, team.pilots, Handover("quad0", "quad1", kept))
         ]
         answers.append(("".join(move.visit.region for move in moves), allowed))
     return answers
@@ -138,7 +138,7 @@ def test_in_a_state_outside_the_set_nothing_changes_hands_however_cheap():
     assert flight.said == []
     assert frozenset({"b"}) in flight.words["quad0"]
     assert flight.words["quad1"] == [frozenset()]
-    assert flight.team.standing.accepts()
+    assert flight.team.belief.accepts()
     assert check_word("F b & G(b -> G !c)", flown(flight))
 
 

@@ -31,7 +31,7 @@ class Flight:
         self.team = OnlineTeam(mission, rng=np.random.default_rng(seed))
         self.events = sorted(events, key=lambda event: event.time)
         self.positions = {name: agent.start for name, agent in mission.agents.items()}
-        self.words = {name: [self.team.standing.held[name]] for name in mission.agents}
+        self.words = {name: [self.team.belief.held[name]] for name in mission.agents}
         self.nearest = math.inf
         self.jump = 0.0
         self.said = []
@@ -44,14 +44,14 @@ class Flight:
                 self.team.change(event, now)
                 if isinstance(event, RobotJoins):
                     self.positions[event.robot] = event.agent.start
-                    self.words[event.robot] = [self.team.standing.held[event.robot]]
+                    self.words[event.robot] = [self.team.belief.held[event.robot]]
             desired = self.team.step(now, {name: self.positions[name] for name in self.team.pilots})
             for j, name in enumerate(self.team.pilots):
                 place = tuple(float(x) for x in desired.flat[0, :3, j])
                 self.jump = max(self.jump, math.dist(place, self.positions[name]))
                 self.positions[name] = place
-                if self.words[name][-1] != self.team.standing.held[name]:
-                    self.words[name].append(self.team.standing.held[name])
+                if self.words[name][-1] != self.team.belief.held[name]:
+                    self.words[name].append(self.team.belief.held[name])
             places = np.array([self.positions[name] for name in self.team.pilots])
             if len(places) > 1:
                 apart = np.linalg.norm(places[:, None] - places, axis=-1) + np.eye(len(places)) * 9
@@ -79,7 +79,7 @@ def test_firefighting_is_flown_and_satisfied(fire):
     ]  # fmt: skip
     assert sequence(flight, "quad2") == [[], ["loc1"], []]
     assert sequence(flight, "quad1") == [[]]
-    assert flight.team.standing.accepts()
+    assert flight.team.belief.accepts()
     assert check_team(fire.formula, flight.words).sequential
     assert flight.nearest >= fire.separation
     assert flight.jump < 1.5 * fire.effective_limits.speed * PERIOD
@@ -110,7 +110,7 @@ def test_a_robot_that_fails_at_any_second_leaves_a_mission_that_the_others_finis
     if ended is None:
         assert "cannot be satisfied" in flight.team.holding
     else:
-        assert flight.team.standing.accepts()
+        assert flight.team.belief.accepts()
         assert check_team(fire.formula, flight.words).sequential
 
 
@@ -136,7 +136,7 @@ def test_all_robots_gone_is_said(fire):
 def test_a_hoop_that_moves_is_flown_to_where_it_is(fire):
     flight = Flight(fire, events=[HoopMoves(time=2.0, region="loc2", center=(-1.1, 0.1, 1.1))])
     assert flight.fly(40) is not None
-    assert flight.team.standing.accepts()
+    assert flight.team.belief.accepts()
     assert np.linalg.norm(np.array(flight.positions["quad0"]) - (-1.1, 0.1, 1.1)) < 0.7
 
 
@@ -184,11 +184,11 @@ planner: {method: online-mtac-e, samples: 50, elite: 0.1}
 
     def note(now, events):
         original(now, events)
-        both.append(frozenset().union(*team.standing.held.values()))
+        both.append(frozenset().union(*team.belief.held.values()))
 
     team._note = note
     flight.fly(40)
-    assert team.standing.accepts()
+    assert team.belief.accepts()
     assert not any({"dock_a", "dock_b"} <= letter for letter in both)
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from ltlplan.missions import load_mission
 from ltlplan.paths.hoops import Blocked, SplineBlocked, avoid, control_points, route, route_sequence, segments
 from ltlplan.paths.hoops.clearance import blocked, room
-from ltlplan.paths.spline_matrices import nominal_trajectory
+from ltlplan.paths.least_snap_spline import nominal_trajectory
 from tests.helpers.courses import courses
 from verify.data import BadInput, Infeasible, Mission, Visit, Word, parse_mission
 from verify.data.mission import Hoop, Region

@@ -45,7 +45,7 @@ _SNAP = _HERMITE.T @ _GRAM @ _HERMITE
 
 
 @dataclass(frozen=True, eq=False)
-class Spline:
+class LeastSnapSpline:
     """The least-snap spline through any points at these times.
 
     Attributes:
@@ -177,7 +177,7 @@ def nominal_trajectory(points: ArrayLike, times: ArrayLike, *, cycle: int | None
         cycle: Index of the point where the cycle begins, or None.
         yaw: rad.
     """
-    spline = Spline(times, cycle)
+    spline = LeastSnapSpline(times, cycle)
     coefficients = np.zeros((len(spline.times) - 1, 4, 8))
     coefficients[:, :3] = spline.through(points)
     coefficients[:, 3, 0] = yaw

@@ -1,4 +1,4 @@
-"""A flown team's standing against all team words of what was flown, and the gate against random flights."""
+"""A flown team's belief against all team words of what was flown, and the gate against random flights."""
 
 import itertools
 import random
@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ltlplan
-from ltlplan.sharing.progress import admits, at_start, can_finish, finishing_order
+from ltlplan.sharing.belief import admits, at_start, can_finish, finishing_order
 from tests.strategies import formulas
 from verify.data import BadInput
 
@@ -16,7 +16,7 @@ EMPTY = frozenset()
 
 
 class Table:
-    """A translated automaton with the container that a standing asks for."""
+    """A translated automaton with the container that a belief asks for."""
 
     def __init__(self, formula):
         self.automaton = ltlplan.translate(formula, trace="finite")
@@ -71,30 +71,30 @@ flights = st.lists(st.tuples(st.sampled_from(["x", "y"]), letters_), max_size=6)
 @settings(max_examples=80, deadline=None)
 def test_a_standing_accepts_just_what_all_team_words_accept(formula, first, second, events):
     table = Table(formula)
-    standing = at_start(table, {"x": first, "y": second}, reading="own")
+    belief = at_start(table, {"x": first, "y": second}, reading="own")
     for name, letter in events:
-        if letter != standing.held[name]:
-            standing = standing.after(name, letter)
+        if letter != belief.held[name]:
+            belief = belief.after(name, letter)
     kept, held = [], {"x": first, "y": second}
     for name, letter in events:
         if letter != held[name]:
             kept.append((name, letter))
             held[name] = letter
     by_force = states_by_all_words(table, {"x": first, "y": second}, kept)
-    assert standing.accepts() == all(state in table.accepting for state in by_force)
+    assert belief.accepts() == all(state in table.accepting for state in by_force)
 
 
 @given(formulas(size=5), st.lists(letters_, min_size=1, max_size=4), st.lists(letters_, min_size=1, max_size=4))
 @settings(max_examples=60, deadline=None)
 def test_serial_flights_agree_with_concatenated_words(formula, first, second):
-    # nobody reads the other while he flies: one reading among those that a standing stands for
+    # nobody reads the other while he flies: one reading among those that a belief stands for
     table = Table(formula)
-    standing = at_start(table, {"x": first[0], "y": second[0]}, reading="own")
+    belief = at_start(table, {"x": first[0], "y": second[0]}, reading="own")
     for name, word in (("x", first), ("y", second)):
         for before, letter in itertools.pairwise(word):
             if letter != before:
-                standing = standing.after(name, letter)
-    if standing.accepts():
+                belief = belief.after(name, letter)
+    if belief.accepts():
         assert run(table, [*first, *second]) in table.accepting
 
 
@@ -113,58 +113,58 @@ def test_flights_through_the_gate_finish_and_are_accepted(formula, plan, seed):
     draw = random.Random(seed)
     table = Table(formula)
     ahead = {name: [frozenset(letter) for letter in letters] for name, letters in plan.items()}
-    standing = at_start(table, dict.fromkeys(plan, EMPTY), reading="own")
-    assert can_finish(standing, ahead)
+    belief = at_start(table, dict.fromkeys(plan, EMPTY), reading="own")
+    assert can_finish(belief, ahead)
     inside = {}
     for _ in range(200):
         if not any(ahead.values()) and not any(inside.values()):
             break
         name = draw.choice(list(plan))
         if inside.get(name):
-            standing = standing.after(name, inside[name].pop(0))
+            belief = belief.after(name, inside[name].pop(0))
         elif ahead[name]:
             # a passage: letters up to and with the next free flight
             end = ahead[name].index(EMPTY) + 1
             chains = {n: letters for n, letters in inside.items() if letters} | {name: ahead[name][:end]}
             rest = {n: ahead[n][end:] if n == name else ahead[n] for n in plan}
-            if admits(standing, chains, rest):
+            if admits(belief, chains, rest):
                 inside[name], ahead[name] = ahead[name][:end], ahead[name][end:]
     assert not any(ahead.values()), "somebody waited for ever"
     assert not any(inside.values())
-    assert standing.accepts()
+    assert belief.accepts()
 
 
 def test_the_gate_keeps_apart_what_fails_side_by_side():
     # words a b and c d pass one after another; a c b d fails
     formula, plan = MISSIONS[1]
     table = Table(formula)
-    standing = at_start(table, {"x": EMPTY, "y": EMPTY}, reading="own")
+    belief = at_start(table, {"x": EMPTY, "y": EMPTY}, reading="own")
     x, y = ([frozenset(letter) for letter in plan[name]] for name in ("x", "y"))
-    assert admits(standing, {"x": x[:1]}, {"x": x[1:], "y": y})
-    after = standing.after("x", x[0])
+    assert admits(belief, {"x": x[:1]}, {"x": x[1:], "y": y})
+    after = belief.after("x", x[0])
     assert not admits(after, {"y": y[:1]}, {"x": x[1:], "y": y[1:]})
     assert finishing_order(after, {"x": x[1:], "y": y}) == ("x", "y")
 
 
 def test_joint_missions_read_unions():
     table = Table("F a & F b & G !(a & b)")
-    standing = at_start(table, {"x": EMPTY, "y": EMPTY}, reading="joint")
+    belief = at_start(table, {"x": EMPTY, "y": EMPTY}, reading="joint")
     a, b = frozenset({"a"}), frozenset({"b"})
-    assert admits(standing, {"x": [a, EMPTY]}, {"x": [], "y": [b, EMPTY]})
-    assert not admits(standing, {"x": [a, EMPTY], "y": [b, EMPTY]}, {"x": [], "y": []})
-    assert not standing.after("x", a).after("y", b).accepts()
-    assert standing.after("x", a).after("x", EMPTY).after("y", b).accepts()
+    assert admits(belief, {"x": [a, EMPTY]}, {"x": [], "y": [b, EMPTY]})
+    assert not admits(belief, {"x": [a, EMPTY], "y": [b, EMPTY]}, {"x": [], "y": []})
+    assert not belief.after("x", a).after("y", b).accepts()
+    assert belief.after("x", a).after("x", EMPTY).after("y", b).accepts()
 
 
 def test_events_of_one_instant_count_in_every_order():
     table = Table("!b U a")
     a, b = frozenset({"a"}), frozenset({"b"})
-    standing = at_start(table, {"x": EMPTY, "y": EMPTY}, reading="own")
+    belief = at_start(table, {"x": EMPTY, "y": EMPTY}, reading="own")
     # a is read for sure once x has left it; until then y's b may be read first
-    assert standing.after("x", a).after("x", EMPTY).after("y", b).accepts()
-    assert not standing.after("x", a).after("y", b).accepts()
-    assert not standing.after_all({"x": a, "y": b}).accepts()
-    left = standing.after("x", a)
+    assert belief.after("x", a).after("x", EMPTY).after("y", b).accepts()
+    assert not belief.after("x", a).after("y", b).accepts()
+    assert not belief.after_all({"x": a, "y": b}).accepts()
+    left = belief.after("x", a)
     assert (
         left.after_all({"x": EMPTY, "y": b}).pairs
         == left.after("x", EMPTY).after("y", b).pairs | left.after("y", b).after("x", EMPTY).pairs
@@ -173,18 +173,18 @@ def test_events_of_one_instant_count_in_every_order():
 
 def test_a_robot_that_joins_reads_its_letter_too():
     table = Table("G !a")
-    standing = at_start(table, {"x": EMPTY}, reading="own")
-    assert standing.joined("y", EMPTY).accepts()
-    assert not standing.joined("y", frozenset({"a"})).accepts()
+    belief = at_start(table, {"x": EMPTY}, reading="own")
+    assert belief.joined("y", EMPTY).accepts()
+    assert not belief.joined("y", frozenset({"a"})).accepts()
 
 
 def test_bad_teams_are_refused():
     table = Table("F a")
     with pytest.raises(BadInput, match="at least one robot"):
         at_start(table, {}, reading="own")
-    standing = at_start(table, {"x": EMPTY}, reading="own")
+    belief = at_start(table, {"x": EMPTY}, reading="own")
     with pytest.raises(BadInput, match="not in the air"):
-        standing.after("y", EMPTY)
+        belief.after("y", EMPTY)
     many = at_start(table, {str(i): EMPTY for i in range(6)}, reading="own")
     with pytest.raises(BadInput, match="too many"):
         many.after_all({str(i): frozenset({"a"}) for i in range(6)})

@@ -2,7 +2,7 @@
 
 In the air several robots move at once. Under `team: own` a team word is any sequence of readings of held letters
 (each letter of each robot read at least once, in the order of time), so what was flown so far leads not to one
-state of the automaton but to a set of them. `Standing` keeps that set exactly: pairs of a state and the letters
+state of the automaton but to a set of them. `Belief` keeps that set exactly: pairs of a state and the letters
 that somebody holds and that this reading has not read yet. Three facts keep the pairs few. A letter whose reading
 changes nothing may count as read. Robots that hold the same letter count as one, because truth does not change when a
 letter is read twice. A letter that commutes with all others (the automaton may say which do) counts as read at once.
@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from ltlplan.mtac.allocation import Accepting, State
+from ltlplan.mtac.agent_moves import Accepting, State
 from verify.data import BadInput
 from verify.data.word import Letter
 
@@ -39,14 +39,14 @@ Ahead = Mapping[str, Sequence[Letter]]
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class Belief:
     """What is held by whom, and where the readings so far may have led.
 
     Attributes:
         automaton: Deterministic, of the formula on finite traces.
         reading: The mission's team reading.
         held: Each robot's present letter.
-        pairs: Automaton state and letters still to be read. Under "joint" the second part is empty.
+        pairs: Automaton state and letters still to be read. Under "joint" the second member is empty.
     """
 
     automaton: Accepting
@@ -68,8 +68,8 @@ class Standing:
         """Tell whether the word is accepted if nobody's letter changes any more, whatever was read when."""
         return all(state in self.automaton.accepting for state in self.settled)
 
-    def after(self, robot: str, letter: Letter) -> Standing:
-        """Return the standing after one robot's letter has changed."""
+    def after(self, robot: str, letter: Letter) -> Belief:
+        """Return the belief after one robot's letter has changed."""
         if robot not in self.held:
             raise BadInput(f"'{robot}' is not in the air; robots: {', '.join(self.held)}.")
         before, held = self.held[robot], {**self.held, robot: letter}
@@ -79,8 +79,8 @@ class Standing:
         pairs = {(state, unread | {letter}) for state, unread in self.pairs if before not in unread}
         return replace(self, held=held, pairs=_closure(self.automaton, pairs, frozenset(held.values())))
 
-    def after_all(self, events: Mapping[str, Letter]) -> Standing:
-        """Return the standing after events of one instant, in any order (under "joint" also all at once).
+    def after_all(self, events: Mapping[str, Letter]) -> Belief:
+        """Return the belief after events of one instant, in any order (under "joint" also all at once).
 
         Raises:
             BadInput: More than a handful of events at once.
@@ -92,21 +92,21 @@ class Standing:
             raise BadInput(f"{len(events)} events at one instant are too many to order; at most {MAX_TOGETHER}.")
         pairs: set[Pair] = set()
         for order in itertools.permutations(events):
-            standing = self
+            belief = self
             for robot in order:
-                standing = standing.after(robot, events[robot])
-            pairs |= standing.pairs
+                belief = belief.after(robot, events[robot])
+            pairs |= belief.pairs
         if self.reading == "joint":
             pairs |= self.at_once(events).pairs
         return replace(self, held={**self.held, **events}, pairs=frozenset(pairs))
 
-    def at_once(self, events: Mapping[str, Letter]) -> Standing:
-        """Return the standing after letters that changed at the very same moment, for "joint" unions."""
+    def at_once(self, events: Mapping[str, Letter]) -> Belief:
+        """Return the belief after letters that changed at the very same moment, for "joint" unions."""
         held = {**self.held, **events}
         return replace(self, held=held, pairs=_joint(self.automaton, self.states, held))
 
-    def joined(self, robot: str, letter: Letter) -> Standing:
-        """Return the standing after another robot took off with this letter."""
+    def joined(self, robot: str, letter: Letter) -> Belief:
+        """Return the belief after another robot took off with this letter."""
         held = {**self.held, robot: letter}
         if self.reading == "joint":
             return replace(self, held=held, pairs=_joint(self.automaton, self.states, held))
@@ -114,8 +114,8 @@ class Standing:
         return replace(self, held=held, pairs=_closure(self.automaton, pairs, frozenset(held.values())))
 
 
-def at_start(automaton: Accepting, held: Mapping[str, Letter], *, reading: Reading) -> Standing:
-    """Return the standing at take-off, each robot in its first letter.
+def at_start(automaton: Accepting, held: Mapping[str, Letter], *, reading: Reading) -> Belief:
+    """Return the belief at take-off, each robot in its first letter.
 
     Raises:
         BadInput: There is no robot.
@@ -123,16 +123,16 @@ def at_start(automaton: Accepting, held: Mapping[str, Letter], *, reading: Readi
     if not held:
         raise BadInput("a team needs at least one robot.")
     if reading == "joint":
-        return Standing(automaton, reading, dict(held), _joint(automaton, {automaton.initial}, held))
+        return Belief(automaton, reading, dict(held), _joint(automaton, {automaton.initial}, held))
     letters = frozenset(held.values())
-    return Standing(automaton, reading, dict(held), _closure(automaton, {(automaton.initial, letters)}, letters))
+    return Belief(automaton, reading, dict(held), _closure(automaton, {(automaton.initial, letters)}, letters))
 
 
-def admits(standing: Standing, chains: Ahead, rest: Ahead) -> bool:
+def admits(belief: Belief, chains: Ahead, rest: Ahead) -> bool:
     """Tell whether robots may now begin letters that they cannot interrupt, whatever the order in which these come.
 
     Args:
-        standing: Now.
+        belief: Now.
         chains: For each robot that is or would be inside a region: the letters up to and with the one that leaves it.
         rest: The letters that each robot is to show after those.
 
@@ -146,11 +146,11 @@ def admits(standing: Standing, chains: Ahead, rest: Ahead) -> bool:
         size *= length + 1
     if size > MAX_GRID:
         return False
-    reached: dict[tuple[int, ...], Standing] = {(0,) * len(robots): standing}
+    reached: dict[tuple[int, ...], Belief] = {(0,) * len(robots): belief}
     # places in the grid in an order in which every place comes after those that lead to it
     for place in itertools.product(*(range(length + 1) for length in lengths)):
         here = reached[place]
-        for moving in _steps(place, lengths, together=standing.reading == "joint"):
+        for moving in _steps(place, lengths, together=belief.reading == "joint"):
             target = tuple(p + (i in moving) for i, p in enumerate(place))
             letters = {robots[i]: chains[robots[i]][place[i]] for i in moving}
             after = here.after(*next(iter(letters.items()))) if len(letters) == 1 else here.at_once(letters)
@@ -166,37 +166,37 @@ def _steps(place: tuple[int, ...], lengths: Sequence[int], *, together: bool) ->
         yield from itertools.combinations(free, count)
 
 
-def can_finish(standing: Standing, ahead: Ahead) -> bool:
+def can_finish(belief: Belief, ahead: Ahead) -> bool:
     """Tell whether some serial order of what is ahead ends in acceptance, whatever was read when."""
-    return next(_finishing(standing, ahead), None) is not None
+    return next(_finishing(belief, ahead), None) is not None
 
 
-def finishing_order(standing: Standing, ahead: Ahead) -> tuple[str, ...] | None:
+def finishing_order(belief: Belief, ahead: Ahead) -> tuple[str, ...] | None:
     """Return robots in an order in which they can finish one after another, or None."""
-    return next(_finishing(standing, ahead), None)
+    return next(_finishing(belief, ahead), None)
 
 
-def follow(standing: Standing, moves: Iterable[tuple[str, Letter]]) -> Standing:
-    """Return the standing after changes of letters, one after another."""
+def follow(belief: Belief, moves: Iterable[tuple[str, Letter]]) -> Belief:
+    """Return the belief after changes of letters, one after another."""
     for robot, letter in moves:
-        if letter != standing.held[robot]:
-            standing = standing.after(robot, letter)
-    return standing
+        if letter != belief.held[robot]:
+            belief = belief.after(robot, letter)
+    return belief
 
 
-def after_events(standing: Standing, events: Mapping[str, Letter]) -> Standing:
-    """Return the standing after events that were seen together: in any order, in groups of a handful."""
+def after_events(belief: Belief, events: Mapping[str, Letter]) -> Belief:
+    """Return the belief after events that were seen together: in any order, in groups of a handful."""
     names = sorted(events)
     for first in range(0, len(names), MAX_TOGETHER):
-        standing = standing.after_all({name: events[name] for name in names[first : first + MAX_TOGETHER]})
-    return standing
+        belief = belief.after_all({name: events[name] for name in names[first : first + MAX_TOGETHER]})
+    return belief
 
 
-def _finishing(standing: Standing, ahead: Ahead) -> Iterator[tuple[str, ...]]:
+def _finishing(belief: Belief, ahead: Ahead) -> Iterator[tuple[str, ...]]:
     """Yield serial orders that end in acceptance; what is left after some robots is not looked at twice in vain."""
     vain: set[tuple[frozenset[str], frozenset[Pair]]] = set()
 
-    def complete(before: tuple[str, ...], here: Standing, left: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    def complete(before: tuple[str, ...], here: Belief, left: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
         key = (frozenset(left), here.pairs)
         if key in vain or len(vain) >= MAX_ORDERS:
             return
@@ -211,7 +211,7 @@ def _finishing(standing: Standing, ahead: Ahead) -> Iterator[tuple[str, ...]]:
         if not found:
             vain.add(key)
 
-    yield from complete((), standing, tuple(robot for robot, letters in ahead.items() if letters))
+    yield from complete((), belief, tuple(robot for robot, letters in ahead.items() if letters))
 
 
 def _joint(automaton: Accepting, states: Iterable[State], held: Mapping[str, Letter]) -> frozenset[Pair]:

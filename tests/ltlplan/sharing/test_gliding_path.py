@@ -7,14 +7,14 @@ from hypothesis import strategies as st
 
 import ltlplan
 from ltlplan.paths.hoops import route
-from ltlplan.sharing.course import BRAKE, GLIDE, Clock, course_of, glide
+from ltlplan.sharing.gliding_path import BRAKE, GLIDE, Clock, glide, gliding_path_of
 from verify.data import Visit
 
 
 @pytest.fixture(scope="module")
 def course():
     mission = ltlplan.load_mission("firefighting")
-    return course_of(route(mission, "quad0", [Visit(region=name) for name in ("water", "smoke", "loc2")]))
+    return gliding_path_of(route(mission, "quad0", [Visit(region=name) for name in ("water", "smoke", "loc2")]))
 
 
 @given(st.lists(st.tuples(st.floats(0.001, 0.7), st.booleans()), min_size=1, max_size=12))
@@ -90,7 +90,7 @@ def test_a_course_knows_when_it_passes_centres(course):
 
 def test_a_robot_without_a_task_hovers():
     mission = ltlplan.load_mission("firefighting")
-    idle = course_of(route(mission, "quad1", []))
+    idle = gliding_path_of(route(mission, "quad1", []))
     flat = idle.flat(Clock().after(1.0, True), 1.0)
     assert flat[0] == pytest.approx((1.0, 0.0, 0.8))
     assert np.all(flat[1:] == 0)

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ltlplan.paths.spline_matrices import Spline, nominal_trajectory
+from ltlplan.paths.least_snap_spline import LeastSnapSpline, nominal_trajectory
 from verify.data import BadInput
 
 FACTS_COURSE = np.array([(1, 0, 0.8), (2, 1, 1), (0.5, 2, 1.3), (-1, 1, 1.1), (-0.6, -0.8, 0.9), (1, 0, 0.8)], dtype=np.float64)
@@ -15,7 +15,7 @@ def random_spline(seed: int, points: int, cycle: int | None = None):
     places = rng.uniform(-2, 2, (points, 3))
     if cycle is not None:
         places[-1] = places[cycle]
-    return Spline(times, cycle), places
+    return LeastSnapSpline(times, cycle), places
 
 
 def ends(coefficients, durations):
@@ -58,7 +58,7 @@ def test_a_lasso_closes_up_to_the_third_derivative(seed, points, data):
 
 def test_the_snap_of_the_known_course_is_the_known_optimum():
     lengths = np.linalg.norm(np.diff(FACTS_COURSE, axis=0), axis=1)
-    spline = Spline(np.concatenate([[0.0], np.cumsum(lengths)]))
+    spline = LeastSnapSpline(np.concatenate([[0.0], np.cumsum(lengths)]))
     coefficients = spline.through(FACTS_COURSE)
     total = 0.0
     for c, length in zip(coefficients, spline.durations, strict=True):
@@ -82,7 +82,7 @@ def test_the_sampling_matrix_is_the_trajectory_evaluated(seed, points, derivativ
 def test_more_points_of_a_spline_at_the_same_times_give_the_same_spline():
     spline, places = random_spline(3, 7)
     times = np.sort(np.concatenate([spline.times, [0.4, 1.1, 2.7]]))
-    finer = Spline(times)
+    finer = LeastSnapSpline(times)
     at = np.linspace(0, spline.times[-1], 200)
     assert np.allclose(finer.sampling(at) @ (spline.sampling(times) @ places), spline.sampling(at) @ places, atol=1e-8)
 
@@ -90,11 +90,11 @@ def test_more_points_of_a_spline_at_the_same_times_give_the_same_spline():
 @pytest.mark.parametrize("times", [[0.0], [0.0, 0.0], [0.0, 1.0, 0.5], [0.0, float("nan")], [[0.0, 1.0]]])
 def test_times_that_do_not_increase_are_refused(times):
     with pytest.raises(BadInput, match="increase"):
-        Spline(times)
+        LeastSnapSpline(times)
 
 
 def test_points_that_do_not_fit_and_a_cycle_beyond_the_end_are_refused():
     with pytest.raises(BadInput, match="3 times"):
-        Spline([0.0, 1.0, 2.0]).through(np.zeros((2, 3)))
+        LeastSnapSpline([0.0, 1.0, 2.0]).through(np.zeros((2, 3)))
     with pytest.raises(BadInput, match="0 to 1"):
-        Spline([0.0, 1.0, 2.0], 2)
+        LeastSnapSpline([0.0, 1.0, 2.0], 2)

@@ -8,7 +8,7 @@ change under a robot that is flying it, without a jump in position, velocity, ac
 * the robot moves along the course by a clock of its own, whose rate is a third-order lag of 1 (go) or 0 (wait), so it can
   come to rest anywhere on its path and go on.
 
-Course and clock are evaluated here; what is worth flying is decided in `sharing.team` and `sharing.pilot`.
+GlidingPath and clock are evaluated here; what is worth flying is decided in `sharing.team` and `sharing.pilot`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.paths.spline_matrices import Spline
+from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from verify.data import RobotPlan
 
 Floats = NDArray[np.float64]
@@ -85,7 +85,7 @@ class Clock:
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class GlidingPath:
     """A robot's path ahead, in nominal time.
 
     Attributes:
@@ -101,7 +101,7 @@ class Course:
     old: Floats
     new: Floats
     since: float = -np.inf
-    spline: Spline | None = field(default=None)
+    spline: LeastSnapSpline | None = field(default=None)
 
     @property
     def duration(self) -> float:
@@ -119,7 +119,7 @@ class Course:
         """Tell whether the points are on their way to new places."""
         return now < self.since + GLIDE
 
-    def moved(self, points: Floats, now: float) -> Course:
+    def moved(self, points: Floats, now: float) -> GlidingPath:
         """Return the course that begins at `now` to glide to other points; not while it is gliding."""
         assert not self.gliding(now), "a course glides to one place at a time"
         return replace(self, old=self.new, new=points, since=now)
@@ -167,13 +167,13 @@ class Course:
         return self.spline.sampling(np.clip(times, 0.0, self.duration)) @ self.new
 
 
-def course_of(plan: RobotPlan, spline: Spline | None = None, points: Floats | None = None) -> Course:
+def gliding_path_of(plan: RobotPlan, spline: LeastSnapSpline | None = None, points: Floats | None = None) -> GlidingPath:
     """Return the course through a plan's waypoints, or through other points of its path at times of their own."""
     if spline is not None and points is not None:
-        return Course(plan, spline.times, points, points, spline=spline)
+        return GlidingPath(plan, spline.times, points, points, spline=spline)
     times = np.array(plan.times, dtype=np.float64)
     through = np.array([w.position for w in plan.waypoints], dtype=np.float64)
-    return Course(plan, times, through, through, spline=Spline(times) if len(times) > 1 else None)
+    return GlidingPath(plan, times, through, through, spline=LeastSnapSpline(times) if len(times) > 1 else None)
 
 
 def glide(elapsed: float) -> Floats:

@@ -1,0 +1,172 @@
+"""What is surely left to fly: for every state of the team automaton a lower bound on the cost that the team still has to pay.
+
+It comes from one backward shortest-path search over a relaxation in which any robot that is free may be used again. It guides the
+beam search of MTAC-E, and it never rules out what is best.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterator, Mapping
+
+from ltlplan.logic.automaton import DEAD
+from ltlplan.mtac.agent_moves import Accepting, AgentState, Move, States, World
+from verify.data import Letter
+from verify.data.mission import Point
+
+Metric = Callable[[str, Point, str], float]
+"""Lower bound on the cost of a robot's way from a point to a region: (robot, m, region)."""
+
+
+class AdmissibleHeuristic:
+    """Lower bounds on what is left, for the robots that are still free to be used."""
+
+    def __init__(
+        self,
+        world: World,
+        automaton: Accepting,
+        in_decomposition_set: Callable[[States], bool],
+        starts: Mapping[str, AgentState],
+        metric: Metric,
+        *,
+        takes_off: bool,
+    ) -> None:
+        """Prepare a guide.
+
+        Args:
+            world: Moves.
+            automaton: Deterministic.
+            in_decomposition_set: Whether another robot may go on from these states.
+            starts: Where each robot begins.
+            metric: Lower bound on the cost of one leg.
+            takes_off: Whether a robot's first letter is still to be read (before take-off) or was (in flight).
+        """
+        self._world, self._automaton, self._decomposition_set = world, automaton, in_decomposition_set
+        self._starts, self._metric, self._takes_off = starts, metric, takes_off
+        self._regions = {name: region.center for name, region in world.mission.all_regions.items()}
+        self._tables: dict[frozenset[str], dict[tuple[States, str | None, str], float]] = {}
+        self._legs: dict[tuple[str | None, Point, str], float] = {}
+
+    def read(self, states: States, letters: Collection[Letter]) -> States:
+        """Return the states after letters."""
+        for letter in letters:
+            states = frozenset(self._automaton.successor(s, letter) for s in states)
+        return states
+
+    def is_dead(self, states: States) -> bool:
+        """Tell whether some state is dead."""
+        return DEAD in states
+
+    def leg(self, robot: str, position: Point, region: str) -> float:
+        """Lower bound on the cost of one robot's way from a point to a region."""
+        return self._leg(robot, position, region)
+
+    def accepts(self, states: States) -> bool:
+        """Tell whether all states accept."""
+        return all(state in self._automaton.accepting for state in states)
+
+    def bound(self, states: States, where: AgentState, free: frozenset[str]) -> float:
+        """Lower bound on the cost still to come when a robot is inside a region with its actions done."""
+        return self._table(free, states, where).get((states, where.vertex, where.internal), math.inf)
+
+    def bound_at_start(self, states: States, free: frozenset[str]) -> float:
+        """Lower bound when nobody is under way and `free` are the robots that may go on."""
+        best = 0.0 if self.accepts(states) else math.inf
+        for robot in free:
+            for _, after, where, leg in self._first(states, robot):
+                best = min(best, leg + self.bound(after, where, free - {robot}))
+        return best
+
+    def _first(self, states: States, robot: str) -> Iterator[tuple[Move, States, AgentState, float]]:
+        where = self._starts[robot]
+        if self._takes_off:
+            states = self.read(states, [self._world.letter(where)])
+        for move in self._world.moves(where, first=True):
+            after = self.read(states, self._world.shown(where, move))
+            if DEAD not in after:
+                yield move, after, self._world.after(move), self._leg(robot, where.position, move.visit.region)
+
+    def _leg(self, robot: str | None, position: Point, region: str) -> float:
+        key = (robot, position, region)
+        if key not in self._legs:
+            robots = self._starts if robot is None else (robot,)
+            self._legs[key] = min(self._metric(r, position, region) for r in robots)
+        return self._legs[key]
+
+    def _table(self, free: frozenset[str], states: States, where: AgentState) -> dict[tuple[States, str | None, str], float]:
+        """Backward shortest paths over everything that can be reached from here, any robot of `free` joining in."""
+        table = self._tables.get(free)
+        root = (states, where.vertex, where.internal)
+        if table is not None and root in table:
+            return table
+        # nodes: (states, vertex, internal) inside a region, or (states,) where some free robot goes on
+        into: dict[tuple, list[tuple[tuple, float]]] = defaultdict(list)
+        ends: set[tuple] = set()
+        seen: set[tuple] = {root}
+        stack: list[tuple] = [root]
+        starts = self._start_classes(free)
+        while stack:
+            node = stack.pop()
+            for target, cost, final in self._edges(node, starts):
+                if final:
+                    ends.add(node)
+                    continue
+                into[target].append((node, cost))
+                if target not in seen:
+                    seen.add(target)
+                    stack.append(target)
+        costs: dict[tuple, float] = {}
+        queue = [(0.0, i, node) for i, node in enumerate(sorted(ends, key=repr))]
+        heapq.heapify(queue)
+        counter = itertools.count(len(queue))
+        while queue:
+            cost, _, node = heapq.heappop(queue)
+            if node in costs:
+                continue
+            costs[node] = cost
+            for source, edge in into[node]:
+                if source not in costs:
+                    heapq.heappush(queue, (cost + edge, next(counter), source))
+        table = {node: costs.get(node, math.inf) for node in seen if len(node) == 3}
+        self._tables[free] = {**self._tables.get(free, {}), **table}
+        return self._tables[free]
+
+    def _start_classes(self, free: frozenset[str]) -> list[tuple[AgentState, dict[str, float]]]:
+        """Free robots that read and move alike, with the least first leg to each region among them."""
+        classes: dict[tuple, tuple[AgentState, dict[str, float]]] = {}
+        for robot in sorted(free):
+            where = self._starts[robot]
+            key = (where.vertex, where.internal, where.inside)
+            _, legs = classes.setdefault(key, (where, {}))
+            for region in self._world.mission.all_regions:
+                legs[region] = min(legs.get(region, math.inf), self._leg(robot, where.position, region))
+        return list(classes.values())
+
+    def _edges(self, node: tuple, starts: list[tuple[AgentState, dict[str, float]]]) -> Iterator[tuple[tuple, float, bool]]:
+        """Yield (target, cost, whether this is an end) of the relaxation."""
+        world = self._world
+        if len(node) == 1:
+            (states,) = node
+            for where, legs in starts:
+                begun = self.read(states, [world.letter(where)]) if self._takes_off else states
+                for move in world.moves(where, first=True):
+                    after = self.read(begun, world.shown(where, move))
+                    if DEAD not in after:
+                        yield (after, move.visit.region, move.internal), legs[move.visit.region], False
+            return
+        states, vertex, internal = node
+        left = self.read(states, [world.free_letter(internal)])
+        if self.accepts(states) or self.accepts(left):
+            yield node, 0.0, True
+        for rest in (states, left):
+            if starts and DEAD not in rest and self._decomposition_set(rest):
+                yield (rest,), 0.0, False
+        where = AgentState(self._regions[vertex], vertex, vertex, internal)
+        for move in world.moves(where):
+            after = self.read(states, world.shown(where, move))
+            if DEAD not in after and (after, move.visit.region, move.internal) != node:
+                target = (after, move.visit.region, move.internal)
+                yield target, self._leg(None, where.position, move.visit.region), False
