@@ -13,26 +13,26 @@ from verify.data.plan import Precedence
 
 
 @dataclass(frozen=True)
-class Wishes:
+class Feedback:
     """What witnesses of a refused certificate ask of the next attempt.
 
     Attributes:
         limits: (robot, limit): factor in (0, 1] by which it is tightened.
-        pad: Robot: m on top of the margin.
+        clearance: Robot: m on top of the margin.
         distance: m on top of the separation.
         precedences: More waits.
     """
 
     limits: dict[tuple[str, str], float]
-    pad: dict[str, float]
+    clearance: dict[str, float]
     distance: float
     precedences: tuple[Precedence, ...]
 
 
-def wishes_of(plan: Plan, witnesses: tuple[Witness, ...]) -> Wishes:
+def feedback_of(plan: Plan, witnesses: tuple[Witness, ...]) -> Feedback:
     """Return what all witnesses so far ask for together."""
     limits: dict[tuple[str, str], float] = {}
-    pad: Counter[str] = Counter()
+    clearance: Counter[str] = Counter()
     distance, precedences = 0.0, list(plan.precedences)
     for witness in witnesses:
         names = list(plan.robots) if witness.robot is None else [witness.robot]
@@ -46,11 +46,11 @@ def wishes_of(plan: Plan, witnesses: tuple[Witness, ...]) -> Wishes:
         elif witness.order:
             precedences += [Precedence(first=first, then=then) for first, then in witness.order]
         else:
-            pad.update(dict.fromkeys(names, 1))
+            clearance.update(dict.fromkeys(names, 1))
     unique = tuple(dict.fromkeys((p.first, p.then) for p in precedences))
-    return Wishes(
+    return Feedback(
         limits,
-        {name: 5e-3 * count for name, count in pad.items()},
+        {name: 5e-3 * count for name, count in clearance.items()},
         distance,
         tuple(Precedence(first=f, then=t) for f, t in unique),
     )

@@ -1,28 +1,25 @@
 """`refine`: from a plan to polynomials for the whole team.
 
-Reads downwards: each robot gets a course and a smooth path that keeps it, is slowed until its limits hold, turns its
+Reads downwards: each robot gets a corridor and a smooth path that keeps it, is slowed until its limits hold, turns its
 heading; then the team's departures are chosen so that robots keep their distance, and everything is rounded to float32.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from numbers import Integral, Real
 from typing import get_args
 
 import numpy as np
 
 from refine.coordination.team_flights import together
-from refine.feedback import wishes_of
-from refine.single import HOVER, Ask, Pace, Robot, TooLong
+from refine.feedback import feedback_of
+from refine.single.values import Pace, RefinementOptions, RobotFlight, TooLong
 from refine.spline.rounding import quantise
 from refine.spline.values import Spline
 from verify.data import BadInput, DoesNotFit, Plan, Trajectory, Witness, check_plan
-
-Progress = Callable[[str, float], None]
-
-PIECES = 31
-"""Pieces that a Crazyflie's trajectory memory holds."""
+from verify.data.progress import Progress
+from verify.data.trajectory import HOVER, PIECES
 
 _LONGEST = 86400.0
 """s, a day: the longest flight that a plan may ask for."""
@@ -71,9 +68,9 @@ def refine(
     """
     del previous
     plan = _checked(plan, pace, weight, max_pieces, too_long)
-    wishes = wishes_of(plan, tuple(witnesses))
-    tell, ask = progress or _quiet, Ask(pace, weight, max_pieces, too_long)
-    robots, starts = together(plan, wishes, ask, tell)
+    feedback = feedback_of(plan, tuple(witnesses))
+    tell, options = progress or _quiet, RefinementOptions(pace, weight, max_pieces, too_long)
+    robots, starts = together(plan, feedback, options, tell)
     tell("rounding to the vehicle's numbers", 0.95)
     flights = {name: _assemble(robot, plan.mission.agents[name].yaw, starts[name]) for name, robot in robots.items()}
     laps = plan.mission.spec.repeat
@@ -120,7 +117,7 @@ def _quiet(_sentence: str, _share: float) -> None:
     """Report nothing."""
 
 
-def _assemble(robot: Robot, start_yaw: float, departure: float) -> Trajectory:
+def _assemble(robot: RobotFlight, start_yaw: float, departure: float) -> Trajectory:
     """Join hold, path and yaw, and round.
 
     Never fewer than two pieces, because crazyswarm2's loader fails on files with one: a hover is flown in two halves, any

@@ -19,13 +19,8 @@ from flight.exports.fits import require_crazyflie, require_float32
 from flight.exports.target import NOTE, ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, Trajectory
 from verify.data.storage.ownership import MANIFEST
+from verify.data.trajectory import HOVER, PIECES
 from verify.data.trajectory_csv import write_csv
-
-PIECES = 31
-"""Pieces that the vehicle's memory of 4096 bytes holds."""
-
-HOVER = 1.0
-"""s of hover behind a flight of one piece."""
 
 _CONFIGURATION = "crazyflies.yaml"
 _SCRIPT = "fly_mission.py"

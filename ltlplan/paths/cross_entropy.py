@@ -25,6 +25,7 @@ from ltlplan.paths.path_result import candidate_plans, flown_pieces
 from ltlplan.paths.populations import Tournament
 from verify.data import BadInput, Mission, RobotPlan
 from verify.data.progress import Progress
+from verify.data.trajectory import PIECES
 
 Floats = NDArray[np.float64]
 
@@ -32,7 +33,7 @@ SPREAD = 0.06
 """m; standard deviation of each coordinate with which a search begins."""
 
 _SHORTLIST = 24  # at most this many of the best candidates are judged for all times
-_PIECES = 30  # what the usual vehicle's memory holds, and one for a wait
+_PIECES = PIECES - 1  # one is left for a wait
 _LARGE = 180  # coordinates
 _SAME = 5e-3  # a plan with fewer waypoints is preferred where it costs at most this share more
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from verify.data import RobotPlan, Word
-
-HOVER = 1.0
-"""s; nominal length of a cycle that only hovers."""
+from verify.data.trajectory import HOVER
 
 
 def until_hover(plan: RobotPlan) -> RobotPlan:

@@ -32,7 +32,7 @@ _FEW = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Flight:
+class ScheduledPath:
     """What scheduling needs to know of a robot's flight.
 
     Attributes:
@@ -49,7 +49,7 @@ class Flight:
 
 
 @dataclass(frozen=True, eq=False)
-class Conflict:
+class DepartureConflict:
     """No departures were found; `pair` names two robots that stay too near each other, at `distance` m."""
 
     pair: tuple[str, str]
@@ -68,13 +68,13 @@ class _Track:
 
 
 def departures(
-    flights: Sequence[Flight],
+    flights: Sequence[ScheduledPath],
     *,
     distance: float,
     z_scale: float,
     precedences: Sequence[Precedence] = (),
     given: Mapping[str, float] | None = None,
-) -> dict[str, float] | Conflict:
+) -> dict[str, float] | DepartureConflict:
     """Return departure times in s by robot, the shortest team time among the orders that were tried.
 
     Args:
@@ -86,24 +86,24 @@ def departures(
     """
     tracks = {flight.name: _track(flight, z_scale) for flight in flights}
     found = _in_some_order(flights, _Pairs(tracks, distance), precedences, given)
-    if isinstance(found, Conflict) and found.distance >= distance:
+    if isinstance(found, DepartureConflict) and found.distance >= distance:
         found = _in_some_order(flights, _Pairs(tracks, distance, closely=True), precedences, given)
     return found
 
 
 def _in_some_order(
-    flights: Sequence[Flight], pairs: _Pairs, precedences: Sequence[Precedence], given: Mapping[str, float] | None
-) -> dict[str, float] | Conflict:
+    flights: Sequence[ScheduledPath], pairs: _Pairs, precedences: Sequence[Precedence], given: Mapping[str, float] | None
+) -> dict[str, float] | DepartureConflict:
     """Return the shortest team time's departures among the orders that are tried."""
     best: tuple[float, float, dict[str, float]] | None = None
-    conflict: Conflict | None = None
+    conflict: DepartureConflict | None = None
     settled = [flight for flight in flights if given is not None and flight.name in given]
     others = [flight for flight in flights if flight not in settled]
     by_name = {flight.name: flight for flight in others}
     orders = Orders(tuple(by_name), _ORDERS)
     for order in orders:
         found = _in_order((*settled, *(by_name[name] for name in order)), pairs, precedences, given or {})
-        if isinstance(found, Conflict):
+        if isinstance(found, DepartureConflict):
             conflict = conflict or found
             orders.stuck(order, found.pair[0])
             continue
@@ -113,7 +113,7 @@ def _in_some_order(
             best = (*key, found)
     if best is not None:
         return {flight.name: best[2][flight.name] for flight in flights}
-    return conflict or Conflict(("", ""), 0.0, 0.0)
+    return conflict or DepartureConflict(("", ""), 0.0, 0.0)
 
 
 class Orders:
@@ -142,7 +142,7 @@ class Orders:
         self._left.insert(0, other)
 
 
-def _track(flight: Flight, z_scale: float) -> _Track:
+def _track(flight: ScheduledPath, z_scale: float) -> _Track:
     times = np.arange(0.0, flight.path.duration + _STEP, _STEP)
     knots = flight.path.knots
     piece = np.clip(np.searchsorted(knots, times, side="right") - 1, 0, len(flight.path) - 1)
@@ -201,11 +201,11 @@ class _Pairs:
                 return other
         return None
 
-    def conflict(self, name: str, departure: float, other: str, departed: float) -> Conflict:
+    def conflict(self, name: str, departure: float, other: str, departed: float) -> DepartureConflict:
         """Return how near two robots come to each other, and when."""
         gap, _, _ = self._gaps(name, other, round(departure / _STEP) - round(departed / _STEP), 1)
         nearest = int(np.argmin(gap))
-        return Conflict((name, other), float(gap[nearest]), nearest * _STEP + min(departure, departed))
+        return DepartureConflict((name, other), float(gap[nearest]), nearest * _STEP + min(departure, departed))
 
     def _are_apart(self, name: str, other: str, late: int) -> bool:
         """Tell whether two robots keep the distance; a coarse look settles most cases."""
@@ -236,11 +236,11 @@ class _Pairs:
 
 
 def _in_order(
-    order: Sequence[Flight],
+    order: Sequence[ScheduledPath],
     pairs: _Pairs,
     precedences: Sequence[Precedence],
     given: Mapping[str, float],
-) -> dict[str, float] | Conflict:
+) -> dict[str, float] | DepartureConflict:
     """Give each robot the earliest departure that those before it in the order allow."""
     chosen: dict[str, float] = {}
     by_name = {flight.name: flight for flight in order}
@@ -259,20 +259,20 @@ def _in_order(
             if other is not None:
                 return pairs.conflict(flight.name, departure, other, chosen[other])
             if not least - GRID / 2 <= departure <= latest + GRID / 2:
-                return Conflict((flight.name, flight.name), 0.0, 0.0)
+                return DepartureConflict((flight.name, flight.name), 0.0, 0.0)
             chosen[flight.name] = departure
             continue
         earliest = np.ceil(least / GRID) * GRID
         busy = max((chosen[other] + by_name[other].path.duration for other in chosen), default=0.0)
         last = min(latest, max(earliest, busy) + 2 * GRID)
         found = _earliest(flight.name, earliest, last, chosen, pairs)
-        if isinstance(found, Conflict):
+        if isinstance(found, DepartureConflict):
             return found
         chosen[flight.name] = found
     return chosen
 
 
-def _earliest(name: str, earliest: float, last: float, chosen: Mapping[str, float], pairs: _Pairs) -> float | Conflict:
+def _earliest(name: str, earliest: float, last: float, chosen: Mapping[str, float], pairs: _Pairs) -> float | DepartureConflict:
     """Return a robot's first departure on the grid that meets nobody, or whom the last one meets."""
     departure, other = earliest, None
     for departure in np.arange(earliest, last + GRID / 4, GRID).tolist():
@@ -280,5 +280,5 @@ def _earliest(name: str, earliest: float, last: float, chosen: Mapping[str, floa
         if other is None:
             return departure
     if other is None:  # nothing lies between the planned precedences
-        return Conflict((name, name), 0.0, 0.0)
+        return DepartureConflict((name, name), 0.0, 0.0)
     return pairs.conflict(name, departure, other, chosen[other])

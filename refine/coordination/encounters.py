@@ -10,30 +10,29 @@ from dataclasses import replace
 
 import numpy as np
 
-from refine.coordination.departures import Conflict, departures
-from refine.coordination.reciprocal_avoidance import Mover, Way, mover, passing, roundabout
+from refine.coordination.departures import DepartureConflict, departures
+from refine.coordination.reciprocal_avoidance import Mover, Yielding, avoid_by_rule, avoid_in_pair, mover
 from refine.coordination.spacing import flight_of
-from refine.corridor.course import standing_course
 from refine.corridor.leg_limits import slower_on_ways
-from refine.corridor.sampled_stays import troubles
-from refine.feedback import Wishes
+from refine.corridor.planned import standing_corridor
+from refine.corridor.sampled_stays import violations
 from refine.heading.yaw import heading_spline
 from refine.limits.stretching import stretch_to_limits
-from refine.single import NONE, Robot
+from refine.single.values import NOWHERE, Problem, RobotFlight
 from refine.spline.values import Spline
 from verify.data import Infeasible, Plan, Witness
 from verify.data.plan import Precedence
 from verify.data.rules.spacing import Spacing
 
-_BERTH = 0.04
+_CLEARANCE = 0.04
 """m on top of the distance in an encounter: what sampling it in the schedule cannot see."""
 _STEPS = 8
 """Pieces of a robot that steps aside for another one."""
 
 
-def given_way(
-    plan: Plan, robots: dict[str, Robot], wishes: Wishes, conflict: Conflict, spacing: Spacing
-) -> tuple[dict[str, Robot], dict[str, float]]:
+def resolve_encounters(
+    problem: Problem, robots: dict[str, RobotFlight], conflict: DepartureConflict
+) -> tuple[dict[str, RobotFlight], dict[str, float]]:
     """Return the team with the paths of robots in conflict fitted again, each on its side of the others.
 
     Two robots in conflict meet in an encounter of their own, which is slowed as a whole until all of it keeps its limits and
@@ -43,10 +42,11 @@ def given_way(
     Raises:
         Infeasible: No order and no rule of giving way keeps the distance; names two robots, the time and their distance.
     """
+    plan, spacing, precedences = problem.plan, problem.spacing, problem.feedback.precedences
     team, given, found = robots, {}, conflict
     groups: list[tuple[str, ...]] = []
     tried: set[frozenset[str]] = set()
-    while isinstance(found, Conflict):
+    while isinstance(found, DepartureConflict):
         met = set(found.pair).union(*(group for group in groups if set(group) & set(found.pair)))
         while frozenset(met) in tried and len(groups) > 1:
             met = met.union(*groups)
@@ -57,7 +57,7 @@ def given_way(
         groups = [group for group in groups if not set(group) & met]
         given = {name: start for name, start in given.items() if name not in met}
         team = {**team, **{name: robots[name] for name in names}}
-        answer = _encounter(plan, team, wishes, names, given, spacing)
+        answer = _encounter(problem, team, names, given)
         if answer is None:
             groups.append(names)  # to be joined by another group, or given up
             continue
@@ -65,26 +65,23 @@ def given_way(
         given |= starts
         groups.append(names)
         flights = [flight_of(plan, robot) for robot in team.values()]
-        found = departures(
-            flights, distance=spacing.distance, z_scale=spacing.z_scale, precedences=wishes.precedences, given=given
-        )
+        found = departures(flights, distance=spacing.distance, z_scale=spacing.z_scale, precedences=precedences, given=given)
     return team, found
 
 
 def _encounter(
-    plan: Plan,
-    team: dict[str, Robot],
-    wishes: Wishes,
-    names: tuple[str, ...],
-    given: dict[str, float],
-    spacing: Spacing,
-) -> tuple[dict[str, Robot], dict[str, float]] | None:
+    problem: Problem, team: dict[str, RobotFlight], names: tuple[str, ...], given: dict[str, float]
+) -> tuple[dict[str, RobotFlight], dict[str, float]] | None:
     """Return the team where these robots give way to each other, and when they depart so that the given ones are not met."""
+    plan, spacing = problem.plan, problem.spacing
     group = tuple(team[name] for name in names)
     starts = departures(
-        [flight_of(plan, robot) for robot in group], distance=-np.inf, z_scale=spacing.z_scale, precedences=among(wishes, names)
+        [flight_of(plan, robot) for robot in group],
+        distance=-np.inf,
+        z_scale=spacing.z_scale,
+        precedences=among(problem, names),
     )
-    if isinstance(starts, Conflict) or all(robot.course is None for robot in group):
+    if isinstance(starts, DepartureConflict) or all(robot.corridor is None for robot in group):
         return None
     until = max(starts[robot.name] + robot.path.duration for robot in group)
     movers = tuple(_mover(plan, robot, starts, until) for robot in group)
@@ -94,7 +91,7 @@ def _encounter(
         fitted = tuple(_along(plan, robot, path) for robot, path in zip(group, paths, strict=True))
         factor = max(by for _, by in fitted)
         trial = {**team, **{robot.name: _paced(robot, factor) for robot, _ in fitted}}
-        if any(troubles(trial[name].path, plan.mission, name, plan.robots[name]) for name in names):
+        if any(violations(trial[name].path, plan.mission, name, plan.robots[name]) for name in names):
             continue
         flights = [flight_of(plan, trial[name]) for name in known]
         for late in np.arange(0.0, busy + 1.0):
@@ -103,44 +100,44 @@ def _encounter(
                 flights,
                 distance=spacing.distance,
                 z_scale=spacing.z_scale,
-                precedences=among(wishes, known),
+                precedences=among(problem, known),
                 given={**given, **begun},
             )
-            if not isinstance(found, Conflict):
+            if not isinstance(found, DepartureConflict):
                 return trial, begun
     return None
 
 
 def _ways(movers: tuple[Mover, ...], spacing: Spacing) -> Iterator[tuple[Spline, ...]]:
     """Yield paths of robots that give way to each other; whoever only hovers does so last."""
-    distance = spacing.distance + _BERTH
+    distance = spacing.distance + _CLEARANCE
     if len(movers) != 2:
-        yield from roundabout(movers, distance, spacing.z_scale)
+        yield from avoid_by_rule(movers, distance, spacing.z_scale)
         return
     one, other = movers
-    idle = [len({tuple(point) for point in robot.course.points}) == 1 for robot in movers]
-    ways: tuple[Way, ...] = ("second", "both", "first") if idle[0] else ("first", "both", "second")
-    yield from passing((one, other), distance, spacing.z_scale, ways if any(idle) else ("both", "first", "second"))
+    idle = [len({tuple(point) for point in robot.corridor.points}) == 1 for robot in movers]
+    ways: tuple[Yielding, ...] = ("second", "both", "first") if idle[0] else ("first", "both", "second")
+    yield from avoid_in_pair((one, other), distance, spacing.z_scale, ways if any(idle) else ("both", "first", "second"))
 
 
-def among(wishes: Wishes, pair: tuple[str, ...]) -> tuple[Precedence, ...]:
+def among(problem: Problem, names: tuple[str, ...]) -> tuple[Precedence, ...]:
     """Return the waits that concern only these robots."""
-    return tuple(p for p in wishes.precedences if p.first[0] in pair and p.then[0] in pair)
+    return tuple(p for p in problem.feedback.precedences if p.first[0] in names and p.then[0] in names)
 
 
-def _mover(plan: Plan, robot: Robot, starts: dict[str, float], until: float) -> Mover:
+def _mover(plan: Plan, robot: RobotFlight, starts: dict[str, float], until: float) -> Mover:
     """Return a robot as the encounter sees it; one that hovers is free to step aside and come back."""
-    if robot.course is not None:
+    if robot.corridor is not None:
         hovers = np.flatnonzero(np.all(robot.path.nodes[1:] == robot.path.nodes[:-1], axis=1))
         rests = frozenset(robot.halts.values()).union(hovers.tolist(), (hovers + 1).tolist())
-        return mover(robot.course, robot.path, starts[robot.name], rests)
+        return mover(robot.corridor, robot.path, starts[robot.name], rests)
     place = robot.path.nodes[0]
-    course = standing_course(plan.mission, robot.name, place, _STEPS)
+    corridor = standing_corridor(plan.mission, robot.name, place, _STEPS)
     path = Spline(np.full(_STEPS, until / _STEPS), np.repeat(robot.path.states[:1], _STEPS + 1, axis=0))
-    return mover(course, path, 0.0, NONE)
+    return mover(corridor, path, 0.0, NOWHERE)
 
 
-def _along(plan: Plan, robot: Robot, path: Spline) -> tuple[Robot, float]:
+def _along(plan: Plan, robot: RobotFlight, path: Spline) -> tuple[RobotFlight, float]:
     """Return a robot on a path, not slowed yet, and by how much it must be."""
     agent = plan.mission.agents[robot.name]
     yaw = heading_spline(path, agent.heading, agent.yaw)
@@ -148,11 +145,11 @@ def _along(plan: Plan, robot: Robot, path: Spline) -> tuple[Robot, float]:
     return replace(robot, path=path, yaw=yaw, halts={}), factor
 
 
-def _paced(robot: Robot, factor: float) -> Robot:
+def _paced(robot: RobotFlight, factor: float) -> RobotFlight:
     return replace(robot, path=robot.path.stretched(factor), yaw=None if robot.yaw is None else robot.yaw.stretched(factor))
 
 
-def _too_near(conflict: Conflict, distance: float) -> Infeasible:
+def _too_near(conflict: DepartureConflict, distance: float) -> Infeasible:
     a, b = conflict.pair
     if a == b:
         sentence = (

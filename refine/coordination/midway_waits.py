@@ -10,33 +10,37 @@ import numpy as np
 
 from refine.coordination.departures import GRID
 from refine.coordination.spacing import flight_of, idle_others
-from refine.feedback import Wishes
-from refine.single import NONE, Ask, Robot, single
+from refine.single.flight import robot_flight
+from refine.single.values import NOWHERE, Problem, RobotFlight
 from refine.spline.values import Spline
-from verify.data import Infeasible, Plan, Witness
-from verify.data.rules.spacing import Spacing
+from verify.data import Infeasible, Witness
 
 
-def with_waits(plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: Ask, spacing: Spacing) -> dict[str, Robot]:
+def with_waits(problem: Problem, robots: dict[str, RobotFlight]) -> dict[str, RobotFlight]:
     """Return the team with hovers in the middle of flights, just long enough for the planned precedences.
 
     Each robot that must wait for another rests where it sets out for the visit concerned. Waits are made longer until all
     precedences hold with everyone departing at once; precedences that go round in a circle never settle.
+
+    Raises:
+        Infeasible: They never settle, or a robot cannot rest where it would have to wait.
+        SolverTimeout: An engine's seconds ran out.
     """
-    stops: dict[str, frozenset[int]] = dict.fromkeys(robots, NONE)
-    for precedence in wishes.precedences:
+    plan, precedences = problem.plan, problem.feedback.precedences
+    rests: dict[str, frozenset[int]] = dict.fromkeys(robots, NOWHERE)
+    for precedence in precedences:
         name, visit = precedence.then
-        stops[name] |= {visit}
+        rests[name] |= {visit}
     resting = {
-        name: robot if robot.course is None else single(plan, name, wishes, idle_others(plan, name, spacing), ask, stops[name])
+        name: robot if robot.corridor is None else robot_flight(problem, name, idle_others(problem, name), rests[name])
         for name, robot in robots.items()
     }
     waits: dict[tuple[str, int], float] = {}
-    for _ in range(4 * len(wishes.precedences) ** 2 + 4):
+    for _ in range(4 * len(precedences) ** 2 + 4):
         held = {name: _holding(robot, waits) for name, robot in resting.items()}
         visits = {name: flight_of(plan, robot).visits for name, robot in held.items()}
         late = False
-        for precedence in wishes.precedences:
+        for precedence in precedences:
             (first, left), then = precedence.first, precedence.then
             short = visits[first][left][1] + GRID - visits[then[0]][then[1]][0]
             if short > 0.0:
@@ -51,12 +55,12 @@ def with_waits(plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: Ask, s
     raise Infeasible(sentence, Witness(claim="formula", sentence=sentence))
 
 
-def _holding(robot: Robot, waits: dict[tuple[str, int], float]) -> Robot:
+def _holding(robot: RobotFlight, waits: dict[tuple[str, int], float]) -> RobotFlight:
     """Return a robot that hovers where it waits for a visit."""
     return with_hovers(robot, {node: waits.get((robot.name, visit), 0.0) for visit, node in robot.halts.items()})
 
 
-def with_hovers(robot: Robot, waits: dict[int, float]) -> Robot:
+def with_hovers(robot: RobotFlight, waits: dict[int, float]) -> RobotFlight:
     """Return a robot that rests longer at some of its points, with a leg of its own for each hover.
 
     Args:
@@ -64,23 +68,23 @@ def with_hovers(robot: Robot, waits: dict[int, float]) -> Robot:
         waits: Point at which it rests: s that it waits there, or 0.
     """
     nodes = sorted(node for node, wait in waits.items() if wait > 0.0)
-    course, cycle = robot.course, robot.cycle
-    if not nodes or course is None:
+    corridor, cycle = robot.corridor, robot.cycle
+    if not nodes or corridor is None:
         return robot
     longer = [waits[node] for node in nodes]
-    leaving = [min(node, len(course) - 1) for node in nodes]
+    leaving = [min(node, len(corridor) - 1) for node in nodes]
     hovering = replace(
-        course,
-        points=np.insert(course.points, nodes, course.points[nodes], axis=0),
-        durations=np.insert(course.durations, nodes, longer),
-        legs=_inserted(course.legs, nodes, [replace(course.legs[leg], tube=None, bays=()) for leg in leaving]),
-        needed=_inserted(course.needed, nodes, [True] * len(nodes)),
-        rooms=_inserted(course.rooms, nodes, [None] * len(nodes)),
-        cycle=None if course.cycle is None else course.cycle + sum(node <= course.cycle for node in nodes),
+        corridor,
+        points=np.insert(corridor.points, nodes, corridor.points[nodes], axis=0),
+        durations=np.insert(corridor.durations, nodes, longer),
+        legs=_inserted(corridor.legs, nodes, [replace(corridor.legs[leg], cylinder=None, approaches=()) for leg in leaving]),
+        needed=_inserted(corridor.needed, nodes, [True] * len(nodes)),
+        rooms=_inserted(corridor.rooms, nodes, [None] * len(nodes)),
+        cycle=None if corridor.cycle is None else corridor.cycle + sum(node <= corridor.cycle for node in nodes),
     )
     return replace(
         robot,
-        course=hovering,
+        corridor=hovering,
         path=_resting(robot.path, nodes, longer),
         yaw=None if robot.yaw is None else _resting(robot.yaw, nodes, longer),
         cycle=None if cycle is None else cycle + sum(node <= cycle for node in nodes),

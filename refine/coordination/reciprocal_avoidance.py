@@ -16,8 +16,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.corridor.course import Course
 from refine.corridor.fitting import BUFFER, Rules, fixed_states, rows_of, until_kept
+from refine.corridor.values import Corridor
 from refine.solvers.qp import Programme, Row, solve
 from refine.spline.basis import SIZE, bernstein_matrix
 from refine.spline.values import Spline
@@ -25,7 +25,7 @@ from verify.data import Infeasible
 
 Floats = NDArray[np.float64]
 
-Way = Literal["both", "first", "second"]
+Yielding = Literal["both", "first", "second"]
 
 _STEP = 0.25
 """s of the longest interval with one plane."""
@@ -44,29 +44,29 @@ class Mover:
     """One of the robots.
 
     Attributes:
-        course: Its points and rules.
-        path: What it flies now, one piece for each leg of the course.
+        corridor: Its points and rules.
+        path: What it flies now, one piece for each leg of the corridor.
         start: Departure, s.
         rest: Points at which it rests.
         free: Points that it need not go through. Shape (points,).
     """
 
-    course: Course
+    corridor: Corridor
     path: Spline
     start: float
     rest: frozenset[int]
     free: NDArray[np.bool_]
 
 
-def mover(course: Course, path: Spline, start: float, rest: frozenset[int]) -> Mover:
-    """Return a robot that goes through what its course needs."""
-    free = ~np.array(course.needed)
+def mover(corridor: Corridor, path: Spline, start: float, rest: frozenset[int]) -> Mover:
+    """Return a robot that goes through what its corridor needs."""
+    free = ~np.array(corridor.needed)
     free[[0, -1, *rest]] = False
-    return Mover(course, path, start, rest, free)
+    return Mover(corridor, path, start, rest, free)
 
 
-def passing(
-    pair: tuple[Mover, Mover], distance: float, z_scale: float, ways: tuple[Way, ...]
+def avoid_in_pair(
+    pair: tuple[Mover, Mover], distance: float, z_scale: float, ways: tuple[Yielding, ...]
 ) -> Iterator[tuple[Spline, Spline]]:
     """Yield pairs of paths that keep a distance at all times, at the times of the present ones.
 
@@ -87,7 +87,7 @@ def passing(
                 continue  # another side, or another one gives way
 
 
-def roundabout(movers: tuple[Mover, ...], distance: float, z_scale: float) -> Iterator[tuple[Spline, ...]]:
+def avoid_by_rule(movers: tuple[Mover, ...], distance: float, z_scale: float) -> Iterator[tuple[Spline, ...]]:
     """Yield paths of several robots that all give way to each other, at the times of the present ones.
 
     With one rule for all pairs the sides never contradict each other: everyone keeps right of the others (or left) along
@@ -138,7 +138,7 @@ def _all_separated(
     """Return paths with planes between all pairs wherever they are near.
 
     Raises:
-        Infeasible: The planes contradict the courses.
+        Infeasible: The planes contradict the corridors.
     """
     paths = tuple(robot.path for robot in movers)
     couples = [(movers[i], movers[j]) for i, j in pairs]
@@ -168,12 +168,12 @@ def _all_separated(
 
 
 def _separated(
-    pair: tuple[Mover, Mover], spans: list[tuple[float, float]], side: Floats, way: Way, distance: float, scale: Floats
+    pair: tuple[Mover, Mover], spans: list[tuple[float, float]], side: Floats, way: Yielding, distance: float, scale: Floats
 ) -> tuple[Spline, Spline]:
     """Return paths with planes between them wherever they are near, on one side.
 
     Raises:
-        Infeasible: The planes contradict the courses.
+        Infeasible: The planes contradict the corridors.
     """
     paths = (pair[0].path, pair[1].path)
     gaps = _gaps(pair, paths, spans, scale)
@@ -195,14 +195,14 @@ def _separated(
 def _fitted(robot: Mover, rows: list[Row], rules: Rules) -> Spline:
     if not rows:
         return robot.path
-    fixed = fixed_states(robot.course, robot.rest)
+    fixed = fixed_states(robot.corridor, robot.rest)
     fixed[robot.free, 0] = np.nan
 
     def attempt() -> Spline:
         kept = [row for (_, leg, _), planes in rules.items() for plane in planes for row in rows_of(leg, plane)]
         return solve(Programme(robot.path.durations, fixed, (*rows, *kept)))
 
-    return until_kept(robot.course, rules, attempt, buffer=BUFFER)
+    return until_kept(robot.corridor, rules, attempt, buffer=BUFFER)
 
 
 def _rows(
@@ -210,7 +210,7 @@ def _rows(
     spans: list[tuple[float, float]],
     normals: Floats,
     active: list[int],
-    way: Way,
+    way: Yielding,
     distance: float,
     scale: Floats,
 ) -> tuple[list[Row], list[Row]]:
@@ -325,17 +325,17 @@ def _cut_where_near(pair: tuple[Mover, Mover], distance: float, scale: Floats) -
 
 def _finer(robot: Mover, begin: float, end: float, longest: float) -> Mover:
     """Cut the legs flown between two times into parts that last no longer than `longest`, with free points between them."""
-    course, knots = robot.course, robot.start + robot.path.knots
-    points, durations, legs, needed, free, states = [course.points[0]], [], [], [course.needed[0]], [robot.free[0]], []
+    corridor, knots = robot.corridor, robot.start + robot.path.knots
+    points, durations, legs, needed, free, states = [corridor.points[0]], [], [], [corridor.needed[0]], [robot.free[0]], []
     rest: set[int] = {0} & robot.rest
-    for index, leg in enumerate(course.legs):
+    for index, leg in enumerate(corridor.legs):
         met = knots[index] < end and knots[index + 1] > begin
         parts = min(_PARTS, int(np.ceil(robot.path.durations[index] / longest))) if met else 1
         shares = np.arange(1, parts + 1) / parts
-        points += [course.points[index] + share * (course.points[index + 1] - course.points[index]) for share in shares]
-        durations += [course.durations[index] / parts] * parts
+        points += [corridor.points[index] + share * (corridor.points[index + 1] - corridor.points[index]) for share in shares]
+        durations += [corridor.durations[index] / parts] * parts
         legs += [leg] * parts
-        needed += [False] * (parts - 1) + [course.needed[index + 1]]
+        needed += [False] * (parts - 1) + [corridor.needed[index + 1]]
         free += [True] * (parts - 1) + [robot.free[index + 1]]
         piece = Spline(robot.path.durations[index : index + 1], robot.path.states[index : index + 2]).split(parts)
         states.append((piece.durations, piece.states))
@@ -346,7 +346,7 @@ def _finer(robot: Mover, begin: float, end: float, longest: float) -> Mover:
         np.concatenate([states[0][1], *(part[1:] for _, part in states[1:])]),
     )
     finer = replace(
-        course,
+        corridor,
         points=np.array(points),
         durations=np.array(durations),
         legs=tuple(legs),

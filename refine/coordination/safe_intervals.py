@@ -14,12 +14,12 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from refine.coordination.departures import COARSE, GRID, Conflict, Orders, departures, reach_of, wider
+from refine.coordination.departures import COARSE, GRID, DepartureConflict, Orders, departures, reach_of, wider
 from refine.coordination.midway_waits import with_hovers
 from refine.coordination.spacing import flight_of
 from refine.heading.yaw import heading_spline
 from refine.limits.stretching import stretch_to_limits
-from refine.single import Robot
+from refine.single.values import RobotFlight
 from refine.spline.values import Spline
 from verify.data import Mission, Plan
 from verify.data.rules.spacing import Spacing
@@ -38,9 +38,9 @@ _CLEAR = 2e-3
 """m on top of the distance, so that the schedule's own check finds it kept."""
 
 
-def stop_and_go(
-    plan: Plan, teams: Iterable[dict[str, Robot]], spacing: Spacing, max_pieces: int | None
-) -> tuple[dict[str, Robot], dict[str, float]] | None:
+def schedule_safe_intervals(
+    plan: Plan, teams: Iterable[dict[str, RobotFlight]], spacing: Spacing, max_pieces: int | None
+) -> tuple[dict[str, RobotFlight], dict[str, float]] | None:
     """Return a team that waits on the way where it has to, and departures; None where no order of the robots works.
 
     Args:
@@ -64,14 +64,14 @@ def stop_and_go(
                 continue
             flights = [flight_of(plan, robot) for robot in team.values()]
             found = departures(flights, distance=spacing.distance, z_scale=spacing.z_scale, given=starts)
-            if not isinstance(found, Conflict):
+            if not isinstance(found, DepartureConflict):
                 return team, starts
     return None
 
 
-def _on_grid(mission: Mission, robot: Robot) -> Robot:
+def _on_grid(mission: Mission, robot: RobotFlight) -> RobotFlight:
     """Return a robot whose legs last whole steps of the grid, at least as long as before."""
-    if robot.course is None:
+    if robot.corridor is None:
         return robot
     path, rest = robot.path, frozenset(range(len(robot.path) + 1))
     agent, factor = mission.agents[robot.name], 1.0
@@ -86,7 +86,7 @@ def _on_grid(mission: Mission, robot: Robot) -> Robot:
 class _Timetable:
     """When robots set out on their legs, one after the other; what robots do that go first is worked out once."""
 
-    def __init__(self, robots: dict[str, Robot], spacing: Spacing) -> None:
+    def __init__(self, robots: dict[str, RobotFlight], spacing: Spacing) -> None:
         total = sum(robot.path.duration + robot.plan.hold for robot in robots.values())
         self._robots, self._spacing, self._steps = robots, spacing, int(np.ceil(total / GRID)) + 2
         self._known: dict[tuple[str, ...], tuple[Floats, Track] | None] = {}
@@ -106,22 +106,22 @@ class _Timetable:
             tracks.append(found[1])
         return waits
 
-    def _next(self, robot: Robot, tracks: list[Track]) -> tuple[Floats, Track] | None:
+    def _next(self, robot: RobotFlight, tracks: list[Track]) -> tuple[Floats, Track] | None:
         waits = _through(robot, tracks, self._steps, self._spacing)
         return None if waits is None else (waits, _track(robot, waits, self._steps, self._spacing))
 
 
-def _legs(robot: Robot, spacing: Spacing) -> list[Floats]:
+def _legs(robot: RobotFlight, spacing: Spacing) -> list[Floats]:
     """Return the samples of each leg, its end left out, z scaled. Shapes (samples, 3)."""
     legs = []
     for leg, duration in enumerate(robot.path.durations):
         count = round(duration / _STEP)
-        points = robot.path.sample(np.arange(count) / count)[leg] if robot.course is not None else np.zeros((0, 3))
+        points = robot.path.sample(np.arange(count) / count)[leg] if robot.corridor is not None else np.zeros((0, 3))
         legs.append(points[:, :3] * np.array([1.0, 1.0, spacing.z_scale]))
     return legs
 
 
-def _track(robot: Robot, waits: Floats, steps: int, spacing: Spacing) -> Track:
+def _track(robot: RobotFlight, waits: Floats, steps: int, spacing: Spacing) -> Track:
     """Return the track of a robot that waits at its points."""
     legs, scale = _legs(robot, spacing), np.array([1.0, 1.0, spacing.z_scale])
     nodes = robot.path.nodes[:, :3] * scale
@@ -135,13 +135,13 @@ def _track(robot: Robot, waits: Floats, steps: int, spacing: Spacing) -> Track:
     return track, reach_of(track)
 
 
-def _through(robot: Robot, tracks: list[Track], steps: int, spacing: Spacing) -> Floats | None:
+def _through(robot: RobotFlight, tracks: list[Track], steps: int, spacing: Spacing) -> Floats | None:
     """Return a robot's waits at its points so that it ends as early as the others allow; None where they do not."""
     legs = _legs(robot, spacing)
     nodes = robot.path.nodes[:, :3] * np.array([1.0, 1.0, spacing.z_scale])
     hovers = np.array([_hover_clear(node, tracks, steps, spacing.distance) for node in nodes])
     hold = int(np.ceil(robot.plan.hold / GRID - 1e-9))
-    if robot.course is None:
+    if robot.corridor is None:
         return np.append(hold * GRID, np.zeros(len(legs) - 1)) if hovers[0].all() else None
     lasts = [round(duration / GRID) for duration in robot.path.durations]
     clears = [_leg_clear(leg, tracks, steps, spacing.distance) for leg in legs]

@@ -8,19 +8,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from refine.coordination.departures import Flight
-from refine.corridor.bodies import Ball, keep_out
+from refine.bodies import Ball, keep_out
+from refine.coordination.departures import ScheduledPath
 from refine.corridor.legs import HOVERING
 from refine.corridor.relocation import movable
 from refine.corridor.sampled_stays import stays
-from refine.feedback import Wishes
-from refine.single import Robot
+from refine.feedback import Feedback
+from refine.single.values import Problem, RobotFlight
 from verify.data import Plan
 from verify.data.mission import Point
 from verify.data.rules.spacing import Spacing, spacing_of
 
 
-def spacing_for(plan: Plan, wishes: Wishes) -> Spacing:
+def spacing_for(plan: Plan, feedback: Feedback) -> Spacing:
     """Return how far a plan's robots keep apart: as its mission asks, and what witnesses asked for on top.
 
     No more than robots have where they hover before or after their flights, which no flight changes.
@@ -28,7 +28,7 @@ def spacing_for(plan: Plan, wishes: Wishes) -> Spacing:
     kept = spacing_of(plan.mission)
     widest = min((kept.between(a, b) for *_, a, b in firm_pairs(plan)), default=np.inf)
     room = max(widest - kept.at_rest, 0.0)
-    return replace(kept, distance=kept.distance + min(wishes.distance, float(room)))
+    return replace(kept, distance=kept.distance + min(feedback.distance, float(room)))
 
 
 def firm_pairs(plan: Plan) -> Iterator[tuple[str, str, str, Point, Point]]:
@@ -40,8 +40,9 @@ def firm_pairs(plan: Plan) -> Iterator[tuple[str, str, str, Point, Point]]:
             yield name, other_name, "end", a.position, b.position
 
 
-def idle_others(plan: Plan, name: str, spacing: Spacing) -> tuple[Ball, ...]:
+def idle_others(problem: Problem, name: str) -> tuple[Ball, ...]:
     """Return the places of robots that never move, to be kept clear of."""
+    plan, spacing = problem.plan, problem.spacing
     idle = [other for other, robot in plan.robots.items() if other != name and robot.still]
     places = {other: np.array(plan.robots[other].waypoints[0].position) for other in idle}
     return tuple(
@@ -50,7 +51,7 @@ def idle_others(plan: Plan, name: str, spacing: Spacing) -> tuple[Ball, ...]:
     )
 
 
-def hovers_of(robot: Robot, spacing: Spacing) -> tuple[Ball, ...]:
+def hovers_of(robot: RobotFlight, spacing: Spacing) -> tuple[Ball, ...]:
     """Return where a robot hovers before and after its flight, to be kept clear of."""
     ends = (("starts", robot.path.nodes[0]), ("ends", robot.path.nodes[-1]))
     return tuple(
@@ -59,7 +60,7 @@ def hovers_of(robot: Robot, spacing: Spacing) -> tuple[Ball, ...]:
     )
 
 
-def flight_of(plan: Plan, robot: Robot) -> Flight:
+def flight_of(plan: Plan, robot: RobotFlight) -> ScheduledPath:
     """Return a robot's flight as scheduling sees it."""
     found = stays(robot.path, plan.mission.all_regions, plan.mission.margin)
-    return Flight(robot.name, robot.path, tuple((stay.start, stay.end) for stay in found), robot.plan.hold)
+    return ScheduledPath(robot.name, robot.path, tuple((stay.start, stay.end) for stay in found), robot.plan.hold)

@@ -7,26 +7,27 @@ time instead of even ones; other places for visits within their regions; giving 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from refine.coordination.departures import Conflict, departures
-from refine.coordination.encounters import among, given_way
+from refine.bodies import Ball, keep_out
+from refine.coordination.departures import DepartureConflict, departures
+from refine.coordination.encounters import among, resolve_encounters
 from refine.coordination.midway_waits import with_waits
-from refine.coordination.safe_intervals import stop_and_go
+from refine.coordination.safe_intervals import schedule_safe_intervals
 from refine.coordination.spacing import firm_pairs, flight_of, hovers_of, idle_others, spacing_for
-from refine.corridor.bodies import Ball, keep_out
 from refine.corridor.legs import HOVERING
-from refine.corridor.relocation import moved_apart, spread
-from refine.feedback import Wishes
-from refine.single import Ask, Robot, single
+from refine.corridor.relocation import moved_apart, relocations
+from refine.feedback import Feedback
+from refine.single.flight import robot_flight
+from refine.single.values import Problem, RefinementOptions, RobotFlight
 from verify.data import Infeasible, Plan, Witness
+from verify.data.progress import Progress
 from verify.data.rules.spacing import Spacing, needed, spacing_of
 
-Progress = Callable[[str, float], None]
-Together = tuple[dict[str, Robot], dict[str, float]]
+Together = tuple[dict[str, RobotFlight], dict[str, float]]
 """Robots with their paths, and departures in s by robot."""
 
 _PLACES = 3
@@ -37,13 +38,13 @@ _RESTING = 16
 """Combinations of places that are tried with waits on the way."""
 
 
-def together(plan: Plan, wishes: Wishes, ask: Ask, tell: Progress) -> Together:
+def together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: Progress) -> Together:
     """Return the team's robots and their departures, with all robots kept apart.
 
     Args:
         plan: Who visits what.
-        wishes: What witnesses asked for.
-        ask: What the caller asked for.
+        feedback: What witnesses asked for.
+        options: What the caller asked for.
         tell: Told a sentence and a share of the work.
 
     Raises:
@@ -51,38 +52,41 @@ def together(plan: Plan, wishes: Wishes, ask: Ask, tell: Progress) -> Together:
             tried keeps them apart.
         SolverTimeout: An engine's seconds ran out.
     """
-    spacing = spacing_for(plan, wishes)
+    spacing = spacing_for(plan, feedback)
     if len(plan.robots) > 1:
         plan = moved_apart(plan, spacing.distance + HOVERING, spacing.z_scale)
         _refuse_what_no_flight_mends(plan)
-    alone = _alone(plan, wishes, ask, spacing, tell)
+    problem = Problem(plan, feedback, options, spacing)
+    alone = _alone(problem, tell)
     tell("choosing departures", 0.7)
     if len(plan.robots) == 1:
         return alone, {name: robot.plan.hold for name, robot in alone.items()}
-    met: list[tuple[dict[str, Robot], Conflict]] = []
-    uneven = replace(ask, even=False)  # other shares of time bend paths otherwise; the plan's own may keep robots apart
-    for shares in (ask, uneven):
-        robots = alone if shares is ask else _plans_own(plan, alone, wishes, uneven, spacing, tell)
+    met: list[tuple[dict[str, RobotFlight], DepartureConflict]] = []
+    # Other shares of time bend paths otherwise; the plan's own may keep robots apart.
+    uneven = replace(problem, options=replace(options, even=False))
+    for shares in (problem, uneven):
+        robots = alone if shares is problem else _plans_own(uneven, alone, tell)
         if robots is not None:
-            robots, starts = _departing(plan, robots, wishes, shares, spacing)
-            if not isinstance(starts, Conflict):
+            robots, starts = _departing(shares, robots)
+            if not isinstance(starts, DepartureConflict):
                 return robots, starts
             met.append((robots, starts))
     tell("trying other places for visits", 0.75)
-    moved = _at_other_places(plan, alone, wishes, ask, spacing)
+    moved = _with_visits_relocated(problem, alone)
     if moved is not None:
         return moved
     tell("letting robots give way", 0.8)
     failures: list[Infeasible] = []
     for robots, conflict in met:
         try:
-            return given_way(plan, robots, wishes, conflict, spacing)
+            return resolve_encounters(problem, robots, conflict)
         except Infeasible as error:
             failures.append(error)
-    if not wishes.precedences and ask.pace == "nominal":  # no other pace is taken for the one that was asked for
+    if not feedback.precedences and options.pace == "nominal":  # no other pace is taken for the one that was asked for
         tell("letting robots wait on the way", 0.9)
-        resting = _resting(plan, wishes, replace(ask, rests=True), spacing)
-        waiting = stop_and_go(plan, resting, spacing, ask.max_pieces if ask.too_long == "refuse" else None)
+        resting = _resting(replace(problem, options=replace(options, rests=True)))
+        most = options.max_pieces if options.too_long == "refuse" else None
+        waiting = schedule_safe_intervals(plan, resting, spacing, most)
         if waiting is not None:
             return waiting
     raise failures[0]
@@ -101,35 +105,34 @@ def _refuse_what_no_flight_mends(plan: Plan) -> None:
             raise Infeasible(sentence, witness)
 
 
-def _alone(plan: Plan, wishes: Wishes, ask: Ask, spacing: Spacing, tell: Progress) -> dict[str, Robot]:
+def _alone(problem: Problem, tell: Progress) -> dict[str, RobotFlight]:
     """Return each robot's flight as if the others were not there, but for those that never move."""
-    robots: dict[str, Robot] = {}
-    for index, name in enumerate(plan.robots):
-        tell(f"smoothing the path of {name}", 0.7 * index / len(plan.robots))
-        idle = idle_others(plan, name, spacing)
+    robots: dict[str, RobotFlight] = {}
+    names = list(problem.plan.robots)
+    for index, name in enumerate(names):
+        tell(f"smoothing the path of {name}", 0.7 * index / len(names))
+        idle = idle_others(problem, name)
         try:
-            robots[name] = single(plan, name, wishes, idle, ask)
+            robots[name] = robot_flight(problem, name, idle)
         except Infeasible:
             if not idle:
                 raise
-            robots[name] = single(plan, name, wishes, (), ask)  # whoever hovers in the way may have to step aside
+            robots[name] = robot_flight(problem, name)  # whoever hovers in the way may have to step aside
     return robots
 
 
-def _plans_own(
-    plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: Ask, spacing: Spacing, tell: Progress
-) -> dict[str, Robot] | None:
+def _plans_own(problem: Problem, robots: dict[str, RobotFlight], tell: Progress) -> dict[str, RobotFlight] | None:
     """Return the robots with the plan's own shares of time; None where that changes nothing or is not possible."""
     try:
-        slower = _alone(plan, wishes, ask, spacing, tell)
+        slower = _alone(problem, tell)
     except Infeasible:
         return None
     return None if all(slower[name].path.duration == robot.path.duration for name, robot in robots.items()) else slower
 
 
 def _departing(
-    plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: Ask, spacing: Spacing
-) -> tuple[dict[str, Robot], dict[str, float] | Conflict]:
+    problem: Problem, robots: dict[str, RobotFlight]
+) -> tuple[dict[str, RobotFlight], dict[str, float] | DepartureConflict]:
     """Return the team and departures at which robots keep their distance, or who cannot be kept apart.
 
     Where no departures help, the two robots in conflict get paths that also keep clear of where the other one starts and ends,
@@ -138,20 +141,20 @@ def _departing(
     clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
     waiting = False
     while True:
-        found = _departures(plan, robots, wishes, spacing)
-        if not isinstance(found, Conflict):
+        found = _departures(problem, robots)
+        if not isinstance(found, DepartureConflict):
             return robots, found
         if found.pair[0] == found.pair[1] and not waiting:
-            robots, waiting = with_waits(plan, robots, wishes, ask, spacing), True
+            robots, waiting = with_waits(problem, robots), True
             continue
         changed = False
         for name, other in (found.pair, found.pair[::-1]):
             if name == other or other in clear_of[name]:
                 continue
             clear_of[name] = (*clear_of[name], other)
-            places = [place for who in clear_of[name] for place in hovers_of(robots[who], spacing)]
+            places = [place for who in clear_of[name] for place in hovers_of(robots[who], problem.spacing)]
             try:
-                robots = {**robots, name: single(plan, name, wishes, (*idle_others(plan, name, spacing), *places), ask)}
+                robots = {**robots, name: robot_flight(problem, name, (*idle_others(problem, name), *places))}
                 changed, waiting = True, False
             except Infeasible:
                 continue  # its own path stays; the other robot's may still move
@@ -159,64 +162,65 @@ def _departing(
             return robots, found
 
 
-def _departures(plan: Plan, robots: dict[str, Robot], wishes: Wishes, spacing: Spacing) -> dict[str, float] | Conflict:
-    flights = [flight_of(plan, robot) for robot in robots.values()]
-    precedences = among(wishes, tuple(robots))
+def _departures(problem: Problem, robots: dict[str, RobotFlight]) -> dict[str, float] | DepartureConflict:
+    spacing, flights = problem.spacing, [flight_of(problem.plan, robot) for robot in robots.values()]
+    precedences = among(problem, tuple(robots))
     return departures(flights, distance=spacing.distance, z_scale=spacing.z_scale, precedences=precedences)
 
 
-def _at_other_places(plan: Plan, robots: dict[str, Robot], wishes: Wishes, ask: Ask, spacing: Spacing) -> Together | None:
+def _with_visits_relocated(problem: Problem, robots: dict[str, RobotFlight]) -> Together | None:
     """Return the team with visits of robots in conflict made elsewhere in their regions; None where that does not part them.
 
     Combinations are tried from the planned places outwards; one in which some two robots cannot be parted even by themselves
     is passed over.
     """
     apart: dict[tuple[str, int, str, int], bool] = {}
-    options = {name: [robot] for name, robot in robots.items()}
+    choices = {name: [robot] for name, robot in robots.items()}
 
     def parted(one: str, i: int, other: str, j: int) -> bool:
         key = (one, i, other, j)
         if key not in apart:
-            pair = {one: options[one][i], other: options[other][j]}
-            apart[key] = not isinstance(_departures(plan, pair, wishes, spacing), Conflict)
+            pair = {one: choices[one][i], other: choices[other][j]}
+            apart[key] = not isinstance(_departures(problem, pair), DepartureConflict)
         return apart[key]
 
     pairs = list(itertools.combinations(robots, 2))
     met = {name for one, other in pairs if not parted(one, 0, other, 0) for name in (one, other)}
     for name in (name for name in robots if name in met or not met):
-        options[name] += _elsewhere(plan, name, wishes, ask, spacing)
-    tried = 0
-    for at in itertools.islice(_choices(options), 1, _LOOKED_AT):
-        if tried == _COMBINATIONS or not all(parted(one, at[one], other, at[other]) for one, other in pairs):
-            continue
-        tried += 1
-        team = {name: options[name][index] for name, index in at.items()}
-        found = _departures(plan, team, wishes, spacing)
-        if not isinstance(found, Conflict):
+        choices[name] += _relocated(problem, name)
+    worth_trying = (
+        at
+        for at in itertools.islice(_combined(choices), 1, _LOOKED_AT)
+        if all(parted(one, at[one], other, at[other]) for one, other in pairs)
+    )
+    for at in itertools.islice(worth_trying, _COMBINATIONS):
+        team = {name: choices[name][index] for name, index in at.items()}
+        found = _departures(problem, team)
+        if not isinstance(found, DepartureConflict):
             return team, found
     return None
 
 
-def _elsewhere(plan: Plan, name: str, wishes: Wishes, ask: Ask, spacing: Spacing) -> list[Robot]:
+def _relocated(problem: Problem, name: str) -> list[RobotFlight]:
     """Return flights of one robot whose visits are made at other places of their regions."""
-    idle = idle_others(plan, name, spacing)
-    ways = [place for other in plan.robots if other != name for place in _passages(plan, other, spacing)]
+    plan, idle = problem.plan, idle_others(problem, name)
+    ways = [place for other in plan.robots if other != name for place in _passages(plan, other, problem.spacing)]
     flights = []
-    for elsewhere in spread(plan.mission, plan.robots[name], idle, (*idle, *ways), _PLACES):
-        changed = plan.model_copy(update={"robots": {**plan.robots, name: elsewhere}})
+    for relocated in relocations(plan.mission, plan.robots[name], idle, (*idle, *ways), _PLACES):
+        changed = plan.model_copy(update={"robots": {**plan.robots, name: relocated}})
         try:
-            flights.append(single(changed, name, wishes, idle, ask))
+            flights.append(robot_flight(replace(problem, plan=changed), name, idle))
         except Infeasible:
             continue  # the other places may do
     return flights
 
 
-def _choices(options: dict[str, list[Robot]]) -> Iterator[dict[str, int]]:
-    """Yield combinations of options, those nearest to everyone's first one first."""
-    sizes = [len(each) for each in options.values()]
+def _combined(choices: dict[str, list[RobotFlight]]) -> Iterator[dict[str, int]]:
+    """Yield combinations of choices, those nearest to everyone's first one first."""
+    sizes = [len(each) for each in choices.values()]
     for total in range(sum(sizes) - len(sizes) + 1):
         for choice in _summing_to(total, sizes):
-            yield dict(zip(options, choice, strict=True))
+            yield dict(zip(choices, choice, strict=True))
 
 
 def _summing_to(total: int, sizes: list[int]) -> Iterator[tuple[int, ...]]:
@@ -229,16 +233,16 @@ def _summing_to(total: int, sizes: list[int]) -> Iterator[tuple[int, ...]]:
             yield (first, *others)
 
 
-def _resting(plan: Plan, wishes: Wishes, ask: Ask, spacing: Spacing) -> list[dict[str, Robot]]:
+def _resting(problem: Problem) -> list[dict[str, RobotFlight]]:
     """Return teams whose robots rest at every point, with visits at the planned places and at others."""
-    options: dict[str, list[Robot]] = {}
-    for name in plan.robots:
-        options[name] = _elsewhere(plan, name, wishes, ask, spacing)
+    choices: dict[str, list[RobotFlight]] = {}
+    for name in problem.plan.robots:
+        choices[name] = _relocated(problem, name)
         try:
-            options[name].insert(0, single(plan, name, wishes, idle_others(plan, name, spacing), ask))
+            choices[name].insert(0, robot_flight(problem, name, idle_others(problem, name)))
         except Infeasible:
             continue  # the other places may do
-    return [{name: options[name][index] for name, index in at.items()} for at in itertools.islice(_choices(options), _RESTING)]
+    return [{name: choices[name][index] for name, index in at.items()} for at in itertools.islice(_combined(choices), _RESTING)]
 
 
 def _passages(plan: Plan, name: str, spacing: Spacing) -> list[Ball]:

@@ -1,6 +1,7 @@
-"""One robot's way past everything that it must keep clear of, as a course and the path that keeps it.
+"""One robot's way past everything that it must keep clear of, as a corridor and the path that keeps it.
 
-Read `course` (points to go through, and what each leg must stay out of), `legs` and `bodies`; then `fitting`, which bends the
-path with separating planes, and `detours` and `roadmap`, which lead around what bending cannot. `approach`, `relocation`,
-`leg_limits` and `sampled_stays` are what particular places ask for.
+Read `values` (points to go through, and what each leg must stay out of), `planned`, which makes it from a plan, and `legs`; then
+`fitting`, which bends the path with separating planes, and `detours` and `roadmap`, which lead around what bending cannot.
+`points` puts points in or leaves some out; `approach`, `relocation`, `leg_limits` and `sampled_stays` are what particular places
+ask for.
 """

@@ -1,8 +1,8 @@
-"""Bays: places right in front of an opening that is not flown through, nearer to the ring's disc than the rim demands, yet
+"""Approach corridors, from and to places right in front of an opening that is not flown through, nearer to the ring's disc than the rim demands, yet
 clear of rim and opening.
 
 No plane parts such a place from the disc that stands for the whole ring, so a flight comes and goes straight along the hoop's
-axis, in a tube, until it is clear of that disc; a passage of another hoop goes on as it is.
+axis, in a cylinder around it, until it is clear of that disc; a passage of another hoop goes on as it is.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.corridor.bodies import Disc, blocking, opening
-from refine.corridor.detours import detour
-from refine.corridor.legs import Bodies, Leg, Stop, Tube, eased, refused, show
+from refine.bodies import Disc, blocking, opening
+from refine.corridor.detours import Barriers, detour
+from refine.corridor.legs import Bodies, Cylinder, Leg, Space, TimedWaypoint, refused, show, trimmed
 from verify.data import Mission
 from verify.data.mission import Hoop
 from verify.data.rules.spacing import ROUNDING
@@ -22,111 +22,88 @@ from verify.data.rules.spacing import ROUNDING
 Floats = NDArray[np.float64]
 
 _CLEAR = 0.01
-"""m from the ring's disc at which a bay is left."""
+"""m from the ring's disc at which an approach corridor is left."""
 _STEPS = np.arange(0.05, 1.5, 0.01)
-"""m from the place in the bay at which it may be left."""
+"""m from the place in the approach corridor at which it may be left."""
 
 
-def through_bays(
-    mission: Mission,
-    name: str,
-    bodies: Bodies,
-    leg: Leg,
-    here: Stop,
-    there: Stop,
-    low: Floats,
-    high: Floats,
-    pad: float,
-) -> list[tuple[Floats, Leg]]:
-    """Return the points after one stop up to the next, each with the rules of the straight leg that leads there.
+def through_approach_corridors(space: Space, leg: Leg, here: TimedWaypoint, there: TimedWaypoint) -> list[tuple[Floats, Leg]]:
+    """Return the points after one point of a plan up to the next, each with the rules of the straight leg that leads there.
 
-    A stop that is too near a ring, and in no bay, is refused.
+    A point that is too near a ring, and in no approach corridor, is refused.
 
     Args:
-        mission: Gives hoops, margin and vehicle radius.
-        name: The robot's.
-        bodies: Regions and rings, grown.
-        leg: The rules between the two stops.
-        here: The stop that is left.
+        space: What the robot flies in.
+        leg: The rules between the two points.
+        here: The point that is left.
         there: The next one.
-        low: Lower corner of the space to stay in, m.
-        high: Upper corner.
-        pad: m on top of the margin.
 
     Raises:
         Infeasible: One of them is too near a ring, or no way was found around what is between them.
     """
     for stop in (here, there):
-        _refuse_too_near(mission, name, leg, bodies, stop)
-    within, beyond = _within(bodies, leg, here.position), _within(bodies, leg, there.position)
-    if within and beyond and (leg.tube is not None or within.keys() == beyond.keys()):
-        inside = _inside(mission, leg, {**within, **beyond}, here.position, there.position, pad)
+        _refuse_too_near(space, leg, stop)
+    within, beyond = _within(space.bodies, leg, here.position), _within(space.bodies, leg, there.position)
+    if within and beyond and (leg.cylinder is not None or within.keys() == beyond.keys()):
+        inside = _inside(space, leg, {**within, **beyond}, here.position, there.position)
         if inside is not None:
             return [(there.position, inside)]
-    out = _way_out(mission, within, leg, here.position, there.position, low, high, pad)
-    back = _way_out(mission, beyond, leg, there.position, here.position, low, high, pad)
+    out = _way_out(space, within, leg, here.position, there.position)
+    back = _way_out(space, beyond, leg, there.position, here.position)
     a, b = here.position if out is None else out[0], there.position if back is None else back[0]
     chain = [] if out is None else [out]
-    if leg.tube is not None:
+    if leg.cylinder is not None:
         chain.append((b, leg))
     else:
         kept = {body.name for body in leg.obstacles}
-        around = [body for region, body in bodies.regions.items() if region not in kept]
-        left = tuple(body for body in around if body.clearance(a) <= 0.0 < body.clearance(b))
-        entered = tuple(body for body in around if body.clearance(b) <= 0.0 < body.clearance(a))
-        legs = detour(name, a, b, leg.obstacles, left, entered, low, high, to=there)
+        around = [body for region, body in space.bodies.regions.items() if region not in kept]
+        left = tuple(body for body in around if body.signed_distance(a) <= 0.0 < body.signed_distance(b))
+        entered = tuple(body for body in around if body.signed_distance(b) <= 0.0 < body.signed_distance(a))
+        legs = detour(space, a, b, Barriers(leg.obstacles, left, entered), to=there)
         chain += [(point, replace(leg, obstacles=obstacles)) for point, obstacles in legs]
     return chain if back is None else [*chain, (there.position, back[1])]
 
 
-def _way_out(
-    mission: Mission,
-    within: dict[str, Disc],
-    leg: Leg,
-    point: Floats,
-    other: Floats,
-    low: Floats,
-    high: Floats,
-    pad: float,
-) -> tuple[Floats, Leg] | None:
-    """Return where the bay around one end of a leg is left, and the rules up to there; None where there is no bay."""
+def _way_out(space: Space, within: dict[str, Disc], leg: Leg, point: Floats, other: Floats) -> tuple[Floats, Leg] | None:
+    """Return where the approach corridor around one end of a leg is left, and the rules up to there; None where there is none."""
     if not within:
         return None
-    for towards in _directions(mission, leg, tuple(within), point, other):
+    for towards in _directions(space.mission, leg, tuple(within), point, other):
         places = point + _STEPS[:, None] * towards
-        clear = np.all([disc.clearance(places) >= _CLEAR for disc in within.values()], axis=0)
-        clear &= np.all((places >= low) & (places <= high), axis=1)
-        if leg.tube is not None:
+        clear = np.all([disc.signed_distance(places) >= _CLEAR for disc in within.values()], axis=0)
+        clear &= np.all((places >= space.low) & (places <= space.high), axis=1)
+        if leg.cylinder is not None:
             clear &= np.linalg.norm(other - point) > _STEPS
         if not clear.any():
             continue
         place = places[int(np.argmax(clear))]
-        inside = _inside(mission, leg, within, point, place, pad)
+        inside = _inside(space, leg, within, point, place)
         if inside is not None:
             return place, inside
     return None
 
 
-def _inside(mission: Mission, leg: Leg, within: dict[str, Disc], a: Floats, b: Floats, pad: float) -> Leg | None:
-    """Return the rules of a straight leg in the bays of some hoops; None where it is too near a rim or meets something."""
-    radius = mission.vehicle.radius
+def _inside(space: Space, leg: Leg, within: dict[str, Disc], a: Floats, b: Floats) -> Leg | None:
+    """Return the rules of a straight leg in the approach corridors of some hoops; None where it is too near a rim or meets something."""
+    mission, clearance, radius = space.mission, space.clearance, space.mission.vehicle.radius
     way = np.linspace(a, b, 33)
     if any(np.any(_to_rim(mission.hoops[name], way) < mission.margin + radius) for name in within):
         return None
-    flat = [opening(name, mission.hoops[name], mission.margin + pad) for name in within]
+    flat = [opening(name, mission.hoops[name], mission.margin + clearance) for name in within]
     kept = [body for body in leg.obstacles if all(body is not disc for disc in within.values())]
-    obstacles = (*kept, *(eased(disc, np.stack([a, b]), pad) for disc in flat))
+    obstacles = (*kept, *(trimmed(disc, np.stack([a, b]), clearance) for disc in flat))
     if blocking(a, b, obstacles) is not None:
         return None
-    tubes = tuple(_bay(mission.hoops[name], mission.margin + pad + radius) for name in within)
-    return Leg(obstacles, leg.tube, leg.visit, tubes)
+    cylinders = tuple(_approach_cylinder(mission.hoops[name], mission.margin + clearance + radius) for name in within)
+    return Leg(obstacles, leg.cylinder, leg.visit, cylinders)
 
 
-def _refuse_too_near(mission: Mission, name: str, leg: Leg, bodies: Bodies, stop: Stop) -> None:
+def _refuse_too_near(space: Space, leg: Leg, stop: TimedWaypoint) -> None:
     """Raise where a stop is nearer to the rim or the opening of a hoop than it may be."""
-    for hoop in _within(bodies, leg, stop.position):
+    mission, name = space.mission, space.name
+    for hoop in _within(space.bodies, leg, stop.position):
         rim, radius = float(_to_rim(mission.hoops[hoop], stop.position)), mission.vehicle.radius
-        hole = float(opening(hoop, mission.hoops[hoop], 0.0).clearance(stop.position))
+        hole = float(opening(hoop, mission.hoops[hoop], 0.0).signed_distance(stop.position))
         for what, distance, least in (("rim", rim, mission.margin + radius), ("opening", hole, mission.margin)):
             if distance < least + ROUNDING:
                 sentence = f"{name}: waypoint {show(stop.position)} is {distance:.4f} m from the {what} of '{hoop}'; {least + ROUNDING:.4f} m are needed there."
@@ -139,21 +116,21 @@ def _within(bodies: Bodies, leg: Leg, point: Floats) -> dict[str, Disc]:
     return {
         rings[body.name]: body
         for body in leg.obstacles
-        if isinstance(body, Disc) and body.name in rings and body.clearance(point) <= 0.0
+        if isinstance(body, Disc) and body.name in rings and body.signed_distance(point) <= 0.0
     }
 
 
 def _directions(mission: Mission, leg: Leg, within: tuple[str, ...], point: Floats, other: Floats) -> list[Floats]:
-    """Return unit vectors along which a bay may be left: a passage goes on, others follow an axis of the hoops."""
-    if leg.tube is not None:
+    """Return unit vectors along which an approach corridor may be left: a passage goes on, others follow an axis of the hoops."""
+    if leg.cylinder is not None:
         return [(other - point) / max(float(np.linalg.norm(other - point)), 1e-9)]
     normals = [np.array(mission.hoops[name].normal) for name in within]
     sides = [(point - np.array(mission.hoops[name].center)) @ normal for name, normal in zip(within, normals, strict=True)]
     return [normal if side >= 0.0 else -normal for side, normal in zip(sides, normals, strict=True)]
 
 
-def _bay(hoop: Hoop, growth: float) -> Tube:
-    return Tube(np.array(hoop.center), np.array(hoop.normal), max(hoop.opening - growth, 0.0))
+def _approach_cylinder(hoop: Hoop, growth: float) -> Cylinder:
+    return Cylinder(np.array(hoop.center), np.array(hoop.normal), max(hoop.opening - growth, 0.0))
 
 
 def _to_rim(hoop: Hoop, points: Floats) -> Floats:

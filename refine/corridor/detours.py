@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.corridor.bodies import Ball, Obstacle, blocking, within
-from refine.corridor.legs import Stop, refused, show
+from refine.bodies import Ball, Obstacle, blocking, within
+from refine.corridor.legs import Space, TimedWaypoint, refused, show
 from refine.corridor.roadmap import way_around
 
 Floats = NDArray[np.float64]
@@ -31,41 +32,45 @@ _DIRECTIONS = np.stack(
 """Unit vectors spread evenly (a Fibonacci sphere). Shape (64, 3)."""
 
 
+@dataclass(frozen=True, eq=False)
+class Barriers:
+    """What a way between two points stays out of.
+
+    Attributes:
+        obstacles: What all of its legs stay out of.
+        left: Regions around the first point alone: once left, they are not entered again.
+        entered: Regions around the second point alone: once entered, they are not left again.
+    """
+
+    obstacles: tuple[Obstacle, ...]
+    left: tuple[Ball, ...]
+    entered: tuple[Ball, ...]
+
+
 def detour(
-    name: str,
-    a: Floats,
-    b: Floats,
-    obstacles: tuple[Obstacle, ...],
-    left: tuple[Ball, ...],
-    entered: tuple[Ball, ...],
-    low: Floats,
-    high: Floats,
-    *,
-    to: Stop,
+    space: Space, a: Floats, b: Floats, barriers: Barriers, *, to: TimedWaypoint
 ) -> list[tuple[Floats, tuple[Obstacle, ...]]]:
     """Return the points after one up to another, each with what the straight leg that leads there stays out of.
 
     Args:
-        name: The robot's.
+        space: What the robot flies in.
         a: m. Shape (3,).
         b: m. Shape (3,).
-        obstacles: What all legs stay out of.
-        left: Regions around `a` alone: once left, they are not entered again.
-        entered: Regions around `b` alone: once entered, they are not left again.
-        low: Lower corner of the space to stay in, m.
-        high: Upper corner.
-        to: The stop that the robot is on its way to.
+        barriers: What it stays out of.
+        to: The point of its plan that the robot is on its way to.
 
     Raises:
-        Infeasible: None were found; names the robot, the body in the way and the stop.
+        Infeasible: None were found; names the robot, the body in the way and the point.
     """
+    obstacles, left, entered = barriers.obstacles, barriers.left, barriers.entered
+    low, high = space.low, space.high
     blocked = blocking(a, b, obstacles)
     if blocked is None:
         return [(b, obstacles)]
     around = _around(a, b, obstacles, low, high, _DEPTH)
     if around is None:
         around = way_around(a, b, obstacles, low, high)
-    legs = None if around is None else _without_return([a, *around, b], obstacles, left, entered)
+    legs = None if around is None else _without_return([a, *around, b], barriers)
     if legs is not None:
         return legs
     everything = (*obstacles, *left, *entered)
@@ -75,27 +80,25 @@ def detour(
         way = [] if blocking(p, q, everything) is None else way_around(p, q, everything, low, high)
         if way is not None:
             nodes = [a, *([p] if left else []), *way, *([q] if entered else []), b]
-            legs = _without_return(nodes, obstacles, left, entered)
+            legs = _without_return(nodes, barriers)
             if legs is not None:
                 return legs
     back = "" if around is None else f" that does not come back into '{(*left, *entered)[0].name}'"
     raise refused(
         "visits",
-        name,
+        space.name,
         to,
-        f"{name}: '{blocked.name}' is in the way from {show(a)} to {show(b)}, and no way around was found{back}.",
+        f"{space.name}: '{blocked.name}' is in the way from {show(a)} to {show(b)}, and no way around was found{back}.",
     )
 
 
-def _without_return(
-    nodes: list[Floats], obstacles: tuple[Obstacle, ...], left: tuple[Ball, ...], entered: tuple[Ball, ...]
-) -> list[tuple[Floats, tuple[Obstacle, ...]]] | None:
+def _without_return(nodes: list[Floats], barriers: Barriers) -> list[tuple[Floats, tuple[Obstacle, ...]]] | None:
     """Return the legs of a way, each out of the regions that it has left or not entered yet; None where it comes back."""
-    last = len(nodes) - 1
-    bodies = [obstacles] * last
+    last, left, entered = len(nodes) - 1, barriers.left, barriers.entered
+    bodies = [barriers.obstacles] * last
     for region in (*left, *entered):
         meets = [region.meets(nodes[leg], nodes[leg + 1]) for leg in range(last)]
-        inside = [float(region.clearance(node)) <= 0.0 for node in nodes]
+        inside = [float(region.signed_distance(node)) <= 0.0 for node in nodes]
         if region in entered:
             meets, inside = meets[::-1], inside[::-1]
         legs = sum(meets)
@@ -118,7 +121,7 @@ def _outside(
     places = point + (reach[:, None] + _BESIDE) * _DIRECTIONS
     clear = np.all((places >= low) & (places <= high), axis=1)
     for body in (*obstacles, *regions):
-        clear &= body.clearance(places) > 0.0
+        clear &= body.signed_distance(places) > 0.0
     lengths = np.linalg.norm(places - point, axis=1) + np.linalg.norm(places - other, axis=1)
     order = [int(k) for k in np.argsort(lengths, kind="stable") if clear[k]]
     return [places[k] for k in order if blocking(point, places[k], obstacles) is None][:_EXITS]
@@ -142,7 +145,7 @@ def _around(
     lines = foot + _REACH[:, None] * sides[:, None, :]
     clear = np.all((lines >= low) & (lines <= high), axis=2)
     for index in within(obstacles, lines.min(axis=(0, 1)) - _BESIDE, lines.max(axis=(0, 1)) + _BESIDE):
-        clear &= obstacles[index].clearance(lines) >= _BESIDE
+        clear &= obstacles[index].signed_distance(lines) >= _BESIDE
     vias = [lines[index, int(np.argmax(clear[index]))] for index in np.flatnonzero(clear.any(axis=1))]
     lengths = [float(np.linalg.norm(via - a) + np.linalg.norm(b - via)) for via in vias]
     for index in np.argsort(lengths, kind="stable")[:6]:

@@ -1,4 +1,4 @@
-"""Limits of legs of their own (`limits.legs`): which legs of a course they bind, and how much slower those must be flown.
+"""Limits of legs of their own (`limits.legs`): which legs of a corridor they bind, and how much slower those must be flown.
 
 A leg of the mission begins with the last earlier visit that is over before the next one begins, as the judge counts: where two
 regions come within the margin of each other, what leads to the first leads to the second as well.
@@ -11,8 +11,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.corridor.course import Course
-from refine.corridor.sampled_stays import Stay, stays
+from refine.corridor.sampled_stays import SampledStay, stays
+from refine.corridor.values import Corridor
 from refine.limits.stretching import SAFETY
 from refine.limits.usage import shares_used
 from refine.limits.values import Limits
@@ -27,27 +27,27 @@ _TURNS = 50
 """Steps towards a plane between two regions."""
 
 
-def leg_speeds(mission: Mission, robot: RobotPlan, course: Course) -> Floats | None:
+def leg_speeds(mission: Mission, robot: RobotPlan, corridor: Corridor) -> Floats | None:
     """Return the limit on speed of each leg; None where there is none of its own."""
     if not mission.limits.legs:
         return None
-    speeds = np.full(len(course), np.inf)
+    speeds = np.full(len(corridor), np.inf)
     for visit in range(len(robot.visits)):
         own = mission.limits.legs.get(robot.visits[visit].region)
         if own is not None and own.speed is not None:
-            legs = _on_the_way(mission, robot, course, visit)
+            legs = _on_the_way(mission, robot, corridor, visit)
             speeds[legs] = np.minimum(speeds[legs], own.speed)
     return speeds
 
 
-def slow_legs(mission: Mission, robot: RobotPlan, course: Course, path: Spline) -> Floats:
+def slow_legs(mission: Mission, robot: RobotPlan, corridor: Corridor, path: Spline) -> Floats:
     """Return how much longer each leg must last for the limits of its own. Shape (legs,)."""
-    factors = np.ones(len(course))
+    factors = np.ones(len(corridor))
     if not mission.limits.legs:
         return factors
     for visit in range(len(robot.visits)):
         own = mission.limits.legs.get(robot.visits[visit].region)
-        legs = _on_the_way(mission, robot, course, visit)
+        legs = _on_the_way(mission, robot, corridor, visit)
         if own is None or not legs.any():
             continue
         limits = Limits(
@@ -63,9 +63,9 @@ def slow_legs(mission: Mission, robot: RobotPlan, course: Course, path: Spline) 
 
 
 def slower_on_ways(mission: Mission, robot: RobotPlan, path: Spline) -> float:
-    """Return how many times slower a finite flight must be for the limits on its ways, wherever its course has led it.
+    """Return how many times slower a finite flight must be for the limits on its ways, wherever its corridor has led it.
 
-    A path that gives way to others, or that swings inside a region, may be on a way where its course knows of none.
+    A path that gives way to others, or that swings inside a region, may be on a way where its corridor knows of none.
     """
     factor = 1.0
     limited = [visit for visit in range(len(robot.visits)) if robot.visits[visit].region in mission.limits.legs]
@@ -88,7 +88,7 @@ def _size(path: Spline, order: int) -> Floats:
     return np.linalg.norm(path.sample(_SAMPLES, order)[..., :3], axis=-1).ravel()
 
 
-def _way(mission: Mission, found: tuple[Stay, ...], visit: int, times: Floats, points: Floats) -> NDArray[np.bool_]:
+def _way(mission: Mission, found: tuple[SampledStay, ...], visit: int, times: Floats, points: Floats) -> NDArray[np.bool_]:
     """Tell at which samples a robot may be on the way to a visit, as the judge counts: there, and back after excursions."""
     stay = found[visit]
     level, sure = _levels(mission, stay, times, points)
@@ -112,48 +112,48 @@ def _way(mission: Mission, found: tuple[Stay, ...], visit: int, times: Floats, p
     return np.convolve(on, np.ones(3), "same") > 0  # a sample more at both ends
 
 
-def _levels(mission: Mission, stay: Stay, times: Floats, points: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+def _levels(mission: Mission, stay: SampledStay, times: Floats, points: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     """Return the level of a stay's region at all samples, and where in the stay the robot is in it for sure."""
     region = mission.all_regions[stay.region]
     level = np.sqrt(region.level(points))
     return level, (level < 1.0 - mission.margin / min(region.radii)) & (times >= stay.start) & (times <= stay.end)
 
 
-def _on_the_way(mission: Mission, robot: RobotPlan, course: Course, visit: int) -> NDArray[np.bool_]:
+def _on_the_way(mission: Mission, robot: RobotPlan, corridor: Corridor, visit: int) -> NDArray[np.bool_]:
     """Tell which legs lead to a visit, from the one that leaves the last region before it that lies apart."""
-    legs = np.zeros(len(course), dtype=bool)
-    arrival = _arrival(mission, robot, course, visit)
+    legs = np.zeros(len(corridor), dtype=bool)
+    arrival = _arrival(mission, robot, corridor, visit)
     if arrival is None:
         return legs
     before = _apart_before(mission, robot, visit, range(visit - 1, -1, -1))
-    legs[0 if before is None else _leaving(mission, robot, course, before) : arrival + 1] = True
+    legs[0 if before is None else _leaving(mission, robot, corridor, before) : arrival + 1] = True
     first = robot.cycle_visit
-    if first is None or course.cycle is None or visit < first:
+    if first is None or corridor.cycle is None or visit < first:
         return legs
     if _apart_before(mission, robot, visit, range(visit - 1, first - 1, -1)) is None:  # it is come to from the lap before
         before = _apart_before(mission, robot, visit, range(len(robot.visits) - 1, visit, -1))
-        legs[_leaving(mission, robot, course, visit if before is None else before) :] = True
-        legs[course.cycle : arrival + 1] = True
+        legs[_leaving(mission, robot, corridor, visit if before is None else before) :] = True
+        legs[corridor.cycle : arrival + 1] = True
     return legs
 
 
-def _arrival(mission: Mission, robot: RobotPlan, course: Course, visit: int) -> int | None:
+def _arrival(mission: Mission, robot: RobotPlan, corridor: Corridor, visit: int) -> int | None:
     """Return the leg that comes to a visit's region; None where no leg does."""
-    serving = [index for index, leg in enumerate(course.legs) if leg.visit == visit]
+    serving = [index for index, leg in enumerate(corridor.legs) if leg.visit == visit]
     region = mission.all_regions[robot.visits[visit].region]
-    found = (i for i in serving if course.legs[i].tube is not None or region.level(course.points[i + 1]) <= 1.0)
+    found = (i for i in serving if corridor.legs[i].cylinder is not None or region.level(corridor.points[i + 1]) <= 1.0)
     return next(found, serving[-1] if serving else None)
 
 
-def _leaving(mission: Mission, robot: RobotPlan, course: Course, visit: int) -> int:
+def _leaving(mission: Mission, robot: RobotPlan, corridor: Corridor, visit: int) -> int:
     """Return the leg that leaves a visit's region: the last part of a passage, or the first that ends outside."""
-    passages = [index for index, leg in enumerate(course.legs) if leg.visit == visit and leg.tube is not None]
+    passages = [index for index, leg in enumerate(corridor.legs) if leg.visit == visit and leg.cylinder is not None]
     if passages:
         return passages[-1]
-    arrival = _arrival(mission, robot, course, visit)
-    index = 0 if arrival is None else min(arrival + 1, len(course) - 1)
+    arrival = _arrival(mission, robot, corridor, visit)
+    index = 0 if arrival is None else min(arrival + 1, len(corridor) - 1)
     region = mission.all_regions[robot.visits[visit].region]
-    while index + 1 < len(course) and region.level(course.points[index + 1]) <= 1.0:
+    while index + 1 < len(corridor) and region.level(corridor.points[index + 1]) <= 1.0:
         index += 1
     return index
 

@@ -1,4 +1,4 @@
-"""What one leg between two stops of a plan must keep: bodies to stay out of and, during a passage, a tube to stay in."""
+"""What one leg between two stops of a plan must keep: bodies to stay out of and, during a passage, a cylinder to stay in."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.corridor.bodies import Ball, Disc, Obstacle, grown_region, ring, within
+from refine.bodies import Ball, Disc, Obstacle, grown_region, ring, within
 from verify.data import Infeasible, Mission, RobotPlan, Witness
 from verify.data.mission import Hoop
 from verify.data.plan import Role, Waypoint
@@ -18,7 +18,7 @@ from verify.data.rules.spacing import ROUNDING
 Floats = NDArray[np.float64]
 Body = TypeVar("Body", Ball, Disc)
 
-PAD = 1e-3
+CLEARANCE = 1e-3
 """m kept on top of the margin, so that rounding and engine tolerances cannot use the margin up."""
 HOVERING = 0.02
 """m on top of the distance around a robot that hovers."""
@@ -26,7 +26,7 @@ PASSAGE: tuple[Role, ...] = ("rear", "centre", "front")  # along the normal
 
 
 @dataclass(frozen=True, eq=False)
-class Tube:
+class Cylinder:
     """The cylinder that a passage stays in: within `radius` of the axis through `centre` along `normal`."""
 
     centre: Floats
@@ -40,19 +40,19 @@ class Leg:
 
     Attributes:
         obstacles: Bodies to stay out of.
-        tube: Cylinder to stay in, during a passage.
+        cylinder: Cylinder to stay in, during a passage.
         visit: The visit that is being approached or made; None after the last one and between points that belong to no visit.
-        bays: More cylinders to stay in, on the way into or out of a bay.
+        approaches: More cylinders to stay in, along approach corridors.
     """
 
     obstacles: tuple[Obstacle, ...]
-    tube: Tube | None
+    cylinder: Cylinder | None
     visit: int | None
-    bays: tuple[Tube, ...] = ()
+    approaches: tuple[Cylinder, ...] = ()
 
 
 @dataclass(frozen=True)
-class Stop:
+class TimedWaypoint:
     """One waypoint of a plan: m, s, and what it is there for."""
 
     position: Floats
@@ -70,9 +70,39 @@ class Bodies:
     rings: dict[str, Disc]
 
 
-def bodies_of(mission: Mission, pad: float) -> Bodies:
-    """Return what a mission's robots stay out of, with `pad` m on top."""
-    grow = mission.margin + pad
+@dataclass(frozen=True, eq=False)
+class Space:
+    """What one robot flies in.
+
+    Attributes:
+        mission: Gives regions, hoops, margin and vehicle radius.
+        name: The robot's, for messages.
+        clearance: m on top of the margin.
+        bodies: Regions and rings, grown by margin and clearance.
+        low: Lower corner of the box to stay in, m. Shape (3,).
+        high: Upper corner.
+    """
+
+    mission: Mission
+    name: str
+    clearance: float
+    bodies: Bodies
+    low: Floats
+    high: Floats
+
+
+def space_for(mission: Mission, name: str, clearance: float) -> Space:
+    """Return what a robot flies in, with `clearance` m on top of the margin."""
+    low, high = (np.array(corner) for corner in (mission.workspace.min, mission.workspace.max))
+    more = min(clearance, ROUNDING)
+    return Space(
+        mission, name, clearance, bodies_of(mission, clearance), low + mission.margin + more, high - mission.margin - more
+    )
+
+
+def bodies_of(mission: Mission, clearance: float) -> Bodies:
+    """Return what a mission's robots stay out of, with `clearance` m on top."""
+    grow = mission.margin + clearance
     return Bodies(
         {name: grown_region(name, region, grow) for name, region in mission.all_regions.items()},
         {name: ring(name, hoop, grow + mission.vehicle.radius) for name, hoop in mission.hoops.items()},
@@ -87,30 +117,33 @@ def leads_to(mission: Mission, waypoint: Waypoint) -> bool:
     return float(region.level(np.array(waypoint.position))) > (1.0 + mission.margin / min(region.radii)) ** 2
 
 
-def leg_between(
-    mission: Mission,
-    name: str,
-    robot: RobotPlan,
-    bodies: Bodies,
-    here: Stop,
-    there: Stop,
-    extra: tuple[Ball, ...],
-    pad: float,
-) -> Leg:
-    """Return the rules of the leg from one stop to the next."""
+def leg_between(space: Space, robot: RobotPlan, here: TimedWaypoint, there: TimedWaypoint, extra: tuple[Ball, ...]) -> Leg:
+    """Return the rules of the leg from one point of a plan to the next.
+
+    Args:
+        space: What the robot flies in.
+        robot: Its plan.
+        here: The point that is left.
+        there: The next one.
+        extra: More bodies to stay out of.
+
+    Raises:
+        Infeasible: One of the points lies within the margin of a region that is not visited there, or a passage has no room.
+    """
+    mission, name, bodies, clearance = space.mission, space.name, space.bodies, space.clearance
     visit = there.visit if there.visit is not None else here.visit
     passing = _passing(mission, robot, here, there)
     ends = np.stack([here.position, there.position])
     everywhere = {visit.region for visit in robot.visits}  # regions may overlap: which of them come when, the stays tell
     obstacles: list[Obstacle] = []
     regions = tuple(bodies.regions.values())
-    near = set(within(regions, ends.min(axis=0) - pad, ends.max(axis=0) + pad))
+    near = set(within(regions, ends.min(axis=0) - clearance, ends.max(axis=0) + clearance))
     for index, (region, grown) in enumerate(bodies.regions.items()):
         if index not in near and region != passing:
             obstacles.append(grown)
             continue
-        body = eased(grown, ends, pad)
-        inside = body.clearance(ends) <= 0.0
+        body = trimmed(grown, ends, clearance)
+        inside = body.signed_distance(ends) <= 0.0
         planned = inside[0] <= (region in everywhere or here.role == "start") and inside[1] <= (region in everywhere)
         if region == passing or (inside.any() and planned):
             continue
@@ -123,23 +156,25 @@ def leg_between(
                 f"{name}: waypoint {show(stop.position)} lies within the margin of '{region}', which is not visited there.",
             )
         obstacles.append(body)
-    obstacles += [eased(disc, ends, pad) for hoop, disc in bodies.rings.items() if hoop != passing]
-    obstacles += [body for body in (eased(place, ends, HOVERING) for place in extra) if np.all(body.clearance(ends) > 0.0)]
-    tube = None if passing is None else _tube(mission, name, passing, pad)
-    return Leg(tuple(obstacles), tube, visit)
+    obstacles += [trimmed(disc, ends, clearance) for hoop, disc in bodies.rings.items() if hoop != passing]
+    obstacles += [
+        body for body in (trimmed(place, ends, HOVERING) for place in extra) if np.all(body.signed_distance(ends) > 0.0)
+    ]
+    cylinder = None if passing is None else _passage_cylinder(mission, name, passing, clearance)
+    return Leg(tuple(obstacles), cylinder, visit)
 
 
-def eased(body: Body, ends: Floats, pad: float) -> Body:
-    """Return a body, shrunk where an end of a leg lies in its outermost `pad` m, so that the end is just outside.
+def trimmed(body: Body, ends: Floats, clearance: float) -> Body:
+    """Return a body, shrunk where an end of a leg lies in its outermost `clearance` m, so that the end is just outside.
 
-    The pad is there for curves; a given point is where it is, and may use up all of it but for what rounding needs.
+    The clearance is there for curves; a given point is where it is, and may use up all of it but for what rounding needs.
     """
-    near = body.clearance(ends)
-    slivers = near[(near <= 0.0) & (near >= ROUNDING - pad)]
+    near = body.signed_distance(ends)
+    slivers = near[(near <= 0.0) & (near >= ROUNDING - clearance)]
     return body.grown(float(slivers.min()) - ROUNDING) if len(slivers) else body
 
 
-def _passing(mission: Mission, robot: RobotPlan, here: Stop, there: Stop) -> str | None:
+def _passing(mission: Mission, robot: RobotPlan, here: TimedWaypoint, there: TimedWaypoint) -> str | None:
     """Return the hoop that a leg flies through, if any."""
     if here.visit is None or there.visit is None or here.role not in PASSAGE or there.role not in PASSAGE:
         return None
@@ -147,21 +182,21 @@ def _passing(mission: Mission, robot: RobotPlan, here: Stop, there: Stop) -> str
     turned = here.visit + 1 == there.visit and robot.visits[here.visit].region == visit.region  # where the last passage ended
     if here.visit != there.visit and not turned:
         return None
-    onward = PASSAGE.index(there.role) - PASSAGE.index(here.role)  # a lap's last leg leads back to the same hoop
-    if visit.direction is None or visit.region not in mission.hoops or (onward > 0) != (visit.direction == "F"):
+    ahead = PASSAGE.index(there.role) - PASSAGE.index(here.role)  # a lap's last leg leads back to the same hoop
+    if visit.direction is None or visit.region not in mission.hoops or (ahead > 0) != (visit.direction == "F"):
         return None
     return visit.region
 
 
-def passage_radius(mission: Mission, hoop: Hoop, pad: float) -> float:
+def passage_radius(mission: Mission, hoop: Hoop, clearance: float) -> float:
     """Return how far from a hoop's axis a passage may be, in m; not positive where there is no room for it."""
-    margin = mission.margin + pad
+    margin = mission.margin + clearance
     return min(room_in_opening(hoop, mission.vehicle.radius, margin), room_in_region(hoop, margin))
 
 
-def _tube(mission: Mission, name: str, hoop_name: str, pad: float) -> Tube:
+def _passage_cylinder(mission: Mission, name: str, hoop_name: str, clearance: float) -> Cylinder:
     hoop, margin = mission.hoops[hoop_name], mission.margin
-    radius = passage_radius(mission, hoop, pad)
+    radius = passage_radius(mission, hoop, clearance)
     if radius <= 0.0:
         what, sentence = (
             "opening",
@@ -170,7 +205,7 @@ def _tube(mission: Mission, name: str, hoop_name: str, pad: float) -> Tube:
                 f"{margin:g} m leave no room in it."
             ),
         )
-        if room_in_opening(hoop, mission.vehicle.radius, margin + pad) > 0.0:
+        if room_in_opening(hoop, mission.vehicle.radius, margin + clearance) > 0.0:
             what, sentence = (
                 "region",
                 (
@@ -179,10 +214,10 @@ def _tube(mission: Mission, name: str, hoop_name: str, pad: float) -> Tube:
                 ),
             )
         raise Infeasible(sentence, Witness(claim="passages", sentence=f"{what} too small", robot=name, region=hoop_name))
-    return Tube(np.array(hoop.center), np.array(hoop.normal), radius)
+    return Cylinder(np.array(hoop.center), np.array(hoop.normal), radius)
 
 
-def refused(claim: str, name: str, stop: Stop, sentence: str) -> Infeasible:
+def refused(claim: str, name: str, stop: TimedWaypoint, sentence: str) -> Infeasible:
     """Return the error that says why a stop cannot be flown to."""
     return Infeasible(sentence, Witness(claim=claim, sentence=sentence, robot=name, region=stop.region, visit=stop.visit))
 

@@ -9,9 +9,9 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.corridor.bodies import Ball, Obstacle, grown_region, keep_out
-from refine.corridor.course import DEEP
-from refine.corridor.legs import PAD, bodies_of, leads_to
+from refine.bodies import Ball, Obstacle, grown_region, keep_out
+from refine.corridor.legs import CLEARANCE, bodies_of, leads_to
+from refine.corridor.planned import DEEP
 from verify.data import Mission, Plan, RobotPlan, Waypoint
 
 Floats = NDArray[np.float64]
@@ -68,7 +68,7 @@ def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
         waypoints = list(robot.waypoints)
         for index, waypoint in enumerate(waypoints):
             taken = tuple(ends.values()) if index == len(waypoints) - 1 else hovering
-            meets = any(place.clearance(np.array(waypoint.position)) <= 0.0 for place in taken)
+            meets = any(place.signed_distance(np.array(waypoint.position)) <= 0.0 for place in taken)
             if name not in still and meets and movable(mission, robot, waypoint):
                 waypoints[index] = _moved(mission, robot, waypoint, taken) or waypoint
         robots[name] = robot.model_copy(update={"waypoints": tuple(waypoints)})
@@ -76,7 +76,7 @@ def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
     return plan.model_copy(update={"robots": {name: robots[name] for name in plan.robots}})
 
 
-def spread(
+def relocations(
     mission: Mission, robot: RobotPlan, taken: tuple[Ball, ...], at_the_end: tuple[Ball, ...], count: int
 ) -> list[RobotPlan]:
     """Return the plan with all points of visits at other places of their regions, as far from each other as they can be.
@@ -132,11 +132,11 @@ def _places(mission: Mission, robot: RobotPlan, waypoint: Waypoint, taken: tuple
     that are never visited. Shape (places, 3).
     """
     region, visited = mission.regions[waypoint.region or ""], {visit.region for visit in robot.visits}
-    inner = DEEP * (1.0 - (mission.margin + PAD) / min(region.radii))
+    inner = DEEP * (1.0 - (mission.margin + CLEARANCE) / min(region.radii))
     if inner <= 0.0:
         return np.zeros((0, 3))
-    grow = mission.margin + PAD
-    grown = bodies_of(mission, PAD)
+    grow = mission.margin + CLEARANCE
+    grown = bodies_of(mission, CLEARANCE)
     bodies: dict[str, Obstacle] = {**grown.regions, **{disc.name: disc for disc in grown.rings.values()}}
     cloud = np.array(region.center) + inner * _UNIT_BALL @ np.linalg.inv(grown_region("", region, 0.0).root)
     points = np.concatenate([np.array(waypoint.position)[None], cloud])
@@ -144,8 +144,8 @@ def _places(mission: Mission, robot: RobotPlan, waypoint: Waypoint, taken: tuple
         (points >= np.array(mission.workspace.min) + grow) & (points <= np.array(mission.workspace.max) - grow), axis=1
     )
     for place in taken:
-        free &= place.clearance(points) > 0.0
-    others = {name: body.clearance(points) > 0.0 for name, body in bodies.items() if name != waypoint.region}
+        free &= place.signed_distance(points) > 0.0
+    others = {name: body.signed_distance(points) > 0.0 for name, body in bodies.items() if name != waypoint.region}
     for names in (set(others), set(others) - visited):
         clear = free & np.all([others[name] for name in names], axis=0) if names else free
         if clear.any():

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from refine.corridor.bodies import Obstacle, blocking
+from refine.bodies import Obstacle, blocking
 
 Floats = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ def way_around(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...], low: Float
     unit = _spread_evenly()
     about = np.maximum(low, np.minimum(a, b) - _ABOUT), np.minimum(high, np.maximum(a, b) + _ABOUT)
     spread = np.concatenate([low + unit * (high - low), about[0] + unit * (about[1] - about[0])])
-    clear = np.all([body.clearance(spread) >= _CLEAR for body in obstacles], axis=0)
+    clear = np.all([body.signed_distance(spread) >= _CLEAR for body in obstacles], axis=0)
     points = np.concatenate([[a, b], spread[clear]])
     lengths = np.linalg.norm(points[:, None] - points[None], axis=2)
     near = np.argsort(lengths, axis=1, kind="stable")[:, 1 : _NEIGHBOURS + 1]
@@ -51,7 +51,7 @@ def way_around(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...], low: Float
     first, second = np.array(sorted(edges)).T
     along = points[first][None] + _SAMPLES[:, :, None] * (points[second] - points[first])[None]
     inner = along[1:-1]  # an end may touch a body
-    kept = np.all([(body.clearance(inner) > 0.0).all(axis=0) for body in obstacles], axis=0)
+    kept = np.all([(body.signed_distance(inner) > 0.0).all(axis=0) for body in obstacles], axis=0)
     graph = np.zeros(lengths.shape)
     graph[first[kept], second[kept]] = lengths[first[kept], second[kept]]
     for _ in range(_ROUNDS):

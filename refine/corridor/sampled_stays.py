@@ -21,7 +21,7 @@ _SAMPLES = np.linspace(0.0, 1.0, 201)
 
 
 @dataclass(frozen=True)
-class Stay:
+class SampledStay:
     """One stay: enters at `start`, leaves at `end` (s), and comes as deep as `level` (1 is the region's own boundary)."""
 
     region: str
@@ -30,11 +30,11 @@ class Stay:
     level: float
 
 
-def stays(path: Spline, regions: dict[str, Region], margin: float) -> tuple[Stay, ...]:
+def stays(path: Spline, regions: dict[str, Region], margin: float) -> tuple[SampledStay, ...]:
     """Return all stays in order of their start."""
     points = path.sample(_SAMPLES)[..., :3].reshape(-1, 3)
     times = (path.knots[:-1, None] + path.durations[:, None] * _SAMPLES).ravel()
-    found: list[Stay] = []
+    found: list[SampledStay] = []
     low, high = points.min(axis=0), points.max(axis=0)
     for name, region in regions.items():
         reach = max(region.radii) * (1.0 + max(margin, 0.0) / min(region.radii)) * (1 + 1e-9)
@@ -44,18 +44,18 @@ def stays(path: Spline, regions: dict[str, Region], margin: float) -> tuple[Stay
         near = np.concatenate([[False], level <= 1.0 + margin / min(region.radii), [False]])
         edges = np.flatnonzero(near[1:] != near[:-1])
         for begin, end in zip(edges[::2], edges[1::2], strict=True):
-            found.append(Stay(name, float(times[begin]), float(times[end - 1]), float(level[begin:end].min())))
+            found.append(SampledStay(name, float(times[begin]), float(times[end - 1]), float(level[begin:end].min())))
     return tuple(sorted(found, key=lambda stay: (stay.start, stay.region)))
 
 
-def troubles(path: Spline, mission: Mission, name: str, robot: RobotPlan, pad: float = 0.0) -> tuple[Witness, ...]:
+def violations(path: Spline, mission: Mission, name: str, robot: RobotPlan, clearance: float = 0.0) -> tuple[Witness, ...]:
     """Return what the judge would refuse about a robot's visits, as far as samples show it.
 
-    Stays are counted with the margin, and with `pad` m more and less of it: a path that just about leaves a region and comes
+    Stays are counted with the margin, and with `clearance` m more and less of it: a path that just about leaves a region and comes
     back may be one stay or two.
     """
     found, wanted = stays(path, mission.all_regions, mission.margin), [visit.region for visit in robot.visits]
-    for by in (0.0, pad, -pad) if pad else (0.0,):
+    for by in (0.0, clearance, -clearance) if clearance else (0.0,):
         counted = found if by == 0.0 else stays(path, mission.all_regions, mission.margin + by)
         seen = [stay.region for stay in counted]
         if seen == wanted:

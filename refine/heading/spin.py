@@ -124,7 +124,7 @@ def _planned(path: Spline, at: Floats) -> Floats:
         np.outer(z_1[:, 0] * z[:, 2] - z_1[:, 2] * z[:, 0], cos) + np.outer(z_1[:, 1] * z[:, 2] - z_1[:, 2] * z[:, 1], sin)
     ) / below
     scale, offset = (z[:, 2, None] / below) / below, pitch * lean / below
-    shy = 1e4 * np.maximum(np.abs(lean) - 0.7, 0.0) ** 2  # a wide berth: between samples the singularity is narrow
+    shy = 1e4 * np.maximum(np.abs(lean) - 0.7, 0.0) ** 2  # far away: between samples the singularity is narrow
     times = (path.knots[:-1, None] + path.durations[:, None] * at).ravel()
     moves = np.arange(-_MOVES, _MOVES + 1)
     source = (np.arange(_GRID)[:, None] - moves) % _GRID

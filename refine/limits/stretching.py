@@ -1,4 +1,4 @@
-"""Uniform stretching in time: the simplest way to keep every limit, and the yardstick of the better ones."""
+"""Uniform stretching in time: the simplest way to keep every limit, and an upper bound on the time that better ones take."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from refine.corridor.bodies import Ball, Plane
+from refine.bodies import Ball, Plane
 from refine.limits.stretching import stretch_to_limits
 from refine.limits.values import Limits
 from refine.solvers.nlp import INSTANTS, Objective, Timing, optimise
@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 
 SAFETY = 2e-5
 """Share of each limit kept back after the dense check: what float32 and the samples' gaps can use up."""
-_EASING = 1300.0
+_FREE_TIME_WEIGHT = 1300.0
 """Weight of time where a leg has several pieces, in units of the last answer's own snap over its time: pure time leaves
 free nodes with next to nothing that holds them, and the programme wanders."""
 _SNAP_SHARE = 0.01
@@ -95,31 +95,31 @@ def time_optimal(
         if tolerance
         else []
     )
-    corridors = [(piece, wall) for piece in range(len(guess)) for wall in walls]
+    planes = [(piece, wall) for piece in range(len(guess)) for wall in walls]
     best = slow = guess.stretched(stretch_to_limits(guess, None, limits, safety=SAFETY))
-    ease = _ease(guess)
+    time_weight = _time_weight(guess)
     answer = None
     if objective == "blend" or not tolerance:
-        answer = _attempt(Timing(guess, fixed, still, objective, weight, within, corridors, instants=instants))
+        answer = _attempt(Timing(guess, fixed, still, objective, weight, within, planes, instants=instants))
     if answer is None and objective == "time":
-        answer = _attempt(Timing(guess, fixed, still, "blend", ease, within, corridors, instants=instants))
+        answer = _attempt(Timing(guess, fixed, still, "blend", time_weight, within, planes, instants=instants))
     if answer is None and find_spec("cvxpy") and not walls:  # a better first guess, at the price of one more solve
         answer = _attempt(
-            Timing(_retimed(guess, still), fixed, still, "blend", weight or ease, within, corridors, instants=instants)
+            Timing(_retimed(guess, still), fixed, still, "blend", weight or time_weight, within, planes, instants=instants)
         )
     if answer is not None and limits.rotors is not None:
-        shift = weight if objective == "blend" else ease
-        answer = _attempt(Timing(answer.stretched(1.03), fixed, limits, "blend", shift, within, corridors, instants=instants))
+        shift = weight if objective == "blend" else time_weight
+        answer = _attempt(Timing(answer.stretched(1.03), fixed, limits, "blend", shift, within, planes, instants=instants))
     if answer is not None:
         best = _better(best, _closed(answer, limits), objective, weight)
     if pieces > 1:
         first = best if answer is None else answer
         split = first.stretched(1.05).split(pieces)
-        ease = weight if objective == "blend" else _EASING * first.snap_cost() / first.duration
+        time_weight = weight if objective == "blend" else _FREE_TIME_WEIGHT * first.snap_cost() / first.duration
         fixed = _fixed(points, tolerance, end, pieces)
         within = [(index * pieces, body) for index, body in within]
-        corridors = [(piece, wall) for piece in range(len(split)) for wall in walls]
-        finer = _attempt(Timing(split, fixed, limits, "blend", ease, within, corridors, instants=instants))
+        planes = [(piece, wall) for piece in range(len(split)) for wall in walls]
+        finer = _attempt(Timing(split, fixed, limits, "blend", time_weight, within, planes, instants=instants))
         if finer is not None:
             best = _better(best, _closed(finer, limits), objective, weight)
     if best is slow and any(_crosses(best, wall) for wall in walls):
@@ -167,7 +167,7 @@ def _fixed(points: Floats, tolerance: float, end: str, pieces: int) -> Floats:
     return fixed
 
 
-def _ease(guess: Spline) -> float:
+def _time_weight(guess: Spline) -> float:
     """Return a weight of time beside snap that leaves snap a small share of the objective."""
     expected = guess.stretched(_FASTER)
     return expected.snap_cost() / (_SNAP_SHARE * expected.duration)

@@ -21,7 +21,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.corridor.bodies import Ball, Plane
+from refine.bodies import Ball, Plane
 from refine.limits.values import Limits
 from refine.solvers.timeout import SolverTimeout
 from refine.spline.basis import HERMITE, ORDER, SIZE, SNAP, bernstein_matrix, derivative_weights
@@ -64,7 +64,7 @@ class Timing:
             (with a great weight: nearly the shortest, and far easier to solve where nodes are free).
         weight: For "blend", in m^2/s^8.
         within: For nodes that may lie anywhere in a body: (node, body).
-        corridors: (piece, plane): all of the piece is beyond the plane.
+        planes: (piece, plane): all of the piece is beyond the plane.
         speeds: Limit on speed of single pieces, m/s; inf for none. Shape (pieces,). None for none at all.
         cycle: Node whose state the last node repeats, or None.
         instants: A piece.
@@ -80,7 +80,7 @@ class Timing:
     objective: Objective = "time"
     weight: float = 0.0
     within: Sequence[tuple[int, Ball]] = field(default=())
-    corridors: Sequence[tuple[int, Plane]] = field(default=())
+    planes: Sequence[tuple[int, Plane]] = field(default=())
     speeds: Floats | None = None
     cycle: int | None = None
     instants: int = INSTANTS
@@ -146,7 +146,7 @@ def _shape(problem: Timing) -> _Shape:
         "rotors": limits.rotors is not None,
     }
     limited = tuple(name for name, there in present.items() if there)
-    planes = tuple(piece for piece, _ in problem.corridors)
+    planes = tuple(piece for piece, _ in problem.planes)
     balls = tuple(node for node, _ in _rooms(problem))
     return _Shape(
         pieces, problem.objective, limited, problem.instants, balls, planes, problem.cycle, problem.steps, problem.settled
@@ -240,7 +240,7 @@ def _parameters(problem: Timing, shape: _Shape) -> Floats:
         problem.start.duration,
     ]
     speeds = np.full(shape.pieces, limits.speed) if problem.speeds is None else np.minimum(problem.speeds, limits.speed)
-    planes = [[*plane.normal, plane.offset, float(plane.onward)] for _, plane in problem.corridors]
+    planes = [[*plane.normal, plane.offset, float(plane.monotone)] for _, plane in problem.planes]
     balls = [np.concatenate([body.root @ body.centre, _UNIT * body.root.ravel()]) for _, body in _rooms(problem)]
     nodes = _nodes(problem).ravel()
     return np.concatenate([numbers, [problem.weight], np.where(np.isfinite(speeds), speeds, 1e3), nodes, *balls, *planes])
@@ -420,10 +420,10 @@ def _wall() -> tuple[Any, Any, Any]:
     """Return the functions of a piece and a plane: values that must be <= 0, their Jacobian, and the Hessian of their sum."""
     local, pace, coefficients, _, _ = _unknowns()
     plane, multipliers = ca.SX.sym("plane", _PLANE), ca.SX.sym("multipliers", SIZE)
-    normal, offset, onward = ca.vertsplit(plane, [0, 3, 4, 5])
+    normal, offset, monotone = ca.vertsplit(plane, [0, 3, 4, 5])
     points = ca.DM(bernstein_matrix()) @ coefficients
     before = ca.vertcat(points[0, :], points[:-1, :])  # the first point is no step: its row then reads offset <= 0
-    rows = offset - (points - onward * before) @ normal
+    rows = offset - (points - monotone * before) @ normal
     hessian, _ = ca.hessian(ca.dot(multipliers, rows), local)
     return (
         ca.Function("beyond", [local, pace, plane], [rows]),

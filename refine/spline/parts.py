@@ -9,17 +9,16 @@ from numpy.typing import NDArray
 
 from refine.spline.rounding import exact_end, nearest32
 from verify.data import BadInput, DoesNotFit, Trajectory
+from verify.data.trajectory import HOVER, PIECES
 
 Floats = NDArray[np.float64]
 
 REST = (1e-6, 1e-5, 1e-4, 1e-3)
 """Jump of position (m, rad) and sizes of velocity, acceleration and jerk below which a joint is a rest: what rounding to
 float32 leaves of one."""
-HOVER = 1.0
-"""s of hover behind a part of one piece: crazyswarm2's loader needs two."""
 
 
-def split(trajectory: Trajectory, max_pieces: int = 31) -> tuple[Trajectory, ...]:
+def split(trajectory: Trajectory, max_pieces: int = PIECES) -> tuple[Trajectory, ...]:
     """Cut a finite flight at joints where it rests, into as few parts as fit.
 
     A flight has such joints where its waypoints or its plan's waits make it rest; `refine(plan, too_long="rest")` puts them in.

@@ -1,4 +1,4 @@
-"""Refinement beside other tools: fixed times, shortest times with limits, the Split-S race course, hurried missions.
+"""Refinement beside other tools: fixed times, shortest times with limits, the Split-S race course, time-optimised missions.
 
     python tests/benchmarks/refinement.py            # all tables
     python -m pytest tests/benchmarks/refinement.py -s
@@ -23,10 +23,10 @@ from scipy.linalg import solveh_banded
 import ltlplan
 import verify
 from refine import Limits, minimum_snap, refine, time_optimal
-from refine.corridor.bodies import Plane
+from refine.bodies import Plane
 from refine.heading.spin import with_least_spin
 from refine.limits.values import rotors_of
-from refine.single import Pace
+from refine.single.values import Pace
 from refine.solvers.nlp import forget
 from refine.spline.least_snap import banded_problem
 from tests.benchmarks.refinement_courses import (
@@ -49,7 +49,7 @@ from verify.data import GRAVITY, Trajectory
 
 SIZES = (6, 30, 100, 300, 1000)
 HURRIED = ("hoops-ltl", "hoops-sequence")
-"""Missions whose hurried flights are measured."""
+"""Missions whose time-optimised flights are measured."""
 
 
 def least(run: Callable[[], Any], seconds: float = 0.4) -> float:
@@ -210,7 +210,7 @@ def split_s(yaw_rate: float) -> dict[str, Any]:
     }
 
 
-def hurried() -> list[dict[str, Any]]:
+def time_optimised() -> list[dict[str, Any]]:
     """Refine missions at each pace, first (compiled anew) and again, and have each answer judged for all times."""
     rows = []
     for mission in HURRIED:
@@ -230,9 +230,9 @@ def hurried() -> list[dict[str, Any]]:
     return rows
 
 
-def test_hurried() -> None:
-    """Missions at the plan's pace, hurried, and hurried with regard for snap."""
-    rows = hurried()
+def test_time_optimised() -> None:
+    """Missions at the plan's pace, time-optimised, and so with regard for snap."""
+    rows = time_optimised()
     for row in rows:
         print(row)
     assert all(row["certified"] for row in rows)
@@ -283,6 +283,6 @@ def test_split_s() -> None:
 
 if __name__ == "__main__":
     print(f"g = {GRAVITY} m/s^2; times in ms for fixed times, in s elsewhere")
-    for check in (test_fixed_times, test_shortest_times, test_split_s, test_hurried):
+    for check in (test_fixed_times, test_shortest_times, test_split_s, test_time_optimised):
         print(f"\n{check.__name__}: {check.__doc__}")
         check()

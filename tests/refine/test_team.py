@@ -12,11 +12,12 @@ import flight
 import verify
 from ltlplan.missions import load_mission
 from refine import refine
-from refine import single as single_module
-from refine.coordination.departures import Conflict, Flight, departures
-from refine.corridor import course as course_module
-from refine.corridor.course import course_of, thinned
-from refine.corridor.sampled_stays import troubles
+from refine.coordination.departures import DepartureConflict, ScheduledPath, departures
+from refine.corridor import planned
+from refine.corridor.planned import corridor_of
+from refine.corridor.points import thinned
+from refine.corridor.sampled_stays import violations
+from refine.single import time_optimised
 from refine.solvers.nlp import Timing, optimise
 from refine.spline.least_snap import minimum_snap
 from refine.spline.values import Spline
@@ -95,7 +96,7 @@ def test_what_comes_back_is_certified(make) -> None:
     assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
 
 
-def test_a_patrol_closes_and_may_be_hurried() -> None:
+def test_a_patrol_closes_and_may_be_time_optimised() -> None:
     plan = patrol_plan()
     slow, fast = refine(plan)["quad0"], refine(plan, pace="time")["quad0"]
     assert fast.duration < 0.8 * slow.duration
@@ -188,7 +189,7 @@ def test_a_leg_with_points_on_the_way_keeps_its_limits_from_where_it_begins(visi
     assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
 
 
-def test_a_hurried_flight_is_found_from_another_start_or_refused_aloud(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_time_optimised_flight_is_found_from_another_start_or_refused_aloud(monkeypatch: pytest.MonkeyPatch) -> None:
     mission = room({"a": ball(0, 0)}, {"q": Agent(start=(-1.5, 0.0, 1.0))})
     plan = Plan(mission=mission, robots={"q": straight((-1.5, 0, 1), (0, 0, 1), (1.0, 1.0, 1), visits={1: "a"})})
     nominal, asked = refine(plan)["q"], []
@@ -199,7 +200,7 @@ def test_a_hurried_flight_is_found_from_another_start_or_refused_aloud(monkeypat
             raise Infeasible("maximum iterations exceeded")
         return optimise(problem)
 
-    monkeypatch.setattr(single_module, "optimise", stubborn)
+    monkeypatch.setattr(time_optimised, "optimise", stubborn)
     fast = refine(plan, pace="time")["q"]
     assert asked[0] == asked[1] == asked[3] != asked[2]
     assert fast.duration < 0.8 * nominal.duration
@@ -208,7 +209,7 @@ def test_a_hurried_flight_is_found_from_another_start_or_refused_aloud(monkeypat
     def hopeless(_problem: Timing) -> Spline:
         raise Infeasible("maximum iterations exceeded")
 
-    monkeypatch.setattr(single_module, "optimise", hopeless)
+    monkeypatch.setattr(time_optimised, "optimise", hopeless)
     for pace in ("time", "blend"):
         with pytest.raises(
             Infeasible, match=f"no flight of pace '{pace}' was found .maximum iterations.*ask for pace 'nominal'"
@@ -237,7 +238,7 @@ def test_an_answer_that_no_longer_gets_better_is_taken_before_its_multipliers_re
     assert max(durations) < 1.02 * min(durations)
 
 
-def test_hurried_visits_may_be_anywhere_in_their_rooms(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_visits_of_time_optimised_flights_may_be_anywhere_in_their_rooms(monkeypatch: pytest.MonkeyPatch) -> None:
     """A region's point moves within the region less the margin, a passage's across the hoop's axis."""
     mission = room({"a": ball(0, 0.5, 0.4)}, {"q": Agent(start=(-1.5, 0.0, 1.0))})
     hoop = Hoop(center=(1.2, 0.0, 1.0), radii=(0.3, 0.3, 0.3), opening=0.28, rim=0.02)
@@ -250,7 +251,7 @@ def test_hurried_visits_may_be_anywhere_in_their_rooms(monkeypatch: pytest.Monke
         for point, role, visit in zip(points, roles, visits, strict=True)
     ]
     plan = Plan(mission=mission, robots={"q": robot_plan(waypoints, (Visit(region="a"), Visit(region="h", direction="F")))})
-    rooms = course_of(mission, "q", plan.robots["q"]).rooms
+    rooms = corridor_of(mission, "q", plan.robots["q"]).rooms
     assert [body is not None for body in rooms] == [False, True, True, True, True, False]
     fast = refine(plan, pace="time")["q"]
     certificate = verify.judge(plan, {"q": fast}, largest=False)
@@ -259,7 +260,7 @@ def test_hurried_visits_may_be_anywhere_in_their_rooms(monkeypatch: pytest.Monke
     for node, body in enumerate(rooms):
         if body is not None:
             assert np.linalg.norm(body.root @ (fast.coefficients[node, :3, 0] - body.centre)) <= 1 + 1e-4
-    monkeypatch.setattr(course_module, "_room", lambda *_: None)
+    monkeypatch.setattr(planned, "_room", lambda *_: None)
     assert fast.duration < 0.95 * refine(plan, pace="time")["q"].duration
 
 
@@ -404,10 +405,10 @@ def test_a_walled_goal_is_refused_and_no_easy_way_was_missed() -> None:
 
 def test_detours_do_not_pile_up() -> None:
     plan = sequence_plan()
-    course = course_of(plan.mission, "quad0", plan.robots["quad0"])
-    fewer = thinned(course, len(course) - 2)
-    assert len(fewer) <= len(course) - 2
-    assert fewer.durations.sum() == pytest.approx(course.durations.sum())
+    corridor = corridor_of(plan.mission, "quad0", plan.robots["quad0"])
+    fewer = thinned(corridor, len(corridor) - 2)
+    assert len(fewer) <= len(corridor) - 2
+    assert fewer.durations.sum() == pytest.approx(corridor.durations.sum())
     for index, leg in enumerate(fewer.legs):
         for body in leg.obstacles:
             assert body.plane(fewer.points[index], fewer.points[index + 1]) is not None
@@ -416,16 +417,16 @@ def test_detours_do_not_pile_up() -> None:
 def test_troubles_name_the_region_that_was_entered() -> None:
     mission = room({"a": ball(0, 0)}, {"q": Agent(start=(-1.5, 0.0, 1.0))})
     path = minimum_snap([[-1.5, 0, 1], [1.5, 0, 1]], [0.0, 5.0])
-    found = troubles(path, mission, "q", straight((-1.5, 0, 1), (1.5, 0, 1)))
+    found = violations(path, mission, "q", straight((-1.5, 0, 1), (1.5, 0, 1)))
     assert [witness.region for witness in found] == ["a"]
     assert "plan visits none" in found[0].sentence
 
 
 def test_departures_that_cannot_be_are_reported() -> None:
     path = minimum_snap([[0.0, 0, 1], [1.0, 0, 1]], [0.0, 3.0])
-    same = [Flight("a", path, (), 0.0), Flight("b", path, (), 0.0)]
+    same = [ScheduledPath("a", path, (), 0.0), ScheduledPath("b", path, (), 0.0)]
     found = departures(same, distance=0.4, z_scale=1.0)
-    assert isinstance(found, Conflict)
+    assert isinstance(found, DepartureConflict)
     assert found.pair in (("a", "b"), ("b", "a"))
 
 

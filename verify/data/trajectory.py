@@ -21,6 +21,11 @@ from verify.data.errors import BadInput
 AXES = ("x", "y", "z", "yaw")
 DEGREE = 7
 MAX_PIECES = 4096
+PIECES = 31
+"""Pieces that the usual vehicle holds of one flight: a Crazyflie's 4096 bytes of trajectory memory, at 132 bytes a piece."""
+HOVER = 1.0
+"""s of a hover that nobody asked a duration of: a cycle that only hovers, or the second piece of a flight that would have one, which
+crazyswarm2's loader does not read."""
 
 Floats = NDArray[np.float64]
 

@@ -8,13 +8,16 @@ import pytest
 import verify
 from refine import refine
 from refine.coordination.midway_waits import with_hovers
-from refine.corridor.course import course_of, with_stops
-from refine.feedback import wishes_of
-from refine.single import Ask, single
+from refine.corridor.planned import corridor_of
+from refine.corridor.points import with_rests
+from refine.feedback import feedback_of
+from refine.single.flight import robot_flight
+from refine.single.values import Problem, RefinementOptions
 from tests.refine.test_team import ball, room, straight
 from verify.data import BadInput, Mission, Plan
 from verify.data.mission import Agent
 from verify.data.plan import Precedence
+from verify.data.rules.spacing import spacing_of
 
 A, B = (-2.0, 1.0, 1.0), (-2.0, -1.0, 1.0)
 REGIONS = {"r0": ball(-1, 1, 0.2), "r1": ball(0.5, 1, 0.2), "s0": ball(-1, -1, 0.2), "s1": ball(2, -1, 0.2)}
@@ -45,9 +48,9 @@ def test_waits_are_kept_when_robots_give_way_afterwards(via: tuple) -> None:
 
 def test_a_robot_waits_outside_of_the_region_that_others_wait_for_it_to_leave() -> None:
     asked = plan((0.5, 2.0, 1.0), (2.0, 0.0, 1.0))
-    course, stops = with_stops(course_of(asked.mission, "a", asked.robots["a"]), asked.mission, frozenset({1}))
-    assert not REGIONS["r0"].level(course.points[stops[1]]) <= 1.0
-    assert len(course) == 4
+    corridor, stops = with_rests(corridor_of(asked.mission, "a", asked.robots["a"]), asked.mission, frozenset({1}))
+    assert not REGIONS["r0"].level(corridor.points[stops[1]]) <= 1.0
+    assert len(corridor) == 4
     team = refine(asked)
     assert verify.judge(asked, team, largest=False).holds
     left = team["a"].evaluate(np.linspace(0, team["a"].duration, 4000))[:, :3]
@@ -58,11 +61,12 @@ def test_a_robot_waits_outside_of_the_region_that_others_wait_for_it_to_leave() 
 
 def test_a_course_with_hovers_has_a_leg_for_each_piece() -> None:
     asked = plan((0.5, 2.0, 1.0), (2.0, 0.0, 1.0))
-    robot = single(asked, "a", wishes_of(asked, ()), (), Ask("nominal", 1000.0, 31, rests=True))
+    options = RefinementOptions("nominal", 1000.0, 31, rests=True)
+    robot = robot_flight(Problem(asked, feedback_of(asked, ()), options, spacing_of(asked.mission)), "a")
     held = with_hovers(robot, {1: 2.0, 2: 0.0, 3: 0.5})
-    assert held.course is not None
-    assert len(held.course) == len(held.path) == len(robot.path) + 2
-    np.testing.assert_allclose(held.course.points, held.path.nodes, atol=1e-9)
+    assert held.corridor is not None
+    assert len(held.corridor) == len(held.path) == len(robot.path) + 2
+    np.testing.assert_allclose(held.corridor.points, held.path.nodes, atol=1e-9)
     assert held.path.duration == pytest.approx(robot.path.duration + 2.5)
     assert [piece for piece, duration in enumerate(held.path.durations) if duration in (2.0, 0.5)] == [1, 4]
 

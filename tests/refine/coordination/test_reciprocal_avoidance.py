@@ -7,9 +7,9 @@ import pytest
 
 import verify
 from refine import refine
-from refine.coordination.reciprocal_avoidance import mover, roundabout
-from refine.corridor.course import course_of
+from refine.coordination.reciprocal_avoidance import avoid_by_rule, mover
 from refine.corridor.fitting import fit
+from refine.corridor.planned import corridor_of
 from tests.refine.test_team import ball, straight
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Trajectory
 from verify.data.mission import Agent, Box, Region, Spec
@@ -119,11 +119,11 @@ def test_three_robots_give_way_to_each_other_at_once() -> None:
     at = [(1.4 * np.cos(a), 1.4 * np.sin(a), 1.0) for a in (0.0, 2.1, 4.2)]
     flown = {f"r{k}": straight(at[k], at[(k + 1) % 3]) for k in range(3)}
     movers = tuple(
-        mover(course_of(plan.mission, name, robot), fit(course_of(plan.mission, name, robot)), 0.0, frozenset())
+        mover(corridor_of(plan.mission, name, robot), fit(corridor_of(plan.mission, name, robot)), 0.0, frozenset())
         for plan in [hall(1.6, flown)]
         for name, robot in plan.robots.items()
     )
-    tight = next(roundabout(movers, 1.6, 1.0))
+    tight = next(avoid_by_rule(movers, 1.6, 1.0))
     times = np.linspace(0.0, 1.0, 400)
     where = [path.sample(times).reshape(-1, 3) for path in tight]
     assert len({len(points) for points in where}) == 1

@@ -11,8 +11,9 @@ import verify
 from refine import refine, split
 from refine.coordination import safe_intervals
 from refine.coordination.departures import GRID, Orders
-from refine.feedback import wishes_of
-from refine.single import Ask, Robot, single
+from refine.feedback import feedback_of
+from refine.single.flight import robot_flight
+from refine.single.values import Problem, RefinementOptions, RobotFlight
 from tests.helpers.random_plans import random_plan
 from tests.refine.test_team import ball, robot_plan, room, straight, through
 from verify.data import Infeasible, Plan, Waypoint
@@ -21,20 +22,20 @@ from verify.data.rules.spacing import Spacing
 
 SPACING = Spacing(0.4, 1.0)
 WAITS = np.arange(12) * 4 * GRID
-RESTS = Ask("nominal", 1000.0, 31, rests=True)
+RESTS = RefinementOptions("nominal", 1000.0, 31, rests=True)
 
 
-def robots(seed: int) -> dict[str, Robot]:
+def robots(seed: int) -> dict[str, RobotFlight]:
     """Two robots on polylines that cross somewhere, at rest at each corner, on the grid of times."""
     rng = np.random.default_rng(seed)
     corners = {name: np.c_[rng.uniform(-1.2, 1.2, size=(3, 2)), np.ones(3)] for name in ("a", "b")}
     mission = room({"far": ball(2.5, 2.5)}, {name: Agent(start=tuple(points[0])) for name, points in corners.items()})
     plan = Plan(mission=mission, robots={name: straight(*points) for name, points in corners.items()})
-    alone = {name: single(plan, name, wishes_of(plan, ()), (), RESTS) for name in corners}
+    alone = {name: robot_flight(Problem(plan, feedback_of(plan, ()), RESTS, SPACING), name) for name in corners}
     return {name: safe_intervals._on_grid(mission, robot) for name, robot in alone.items()}
 
 
-def end_of(robot: Robot, waits: np.ndarray) -> float:
+def end_of(robot: RobotFlight, waits: np.ndarray) -> float:
     return float(waits.sum() + robot.path.duration)
 
 
@@ -95,7 +96,7 @@ def test_a_plan_that_no_waits_can_mend_is_refused() -> None:
 
 
 @pytest.mark.slow
-def test_hurried_flights_are_not_slowed_to_waiting_ones() -> None:
+def test_time_optimised_flights_are_not_slowed_to_waiting_ones() -> None:
     with pytest.raises(Infeasible, match="apart"):
         refine(random_plan(979), pace="time")
 
@@ -114,8 +115,8 @@ def test_one_that_hovers_with_a_hold_of_its_own_is_no_obstacle() -> None:
     mission = room({"far": ball(2.5, 2.5)}, {name: Agent(start=start) for name, start in starts.items()})
     idle = straight(starts["b"]).model_copy(update={"hold": 2.0})
     plan = Plan(mission=mission, robots={"a": straight(starts["a"], (1.0, 0.0, 1.0)), "b": idle})
-    alone = {name: single(plan, name, wishes_of(plan, ()), (), RESTS) for name in starts}
-    found = safe_intervals.stop_and_go(plan, [alone], SPACING, 31)
+    alone = {name: robot_flight(Problem(plan, feedback_of(plan, ()), RESTS, SPACING), name) for name in starts}
+    found = safe_intervals.schedule_safe_intervals(plan, [alone], SPACING, 31)
     assert found is not None
     assert found[1] == {"a": 0.0, "b": 2.0}
 

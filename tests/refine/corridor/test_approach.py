@@ -7,7 +7,7 @@ import pytest
 
 import verify
 from refine import refine
-from refine.corridor.course import course_of
+from refine.corridor.planned import corridor_of
 from tests.refine.test_team import ball, robot_plan, room, straight, through
 from verify.data import Infeasible, Mission, Plan, Visit, Waypoint
 from verify.data.mission import Agent, Hoop
@@ -29,9 +29,9 @@ def test_a_flight_may_begin_in_front_of_an_opening(side: int) -> None:
     start = (0.08 * side, 0.15, 1.3)
     mission = hall(start)
     plan = Plan(mission=mission, robots={"q": straight(start, (2.0, 0.5, 1.0), visits={1: "goal"})})
-    course = course_of(mission, "q", plan.robots["q"])
-    assert course.points[1][0] * side > 0.1  # straight out first, whichever way the goal is
-    np.testing.assert_allclose(course.points[1][1:], start[1:])
+    corridor = corridor_of(mission, "q", plan.robots["q"])
+    assert corridor.points[1][0] * side > 0.1  # straight out first, whichever way the goal is
+    np.testing.assert_allclose(corridor.points[1][1:], start[1:])
     assert_certified(mission, plan)
 
 
@@ -39,8 +39,8 @@ def test_a_flight_may_end_there_and_turn_within_it() -> None:
     start, first, last = (2.0, -1.0, 1.0), (0.06, -0.1, 1.2), (0.08, 0.1, 1.25)
     mission = hall(start)
     plan = Plan(mission=mission, robots={"q": straight(start, first, last)})
-    legs = course_of(mission, "q", plan.robots["q"]).legs
-    assert [len(leg.bays) for leg in legs][-2:] == [1, 1]
+    legs = corridor_of(mission, "q", plan.robots["q"]).legs
+    assert [len(leg.approaches) for leg in legs][-2:] == [1, 1]
     assert_certified(mission, plan)
 
 
@@ -51,7 +51,7 @@ def test_a_passage_may_set_out_from_the_bay_of_another_hoop() -> None:
     second = other.model_copy(update={"center": tuple(np.array([0.08, 0.0, 1.2]) + 0.35 * np.array(other.normal))})
     mission = hall(start, second=second)
     plan = Plan(mission=mission, robots={"q": through(mission, "q", [("second", "F")])})
-    assert any(leg.bays and leg.tube is not None for leg in course_of(mission, "q", plan.robots["q"]).legs)
+    assert any(leg.approaches and leg.cylinder is not None for leg in corridor_of(mission, "q", plan.robots["q"]).legs)
     assert_certified(mission, plan)
 
 
@@ -71,7 +71,7 @@ def test_a_passage_between_two_bays_that_meet() -> None:
     start = (0.06, 0.0, 1.2)
     mission = room({"goal": ball(2.0, 0.5)}, {"q": Agent(start=start)}, hoops=gates, margin=0.007)
     plan = Plan(mission=mission, robots={"q": through(mission, "q", [("middle", "F")])})
-    assert [len(leg.bays) for leg in course_of(mission, "q", plan.robots["q"]).legs] == [2, 1]
+    assert [len(leg.approaches) for leg in corridor_of(mission, "q", plan.robots["q"]).legs] == [2, 1]
     path = refine(plan)["q"].evaluate(np.linspace(0.0, 3.0, 999))[:, :3]
     assert np.linalg.norm(path[:, 1:] - start[1:], axis=1).max() < 1e-3
     assert (path[0, 0], path[-1, 0]) == pytest.approx((0.06, 0.18), abs=1e-3)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from refine import Limits, time_optimal
-from refine.corridor.bodies import Plane
+from refine.bodies import Plane
 from refine.heading.spin import with_least_spin
 from refine.limits.usage import peaks
 from refine.limits.values import rotors_of

@@ -29,13 +29,13 @@ class Plane:
     Attributes:
         normal: Unit vector. Shape (3,).
         offset: m.
-        onward: False: each point has normal . point >= offset. True: each point is at least `offset` (0, usually) further
+        monotone: False: each point has normal . point >= offset. True: each point is at least `offset` (0, usually) further
             along the normal than the one before it, so that the piece never goes back.
     """
 
     normal: Floats
     offset: float
-    onward: bool = False
+    monotone: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ class Ball:
         """Its largest half-axis in m."""
         return float(1.0 / np.linalg.norm(self.root, -2))
 
-    def clearance(self, points: Floats) -> Floats:
+    def signed_distance(self, points: Floats) -> Floats:
         """Return how far points are outside, in m (a lower bound of the distance), negative inside. Shape (..., 3) to (...)."""
         return (np.linalg.norm((points - self.centre) @ self.root.T, axis=-1) - 1.0) * self.least_radius
 
@@ -120,7 +120,7 @@ class Disc:
         shrink = np.minimum(1.0, self.radius / np.maximum(size, 1e-12))
         return self.centre + np.clip(along, -self.half, self.half)[..., None] * self.normal + across * shrink[..., None]
 
-    def clearance(self, points: Floats) -> Floats:
+    def signed_distance(self, points: Floats) -> Floats:
         """Return how far points are outside, in m; -growth for points of the cylinder itself."""
         return np.linalg.norm(points - self._nearest(points), axis=-1) - self.growth
 
@@ -138,7 +138,7 @@ class Disc:
         low, high = 0.0, 1.0
         for _ in range(_ZOOMS):  # the distance to a convex body is convex along the segment
             shares = low + (high - low) * _STEPS
-            least = int(np.argmin(self.clearance(a + shares[:, None] * (b - a))))
+            least = int(np.argmin(self.signed_distance(a + shares[:, None] * (b - a))))
             low, high = float(shares[max(least - 1, 0)]), float(shares[min(least + 1, len(shares) - 1)])
         point = a + (low + high) / 2 * (b - a)
         nearest = self._nearest(point)
