@@ -14,6 +14,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.basedatatypes import BaseTraceType
 
+from verify.data.bodies import surface
 from verify.data.mission import Hoop, Region
 
 Floats = NDArray[np.float64]
@@ -25,22 +26,22 @@ _THINNEST = 0.01
 def region_shapes(name: str, region: Region, colour: str) -> list[BaseTraceType]:
     """Return a region as it is seen: its body, its name, and a hoop's rim."""
     rim: list[BaseTraceType] = [_ring(name, region, colour)] if isinstance(region, Hoop) else []
-    return [_ellipsoid(name, region, colour), _name_above(name, region), *rim]
+    return [_body(name, region, colour), _name_above(name, region), *rim]
 
 
-def _ellipsoid(name: str, region: Region, colour: str) -> go.Mesh3d:
-    """A translucent ellipsoid, drawn from its radii and yaw."""
+def _body(name: str, region: Region, colour: str) -> go.Mesh3d:
+    """A translucent body: an ellipsoid by its radii and yaw, any other shape by where rays from its centre leave it."""
     azimuth, polar = np.meshgrid(np.linspace(0, 2 * np.pi, 25)[:-1], np.linspace(0, np.pi, 13))
-    a, b, c = region.radii
-    own = np.stack([a * np.sin(polar) * np.cos(azimuth), b * np.sin(polar) * np.sin(azimuth), c * np.cos(polar)], axis=-1)
-    corners = own.reshape(-1, 3) @ _turn_z(region.yaw).T + np.array(region.center)
+    ways = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1).reshape(-1, 3)
+    own = surface(region.body, ways) if region.radii is None else (ways * region.radii) @ _turn_z(region.yaw).T
+    corners = own + np.array(region.center)
     return _mesh(corners, _grid_faces(13, 24), name, colour, group=name, opacity=0.28)
 
 
 def _name_above(name: str, region: Region) -> go.Scatter3d:
     """The region's name above it, in the page's own text colour."""
     x, y, z = region.center
-    above = max(region.radii[2], region.opening + region.rim if isinstance(region, Hoop) else 0.0) + 0.06
+    above = max(region.half_lengths[2], region.opening + region.rim if isinstance(region, Hoop) else 0.0) + 0.06
     return go.Scatter3d(
         x=[x], y=[y], z=[round(z + above, 4)], mode="text", text=[name], hoverinfo="skip", showlegend=False, name=name,
     )  # fmt: skip

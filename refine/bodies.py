@@ -154,7 +154,7 @@ Obstacle = Ball | Disc
 
 def grown_region(name: str, region: Region, margin: float) -> Ball:
     """Return the ellipsoid outside of which a point cannot be in the region within `margin` (scaled by 1 + margin / min radius)."""
-    scale = 1.0 + margin / min(region.radii)
+    scale = 1.0 + margin / region.inner_radius
     values, vectors = np.linalg.eigh(region.shape)
     root = (vectors * np.sqrt(values)) @ vectors.T / scale
     return Ball(name, np.array(region.center), root)

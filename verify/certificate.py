@@ -393,7 +393,7 @@ def _margin_bound(evidence: Evidence, clock_error: Fraction) -> float:
         room = near.high - mission.separation - stretch * float(min(drifts[near.robot], drifts[near.other]))
         bounds.append(room / (2 * stretch))
     visited = {visit.region for robot in evidence.plan.robots.values() for visit in robot.visits}
-    bounds += [min(mission.all_regions[name].radii) for name in visited]
+    bounds += [mission.all_regions[name].inner_radius for name in visited]
     bounds += [hoop.opening - mission.vehicle.radius for name, hoop in mission.hoops.items() if name in visited]
     return max(min(bounds), 0.0)
 

@@ -204,7 +204,7 @@ def _samples(flight: object) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 def _plain(region: Region) -> dict[str, Any]:
     """Return a hoop's ellipsoid without its ring."""
-    return {"center": region.center, "radii": region.radii, "yaw_deg": region.yaw_deg, "matrix": region.matrix}
+    return {name: getattr(region, name) for name in Region.model_fields}
 
 
 def _region(name: str, value: Any) -> Region:

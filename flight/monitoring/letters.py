@@ -45,7 +45,7 @@ class RegionMasks:
         regions = list(mission.all_regions.values())
         self._centres = np.array([region.center for region in regions]).reshape(-1, 3)
         self._shapes = [region.shape.tolist() for region in regions]
-        self._reaches = np.array([max(region.radii) for region in regions]) * (1 + 1e-9)
+        self._reaches = np.array([region.outer_radius for region in regions]) * (1 + 1e-9)
         self._type: type = np.int64 if len(regions) <= _BITS else object
 
     def none(self, count: int) -> NDArray[Any]:

@@ -23,7 +23,7 @@ def straight_line_costs(mission: Mission) -> Callable[[str, Point, str], float]:
         cost = dict(cost_of(mission, robot).weights)
         weights[robot] = cost.get("length", 0.0) + cost.get("time", 0.0) / mission.planner.speed
 
-    around = {name: 2.0 * min(region.radii) for name, region in mission.all_regions.items()}
+    around = {name: 2.0 * region.inner_radius for name, region in mission.all_regions.items()}
 
     def leg(robot: str, position: Point, region: str) -> float:
         metres = float(np.linalg.norm(np.array(position) - centres[region]))

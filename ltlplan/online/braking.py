@@ -240,7 +240,7 @@ def _looks_clear(mission: Mission, trajectory: Trajectory, now: float) -> bool:
         if min(rim_distance((float(x), float(y), float(z)), hoop) for x, y, z in points) <= need:
             return False
     for region in mission.all_regions.values():
-        level, slack = float(np.sqrt(region.level(points[-1]))), 1.05 * margin / min(region.radii)
+        level, slack = float(np.sqrt(region.level(points[-1]))), 1.05 * margin / region.inner_radius
         if 1 - slack <= level <= 1 + slack:
             return False
     return True

@@ -77,8 +77,8 @@ def label(mission: Mission, positions: Floats, *, grow: float = 0.0) -> Labels:
     flat = codes.reshape(-1)
     regions = list(mission.all_regions.values())
     centres = np.array([region.center for region in regions]).reshape(-1, 3)
-    levels = np.array([_grown(region.radii, grow) for region in regions])
-    reach = np.array([max(region.radii) for region in regions]) * np.sqrt(levels)
+    levels = np.array([_grown(region.inner_radius, grow) for region in regions])
+    reach = np.array([region.outer_radius for region in regions]) * np.sqrt(levels)
     for start, i, index, offset in _near(positions, centres, reach):
         inside = index[_level(regions[i].shape, offset) <= levels[i]]
         flat[start + inside] |= 1 << i
@@ -234,7 +234,7 @@ def word_filter(mission: Mission, plan: RobotPlan, *, slack: float = 0.0) -> Wor
     for name, region in mission.all_regions.items():
         obstacle = where.obstacles[name]
         weight = place.get(name, 0)
-        bodies.append(_Body(obstacle, weight, name in sides, _grown(region.radii, -near), obstacle.reach))
+        bodies.append(_Body(obstacle, weight, name in sides, _grown(region.inner_radius, -near), obstacle.reach))
     return WordFilter(visited, _codes(plan, place, sides), tuple(bodies), where.low, where.high)
 
 
@@ -271,9 +271,9 @@ def _codes(plan: RobotPlan, place: Mapping[str, int], sides: Collection[str]) ->
     return tuple(code for i, code in enumerate(result) if i == 0 or code != result[i - 1])
 
 
-def _grown(radii: tuple[float, float, float], by: float) -> float:
+def _grown(inner_radius: float, by: float) -> float:
     """Level of the ellipsoid scaled so that its shortest radius changes by `by` m (never below a twentieth of it)."""
-    return max(1.0 + by / min(radii), 0.05) ** 2
+    return max(1.0 + by / inner_radius, 0.05) ** 2
 
 
 def _near(positions: Floats, centres: Floats, reach: Floats) -> Iterator[tuple[int, int, Integers, Floats]]:

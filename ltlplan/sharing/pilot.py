@@ -312,7 +312,7 @@ class Pilot:
             level = region.level(self.table)
             own = (instants >= between[k]) & (instants <= between[k + 1])
             at = int(np.argmin(np.where(own, level, np.inf)))
-            near = level <= (1.0 + 1.5 * max(self.mission.margin, 0.02) / min(region.radii)) ** 2
+            near = level <= (1.0 + 1.5 * max(self.mission.margin, 0.02) / region.inner_radius) ** 2
             before, after = np.flatnonzero(~near[:at]), np.flatnonzero(~near[at:])
             self.passages.append(
                 RegionTimes(

@@ -182,8 +182,8 @@ def places_aside(mission: Mission, start: Point, paths: Sequence[Floats], distan
     axes = [np.arange(a, b, _GRID) if b > a else np.array([(a + b) / 2.0]) for a, b in zip(low, high, strict=True)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     for region in mission.all_regions.values():
-        reach = max(region.radii)
-        grid = grid[np.linalg.norm(grid - np.array(region.center), axis=1) > reach * (1.0 + inset / min(region.radii))]
+        reach = region.outer_radius
+        grid = grid[np.linalg.norm(grid - np.array(region.center), axis=1) > reach * (1.0 + inset / region.inner_radius)]
     for hoop in mission.hoops.values():
         ring = hoop.opening + hoop.rim + inset + mission.vehicle.radius
         grid = grid[np.linalg.norm(grid - np.array(hoop.center), axis=1) > ring]

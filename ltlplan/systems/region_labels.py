@@ -45,8 +45,8 @@ class Layout:
         self._names = list(self.regions)
         self._centres = np.array([region.center for region in every]).reshape(-1, 3)
         self._shapes = np.array([region.shape for region in every]).reshape(-1, 3, 3)
-        self._least = np.array([min(region.radii) for region in every])
-        self._greatest = np.array([max(region.radii) for region in every])
+        self._least = np.array([region.inner_radius for region in every])
+        self._greatest = np.array([region.outer_radius for region in every])
 
     @cached_property
     def neighbours(self) -> dict[str, frozenset[str]]:
@@ -81,12 +81,12 @@ class Layout:
         outer = tuple(name for name in spot.inside if name != region)
         if not spot.clear or self.neighbours[region] - set(outer):
             return None
-        space = max(own.radii) + self.slack
+        space = own.outer_radius + self.slack
         if isinstance(own, Hoop):
             space = max(space, (own.reach or 0.0) + self.slack)
         for name in outer:
             level = math.sqrt(float(self.regions[name].level(np.array(own.center))))
-            if level + space / min(self.regions[name].radii) > 1:
+            if level + space / self.regions[name].inner_radius > 1:
                 return None
         return outer
 
@@ -120,7 +120,7 @@ class Layout:
         a = float(step @ region.shape @ step)
         b = float(offset @ region.shape @ step)
         c = float(offset @ region.shape @ offset)
-        slack = self.slack / min(region.radii)
+        slack = self.slack / region.inner_radius
         times: list[float] = []
         for scale in (1 - slack, 1 + slack):
             root = b * b - a * (c - scale * scale)
@@ -133,16 +133,16 @@ class Layout:
         return (low, high) if outwards else (1 - high, 1 - low)
 
     def _size(self, name: str) -> float:
-        return math.prod(self.regions[name].radii)
+        return math.prod(self.regions[name].semi_axes)
 
 
 def apart(one: Region, other: Region) -> bool:
     """Tell whether two ellipsoids have no common point for sure."""
     between = np.array(other.center) - np.array(one.center)
     distance = float(np.linalg.norm(between))
-    if distance > (max(one.radii) + max(other.radii)) * (1 + 1e-9):
+    if distance > (one.outer_radius + other.outer_radius) * (1 + 1e-9):
         return True
-    if distance <= max(min(one.radii), min(other.radii)):  # one holds the other's centre
+    if distance <= max(one.inner_radius, other.inner_radius):  # one holds the other's centre
         return False
     first, second = np.linalg.inv(one.shape), np.linalg.inv(other.shape)
     # apart if and only if, for some share s, between' (first / (1 - s) + second / s)^-1 between > 1

@@ -234,7 +234,7 @@ class Systems:
                 raise BadInput(f"The cost of {robot}'s leg from {start} to {region} is {value}; it must be a number >= 0.")
             return value
         if start == region:  # out of the region and back
-            return 2 * min(self._regions[region].radii)
+            return 2 * self._regions[region].inner_radius
         origin = self._regions[start].center if isinstance(start, str) else start
         return math.dist(origin, self._regions[region].center)
 

@@ -116,7 +116,7 @@ def _levels(mission: Mission, stay: SampledStay, times: Floats, points: Floats) 
     """Return the level of a stay's region at all samples, and where in the stay the robot is in it for sure."""
     region = mission.all_regions[stay.region]
     level = np.sqrt(region.level(points))
-    return level, (level < 1.0 - mission.margin / min(region.radii)) & (times >= stay.start) & (times <= stay.end)
+    return level, (level < 1.0 - mission.margin / region.inner_radius) & (times >= stay.start) & (times <= stay.end)
 
 
 def _on_the_way(mission: Mission, robot: RobotPlan, corridor: Corridor, visit: int) -> NDArray[np.bool_]:
@@ -170,7 +170,7 @@ def _apart_before(mission: Mission, robot: RobotPlan, visit: int, earlier: Itera
 
 def _apart(region: Region, other: Region, margin: float) -> bool:
     """Tell whether a plane is found between two regions, both grown by the margin."""
-    spreads = [np.linalg.inv(r.shape) * (1.0 + margin / min(r.radii)) ** 2 for r in (region, other)]
+    spreads = [np.linalg.inv(r.shape) * (1.0 + margin / r.inner_radius) ** 2 for r in (region, other)]
     between = np.array(other.center) - np.array(region.center)
     normal = between
     for _ in range(_TURNS):

@@ -114,7 +114,7 @@ def leads_to(mission: Mission, waypoint: Waypoint) -> bool:
     region = None if waypoint.region is None else mission.all_regions.get(waypoint.region)
     if region is None or waypoint.role != "via":
         return False
-    return float(region.level(np.array(waypoint.position))) > (1.0 + mission.margin / min(region.radii)) ** 2
+    return float(region.level(np.array(waypoint.position))) > (1.0 + mission.margin / region.inner_radius) ** 2
 
 
 def leg_between(space: Space, robot: RobotPlan, here: TimedWaypoint, there: TimedWaypoint, extra: tuple[Ball, ...]) -> Leg:
@@ -209,7 +209,7 @@ def _passage_cylinder(mission: Mission, name: str, hoop_name: str, clearance: fl
             what, sentence = (
                 "region",
                 (
-                    f"'{hoop_name}' has radii {list(hoop.radii)} m: within the margin {margin:g} m of its opening, not even its axis is "
+                    f"'{hoop_name}' has radii {list(hoop.semi_axes)} m: within the margin {margin:g} m of its opening, not even its axis is "
                     "inside its region by the margin, so no visit could contain a passage. Give it larger `radii`, or ask for a smaller margin."
                 ),
             )

@@ -181,7 +181,7 @@ def _room(mission: Mission, robot: RobotPlan, stop: TimedWaypoint, clearance: fl
     if stop.region != robot.visits[stop.visit].region:
         return None
     region, through = mission.all_regions[stop.region], robot.visits[stop.visit].direction is not None
-    inner = DEEP * (1.0 - (mission.margin + CLEARANCE) / min(region.radii))
+    inner = DEEP * (1.0 - (mission.margin + CLEARANCE) / region.inner_radius)
     hoop = mission.hoops.get(stop.region)
     if hoop is None:
         if stop.role not in ("centre", "via") or inner <= 0.0:
@@ -192,7 +192,7 @@ def _room(mission: Mission, robot: RobotPlan, stop: TimedWaypoint, clearance: fl
         return None
     radius = DEEP * passage_radius(mission, hoop, clearance)
     if stop.role == "centre":
-        radius = min(radius, inner * min(region.radii))
+        radius = min(radius, inner * region.inner_radius)
     if radius <= 0.0:
         return None
     normal, centre = np.array(hoop.normal), np.array(hoop.center)
@@ -203,10 +203,10 @@ def _room(mission: Mission, robot: RobotPlan, stop: TimedWaypoint, clearance: fl
 
 def _deep_enough(mission: Mission, name: str, region_name: str, region: Region, position: Floats) -> Floats:
     """Return the point, moved towards the region's centre until the margin around it lies inside."""
-    scale = 1.0 - (mission.margin + CLEARANCE) / min(region.radii)
+    scale = 1.0 - (mission.margin + CLEARANCE) / region.inner_radius
     if scale <= 0.0:
         raise Infeasible(
-            f"'{region_name}' has a least radius of {min(region.radii):g} m: no point of it is {mission.margin:g} m inside. "
+            f"'{region_name}' has a least radius of {region.inner_radius:g} m: no point of it is {mission.margin:g} m inside. "
             "Ask for a smaller margin or a larger region.",
             Witness(claim="visits", sentence="region smaller than the margin", robot=name, region=region_name),
         )

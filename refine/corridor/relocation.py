@@ -132,7 +132,7 @@ def _places(mission: Mission, robot: RobotPlan, waypoint: Waypoint, taken: tuple
     that are never visited. Shape (places, 3).
     """
     region, visited = mission.regions[waypoint.region or ""], {visit.region for visit in robot.visits}
-    inner = DEEP * (1.0 - (mission.margin + CLEARANCE) / min(region.radii))
+    inner = DEEP * (1.0 - (mission.margin + CLEARANCE) / region.inner_radius)
     if inner <= 0.0:
         return np.zeros((0, 3))
     grow = mission.margin + CLEARANCE

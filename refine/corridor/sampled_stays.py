@@ -37,11 +37,11 @@ def stays(path: Spline, regions: dict[str, Region], margin: float) -> tuple[Samp
     found: list[SampledStay] = []
     low, high = points.min(axis=0), points.max(axis=0)
     for name, region in regions.items():
-        reach = max(region.radii) * (1.0 + max(margin, 0.0) / min(region.radii)) * (1 + 1e-9)
+        reach = region.outer_radius * (1.0 + max(margin, 0.0) / region.inner_radius) * (1 + 1e-9)
         if any(a - reach > x or x > b + reach for a, x, b in zip(low, region.center, high, strict=True)):
             continue
         level = np.sqrt(region.level(points))
-        near = np.concatenate([[False], level <= 1.0 + margin / min(region.radii), [False]])
+        near = np.concatenate([[False], level <= 1.0 + margin / region.inner_radius, [False]])
         edges = np.flatnonzero(near[1:] != near[:-1])
         for begin, end in zip(edges[::2], edges[1::2], strict=True):
             found.append(SampledStay(name, float(times[begin]), float(times[end - 1]), float(level[begin:end].min())))
@@ -75,7 +75,7 @@ def violations(path: Spline, mission: Mission, name: str, robot: RobotPlan, clea
         )
     result = []
     for index, stay in enumerate(found):
-        needed = 1.0 - mission.margin / min(mission.all_regions[stay.region].radii)
+        needed = 1.0 - mission.margin / mission.all_regions[stay.region].inner_radius
         if stay.level >= needed:
             sentence = f"{name}: visit {index} comes to {stay.level:.3f} of '{stay.region}', which is not {mission.margin:g} m inside it."
             result.append(

@@ -16,8 +16,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from verify.data.bodies import Point
 from verify.data.errors import BadInput, did_you_mean
-from verify.data.mission import Agent, Hoop, Mission, Point, Region
+from verify.data.mission import Agent, Mission
 from verify.data.storage.reading import parse_json, read_bytes
 
 EVENTS_FILE = "events.json"
@@ -44,13 +45,9 @@ class HoopMoves:
     def apply(self, mission: Mission) -> Mission:
         """Return the mission with the region at its new place."""
         table = "hoops" if self.region in mission.hoops else "regions"
-        old: Region = mission.all_regions[self.region]
-        values = {k: v for k, v in old.model_dump().items() if k not in ("matrix", "normal")}
-        values["center"] = self.center
-        if self.yaw_deg is not None:
-            values["yaw_deg"] = self.yaw_deg
-        moved = (Hoop if table == "hoops" else Region).model_validate(values)
-        return changed(mission, **{table: {**getattr(mission, table), self.region: moved}})
+        old = mission.all_regions[self.region]
+        place = {"center": self.center, "yaw_deg": old.yaw_deg if self.yaw_deg is None else self.yaw_deg}
+        return changed(mission, **{table: {**getattr(mission, table), self.region: old.changed(**place)}})
 
     def __str__(self) -> str:
         return f"{self.region} moves to ({', '.join(f'{x:g}' for x in self.center)})"

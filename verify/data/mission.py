@@ -12,14 +12,14 @@ import json
 import math
 from collections.abc import Collection, Mapping
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
+from verify.data.bodies import Point
 from verify.data.errors import BadInput
 from verify.data.formula import FREE, TRUE, Formula, parse_formula
+from verify.data.region import Hoop, Region
 from verify.data.sequence import Sequence, parse_sequence
 from verify.data.storage.file_names import MAX_LENGTH, name_fault
 from verify.data.value import Value
@@ -30,8 +30,6 @@ MISSION_FORMAT = 1
 _CHAIN = 40
 """Terms of a conjunction that are joined one after another; more are halved."""
 
-Point = tuple[Number, Number, Number]
-Matrix = tuple[tuple[Number, Number, Number], tuple[Number, Number, Number], tuple[Number, Number, Number]]
 ChoiceName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]{0,99}$")]
 """Name of something that another package may bring: which there are is known by `verify.data.choices`."""
 Costs = dict[ChoiceName, NotNegative]
@@ -49,86 +47,6 @@ class Spec(Value):
         default="own", description="own: each robot's letters by themselves; joint: unions of all robots' letters"
     )
     repeat: Count = Field(default=1, description="laps of the cycle that are flown, for infinite traces")
-
-
-class Region(Value):
-    """A closed ellipsoid: the points r with (r - center)' matrix (r - center) <= 1."""
-
-    computed_from: ClassVar[dict[str, tuple[str, ...]]] = {"matrix": ("radii", "yaw_deg")}
-
-    center: Point = Field(description="m, world frame")
-    radii: tuple[Positive, Positive, Positive] = Field(description="m, along the region's own x, y, z")
-    yaw_deg: Number = Field(default=0.0, description="deg, turns the region about z")
-    matrix: Matrix | None = Field(
-        default=None, description="m^-2; written into resolved missions and, where given, exactly the region"
-    )
-
-    @property
-    def yaw(self) -> float:
-        """Yaw in rad."""
-        return math.radians(self.yaw_deg)
-
-    @property
-    def shape(self) -> NDArray[np.float64]:
-        """The matrix as an array, in m^-2. Shape (3, 3)."""
-        return np.array(self.matrix, dtype=np.float64)
-
-    def level(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (r - center)' matrix (r - center) in floats, for planning and pictures. Shape (..., 3) to (...)."""
-        offset = points - np.array(self.center)
-        return np.einsum("...i,ij,...j->...", offset, self.shape, offset)
-
-    @model_validator(mode="after")
-    def _with_matrix(self) -> Region:
-        if not all(1e-6 <= radius <= 1e6 for radius in self.radii):
-            raise ValueError(f"radii {list(self.radii)} must lie between 1e-6 m and 1e6 m")
-        wanted = _ellipsoid_matrix(self.radii, self.yaw)
-        if self.matrix is None:
-            object.__setattr__(self, "matrix", wanted)
-        elif not np.allclose(self.matrix, wanted, rtol=1e-9, atol=1e-12):
-            raise ValueError("matrix does not belong to these radii and yaw_deg; leave it out to have it computed")
-        elif self.matrix != tuple(zip(*self.matrix, strict=True)):
-            raise ValueError("matrix must be symmetric")
-        return self
-
-
-class Hoop(Region):
-    """A region with a ring that is flown through.
-
-    The normal is Rz(yaw) Ry(pitch) e_x: with pitch 0 it is horizontal, positive pitch turns it downwards.
-    """
-
-    computed_from: ClassVar[dict[str, tuple[str, ...]]] = {**Region.computed_from, "normal": ("yaw_deg", "pitch_deg")}
-
-    pitch_deg: Annotated[Number, Field(gt=-90, lt=90)] = Field(
-        0.0, description="deg, turns the ring's normal (not the ellipsoid)"
-    )
-    opening: Positive = Field(description="m, inner radius of the ring")
-    rim: Positive = Field(
-        description="m, thickness of the ring: it fills radii opening to opening + rim, and rim along the normal"
-    )
-    reach: Positive | None = Field(default=None, description="m, front and rear control points lie this far from the centre")
-    clearance: Positive | None = Field(default=None, description="m, avoid points lie this far from the centre, to both sides")
-    normal: Point | None = Field(default=None, description="unit vector from rear to front; written into resolved missions")
-
-    @property
-    def pitch(self) -> float:
-        """Pitch in rad."""
-        return math.radians(self.pitch_deg)
-
-    @model_validator(mode="after")
-    def _with_normal(self) -> Hoop:
-        cos_pitch = math.cos(self.pitch)
-        wanted = (cos_pitch * math.cos(self.yaw), cos_pitch * math.sin(self.yaw), -math.sin(self.pitch))
-        if self.normal is None:
-            object.__setattr__(self, "normal", wanted)
-        elif not np.allclose(self.normal, wanted, rtol=0, atol=1e-9):
-            raise ValueError("normal does not belong to this yaw_deg and pitch_deg; leave it out to have it computed")
-        if self.reach is None:
-            object.__setattr__(self, "reach", max(self.radii) + 0.15)
-        if self.clearance is None:
-            object.__setattr__(self, "clearance", max(self.opening + self.rim, *self.radii) + 0.2)
-        return self
 
 
 class Environment(Value):
@@ -399,15 +317,3 @@ def in_no_region(regions: Collection[str]) -> Formula:
         outside = Formula("!", (Formula("name", (), name),))
         formula = outside if formula == TRUE else Formula("&", (formula, outside))
     return formula
-
-
-def _ellipsoid_matrix(radii: tuple[float, float, float], yaw: float) -> Matrix:
-    """Return Rz(yaw) diag(a^-2, b^-2, c^-2) Rz(yaw)', exactly symmetric."""
-    a, b, c = (1.0 / (radius * radius) for radius in radii)
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    xy = (a - b) * sin * cos
-    return (
-        (a * cos * cos + b * sin * sin, xy, 0.0),
-        (xy, a * sin * sin + b * cos * cos, 0.0),
-        (0.0, 0.0, c),
-    )

@@ -33,10 +33,11 @@ from verify.data.mission import (
     Robot,
     Spec,
 )
+from verify.data.region_shapes import REGION_SHAPES
 from verify.data.rules.missions import broken_rules
 from verify.data.storage.reading import read_text
 from verify.data.storage.strict_yaml import MAX_DEPTH, MAX_NODES, NotAccepted, load_tree
-from verify.data.value import Remembered, plain
+from verify.data.value import FaultsWithin, Remembered, plain
 from verify.data.vehicle import Vehicle
 
 MAX_BYTES = 1_000_000
@@ -287,6 +288,10 @@ def _readable(error: ValidationError, keys: KeyPath) -> Iterator[tuple[KeyPath, 
     for item in error.errors():
         where = (*keys, *(part for part in item["loc"] if not _is_type_name(part)))
         message, value = item["msg"], item.get("input")
+        within = item.get("ctx", {}).get("error")
+        if isinstance(within, FaultsWithin) and not isinstance(within.found, str):
+            yield from _readable(within.found, (*where[:-1], within.key))
+            continue
         match item["type"]:
             case "extra_forbidden":
                 known = _known_keys(where[:-1])
@@ -296,6 +301,7 @@ def _readable(error: ValidationError, keys: KeyPath) -> Iterator[tuple[KeyPath, 
             case "missing":
                 reason = "missing: this key is required."
             case "value_error":
+                where = (*where[:-1], within.key) if isinstance(within, FaultsWithin) else where
                 reason = message.removeprefix("Value error, ").rstrip(".") + "."
             case "too_long" | "too_short" if isinstance(value, list | tuple | dict):
                 limits = item.get("ctx", {})
@@ -336,7 +342,10 @@ def _known_keys(where: KeyPath) -> tuple[str, ...]:
     """Return the keys that the section at `where` accepts."""
     for pattern, model in _SECTIONS.items():
         if len(pattern) == len(where) and all(p in ("*", k) for p, k in zip(pattern, where, strict=True)):
-            return tuple(field.alias or name for name, field in model.model_fields.items())
+            known = tuple(field.alias or name for name, field in model.model_fields.items())
+            return (*known, *(key for key in REGION_SHAPES.names() if key not in known)) if issubclass(model, Region) else known
+    if len(where) == 3 and where[0] in ("hoops", "regions") and where[2] in REGION_SHAPES.names():
+        return tuple(getattr(REGION_SHAPES.find(str(where[2])).schema, "model_fields", ()))
     return ()
 
 

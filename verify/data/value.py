@@ -18,6 +18,21 @@ from verify.data.errors import BadInput, did_you_mean
 _REMEMBERED = 1024
 
 
+class FaultsWithin(ValueError):
+    """Faults of what stands under one key of a value, for validators that read the key themselves.
+
+    Attributes:
+        key: Where it stands.
+        found: What is wrong with it: a sentence, or pydantic's findings.
+    """
+
+    def __init__(self, key: str, found: str | ValidationError) -> None:
+        self.key = key
+        self.found = found
+        sentences = [found] if isinstance(found, str) else faults_of(found, key)
+        super().__init__(" ".join(sentences))
+
+
 class Value(BaseModel):
     """A frozen value that knows no other fields than its own."""
 
@@ -55,6 +70,10 @@ def faults_of(error: ValidationError, owner: str) -> list[str]:
     """Return pydantic's findings about a value as sentences."""
     found: list[str] = []
     for item in error.errors(include_url=False):
+        within = item.get("ctx", {}).get("error")
+        if isinstance(within, FaultsWithin):
+            found.append(f"{owner}.{within}" if not isinstance(within.found, str) else f"{owner}.{within.key}: {within}")
+            continue
         where = ".".join(str(part) for part in item["loc"])
         reason = item["msg"].removeprefix("Value error, ").rstrip(".")
         value = "" if item["type"] in ("missing", "value_error") else f", not {item.get('input')!r:.60}"

@@ -286,11 +286,11 @@ def _exactly(spans: list[Span], segment: Segment, start: float, stop: float, fou
 def exact_level(paths: TeamPaths, index: int, region: Region) -> fmpq_poly:
     """Return q of one segment and region as an exact polynomial in u, from 0 to 1."""
     offset = [p - exact.rational(c) for p, c in zip(paths.exact_position(index), region.center, strict=True)]
-    assert region.matrix is not None
+    matrix = region.quadratic
     total = fmpq_poly([0])
     for i in range(3):
         for j in range(3):
-            total += offset[i] * offset[j] * exact.rational(region.matrix[i][j])
+            total += offset[i] * offset[j] * exact.rational(matrix[i][j])
     return total
 
 

@@ -16,8 +16,10 @@ from flint import fmpq, fmpq_mat
 
 from verify.arithmetic.exact import rational
 from verify.behaviour.timeline import Relations
+from verify.data.bodies import Matrix, Point
 from verify.data.errors import BadInput
-from verify.data.mission import Matrix, Mission, Point, Region
+from verify.data.mission import Mission
+from verify.data.region import Region
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +44,12 @@ class Ellipsoid:
 
     @classmethod
     def of(cls, region: Region) -> Ellipsoid:
-        """Take centre and matrix of a region or hoop."""
-        assert region.matrix is not None  # filled in by the schema
-        return cls(region.center, region.matrix)
+        """Take centre and compiled form of a region or hoop.
+
+        Raises:
+            BadInput: Its body is not one quadratic form around its centre.
+        """
+        return cls(region.center, region.quadratic)
 
 
 @lru_cache(maxsize=4096)

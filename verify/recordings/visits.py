@@ -18,7 +18,7 @@ import numpy as np
 from verify.arithmetic.intervals import Interval
 from verify.behaviour.timeline import Status
 from verify.claims import Claim, Outcome
-from verify.data.mission import Hoop, Mission, Region
+from verify.data.mission import Hoop, Mission
 from verify.data.plan import RobotPlan
 from verify.motion.visits import match, stays
 from verify.recordings.asked import World
@@ -94,15 +94,9 @@ def visit_claim(
 
 def widened(mission: Mission, margin: float) -> Mission:
     """Return a mission with every region larger by the margin, in the way in which a certificate's *no* is."""
-
-    def larger(region: Region) -> Region:
-        factor = 1 + margin / min(region.radii)
-        return region.model_copy(update={"matrix": tuple(map(tuple, (region.shape / factor**2).tolist()))})
-
-    hoops = {name: larger(hoop) for name, hoop in mission.hoops.items()}
-    return mission.model_copy(
-        update={"hoops": hoops, "regions": {name: larger(region) for name, region in mission.regions.items()}}
-    )
+    hoops = {name: hoop.scaled(1 + margin / hoop.inner_radius) for name, hoop in mission.hoops.items()}
+    regions = {name: region.scaled(1 + margin / region.inner_radius) for name, region in mission.regions.items()}
+    return mission.model_copy(update={"hoops": hoops, "regions": regions})
 
 
 def _without_edges(row: Row, around: Row) -> Row:

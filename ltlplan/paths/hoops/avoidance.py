@@ -176,8 +176,8 @@ def _sides(mission: Mission, where: Room, name: str, start: Floats, end: Floats)
     left = np.cross([0.0, 0.0, 1.0], along)
     if np.linalg.norm(left) < 1e-9 * max(1.0, float(np.linalg.norm(along))):
         left = np.array([0.0, 1.0, 0.0])
-    aside = left / np.linalg.norm(left) * (max(region.radii) * where.obstacles[name].level ** 0.5 + 0.1)
-    return np.stack([centre + aside, centre - aside]), along / np.linalg.norm(along) * max(region.radii)
+    aside = left / np.linalg.norm(left) * (region.outer_radius * where.obstacles[name].level ** 0.5 + 0.1)
+    return np.stack([centre + aside, centre - aside]), along / np.linalg.norm(along) * region.outer_radius
 
 
 def _nearness(point: Floats, start: Floats, end: Floats) -> tuple[float, float]:

@@ -110,8 +110,8 @@ def room(mission: Mission, slack: float = 0.0) -> Room:
     clear = mission.vehicle.radius + near
     obstacles: dict[str, Obstacle] = {}
     for name, region in mission.all_regions.items():
-        centre, level = np.array(region.center), (1.0 + near / min(region.radii)) ** 2
-        reach = 1.000001 * max(region.radii) * level**0.5
+        centre, level = np.array(region.center), (1.0 + near / region.inner_radius) ** 2
+        reach = 1.000001 * region.outer_radius * level**0.5
         if isinstance(region, Hoop):
             height, outer = region.rim / 2 + clear, region.opening + region.rim + clear
             obstacles[name] = Obstacle(

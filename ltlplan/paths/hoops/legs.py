@@ -261,7 +261,7 @@ def _before_opening(mission: Mission, name: str, hoop: Hoop, side: Role) -> Floa
         Infeasible: The region is too flat for that.
     """
     normal = np.array(hoop.normal)
-    deep = max(1.0 - mission.margin / min(hoop.radii), 0.0)
+    deep = max(1.0 - mission.margin / hoop.inner_radius, 0.0)
     farthest = _DEEP * deep / float(normal @ hoop.shape @ normal) ** 0.5
     if farthest <= mission.margin:
         raise Infeasible(

@@ -7,6 +7,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel
 
 from verify.data import parse_mission
+from verify.data.bodies import Inequality
 from verify.data.mission import (
     Action,
     Agent,
@@ -28,6 +29,7 @@ SECTIONS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("Top level", Mission),
     ("`spec`", Spec),
     ("`regions.NAME`", Region),
+    ("`regions.NAME.parts[][]`", Inequality),
     ("`hoops.NAME` (a region's keys, and)", Hoop),
     ("`environment`", Environment),
     ("`robot`", Robot),
@@ -59,7 +61,8 @@ def tables() -> str:
 def plural(text: str) -> str:
     """Return "lists of 3 numbers" for "list of 3 numbers", and so on."""
     first, _, rest = text.partition(" ")
-    return (first if first.endswith("s") else first + "s") + (" " + rest if rest else "")
+    many = first if first.endswith("s") else first.removesuffix("y") + "ies" if first.endswith("y") else first + "s"
+    return many + (" " + rest if rest else "")
 
 
 def show_type(annotation: Any) -> str:

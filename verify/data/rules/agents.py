@@ -135,7 +135,7 @@ def _wall(point: Point, workspace: Any) -> float:
 def _on_edge(point: Point, region: Region, near: float) -> bool:
     """Tell whether a point is so near a region's boundary that, within so many m, it may be in or out."""
     level = math.sqrt(float(region.level(np.array(point))))
-    slack = near / min(region.radii)
+    slack = near / region.inner_radius
     return 1 - slack <= level <= 1 + slack
 
 

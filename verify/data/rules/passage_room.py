@@ -25,7 +25,7 @@ def room_in_region(hoop: Hoop, margin: float) -> float:
         m; 0 where not even the axis is far enough inside.
     """
     normal, shape = np.array(hoop.normal), hoop.shape
-    inside = 1.0 - margin / min(hoop.radii)
+    inside = 1.0 - margin / hoop.inner_radius
     if inside <= 0.0:
         return 0.0
     left = np.cross([0.0, 0.0, 1.0], normal)
