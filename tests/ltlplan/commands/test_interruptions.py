@@ -223,6 +223,17 @@ def test_where_interrupts_are_ignored_the_work_goes_on(tmp_path: Path) -> None:
     assert "cost" in told
 
 
+SMALL = """
+format: 1
+name: small
+spec: {formula: F a}
+regions: {a: {center: [0.5, 0, 1], radii: [0.2, 0.2, 0.2]}}
+agents: {quad0: {start: [-0.2, 0, 1]}}
+vehicle: crazyflie-2.1
+workspace: {min: [-2, -2, 0.2], max: [2, 2, 2]}
+"""
+
+
 def closing(*streams: int) -> Callable[[], None]:
     return lambda: [os.close(stream) for stream in streams] and None
 
@@ -243,8 +254,9 @@ def test_a_closed_output_is_told_before_the_work(arguments: tuple[str, ...], tmp
 
 def test_nothing_is_printed_into_the_files_where_streams_are_closed(tmp_path: Path) -> None:
     """The first file that is opened would else be standard error, and progress would go into it."""
+    (tmp_path / "small.yaml").write_text(SMALL)
     with (tmp_path / "told").open("w") as told:
-        running = ltlplan("run", "hoops-published", "--out", "run", cwd=tmp_path, stdout=told, preexec_fn=closing(0, 2))
+        running = ltlplan("run", "small.yaml", "--out", "run", cwd=tmp_path, stdout=told, preexec_fn=closing(0, 2))
         assert running.wait(timeout=300) == 0
     again = ltlplan("recheck", "run", cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     again.communicate(timeout=300)
@@ -252,8 +264,9 @@ def test_nothing_is_printed_into_the_files_where_streams_are_closed(tmp_path: Pa
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full, a disk without room")
-@pytest.mark.parametrize(("arguments", "code"), [(("plan", "hoops-published"), 0), (("plan", "nowhere"), 2), (("nothing",), 2)])
+@pytest.mark.parametrize(("arguments", "code"), [(("plan", "small.yaml"), 0), (("plan", "nowhere"), 2), (("nothing",), 2)])
 def test_a_full_or_deserted_standard_error_ends_no_work(arguments: tuple[str, ...], code: int, tmp_path: Path) -> None:
+    (tmp_path / "small.yaml").write_text(SMALL)
     reading, writing = os.pipe()
     os.close(reading)
     with Path("/dev/full").open("w") as full:

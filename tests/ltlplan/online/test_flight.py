@@ -218,7 +218,7 @@ def least_distance(flight):
     return float(np.linalg.norm(positions[:, 0] - positions[:, 1], axis=1).min())
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_robot_is_led_around_one_that_hovers_in_its_straight_way(seed):
     mission = parse_mission(HELD_UP)
     flight = fly_online(mission, seed=seed, max_seconds=40)
@@ -228,7 +228,7 @@ def test_a_robot_is_led_around_one_that_hovers_in_its_straight_way(seed):
     assert any("quad0 is led around quad1" in event.sentence for event in flight.log.events)
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_an_idle_robot_steps_aside_where_another_one_is_to_go(seed):
     mission = parse_mission(OCCUPIED)
     flight = fly_online(mission, seed=seed, max_seconds=60)

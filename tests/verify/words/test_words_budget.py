@@ -45,7 +45,9 @@ def random_team(seed: int, size: int) -> dict[str, list[set[str]]]:
     return {f"q{k}": [set(rng.sample(names, 2)), set(rng.sample(names, 3)), set(names[:size])] for k in range(3)}
 
 
-@pytest.mark.parametrize("size", [4, 12, 17, 20, 30])
+@pytest.mark.parametrize(
+    "size", [4, pytest.param(12, marks=pytest.mark.slow), 17, pytest.param(20, marks=pytest.mark.slow), 30]
+)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_one_after_another_is_what_all_orders_give(family: str, size: int) -> None:
     """Held against every order, word by word, by direct semantics."""
