@@ -1,0 +1,317 @@
+"""Public functions say what callers need: `Args:` from three arguments on, `Raises:` where their own body raises.
+
+What raises further down is for the author to know and to say; only a function's own statements can be seen here. Parameters
+that carry their help in their annotation, as a command's do, need no `Args:`.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("ltlplan", "refine", "flight", "verify")
+
+LACKING: dict[str, frozenset[str]] = {
+    "ltlplan": frozenset(
+        {
+            "ltlplan.commands.certify.command Args",
+            "ltlplan.commands.options.read_mission Args",
+            "ltlplan.commands.plan.command Args",
+            "ltlplan.commands.run.command Args",
+            "ltlplan.commands.show.command Args",
+            "ltlplan.logic.automaton.live_states Args",
+            "ltlplan.logic.automaton.trimmed Args",
+            "ltlplan.logic.conjunction.Conjunction.accepts Raises",
+            "ltlplan.logic.conjunction.conjunct_automata Args",
+            "ltlplan.logic.decision_diagrams.DecisionDiagrams.condition Args",
+            "ltlplan.logic.decision_diagrams.DecisionDiagrams.copy_from Args",
+            "ltlplan.logic.decision_diagrams.DecisionDiagrams.given Args",
+            "ltlplan.logic.decision_diagrams.DecisionDiagrams.node Args",
+            "ltlplan.logic.decision_diagrams.DecisionDiagrams.node Raises",
+            "ltlplan.logic.decomposition.decomposes Args",
+            "ltlplan.logic.determinisation.intersection Args",
+            "ltlplan.logic.small_automata.small_automaton Args",
+            "ltlplan.mtac.admissible_heuristic.AdmissibleHeuristic.bound Args",
+            "ltlplan.mtac.admissible_heuristic.AdmissibleHeuristic.leg Args",
+            "ltlplan.mtac.agent_moves.World.at Args",
+            "ltlplan.mtac.agent_moves.World.at Raises",
+            "ltlplan.mtac.beam_search.BeamSearch.continued Args",
+            "ltlplan.mtac.beam_search.BeamSearch.over Args",
+            "ltlplan.mtac.task_reader.holds_one_at_a_time Raises",
+            "ltlplan.online.braking.slow_down Args",
+            "ltlplan.output.write_trajectories Args",
+            "ltlplan.paths.costs.Sampling.paths Raises",
+            "ltlplan.paths.cross_entropy.minimise Raises",
+            "ltlplan.paths.cross_entropy.searches Args",
+            "ltlplan.paths.gaussian.Search.start Args",
+            "ltlplan.paths.hoops.clearance.blocked Args",
+            "ltlplan.paths.hoops.legs.Legs.length Args",
+            "ltlplan.paths.hoops.legs.holds Args",
+            "ltlplan.paths.hoops.pictures.path_figure Args",
+            "ltlplan.paths.hoops.pictures.round_figure Raises",
+            "ltlplan.paths.hoops.primitives.s_curve Args",
+            "ltlplan.paths.hoops.primitives.s_curve_as_printed Args",
+            "ltlplan.paths.hoops.sides.choose_sides Args",
+            "ltlplan.paths.least_snap_spline.LeastSnapSpline.through Raises",
+            "ltlplan.paths.sampled_paths.label Raises",
+            "ltlplan.report.charts.truth_chart Args",
+            "ltlplan.report.page.section Args",
+            "ltlplan.search.exact.lasso_itinerary Args",
+            "ltlplan.search.exact.lasso_itinerary Raises",
+            "ltlplan.search.joint.conjuncts.WordEffects.apply Args",
+            "ltlplan.search.joint.team_words.joint_possible Args",
+            "ltlplan.search.joint.team_words.plan_joint Args",
+            "ltlplan.search.lassos.lasso.lasso_exists Args",
+            "ltlplan.search.lassos.rounds.Rounds.remaining Args",
+            "ltlplan.search.lassos.rounds.Rounds.through Args",
+            "ltlplan.search.makespan.plan_makespan Args",
+            "ltlplan.search.reduced_graph.ReducedGraph.redundant Args",
+            "ltlplan.search.runs.cheapest_run Args",
+            "ltlplan.search.runs.k_best Args",
+            "ltlplan.search.team_search.SearchStates.rest Args",
+            "ltlplan.search.team_search.TeamStates.rest Args",
+            "ltlplan.search.team_search.cheapest_path Args",
+            "ltlplan.search.team_search.moves Args",
+            "ltlplan.search.team_search.plan_team Args",
+            "ltlplan.sharing.belief.Belief.after Raises",
+            "ltlplan.sharing.belief.at_start Args",
+            "ltlplan.sharing.cross_entropy.ask_all Args",
+            "ltlplan.sharing.cross_entropy.beta Args",
+            "ltlplan.sharing.cross_entropy.restart Args",
+            "ltlplan.sharing.events.falls_on Args",
+            "ltlplan.sharing.gliding_path.gliding_path_of Args",
+            "ltlplan.sharing.pilot.Pilot.take Args",
+            "ltlplan.sharing.room_to_pass.way_aside Args",
+            "ltlplan.sharing.switch.better_hands Args",
+            "ltlplan.sharing.switch.may_change Args",
+            "ltlplan.sharing.team.OnlineTeam.plan_for Args",
+            "ltlplan.start.main Raises",
+            "ltlplan.systems.products.full_product Args",
+            "ltlplan.systems.products.walk Args",
+            "ltlplan.systems.transition_systems.Systems.leg Args",
+            "ltlplan.systems.transition_systems.Systems.leg Raises",
+        }
+    ),
+    "refine": frozenset(
+        {
+            "refine.bodies.blocking Args",
+            "refine.bodies.grown_region Args",
+            "refine.bodies.keep_out Args",
+            "refine.bodies.opening Args",
+            "refine.bodies.ring Args",
+            "refine.bodies.within Args",
+            "refine.coordination.encounters.resolve_encounters Args",
+            "refine.coordination.reciprocal_avoidance.mover Args",
+            "refine.corridor.fitting.until_kept Args",
+            "refine.corridor.leg_limits.leg_speeds Args",
+            "refine.corridor.leg_limits.slow_legs Args",
+            "refine.corridor.leg_limits.slower_on_ways Args",
+            "refine.corridor.legs.passage_radius Args",
+            "refine.corridor.legs.refused Args",
+            "refine.corridor.legs.space_for Args",
+            "refine.corridor.legs.trimmed Args",
+            "refine.corridor.planned.standing_corridor Args",
+            "refine.corridor.points.thinned Args",
+            "refine.corridor.points.with_rests Args",
+            "refine.corridor.relocation.movable Args",
+            "refine.corridor.sampled_stays.stays Args",
+            "refine.corridor.sampled_stays.violations Args",
+            "refine.heading.spin.with_least_spin Args",
+            "refine.limits.usage.shares_used Args",
+            "refine.limits.values.Limits.tightened Raises",
+            "refine.spline.fitting.fitted Args",
+            "refine.spline.least_snap.banded_problem Args",
+            "refine.spline.rounding.exact_end Args",
+        }
+    ),
+    "flight": frozenset(
+        {
+            "flight.certified.require_certificate Args",
+            "flight.exports.crazyflie.upload_files Raises",
+            "flight.exports.files.make_product Args",
+            "flight.exports.files.require_certified Args",
+            "flight.exports.px4_stream.begin_offboard Args",
+            "flight.exports.px4_stream.begin_offboard Raises",
+            "flight.exports.px4_stream.require_at_starts Raises",
+            "flight.exports.px4_stream.stream Raises",
+            "flight.exports.px4_stream.wait Args",
+            "flight.exports.ros.message Args",
+            "flight.logs.tables.log_from_csv Raises",
+            "flight.model.autopilot.Autopilot.rotor_commands Args",
+            "flight.model.disturbances.Wind.after Args",
+            "flight.model.dynamics.hover_state Args",
+            "flight.model.dynamics.runge_kutta Args",
+            "flight.model.paper.paper_step Args",
+            "flight.model.reference.Reference.extended Args",
+            "flight.model.reference.flown Args",
+            "flight.model.sensing.MotionCapture.parse Raises",
+            "flight.monitoring.formula_state.FormulaState.change Raises",
+            "flight.monitoring.letters.internal_letters Args",
+            "flight.monitoring.monitor.Monitor.see_errors Args",
+            "flight.monitoring.tube.stray_at_joints Args",
+            "flight.shapes.passage Args",
+            "flight.shapes.region_shapes Args",
+        }
+    ),
+    "verify": frozenset(
+        {
+            "verify.arithmetic.exact.nonnegative Args",
+            "verify.arithmetic.exact.nonnegative Raises",
+            "verify.arithmetic.exact.on_unit_interval Args",
+            "verify.arithmetic.exact.roots Args",
+            "verify.arithmetic.exact.roots Raises",
+            "verify.behaviour.inclusion.find_broken Args",
+            "verify.behaviour.inclusion.holds_for_all Args",
+            "verify.behaviour.inclusion.letter_graph Args",
+            "verify.behaviour.inclusion.letter_graph Raises",
+            "verify.behaviour.lassos.find_broken_run Args",
+            "verify.behaviour.lassos.search_run Args",
+            "verify.behaviour.mending_waits.mending_waits Args",
+            "verify.behaviour.refutation.every_behaviour_breaks Args",
+            "verify.behaviour.team_graph.JointGraph.steps Raises",
+            "verify.behaviour.transitions.judge_transitions Args",
+            "verify.behaviour.transitions.no_word_is_a_trace Args",
+            "verify.claims.passage_claim Args",
+            "verify.claims.separation_claims Args",
+            "verify.claims.visit_claim Args",
+            "verify.data.events.unknown Args",
+            "verify.data.plan.plan_from_json Args",
+            "verify.data.progress.part_of Args",
+            "verify.data.rules.passage_room.room_in_opening Args",
+            "verify.data.rules.spacing.needed Args",
+            "verify.data.storage.reading.begins_with Args",
+            "verify.data.storage.reading.decoded Args",
+            "verify.data.storage.reading.read_text Args",
+            "verify.data.storage.single_files.replace_listed Args",
+            "verify.data.storage.single_files.write_single Args",
+            "verify.data.storage.tables.since Args",
+            "verify.data.trajectory.Trajectory.evaluate Raises",
+            "verify.data.trajectory.Trajectory.flattened Raises",
+            "verify.logic.explanation.explain Args",
+            "verify.motion.membership.exact_level Args",
+            "verify.motion.passages.rim_distance Args",
+            "verify.motion.separation.distance_exactly Args",
+            "verify.motion.separation.wall_exactly Args",
+            "verify.pieces.judge_pieces Raises",
+            "verify.pieces.torn Args",
+            "verify.recordings.actions.internal_changes Args",
+            "verify.recordings.actions.planned_actions Args",
+            "verify.recordings.actions.unplanned Args",
+            "verify.recordings.asked.Asked.of_certificate Args",
+            "verify.recordings.flight_log.read_flight_log Args",
+            "verify.recordings.samples.check_recording Args",
+            "verify.recordings.samples.judge_timelines Args",
+            "verify.recordings.samples.require_error Raises",
+            "verify.recordings.samples.require_speed Raises",
+            "verify.recordings.samples.with_rounding Args",
+            "verify.recordings.space.recorded_claim Args",
+            "verify.recordings.tracks.Track.spread Args",
+            "verify.recordings.visits.crossings Args",
+            "verify.recordings.words.recorded_timeline Args",
+            "verify.recordings.words.spans_of Args",
+            "verify.recordings.words.statuses_within Args",
+            "verify.recordings.words.transition_claim Args",
+            "verify.recordings.words.within Args",
+            "verify.words.orders.find_bad_order Args",
+            "verify.words.word_graph.InTurn.look Args",
+            "verify.words.word_verdict.as_formula Raises",
+            "verify.words.word_verdict.as_word Args",
+            "verify.words.word_verdict.as_word Raises",
+        }
+    ),
+}
+"""What still lacks a section, as `module.function Section`; no other function may join it."""
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def public_functions(tree: ast.Module | ast.ClassDef, inside: str = "") -> Iterator[tuple[str, Function]]:
+    """Yield a module's public functions and its public classes' public methods, with their names."""
+    for node in tree.body:
+        if isinstance(node, Function | ast.ClassDef) and not node.name.startswith("_"):
+            if isinstance(node, ast.ClassDef):
+                yield from public_functions(node, f"{inside}{node.name}.")
+            else:
+                yield inside + node.name, node
+
+
+def arguments(function: Function) -> list[ast.arg]:
+    """Return a function's arguments but `self` and `cls`."""
+    given = function.args
+    every = [*given.posonlyargs, *given.args, given.vararg, *given.kwonlyargs, given.kwarg]
+    return [each for each in every if each is not None and each.arg not in ("self", "cls")]
+
+
+def raises(function: Function) -> bool:
+    """Tell whether a function's own body raises; what is defined in it is somebody else's body."""
+    todo: list[ast.AST] = list(function.body)
+    while todo:
+        node = todo.pop()
+        if isinstance(node, ast.Raise):
+            return True
+        if not isinstance(node, Function | ast.ClassDef | ast.Lambda):
+            todo += ast.iter_child_nodes(node)
+    return False
+
+
+def lacks(function: Function) -> Iterator[str]:
+    """Yield the sections that a function's docstring needs and has not."""
+    text = ast.get_docstring(function) or ""
+    sections = {line.strip() for line in text.splitlines()}
+    explained = [each for each in arguments(function) if "Annotated" in ast.unparse(each.annotation or ast.Constant(None))]
+    if len(arguments(function)) - len(explained) >= 3 and "Args:" not in sections:
+        yield "Args"
+    if raises(function) and not explained and "Raises:" not in sections:
+        yield "Raises"
+
+
+def overloaded(function: Function) -> bool:
+    """Tell whether this is one of several signatures only."""
+    return any("overload" in ast.unparse(each) for each in function.decorator_list)
+
+
+def found(package: str) -> set[str]:
+    """Return what lacks a section, as `module.function Section`."""
+    result = set()
+    for path in sorted((ROOT / package).rglob("*.py")):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        if any(part.startswith("_") and part != "__init__" for part in parts):
+            continue
+        module = ".".join(part for part in parts if part != "__init__")
+        for name, function in public_functions(ast.parse(path.read_text(encoding="utf-8"))):
+            if not overloaded(function):
+                result |= {f"{module}.{name} {section}" for section in lacks(function)}
+    return result
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_arguments_and_errors_are_said(package: str) -> None:
+    assert sorted(found(package) - LACKING[package]) == []
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_what_is_said_by_now_is_off_the_list(package: str) -> None:
+    assert sorted(LACKING[package] - found(package)) == [], "take it off the list"
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("def f(a, b): 'Do.'", []),
+        ("def f(a, b, *, c): 'Do.'", ["Args"]),
+        ("def f(a, *b, **c): 'Do.'", ["Args"]),
+        ("def f(a, b, c):\n 'Do.\\n\\n Args:\\n  a: One.\\n'", []),
+        ("def f(a: Annotated[int, help], b: Annotated[int, help], c): 'Do.'", []),
+        ("def f(self, a, b):\n 'Do.'\n if a:\n  raise ValueError", ["Raises"]),
+        ("def f():\n 'Do.'\n def g():\n  raise ValueError", []),
+        ("def f():\n 'Do.\\n\\n Raises:\\n  ValueError: Always.\\n'\n raise ValueError", []),
+    ],
+)
+def test_sections_are_seen(text: str, wanted: list[str]) -> None:
+    (function,) = ast.parse(text).body
+    assert isinstance(function, ast.FunctionDef)
+    assert list(lacks(function)) == wanted
