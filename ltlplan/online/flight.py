@@ -34,6 +34,7 @@ from verify.data import BadInput, InternalError, Letter, Mission, NotCertified, 
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
 from verify.data.mission import Agent, Point
 from verify.data.progress import Progress
+from verify.data.word import stutter_free
 from verify.logic.verdict import Verdict
 from verify.pieces import Piece
 
@@ -356,7 +357,7 @@ class _Loop:
             seed=seed,
             notes=(note,),
         )
-        words = {name: _word([row[name] for row in self.letters]) for name in self.robots}
+        words = {name: stutter_free([row[name] for row in self.letters]) for name in self.robots}
         return OnlineFlight(
             mission, log, verdict, float(times[-1]), self.satisfied_at, self.planned_cost, self.team.cost,
             np.array(self.seconds), words, proved and lost is None,
@@ -390,14 +391,6 @@ def _began(mission: Mission, agent: Agent) -> str:
 def _exact(seconds: float) -> Fraction:
     """Return a time on the simulation's grid as an exact number."""
     return Fraction(round(seconds / STEP), round(1 / STEP))
-
-
-def _word(letters: Iterable[Letter]) -> tuple[Letter, ...]:
-    result: list[Letter] = []
-    for letter in letters:
-        if not result or result[-1] != letter:
-            result.append(letter)
-    return tuple(result)
 
 
 def _rows(values: list[Floats | None]) -> Floats:

@@ -1,88 +1,82 @@
-"""Paths in the order of their cost, the cheapest first, over a graph that is made as it is walked."""
+"""Best-first search over a graph that is made as it is walked: A* (Hart, Nilsson and Raphael 1968), Dijkstra without a heuristic."""
 
 from __future__ import annotations
 
 import heapq
-from collections import Counter
-from collections.abc import Callable, Hashable, Iterable, Iterator
-from dataclasses import dataclass
-from typing import Generic, TypeVar
+import itertools
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, Generic, Literal, TypeVar
 
-from ltlplan.logic.budget import TooLarge
-
-Key = TypeVar("Key", bound=Hashable)
+Key = TypeVar("Key", bound=Any)  # hashable, and ordered where ties are broken by keys
 
 
-@dataclass(frozen=True, slots=True)
-class BestPath(Generic[Key]):
-    """One path to a goal.
+class BestFirst(Generic[Key]):
+    """A search that yields each key once, the one with the least bound first.
 
-    Attributes:
-        keys: From a start to a goal.
-        cost: Sum along it.
-        explored: How many steps were looked at until it was found.
-    """
-
-    keys: tuple[Key, ...]
-    cost: float
-    explored: int
-
-
-def best_paths(
-    starts: Iterable[Key],
-    moves: Callable[[Key], Iterable[tuple[Key, float]]],
-    ending: Callable[[Key], float | None],
-    *,
-    each: int,
-    states: int,
-) -> Iterator[BestPath[Key]]:
-    """Yield paths in the order of their cost.
+    It is lazy: whoever iterates counts the keys, and stops when a goal has come or a budget of keys is used up. With a heuristic
+    that never falls by more than a step costs (or none) every key comes with its least cost.
 
     Args:
-        starts: Where paths begin.
-        moves: Pairs (next, cost) for each key, costs not negative.
-        ending: What it costs to end at a key; None where a path may not end.
-        each: How often one key may be gone through; the first `each` paths are sure to be the cheapest.
-        states: How many keys may be expanded.
+        starts: Where paths begin, at no cost.
+        successors: Pairs (next key, cost of the step) for each key; costs are not negative.
+        heuristic: Lower bound on the cost from a key to a goal, infinite where there is none; None for nothing known.
+        weight: How much the heuristic counts; with more than 1 goals come sooner, and not the cheapest first (Pohl 1970).
+        ties: Of equal bounds, the smallest key comes first, or the one that was reached first.
 
-    Raises:
-        TooLarge: More keys than `states` were expanded.
+    Attributes:
+        costs: The least cost found for each key that was reached.
+        parents: The key before on that path; none for starts.
     """
-    pushed = 0
-    heap: list[tuple[float, int, Key | None, int]] = []  # cost, tie, key (None: the path ends), index of the entry before
-    entries: list[tuple[Key, int]] = []
-    for key in starts:
-        entries.append((key, -1))
-        heap.append((0.0, pushed, key, len(entries) - 1))
-        pushed += 1
-    heapq.heapify(heap)
-    times: Counter[Key] = Counter()
-    explored = 0
-    while heap:
-        cost, _, key, entry = heapq.heappop(heap)
-        if key is None:
-            yield BestPath(_back(entries, entry), cost, explored)
-            continue
-        times[key] += 1
-        if times[key] > each:
-            continue
-        explored += 1
-        if explored > states:
-            raise TooLarge("The search needs", explored, "states", states)
-        extra = ending(key)
-        if extra is not None:
-            heapq.heappush(heap, (cost + extra, pushed, None, entry))
-            pushed += 1
-        for target, step in moves(key):
-            if times[target] < each:
-                entries.append((target, entry))
-                heapq.heappush(heap, (cost + step, pushed, target, len(entries) - 1))
-                pushed += 1
+
+    def __init__(
+        self,
+        starts: Iterable[Key],
+        successors: Callable[[Key], Iterable[tuple[Key, float]]],
+        heuristic: Callable[[Key], float] | None = None,
+        *,
+        weight: float = 1.0,
+        ties: Literal["key", "first"] = "key",
+    ) -> None:
+        self.costs: dict[Key, float] = dict.fromkeys(starts, 0.0)
+        self.parents: dict[Key, Key] = {}
+        self._successors, self._heuristic, self._weight = successors, heuristic, weight
+        self._ties = itertools.count() if ties == "first" else itertools.repeat(0)
+
+    def __iter__(self) -> Iterator[tuple[Key, float, float]]:
+        """Yield (key, cost, bound on the cost of any path through it)."""
+        costs, parents, successors, heuristic = self.costs, self.parents, self._successors, self._heuristic
+        weight, tie = self._weight, self._ties.__next__
+        push, pop, unreachable = heapq.heappush, heapq.heappop, float("inf")
+        heap = [(0.0 if heuristic is None else weight * heuristic(key), tie(), key) for key in costs]
+        heapq.heapify(heap)
+        closed: set[Key] = set()
+        while heap:
+            bound, _, key = pop(heap)
+            if key in closed:
+                continue
+            closed.add(key)
+            cost = costs[key]
+            yield key, cost, bound
+            for target, step in successors(key):
+                total = cost + step
+                if total < costs.get(target, unreachable) and target not in closed:
+                    left = 0.0 if heuristic is None else heuristic(target)
+                    if left < unreachable:
+                        costs[target] = total
+                        parents[target] = key
+                        push(heap, (total + weight * left, tie(), target))
+
+    def path(self, key: Key) -> list[Key]:
+        """Return the path from a start to a key that was reached."""
+        keys = [key]
+        while (before := self.parents.get(keys[-1])) is not None:
+            keys.append(before)
+        return keys[::-1]
 
 
-def _back(entries: list[tuple[Key, int]], at: int) -> tuple[Key, ...]:
-    keys: list[Key] = []
-    while at >= 0:
-        key, at = entries[at]
-        keys.append(key)
-    return tuple(reversed(keys))
+def distances(starts: Iterable[Key], successors: Callable[[Key], Iterable[tuple[Key, float]]]) -> dict[Key, float]:
+    """Return the least cost from any of some keys to each that can be reached."""
+    search = BestFirst(starts, successors)
+    for _ in search:
+        pass
+    return search.costs

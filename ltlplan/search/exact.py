@@ -27,8 +27,9 @@ from ltlplan.search.relevant_places import FEW, places_that_matter
 from ltlplan.search.team_search import PlanningOutcome, plan_team
 from ltlplan.systems.region_labels import Layout
 from ltlplan.systems.transition_systems import Cost, Node, Systems, TransitionSystem
-from verify.data import Formula, InternalError, Letter, Mission, Unsatisfiable, Visit, Word
+from verify.data import Formula, InternalError, Mission, Unsatisfiable, Visit, Word
 from verify.data.formula import FALSE
+from verify.data.word import stutter_free
 
 TIES = 1e-6  # m, more than the tiny amounts that break ties between equally dear plans add up to
 MOST_NAMES = 400  # in a formula: decision diagrams of its letters are as deep as that
@@ -260,10 +261,10 @@ def _lasso_exists(parts: Sequence[Formula], system: TransitionSystem, budget: Bu
 def lasso_itinerary(system: TransitionSystem, prefix: tuple[int, ...], cycle: tuple[int, ...], laps: int) -> Itinerary:
     """Read an infinite path: visits of prefix and one lap, and the word, turned so that the cycle begins with a visit."""
     cycle = tuple(node for node, after in zip(cycle, (*cycle[1:], cycle[0]), strict=True) if node != after) or cycle[:1]
-    path = (*prefix, *cycle)
+    path, labels = (*prefix, *cycle), system.labels
     entering = [i for i in range(len(cycle)) if _enters(system, path, len(prefix) + i, cycle)]
     if not entering:  # the cycle stays where it is
-        letters = Word(tuple(system.labels[node] for node in path)).compressed().prefix
+        letters = stutter_free(labels[node] for node in path)
         visits = tuple(visits_of(system, path))
         hover = tuple(dict.fromkeys(system.labels[node] for node in cycle))
         if len(hover) > 1:  # internal changes for ever, inside one region
@@ -275,7 +276,7 @@ def lasso_itinerary(system: TransitionSystem, prefix: tuple[int, ...], cycle: tu
     lap = visits_of(system, (*prefix, *cycle))[len(before) :]
     cost = path_cost(system, (*prefix, cycle[0]))
     path_cost_of_lap = path_cost(system, (*cycle, cycle[0]))
-    word = Word(_compressed(system, prefix), _compressed(system, cycle))
+    word = Word(stutter_free(labels[node] for node in prefix), stutter_free(labels[node] for node in cycle))
     return Itinerary((*before, *lap), word, len(before), cost + laps * path_cost_of_lap)
 
 
@@ -284,8 +285,3 @@ def _enters(system: TransitionSystem, path: tuple[int, ...], index: int, cycle: 
     if index == len(path) - len(cycle):
         previous = cycle[-1]
     return system.nodes[previous].flying and not system.nodes[path[index]].flying
-
-
-def _compressed(system: TransitionSystem, path: tuple[int, ...]) -> tuple[Letter, ...]:
-    letters = [system.labels[node] for node in path]
-    return tuple(letter for i, letter in enumerate(letters) if i == 0 or letter != letters[i - 1])

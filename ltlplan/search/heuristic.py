@@ -8,11 +8,11 @@ rest, and a state from which some conjunct can never accept with these letters i
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Sequence
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.task import Deterministic, Task
+from ltlplan.search.best_first import distances
 
 UNREACHABLE = float("inf")
 MAX_TABLE = 50_000  # states times letters of a conjunct that is looked at
@@ -70,15 +70,5 @@ def _distances(part: object, table: list[list[tuple[int, int]]], prices: Sequenc
     for state, row in enumerate(table):
         for letter, target in row:
             back[target].append((state, prices[letter]))
-    rest = [0.0 if part.accepting(state) else UNREACHABLE for state in range(len(table))]
-    heap = [(0.0, state) for state in range(len(table)) if rest[state] == 0.0]
-    heapq.heapify(heap)
-    while heap:
-        cost, state = heapq.heappop(heap)
-        if cost > rest[state]:
-            continue
-        for previous, price in back[state]:
-            if cost + price < rest[previous]:
-                rest[previous] = cost + price
-                heapq.heappush(heap, (cost + price, previous))
-    return rest
+    found = distances([state for state in part.identity if part.accepting(state)], back.__getitem__)
+    return [found.get(state, UNREACHABLE) for state in part.identity]

@@ -1,7 +1,8 @@
 """Plans with the smallest makespan: the bottleneck robot costs as little as can be (`objective: longest`).
 
 The team automaton is walked as for the smallest sum, but a path is judged by two numbers: what the bottleneck so far
-cost, and what the one that flies has cost so far. A path is dropped only where another one is no worse in both.
+cost, and what the one that flies has cost so far. A path is dropped only where another one is no worse in both, so one
+state may come with several paths, which a `BestFirst` has not.
 """
 
 from __future__ import annotations

@@ -160,7 +160,10 @@ class ReducedGraph:
         return entering
 
     def _walk(self, robot: int, source: int) -> Successors:
-        """Find the shortest ways from one node, over nodes that change nothing after it (Dijkstra)."""
+        """Find the shortest ways from one node, over nodes that change nothing after it (Dijkstra).
+
+        Not a `BestFirst`: nodes that matter are where ways end, with costs of their own, and this is walked most often of all.
+        """
         system, label, silent = self.team.systems[robot], self.label[robot], self._silent
         edges, final = system.edges, system.final
         own = label[source] if silent[label[source]] is not None else -1

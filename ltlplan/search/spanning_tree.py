@@ -8,9 +8,9 @@ falls by more than a step costs.
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Collection, Sequence
 
+from ltlplan.search.best_first import distances
 from ltlplan.search.heuristic import UNREACHABLE
 from ltlplan.search.reduced_graph import ReducedGraph
 
@@ -31,7 +31,7 @@ class SpanningTreeBound:
             for target, cost in graph.successors(max(robot, 0), node).edges:
                 back.setdefault(graph.key(robot, target), []).append(((robot, node), cost))
         letters = {key: graph.label[max(key[0], 0)][key[1]] for key in nodes}
-        self._to = [_nearest(back, [key for key in nodes if letters[key] in own]) for own in shown]
+        self._to = [distances([key for key in nodes if letters[key] in own], lambda key: back.get(key, ())) for own in shown]
         count = len(shown)
         between = [[UNREACHABLE] * count for _ in range(count)]
         for goal, to in enumerate(self._to):
@@ -79,21 +79,3 @@ class SpanningTreeBound:
                 if row[other] < cost:
                     far[other] = row[other]
         return total
-
-
-def _nearest(
-    back: dict[tuple[int, int], list[tuple[tuple[int, int], float]]], goals: Sequence[tuple[int, int]]
-) -> dict[tuple[int, int], float]:
-    """Return the cost of the shortest way from each node to the nearest of some nodes."""
-    best = dict.fromkeys(goals, 0.0)
-    heap = [(0.0, key) for key in goals]
-    heapq.heapify(heap)
-    while heap:
-        cost, key = heapq.heappop(heap)
-        if cost > best[key]:
-            continue
-        for before, step in back.get(key, ()):
-            if cost + step < best.get(before, UNREACHABLE):
-                best[before] = cost + step
-                heapq.heappush(heap, (cost + step, before))
-    return best

@@ -10,7 +10,6 @@ broke, so that no refused combination of elements comes twice.
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -19,11 +18,13 @@ from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoid
+from ltlplan.search.best_first import BestFirst
 from ltlplan.search.heuristic import UNREACHABLE, TaskHeuristic
 from ltlplan.search.landmarks import Landmarks
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
 
 GREEDY = (1.5, 3.0)  # how much the rest counts where any run will do; with the first, runs are nearer the cheapest
+_COMPLETE = 1 << 62  # taken off the key of a state at which a path is complete: of equal bounds these come first
 MAX_SINGLES = 20  # robots up to which each is tried as the only one that flies
 
 
@@ -332,64 +333,56 @@ def search_team(
     begin = states.after(states.initial, graph.label[0][graph.start[0]])
     if begin == DEAD:
         return WalkOutcome(None, 0, UNREACHABLE)
-    rest = states.rest
-    first = begin * robots * width + graph.start[0]
-    best: dict[int, float] = {first: 0.0}
-    parent: dict[int, int] = {first: -1}
-    heap: list[tuple[float, bool, int]] = [
-        (rest(begin, 0, graph.start[0]), True, first)
-    ]  # bound, whether the path goes on, where it is
-    closed: set[int] = set()
-    tried = 0
-    while heap:
-        bound, goes_on, key = heapq.heappop(heap)
-        if not goes_on:
-            tried += 1
-            if states.holds_in_every_order(key // (robots * width)):
-                run = TeamRun(_paths(graph, parent, key), bound, len(closed), len(best))
-                return WalkOutcome(run, tried, bound if weight == 1.0 and flying is None else 0.0)
-            if tried >= budget.candidates:
-                few = TooLarge("Finding a plan that holds in every order takes", tried + 1, "complete plans", budget.candidates)
-                return WalkOutcome(None, tried, bound, few)
-            continue
-        if key in closed:
-            continue
-        closed.add(key)
-        if len(closed) > budget.states:
-            return WalkOutcome(None, tried, bound, TooLarge("The search needs", len(closed), "states", budget.states))
-        at, place = divmod(key, robots * width)
+    rest, places = states.rest, robots * width
+
+    def successors(key: int) -> Iterator[tuple[int, float]]:
+        if key < 0:  # the path is complete
+            return
+        at, place = divmod(key, places)
         robot, node = divmod(place, width)
-        cost = best[key]
-        following = [
-            ((after * robots + robot) * width + target, after, cost + step)
-            for target, after, step in moves(graph, states, robot, node, at)
-            if flying is None or robot in flying
-        ]
+        if flying is None or robot in flying:
+            for target, after, step in moves(graph, states, robot, node, at):
+                yield (after * robots + robot) * width + target, step
         ending = graph.successors(robot, node).ending
         if ending is not None and robot + 1 < robots:
             target = graph.start[robot + 1]
             between = states.handed_over(at)
             after = DEAD if between == DEAD else states.after(between, graph.label[robot + 1][target])
             if after != DEAD:
-                following.append(((after * robots + robot + 1) * width + target, after, cost + ending))
+                yield (after * robots + robot + 1) * width + target, ending
         elif ending is not None and states.is_accepting(at):
-            heapq.heappush(heap, (cost + ending, False, key))
-        for target_key, after, total in following:
-            if total < best.get(target_key, UNREACHABLE) and target_key not in closed:
-                left = rest(after, *divmod(target_key % (robots * width), width))
-                if left < UNREACHABLE:
-                    best[target_key] = total
-                    parent[target_key] = key
-                    heapq.heappush(heap, (total + weight * left, True, target_key))
+            yield key - _COMPLETE, ending
+
+    def heuristic(key: int) -> float:
+        if key < 0:
+            return 0.0
+        at, place = divmod(key, places)
+        return rest(at, *divmod(place, width))
+
+    search = BestFirst([begin * places + graph.start[0]], successors, heuristic, weight=weight)
+    tried = explored = 0
+    for key, _, bound in search:
+        if key < 0:
+            tried += 1
+            if states.holds_in_every_order((key + _COMPLETE) // places):
+                reached = sum(1 for other in search.costs if other >= 0)
+                run = TeamRun(_paths(graph, search.path(key)[:-1]), bound, explored, reached)
+                return WalkOutcome(run, tried, bound if weight == 1.0 and flying is None else 0.0)
+            if tried >= budget.candidates:
+                few = TooLarge("Finding a plan that holds in every order takes", tried + 1, "complete plans", budget.candidates)
+                return WalkOutcome(None, tried, bound, few)
+            continue
+        explored += 1
+        if explored > budget.states:
+            return WalkOutcome(None, tried, bound, TooLarge("The search needs", explored, "states", budget.states))
     return WalkOutcome(None, tried, UNREACHABLE)
 
 
-def _paths(graph: ReducedGraph, parent: dict[int, int], key: int) -> tuple[tuple[int, ...], ...]:
-    """Return each robot's nodes along the path that leads to a key."""
+def _paths(graph: ReducedGraph, keys: Sequence[int]) -> tuple[tuple[int, ...], ...]:
+    """Return each robot's nodes along a path."""
     robots = len(graph.start)
     paths: list[list[int]] = [[] for _ in range(robots)]
-    while key != -1:
+    for key in keys:
         robot, node = divmod(key % (robots * graph.width), graph.width)
         paths[robot].append(node)
-        key = parent[key]
-    return tuple(graph.expand(robot, path[::-1]) for robot, path in enumerate(paths))
+    return tuple(graph.expand(robot, path) for robot, path in enumerate(paths))

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -25,6 +25,7 @@ import numpy as np
 from ltlplan.systems.region_labels import Layout, Location
 from verify.data import BadInput, Letter, Mission, Visit, Word
 from verify.data.mission import Action, Agent, Point
+from verify.data.word import stutter_free
 
 if TYPE_CHECKING:
     import networkx
@@ -460,19 +461,10 @@ def word_of(
     if cycle_visit is None or cycle_visit == len(visits):
         if visits and not stays:
             letters.append(free)
-        return Word(tuple(_merged(letters))) if cycle_visit is None else Word(tuple(_merged(letters)[:-1]), (letters[-1],))
+        return Word(stutter_free(letters)) if cycle_visit is None else Word(stutter_free(letters)[:-1], (letters[-1],))
     letters.append(free)  # on the way back to the cycle's first visit
     cut = entry[cycle_visit]
-    return Word(tuple(_merged(letters[:cut])), tuple(_merged(letters[cut:])))
-
-
-def _merged(letters: Iterable[Letter]) -> list[Letter]:
-    """Return letters without immediate repetitions."""
-    result: list[Letter] = []
-    for letter in letters:
-        if not result or result[-1] != letter:
-            result.append(letter)
-    return result
+    return Word(stutter_free(letters[:cut]), stutter_free(letters[cut:]))
 
 
 _HOOP_STAY = 2e-9  # ties are broken in favour of flying out of hoops and staying in plain regions

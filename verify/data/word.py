@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -46,14 +47,18 @@ class Word:
         """Return the finite word without immediate repetitions (lassos are returned as they are)."""
         if self.cycle is not None:
             return self
-        kept = [letter for i, letter in enumerate(self.prefix) if i == 0 or letter != self.prefix[i - 1]]
-        return Word(tuple(kept))
+        return Word(stutter_free(self.prefix))
 
     def __str__(self) -> str:
         text = " ".join(show_letter(letter) for letter in self.prefix)
         if self.cycle is not None:
             text += (" " if text else "") + "(" + " ".join(show_letter(letter) for letter in self.cycle) + ")^w"
         return text
+
+
+def stutter_free(letters: Iterable[Letter]) -> tuple[Letter, ...]:
+    """Return letters without immediate repetitions."""
+    return tuple(letter for letter, _ in itertools.groupby(letters))
 
 
 def show_letter(letter: Letter) -> str:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.clearance import Room, blocked, conflicts
 from ltlplan.paths.hoops.hoop_frame import control_points
-from ltlplan.search.best_first import best_paths
+from ltlplan.search.best_first import BestFirst
 from verify.data import Infeasible
 from verify.data.mission import Hoop, Mission
 from verify.data.plan import Role
@@ -133,8 +133,8 @@ def _around(mission: Mission, where: Room, start: Floats, end: Floats, permitted
             (other, round(float(np.linalg.norm(line[k, :, 1])), 6)) for k, other in enumerate(others) if k not in met
         ]  # rounded, so that moving the world decides no tie
 
-    found = next(best_paths([0], moves, lambda index: 0.0 if index == last else None, each=1, states=len(places)), None)
-    return () if found is None else tuple(points[index - 1] for index in found.keys[1:-1])
+    search = BestFirst([0], moves, ties="first")
+    return next((tuple(points[at - 1] for at in search.path(last)[1:-1]) for index, _, _ in search if index == last), ())
 
 
 def _beside(mission: Mission, where: Room, name: str, start: Floats, end: Floats) -> Iterator[Detour]:

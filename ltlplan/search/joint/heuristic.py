@@ -8,11 +8,11 @@ that price is shared out among the conjuncts that the letter concerns, and the c
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Iterator, Sequence
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.task import bits
+from ltlplan.search.best_first import distances
 from ltlplan.search.heuristic import UNREACHABLE
 from ltlplan.search.joint.conjuncts import JointConjunct
 from ltlplan.search.reduced_graph import ReducedGraph
@@ -90,24 +90,12 @@ class _Graph:
         self.accepting = [(state, held) for state in part.domain if part.accepting(state) for held in subsets(part.mask)]
 
     def distances(self, masks: Sequence[int], prices: Sequence[float]) -> dict[_Seen, float]:
-        """Return the smallest sum of prices from each place to an accepting one; none where there is no way (Dijkstra)."""
+        """Return the smallest sum of prices from each place to an accepting one; none where there is no way."""
         price: dict[int, float] = {}
         for mask, cost in zip(masks, prices, strict=True):
             letter = mask & self.part.mask
             price[letter] = min(cost, price.get(letter, UNREACHABLE))
-        rest = dict.fromkeys(self.accepting, 0.0)
-        heap = [(0.0, key) for key in rest]
-        heapq.heapify(heap)
-        while heap:
-            cost, key = heapq.heappop(heap)
-            if cost > rest[key]:
-                continue
-            for before, letter in self.back.get(key, ()):
-                total = cost + price[letter]
-                if total < rest.get(before, UNREACHABLE):
-                    rest[before] = total
-                    heapq.heappush(heap, (total, before))
-        return rest
+        return distances(self.accepting, lambda key: ((before, price[letter]) for before, letter in self.back.get(key, ())))
 
     def landmarks(self) -> dict[_Seen, int]:
         """Return the propositions, as bits, that some robot must go to from each place, whatever is done."""

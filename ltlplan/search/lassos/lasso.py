@@ -8,9 +8,8 @@ costs one round, in whichever order is shorter.
 
 from __future__ import annotations
 
-import heapq
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +19,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
+from ltlplan.search.best_first import BestFirst
 from ltlplan.search.lassos.rounds import Rounds
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
@@ -175,44 +175,35 @@ def _walk(product: _Product) -> _Walked:
     """Walk over all of a product, the nearest places first."""
     numbers: dict[tuple[int, State], int] = {}
     places: list[tuple[int, State]] = []
-    there: list[float] = []
-    parents: list[int] = []
-    heap: list[tuple[float, int]] = []
     sources, targets, costs = array("i"), array("i"), array("d")
 
-    def reach(place: tuple[int, State], cost: float, parent: int) -> int:
+    def number_of(place: tuple[int, State]) -> int:
         number = numbers.get(place)
         if number is None:
             number = numbers[place] = len(places)
             product.check(number + 1)
             places.append(place)
-            there.append(np.inf)
-            parents.append(-1)
-        if cost < there[number]:
-            there[number], parents[number] = cost, parent
-            heapq.heappush(heap, (cost, number))
         return number
 
-    for place in product.begin():
-        reach(place, 0.0, -1)
-    closed = bytearray()
-    while heap:
-        cost, number = heapq.heappop(heap)
-        closed.extend(bytes(max(0, len(places) - len(closed))))
-        if closed[number]:
-            continue
-        closed[number] = 1
+    def successors(number: int) -> Iterable[tuple[int, float]]:
         steps: dict[int, float] = {}
         for node, state, step in product.moves(*places[number]):
-            target = reach((node, state), cost + step, number)
+            target = number_of((node, state))
             steps[target] = min(step, steps.get(target, np.inf))
         sources.extend([number] * len(steps))
         targets.extend(steps)
         costs.extend(steps.values())
+        return steps.items()
+
+    search = BestFirst([number_of(place) for place in product.begin()], successors)
+    for _ in search:  # every place is walked over
+        pass
     size = len(places)
+    there = np.array([search.costs[number] for number in range(size)])
+    parents = [search.parents.get(number, -1) for number in range(size)]
     graph = csr_matrix((np.array(costs), (np.array(sources), np.array(targets))), shape=(size, size))
     marks = [product.accepted(state) for _, state in places]
-    return _Walked([node for node, _ in places], marks, np.array(there), parents, graph)
+    return _Walked([node for node, _ in places], marks, there, parents, graph)
 
 
 def _accepting_components(walked: _Walked, count: int) -> list[NDArray[np.int64]]:

@@ -162,7 +162,10 @@ _GOAL: _State = (-1, 0, True)
 
 
 class _Search:
-    """A* for one round: what is open, the least costs so far and where they come from."""
+    """A* for one round: what is open, the least costs so far and where they come from.
+
+    Not a `BestFirst`: bounds are equal within a grain, of which the farthest on its way comes first and may come again.
+    """
 
     def __init__(self, rounds: Rounds, home: int, limit: float) -> None:
         self.rounds, self.home, self.limit = rounds, home, limit

@@ -8,11 +8,11 @@ product's lasso as the bound to beat.
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ltlplan.logic.automaton import Automaton
+from ltlplan.search.best_first import BestFirst
 from ltlplan.search.lassos.lasso import LassoRun
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
@@ -21,6 +21,7 @@ Effect = tuple[tuple[tuple[int, int], ...], ...]
 """For each automaton and state: where a lap can lead, as bits, and where passing an accepting state, as bits."""
 
 _States = tuple[int, ...]  # for each automaton the states that it can be in, as bits
+_Lap = tuple[int, Effect, bool]  # node, what the lap does so far, whether it has begun
 
 
 def improve_lasso(
@@ -99,43 +100,37 @@ class _Search:
         """Yield (cost, node, states after its letter, path) in the order of cost."""
         first = self.system.initial
         start = tuple(_image(1 << a.initial, self.step(i, self.system.labels[first])) for i, a in enumerate(self.automata))
-        heap: list[tuple[float, int, _States, tuple[int, ...]]] = [(0.0, first, start, (first,))]
-        closed: set[tuple[int, _States]] = set()
-        while heap:
-            cost, node, at, path = heapq.heappop(heap)
+
+        def successors(place: tuple[int, _States]) -> Iterator[tuple[tuple[int, _States], float]]:
+            for target, more in self.system.edges[place[0]]:
+                label = self.system.labels[target]
+                after = tuple(_image(mask, self.step(i, label)) for i, mask in enumerate(place[1]))
+                if all(after):
+                    yield (target, after), more
+
+        search = BestFirst([(first, start)] if all(start) else [], successors)
+        for (node, at), cost, _ in search:
             if cost >= best.cost:
                 return
-            if (node, at) in closed or not all(at):
-                continue
-            closed.add((node, at))
-            yield cost, node, at, path
-            for target, more in self.system.edges[node]:
-                label = self.system.labels[target]
-                after = tuple(_image(mask, self.step(i, label)) for i, mask in enumerate(at))
-                if (target, after) not in closed:
-                    heapq.heappush(heap, (cost + more, target, after, (*path, target)))
+            yield cost, node, at, tuple(before for before, _ in search.path((node, at)))
 
     def laps(self, home: int, best: _Best, spent: float, weight: float) -> Iterator[tuple[float, Effect, tuple[int, ...]]]:
         """Yield (cost, effect, nodes) of ways from a node back to it in the order of cost; no nodes where not yet back."""
         identity = tuple(tuple((1 << s, 0) for s in a.states) for a in self.automata)
-        heap: list[tuple[float, int, int, Effect, tuple[int, ...]]] = [(0.0, 0, home, identity, ())]
-        closed: set[tuple[int, Effect]] = set()
-        pushed = 0
-        while heap:
-            cost, _, node, effect, path = heapq.heappop(heap)
-            if spent + weight * cost >= best.cost:
-                return
-            if path and (node, effect) in closed:
-                continue
-            if path:
-                closed.add((node, effect))
-            yield cost, effect, path if node == home else ()
+
+        def successors(place: _Lap) -> Iterator[tuple[_Lap, float]]:
+            node, effect, _ = place
             hover = ((node, 0.0),) if self.system.final is None or node in self.system.final else ()
             for target, more in (*self.system.edges[node], *hover):
-                after = self.read(effect, self.system.labels[target])
-                if (target, after) not in closed:
-                    pushed += 1
-                    heapq.heappush(heap, (cost + more, pushed, target, after, (*path, target)))
+                yield (target, self.read(effect, self.system.labels[target]), True), more
+
+        begin: _Lap = (home, identity, False)
+        search = BestFirst([begin], successors, ties="first")
+        for place, cost, _ in search:
+            if spent + weight * cost >= best.cost:
+                return
+            nodes = tuple(node for node, _, _ in search.path(place)[1:]) if place[0] == home else ()
+            yield cost, place[1], nodes
 
     def read(self, effect: Effect, letter: Letter) -> Effect:
         found = self._effects.get((effect, letter))

@@ -21,9 +21,9 @@ from ltlplan.search.joint.team_words import _Joint
 from ltlplan.search.makespan import plan_makespan
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
 from ltlplan.search.team_search import SearchStates, TeamStates, cheapest_path, moves, plan_team
-from ltlplan.systems.products import TeamAutomaton
 from ltlplan.systems.transition_systems import TransitionSystem
 from tests.helpers.graphs import simple_words, systems, tasks
+from tests.helpers.team_automaton import TeamAutomaton
 from tests.helpers.worlds import world
 from tests.strategies import formulas
 from verify import check_team

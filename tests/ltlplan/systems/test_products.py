@@ -6,10 +6,11 @@ from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.translation import translate
 from ltlplan.missions import load_mission
 from ltlplan.search.exact import assign
-from ltlplan.systems.products import PlanningAutomaton, TeamAutomaton, full_product, full_product_size
+from ltlplan.systems.products import PlanningAutomaton
 from ltlplan.systems.transition_systems import Systems
+from tests.helpers.team_automaton import TeamAutomaton, full_product, full_product_size
 from tests.helpers.worlds import world
-from verify.data import BadInput, Mission
+from verify.data import Mission
 
 
 def systems_of(mission: Mission) -> list:  # type: ignore[type-arg]
@@ -77,11 +78,3 @@ def test_buchi_products_have_every_way() -> None:
     graph = PlanningAutomaton(system, translate(mission.formula, "infinite")).to_networkx()
     assert any(data["accepting"] for _, data in graph.nodes(data=True))
     assert graph.graph["robot"] == "quad0"
-
-
-def test_misuse_is_refused() -> None:
-    mission = world("F a", robots=2)
-    with pytest.raises(BadInput, match="deterministic automaton on finite words"):
-        TeamAutomaton(systems_of(mission), translate("G F a", "infinite"))
-    with pytest.raises(BadInput, match="each of the 2 robots once"):
-        TeamAutomaton(systems_of(mission), translate("F a"), (0, 0))

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.translation import translate
-from ltlplan.search.best_first import best_paths
 from ltlplan.search.exact import assign
 from ltlplan.search.joint.team_words import joint_possible, plan_joint
 from ltlplan.search.unsatisfiable_cores import NoPlan
@@ -144,11 +143,3 @@ def test_possible_or_not() -> None:
     each = [systems.of(name) for name in mission.agents]
     assert joint_possible(each, [translate("F(a & b)")], Budget())  # type: ignore[list-item]
     assert not joint_possible(each[:1], [translate("F(a & b)")], Budget())  # type: ignore[list-item]
-
-
-def test_best_paths_come_in_order() -> None:
-    graph = {"s": [("x", 1.0), ("y", 2.0)], "x": [("t", 2.0)], "y": [("t", 0.5)], "t": [("s", 0.0)]}
-    found = itertools.islice(
-        best_paths(["s"], lambda key: graph[key], lambda key: 0.0 if key == "t" else None, each=4, states=100), 4
-    )
-    assert [round(path.cost, 6) for path in found] == [2.5, 3.0, 5.0, 5.5]

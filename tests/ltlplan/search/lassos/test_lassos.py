@@ -13,12 +13,11 @@ from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.translation import translate
 from ltlplan.search.lassos import rounds
-from ltlplan.search.lassos.lasso import lasso_exists
+from ltlplan.search.lassos.lasso import cheapest_lasso, lasso_exists
 from ltlplan.search.lassos.word_lasso import closes_at_once, improve_lasso
-from ltlplan.search.runs import cheapest_lasso, cheapest_repeated, cheapest_run, k_best
 from ltlplan.systems.transition_systems import TransitionSystem
 from tests.strategies import formulas, letters
-from verify.data import BadInput, Formula, Word
+from verify.data import Formula, Word
 from verify.logic.semantics import satisfies
 
 
@@ -44,67 +43,6 @@ def paths(system: TransitionSystem, most: int) -> list[tuple[float, tuple[int, .
 
 def word(system: TransitionSystem, path: tuple[int, ...]) -> Word:
     return Word(tuple(system.labels[node] for node in path))
-
-
-@settings(max_examples=60, deadline=None)
-@given(systems(), formulas(with_next=True, names=("a", "b"), size=4))
-def test_the_cheapest_run_against_all_paths(system: TransitionSystem, formula: Formula) -> None:
-    good = [
-        cost
-        for cost, path in paths(system, 6)
-        if (system.final is None or path[-1] in system.final) and satisfies(formula, word(system, path))
-    ]
-    run = cheapest_run(system, translate(formula))
-    if run is None:
-        assert not good
-    else:
-        assert satisfies(formula, run.word)
-        assert run.cost <= min(good, default=math.inf)
-        if len(run.nodes) <= 6:
-            assert run.cost == min(good)
-
-
-@settings(max_examples=40, deadline=None)
-@given(systems(), formulas(names=("a", "b"), size=4))
-def test_the_k_best_runs_come_in_order_and_once(system: TransitionSystem, formula: Formula) -> None:
-    automaton = translate(formula)
-    runs = k_best(system, automaton, 5)
-    assert len({run.nodes for run in runs}) == len(runs)
-    assert [run.cost for run in runs] == sorted(run.cost for run in runs)
-    for run in runs:
-        assert satisfies(formula, run.word)
-    small = translate(formula, form="small")
-    assert [run.cost for run in k_best(system, small, 5)] == [run.cost for run in runs]
-    good = sorted(
-        cost
-        for cost, path in paths(system, 6)
-        if (system.final is None or path[-1] in system.final) and satisfies(formula, word(system, path))
-    )
-    for mine, brute in zip([run.cost for run in runs], good, strict=False):
-        assert mine <= brute
-
-
-@settings(max_examples=40, deadline=None)
-@given(systems(), formulas(names=("a", "b"), size=4), st.integers(1, 3))
-def test_a_repeated_suffix_against_all_short_ones(system: TransitionSystem, formula: Formula, repeats: int) -> None:
-    automaton = translate(formula)
-    assert isinstance(automaton, Automaton)
-    found = cheapest_repeated(system, automaton, repeats)
-    best = math.inf
-    every = paths(system, 6)
-    for cost, path in every:
-        for cut in range(1, len(path)):
-            if path[cut - 1] == path[-1]:
-                prefix = sum(min(c for t, c in system.edges[a] if t == b) for a, b in itertools.pairwise(path[:cut]))
-                flown = (*path[:cut], *(path[cut:] * repeats))
-                if satisfies(formula, word(system, flown)):
-                    best = min(best, prefix + repeats * (cost - prefix))
-    if found is None:
-        assert best == math.inf
-        return
-    assert found.prefix[-1] == found.cycle[-1]
-    assert satisfies(formula, word(system, (*found.prefix, *(found.cycle * repeats))))
-    assert found.prefix_cost + repeats * found.cycle_cost <= best
 
 
 @settings(max_examples=60, deadline=None)
@@ -233,17 +171,3 @@ def test_the_weight_decides_between_prefix_and_cycle() -> None:
     assert far is not None
     assert near.cycle == (1,)
     assert far.cycle == (2,)
-
-
-def test_misuse_is_refused() -> None:
-    system = TransitionSystem((frozenset("a"),), (((0, 1.0),),), 0)
-    with pytest.raises(BadInput, match="cheapest_lasso"):
-        cheapest_run(system, translate("G F a", "infinite"))
-    with pytest.raises(BadInput, match="k must be"):
-        k_best(system, translate("F a"), 0)
-    infinite = translate("G F a", "infinite")
-    assert isinstance(infinite, Automaton)
-    with pytest.raises(BadInput, match="at least one repetition"):
-        cheapest_repeated(system, infinite, 2)
-    with pytest.raises(TooLarge):
-        k_best(system, translate("F b"), 2, budget=Budget(states=0))
