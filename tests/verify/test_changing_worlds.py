@@ -179,9 +179,9 @@ def test_events_that_cannot_be_are_refused(event, says):
 GATE = "g: {center: [1.0, 0.0, 1.0], radii: [0.25, 0.25, 0.25], opening: 0.25, rim: 0.03}"
 
 
-def through_the_gate(sequence: str, *events):
+def through_the_gate(sequence: str, *events, gate=GATE):
     """Fly straight through a gate at 2 s, from behind, and stop 1 m after it."""
-    mission = small_mission(hoops=GATE, regions="", margin=0.05)
+    mission = small_mission(hoops=gate, regions="", margin=0.05)
     mission = mission.model_copy(update={"sequence": sequence, "spec": mission.spec.model_copy(update={"formula": None})})
     straight = flown(corners=np.array([(0.0, 0.0, 1.0), (2.0, 0.0, 1.0)]))
     return claims(check_flight(straight, of_events(mission, events), max_speed=0.8))["passages"]
@@ -198,6 +198,14 @@ def test_a_gate_is_passed_as_it_stood_then():
     assert through_the_gate("gF", HoopMoves(time=1.0, **away), HoopMoves(time=1.5, region="g", center=(1.0, 0.0, 1.0))) == {
         "holds"
     }
+
+
+def test_passages_of_a_gate_that_is_moved_ahead_of_a_robot_right_behind_it_cannot_be_told_apart():
+    """At the very sample at which the robot is 0.2 mm behind the gate, it is moved to 0.2 mm before the robot."""
+    near = GATE.replace("1.0, 0.0, 1.0", "0.9998, 0.0, 1.0")
+    ahead = HoopMoves(time=2.0, region="g", center=(1.0002, 0.0, 1.0))
+    assert through_the_gate("gF gF", ahead, gate=near) == {"undecided"}
+    assert through_the_gate("gF gF", HoopMoves(time=2.0, region="g", center=(1.05, 0.0, 1.0)), gate=near) == {"holds"}
 
 
 def test_what_changed_before_the_recording_begins_is_how_the_world_is():

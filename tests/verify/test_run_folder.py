@@ -375,6 +375,16 @@ def test_csv_keeps_every_bit():
         write_csv(Trajectory([0.1], np.zeros((1, 4, 8))))
 
 
+def test_the_largest_float32_is_read_back():
+    """Its nine digits are a little more than it is."""
+    largest = float(np.finfo(np.float32).max)
+    assert f"{largest:.9g}" == "3.40282347e+38"
+    text = GOOD + row(**{"x^7": f"{largest:.9g}", "y^7": f"{-largest:.9g}"}) + "\n"
+    path = read_csv(text)
+    assert (path.coefficients[0, 0, 7], path.coefficients[0, 1, 7]) == (largest, -largest)
+    assert read_csv(write_csv(path)) == path
+
+
 def row(**cells):
     values = dict.fromkeys(HEADER, "0") | {"duration": "1"} | cells
     return ",".join(values[name] for name in HEADER)
@@ -404,6 +414,7 @@ GOOD = ",".join(HEADER) + "\n"
         (GOOD + (row() + "\n") * 10_000, "more than 4096"),
         (GOOD + row() + "\0", "NUL"),
         (GOOD + '"' + row(), "CSV"),
+        (GOOD + row(**{"y^0": '"1"2'}), "CSV"),
         ("x" * 5_000_000, "larger"),
     ],
 )

@@ -117,7 +117,7 @@ def _narrowed(p: fmpq_poly, low: Fraction, high: Fraction, width: Fraction) -> t
     """Bisect an open interval with one simple root; ends that are themselves roots of `p` are stepped away from."""
     if low == high:
         return low, high
-    sign_high = _sign_inside(p, high, low)
+    sign_high = _sign_below(p, high)
     while high - low > width or p(rational(low)) == 0 or p(rational(high)) == 0:
         middle = (low + high) / 2
         value = p(rational(middle))
@@ -130,13 +130,10 @@ def _narrowed(p: fmpq_poly, low: Fraction, high: Fraction, width: Fraction) -> t
     return low, high
 
 
-def _sign_inside(p: fmpq_poly, end: Fraction, other: Fraction) -> bool:
-    """Tell whether p is positive just inside the end `end` of an interval that has one simple root inside."""
-    value = p(rational(end))
-    if value == 0:  # a simple root at the end: the derivative there gives the sign inside
-        slope = p.derivative()(rational(end))
-        return (slope < 0) if end > other else (slope > 0)
-    return value > 0
+def _sign_below(p: fmpq_poly, place: Fraction) -> bool:
+    """Tell whether a polynomial without multiple roots is positive just below a place."""
+    value = p(rational(place))
+    return value > 0 if value != 0 else p.derivative()(rational(place)) < 0
 
 
 def _bernstein(p: fmpq_poly) -> list[int]:

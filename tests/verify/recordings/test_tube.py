@@ -1,10 +1,11 @@
-"""The tube where the flight's beginning is known within an interval only: outside means outside for every beginning."""
+"""The tube: what is told where the flight's beginning is known within an interval only, and where a plan is not smooth."""
 
 import numpy as np
 import pytest
 
 from tests.helpers.recordings import along_x
 from verify.recordings.alignment import Alignment
+from verify.recordings.planned_paths import PlannedPath
 from verify.recordings.tracks import Bounds, track
 from verify.recordings.tube import tube_claim
 
@@ -26,3 +27,30 @@ def test_outside_of_the_tube_is_told_only_where_no_beginning_puts_the_robot_insi
     assert claim.verdict == ("fails" if share > 1 else "undecided")
     if share > 1:
         assert MARGIN < claim.bound <= share * MARGIN
+
+
+@pytest.mark.parametrize("begin", [5.02, 5.055, 5.07, 5.085])
+@pytest.mark.parametrize("how", ["jump", "turn"])
+def test_a_plan_that_is_elsewhere_for_a_hundredth_of_a_second_between_two_samples_is_not_kept(how, begin):
+    """It is twice the margin away, by a jump there and back or by a dart, in either half of the time between two samples."""
+    knots = np.array([0.0, begin, begin + 0.005, begin + 0.01, 10.0])
+    coefficients = np.zeros((4, 3, 8))
+    speed = 2 * MARGIN / 0.005
+    if how == "jump":
+        coefficients[1:3, 0, 0] = 2 * MARGIN
+        path = PlannedPath("r0", knots, coefficients, 0.0, 0.0, knots, np.array([0, 2, 0, 2, 0]) * MARGIN, np.zeros(5))
+    else:
+        coefficients[1, 0, 1], coefficients[2, 0, :2] = speed, (2 * MARGIN, -speed)
+        path = PlannedPath("r0", knots, coefficients, speed, 0.0, knots, np.zeros(5), np.array([0, 1, 2, 1, 0]) * speed)
+    times = np.arange(0.0, 10.05, 0.1)
+    still = track("r0", times, np.zeros((len(times), 3)), Bounds(speed=0.01, error=0.0), start=1.0, stop=9.0)
+    assert path.places(np.array([begin + 0.005]))[0, 0] == pytest.approx(2 * MARGIN)
+    assert tube_claim(still, path, Alignment(0.0, 0.0, None, True), MARGIN, 10.0).verdict != "holds"
+
+
+def test_a_robot_that_stays_where_its_plan_stays_keeps_the_tube():
+    knots = np.array([0.0, 10.0])
+    path = PlannedPath("r0", knots, np.zeros((1, 3, 8)), 0.0, 0.0, knots, np.zeros(2), np.zeros(2))
+    times = np.arange(0.0, 10.05, 0.1)
+    still = track("r0", times, np.zeros((len(times), 3)), Bounds(speed=0.01, error=0.0), start=1.0, stop=9.0)
+    assert tube_claim(still, path, Alignment(0.0, 0.0, None, True), MARGIN, 10.0).verdict == "holds"
