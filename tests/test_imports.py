@@ -14,7 +14,6 @@ PACKAGES = ("ltlplan", "refine", "flight", "verify")
 
 KNOWN: dict[str, tuple[frozenset[str], ...]] = {
     "ltlplan": (frozenset({"ltlplan.sharing.room_to_pass", "ltlplan.sharing.sharing_out", "ltlplan.sharing.team"}),),
-    "flight": (frozenset({"flight.exports.files", "flight.exports.notes"}),),
     "verify": (
         frozenset({"verify.data.mission", "verify.data.mission_file"})
         | {f"verify.data.rules.{name}" for name in ("agents", "missions", "spacing")},

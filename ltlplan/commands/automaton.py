@@ -127,7 +127,7 @@ def _drawn(dot: str, kind: Format) -> str:
 
 def _system_dot(mission: Mission, view: View) -> str:
     from ltlplan.systems import drawings
-    from ltlplan.systems.transition_systems import Systems
+    from ltlplan.systems.robot_systems import Systems
 
     if view == "robot":
         return drawings.robot_dot(mission)
@@ -145,7 +145,8 @@ def _system_dot(mission: Mission, view: View) -> str:
 def _graph(mission: Mission, view: View) -> dict[str, Any]:
     from ltlplan.logic.translation import translate
     from ltlplan.systems.products import PlanningAutomaton
-    from ltlplan.systems.transition_systems import Systems, environment_of, robot_graph
+    from ltlplan.systems.robot_systems import Systems
+    from ltlplan.systems.transition_systems import environment_of, robot_graph
 
     if view == "robot":
         graph: Any = robot_graph(mission)

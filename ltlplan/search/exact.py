@@ -26,7 +26,8 @@ from ltlplan.search.reduced_graph import Team
 from ltlplan.search.relevant_places import FEW, places_that_matter
 from ltlplan.search.team_search import PlanningOutcome, plan_team
 from ltlplan.systems.region_labels import Layout
-from ltlplan.systems.transition_systems import Cost, Node, Systems, TransitionSystem
+from ltlplan.systems.robot_systems import Systems
+from ltlplan.systems.transition_systems import Cost, Node, TransitionSystem
 from verify.data import Formula, InternalError, Mission, Unsatisfiable, Visit, Word
 from verify.data.formula import FALSE
 from verify.data.word import stutter_free

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ltlplan.planning.allocation import Allocation, Context, Leg
 from ltlplan.search.exact import assign
-from ltlplan.systems.transition_systems import Systems
+from ltlplan.systems.robot_systems import Systems
 from verify.data import Mission
 
 if TYPE_CHECKING:

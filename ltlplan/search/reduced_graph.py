@@ -59,13 +59,16 @@ class Successors:
     Attributes:
         edges: Pairs (next node that matters, cost of the shortest way there).
         ending: What it costs to end the word before anything else matters; None where the robot may not end.
+        before: The node before each one on the shortest ways.
+        last: Where to end most cheaply.
+        redundant: Next nodes about which it is known already whether they are no short cuts.
     """
 
     edges: tuple[tuple[int, float], ...]
     ending: float | None
-    _before: dict[int, int] = field(repr=False)
-    _last: int = -1
-    _redundant: dict[int, bool] = field(default_factory=dict, repr=False)
+    before: dict[int, int] = field(repr=False)
+    last: int = -1
+    redundant: dict[int, bool] = field(default_factory=dict, repr=False)
 
 
 class ReducedGraph:
@@ -105,9 +108,9 @@ class ReducedGraph:
     def redundant(self, robot: int, node: int, target: int, step: float) -> bool:
         """Tell whether `target` is no short cut where its letter changes nothing: whatever follows is as near without it."""
         here = self.successors(robot, node)
-        found = here._redundant.get(target)
+        found = here.redundant.get(target)
         if found is None:
-            found = here._redundant[target] = self._is_redundant(here, self.successors(robot, target), node, step + _EPSILON)
+            found = here.redundant[target] = self._is_redundant(here, self.successors(robot, target), node, step + _EPSILON)
         return found
 
     @staticmethod
@@ -122,14 +125,14 @@ class ReducedGraph:
         path = [nodes[0]]
         for index, node in enumerate(nodes):
             here = self.successors(robot, node)
-            at = nodes[index + 1] if index + 1 < len(nodes) else here._last
+            at = nodes[index + 1] if index + 1 < len(nodes) else here.last
             between: list[int] = []
             if index + 1 < len(nodes) or at != node:
                 between.append(at)
-                at = here._before[at]
+                at = here.before[at]
                 while at != node:
                     between.append(at)
-                    at = here._before[at]
+                    at = here.before[at]
             path += reversed(between)
         return tuple(path)
 

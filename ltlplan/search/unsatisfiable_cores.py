@@ -19,7 +19,8 @@ from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.logic.task import Task
 from ltlplan.search.reduced_graph import Team
 from ltlplan.search.team_search import cheapest_path
-from ltlplan.systems.transition_systems import Systems, TransitionSystem
+from ltlplan.systems.robot_systems import Systems
+from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Letter, Mission, Unsatisfiable, Word, parse_formula
 from verify.data.formula import FREE
 from verify.data.mission import Action, in_no_region

@@ -27,7 +27,7 @@ from ltlplan.search.exact import assign
 from ltlplan.search.lassos.lasso import cheapest_lasso
 from ltlplan.search.reduced_graph import Team
 from ltlplan.search.team_search import plan_team
-from ltlplan.systems.transition_systems import Systems
+from ltlplan.systems.robot_systems import Systems
 from tests.helpers.team_automaton import TeamAutomaton, full_product, full_product_size
 from tests.helpers.worlds import world
 from verify import check_team

@@ -218,7 +218,7 @@ def itineraries(assignment):
 
 
 def test_words_of_an_itinerary_are_those_of_the_transition_system(fire):
-    from ltlplan.systems.transition_systems import word_of
+    from ltlplan.systems.visit_words import word_of
 
     world = World(fire)
     task = RobotTask(world.start("quad0"))

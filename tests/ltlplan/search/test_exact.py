@@ -12,7 +12,7 @@ from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.missions import load_mission
 from ltlplan.search.exact import Assignment, assign
 from ltlplan.search.unsatisfiable_cores import NoPlan
-from ltlplan.systems.transition_systems import word_of
+from ltlplan.systems.visit_words import word_of
 from tests.helpers.worlds import world
 from tests.strategies import formulas
 from verify import check_team, check_word

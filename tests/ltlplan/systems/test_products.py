@@ -7,7 +7,7 @@ from ltlplan.logic.translation import translate
 from ltlplan.missions import load_mission
 from ltlplan.search.exact import assign
 from ltlplan.systems.products import PlanningAutomaton
-from ltlplan.systems.transition_systems import Systems
+from ltlplan.systems.robot_systems import Systems
 from tests.helpers.team_automaton import TeamAutomaton, full_product, full_product_size
 from tests.helpers.worlds import world
 from verify.data import Mission

@@ -8,7 +8,9 @@ from ltlplan.missions import load_mission
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
 from ltlplan.systems.region_labels import Layout, apart
-from ltlplan.systems.transition_systems import Systems, TransitionSystem, environment_of, robot_graph, word_of
+from ltlplan.systems.robot_systems import Systems
+from ltlplan.systems.transition_systems import TransitionSystem, environment_of, robot_graph
+from ltlplan.systems.visit_words import word_of
 from tests.helpers.worlds import world
 from verify.data import BadInput, Visit, parse_mission
 from verify.data.mission import Region

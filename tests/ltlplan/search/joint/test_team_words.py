@@ -13,7 +13,9 @@ from ltlplan.logic.translation import translate
 from ltlplan.search.exact import assign
 from ltlplan.search.joint.team_words import joint_possible, plan_joint
 from ltlplan.search.unsatisfiable_cores import NoPlan
-from ltlplan.systems.transition_systems import Systems, TransitionSystem, word_of
+from ltlplan.systems.robot_systems import Systems
+from ltlplan.systems.transition_systems import TransitionSystem
+from ltlplan.systems.visit_words import word_of
 from tests.helpers.graphs import simple_words, systems, tasks
 from tests.helpers.worlds import world
 from tests.strategies import formulas
