@@ -1,30 +1,64 @@
 """The command line: parse, call the same functions as the library, show the result.
 
-`ltlplan.start` calls it and ends the process. Each command is a module of `ltlplan/commands`; heavy imports happen inside the
-commands, so that `--help` is quick. Exit codes come from the exception classes in `verify.data.errors`; a user's mistake is a
-sentence, not a traceback.
+`ltlplan.start` calls it and ends the process. Each command is a module of `ltlplan/commands` of its name, loaded when that command
+is asked for, so that `--help` is quick and choices are read from the registries by those who offer them. Exit codes come from the
+exception classes in `verify.data.errors`; a user's mistake is a sentence, not a traceback.
 """
 
 from __future__ import annotations
 
-from typing import Annotated
+from importlib import import_module
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+from typer.core import TyperGroup
 
 import ltlplan
-from ltlplan.commands import automaton, certify, check, export, fly, missions, plan, recheck, run, show
+from ltlplan.commands.old_spellings import spelled_now
 
-app = typer.Typer(name="ltlplan", no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
-app.command("run")(run.command)
-app.command("plan")(plan.command)
-app.command("certify", short_help="Prove a folder's trajectories, or judge a recorded flight.")(certify.command)
-app.command("recheck", short_help="Prove a folder's certificate again, from its files alone.")(recheck.command)
-app.command("fly", short_help="Fly in simulation: once, a campaign, or sharing tasks online.")(fly.command)
-app.command("export", short_help="Write a certified flight for a real vehicle.")(export.command)
-app.command("show", short_help="Draw hoops, primitives, sampled and optimised paths.")(show.command)
-app.command("automaton", short_help="Show a formula's automaton, or a mission's systems.")(automaton.command)
-app.command("check", short_help="Hold words of a robot or a team against a formula.")(check.command)
-app.command("missions", short_help="List the shipped missions, show one, or start your own.")(missions.command)
+if TYPE_CHECKING:
+    from typer import Context
+
+COMMANDS = {
+    "run": "Plan, refine, certify, fly in simulation and export a mission.",
+    "plan": "Plan a mission: each robot's word, visits and cost.",
+    "certify": "Prove a folder's trajectories, or judge a recorded flight.",
+    "recheck": "Prove a folder's certificate again, from its files alone.",
+    "fly": "Fly a certified mission once in simulation.",
+    "campaign": "Fly a certified mission many times in simulation.",
+    "online": "Share tasks while flying, in simulation.",
+    "export": "Write a certified flight for a real vehicle.",
+    "show": "Draw hoops, primitives, sampled and optimised paths.",
+    "automaton": "Show a formula's automaton, or a mission's systems.",
+    "check": "Hold words of a robot or a team against a formula.",
+    "missions": "List the shipped missions, show one, or start your own.",
+}
+"""Each command with a sentence for the list; what is said of one alone stands at its function."""
+
+
+class _Commands(TyperGroup):
+    """The commands, of which one is loaded."""
+
+    def resolve_command(self, ctx: Context, args: list[str]):  # of typer's own types, which differ between versions
+        """Load the command that is asked for; take old spellings, with a note."""
+        args, note = spelled_now(args)
+        if note is not None and not ctx.resilient_parsing:
+            typer.echo(f"note: {note}", err=True)
+        if args and args[0] in COMMANDS:
+            self.commands[args[0]] = load(args[0])
+        return super().resolve_command(ctx, args)
+
+
+def load(name: str):  # typer's own type, which differs between versions
+    """Return a command with its options."""
+    alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+    alone.command(name, short_help=COMMANDS[name])(import_module(f"ltlplan.commands.{name}").command)
+    return typer.main.get_command(alone)
+
+
+app = typer.Typer(name="ltlplan", cls=_Commands, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
+for _name, _sentence in COMMANDS.items():
+    app.command(_name, short_help=_sentence)(lambda: None)
 
 
 def _show_version(asked: bool) -> None:

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from flight.exports.target import EXPORT_TARGETS
+from ltlplan.commands.choices import choices
 from ltlplan.commands.options import FolderArgument, JsonOption
 
-COMPRESSED = "crazyflie-compressed"
+if TYPE_CHECKING:
+    TargetName = str
+else:
+    TargetName = choices("TargetName", EXPORT_TARGETS.names())
+
+CRAZYSWARM2 = TargetName("crazyswarm2")
 
 
 def command(
     folder: FolderArgument,
     format: Annotated[  # noqa: A002  # the name that users type
-        str, typer.Option("--format", help="crazyswarm2, crazyflie, crazyflie-compressed, px4 or ros2.")
-    ] = "crazyswarm2",
+        TargetName, typer.Option("--format", help="What the flight is written for.")
+    ] = CRAZYSWARM2,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder to write (default: a folder of the format's name inside).")
     ] = None,
@@ -35,7 +42,6 @@ def command(
     The compressed format rounds to whole millimetres: its path is fitted to that grid, certified as it is then, and
     written with a certificate of its own. So are flights of one piece for crazyswarm2, whose loader needs a second.
     """
-    import flight
     from flight.exports.files import make_product
     from ltlplan.commands.progress import progress_bar
     from ltlplan.commands.terminal import print_json
@@ -48,26 +54,26 @@ def command(
     if dry_run and not upload:
         raise BadInput("--dry-run goes with --upload ROBOT=URI.")
     addresses = _addresses(upload or [])
-    if addresses and format not in ("crazyflie", COMPRESSED):
-        raise BadInput(f"--upload sends to Crazyflies; take --format crazyflie or {COMPRESSED}, not {format}.")
-    target = check_folder(out or folder / format)
+    target = EXPORT_TARGETS.find(format)
+    if addresses and target.send is None:
+        able = ", ".join(name for name in EXPORT_TARGETS.built_in if EXPORT_TARGETS.find(name).send is not None)
+        raise BadInput(f"--upload sends to Crazyflies; take --format {able}, not {format}.")
+    place = check_folder(out or folder / target.name)
     with progress_bar(quiet=json) as progress:
         progress("proving the folder's certificate again", 0.0)
         certificate = recheck(folder)
         plan, team = read_folder(folder)
         given = team
-        if format == COMPRESSED:
-            progress("fitting the paths to whole millimetres, and proving them", 0.4)
-            team = flight.quantised(team)
-        elif format == "crazyswarm2":
-            team = flight.with_hovers(team, plan.mission.spec.repeat)
-        anew = format == COMPRESSED or team != given
+        if target.prepare is not None:
+            progress("fitting the paths to the format", 0.4)
+            team = dict(target.prepare(team, plan.mission.spec.repeat))
+        anew = team != given
         if anew:
             progress("proving the paths as they are written", 0.6)
             certificate = certify(plan, team, margin=certificate.margin, clock_error=certificate.clock_error)
         progress("writing files", 0.9)
         options = {} if rate is None else {"rate": rate}
-        product = make_product(team, certificate, format, vehicle=vehicle, **options)
+        product = make_product(team, certificate, target, vehicle=vehicle, **options)
 
         def write(fresh: Path) -> None:
             put_files(product.files, fresh)
@@ -76,16 +82,14 @@ def command(
                 write_trajectories(plan, team, fresh)
                 (fresh / PROOF).write_text(certificate.to_json(), encoding="utf-8")
 
-        written = write_folder(target, write)
-    sent = flight.upload(target, addresses, dry_run=dry_run) if addresses else ()
-    words = [
-        f"{'would send' if dry_run else 'sent'} {len(item.entry.data)} bytes to {item.robot} at {item.uri}" for item in sent
-    ]
+        written = write_folder(place, write)
+    sent = target.send(place, addresses, dry_run=dry_run) if addresses and target.send is not None else ()
+    words = [f"{'would send' if dry_run else 'sent'} {len(item.data)} bytes to {item.robot} at {item.uri}" for item in sent]
     if json:
         files = [str(path) for path in written]
         print_json(
             {
-                "format": format,
+                "format": target.name,
                 "certificate": certificate.digest(),
                 "files": files,
                 "notes": list(product.notes),

@@ -111,9 +111,9 @@ class OnlineTeam:
             Infeasible: No way between the hoops was found.
         """
         if mission.spec.trace == "infinite":
-            raise BadInput("online MTAC-E shares tasks that end; an infinite trace is flown from a plan, without --online.")
+            raise BadInput("online MTAC-E shares tasks that end; an infinite trace is flown from a plan, by `ltlplan run`.")
         if mission.sequence is not None:
-            raise BadInput("online MTAC-E chooses what is flown; a sequence is flown exactly from a plan, without --online.")
+            raise BadInput("online MTAC-E chooses what is flown; a sequence is flown exactly from a plan, by `ltlplan run`.")
         self.mission, self.rng, self.every_order = mission, rng, every_order
         self.settings = settings or OnlineSettings(
             elite=mission.planner.elite, trajectories=mission.planner.samples, window=WINDOW, floor=FLOOR

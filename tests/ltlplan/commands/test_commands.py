@@ -67,8 +67,8 @@ def test_a_margin_of_zero_is_certified_but_not_flown(folder: Path, tmp_path: Pat
         ["run", str(ours), "--out", str(tmp_path / "run")],
         ["fly", str(ours)],
         ["fly", str(copy)],
-        ["fly", str(copy), "--runs", "2"],
-        ["fly", str(ours), "--online", "--certified"],
+        ["campaign", str(copy), "--runs", "2"],
+        ["online", str(ours), "--certified"],
     ):
         with pytest.raises(BadInput, match="A margin of 0 m leaves no tube to fly in"):
             runner.invoke(app, command, catch_exceptions=False)
@@ -99,7 +99,7 @@ def test_a_table_of_motion_capture_is_judged(folder: Path, tmp_path: Path) -> No
 def test_fly_once_and_many_times(folder: Path, tmp_path: Path) -> None:
     assert "worst tracking error" in ok("fly", str(folder), "--wind", "0.3", "--out", str(tmp_path / "once"))
     assert (tmp_path / "once" / "flight.csv").exists()
-    text = ok("fly", str(folder), "--runs", "3", "--noise", "0.001", "--out", str(tmp_path / "many"))
+    text = ok("campaign", str(folder), "--runs", "3", "--noise", "0.001", "--out", str(tmp_path / "many"))
     assert "3 of 3" in text
     assert json.loads((tmp_path / "many" / "campaign.json").read_text())
     assert "<html" in (tmp_path / "many" / "campaign.html").read_text()
@@ -138,7 +138,7 @@ def test_check_and_plan(tmp_path: Path) -> None:
 
 def test_an_online_flight_says_what_it_is(tmp_path: Path) -> None:
     out = tmp_path / "online"
-    text = ok("fly", "firefighting", "--online", "--event", "3 quad0 fails", "--out", str(out))
+    text = ok("online", "firefighting", "--event", "3 quad0 fails", "--out", str(out))
     note = "in simulation only: nothing about this flight was certified beforehand, and it cannot be exported"
     page = (out / "report.html").read_text()
     header = html.unescape(re.sub(r"<[^>]*>", " ", page[page.index("<header>") : page.index("</header>")]))
@@ -170,7 +170,7 @@ workspace: {min: [-2, -2, 0.2], max: [2, 2, 2]}
 def test_an_online_flight_that_does_not_hold_ends_with_five_and_says_so_on_its_page(tmp_path: Path) -> None:
     file, out = tmp_path / "small.yaml", tmp_path / "online"
     file.write_text(SMALL)
-    done = runner.invoke(app, ["fly", str(file), "--online", "--event", "0.3 formula G b", "--out", str(out), "--json"])
+    done = runner.invoke(app, ["online", str(file), "--event", "0.3 formula G b", "--out", str(out), "--json"])
     assert done.exit_code == 5
     told = json.loads(done.stdout)
     assert told["holds"] is False
@@ -200,7 +200,7 @@ def test_a_page_that_cannot_be_written_is_refused_before_the_work(tmp_path: Path
 @pytest.mark.parametrize("event", ["fails", "x quad0 fails", "3 quad0 explodes", "3 water moves 1,2", "3 quad9 joins here"])
 def test_events_that_cannot_be_read(event: str) -> None:
     with pytest.raises(BadInput, match="no event"):
-        ok("fly", "firefighting", "--online", "--event", event)
+        ok("online", "firefighting", "--event", event)
 
 
 def test_compressed_exports_have_a_certificate_of_their_own(folder: Path, tmp_path: Path) -> None:

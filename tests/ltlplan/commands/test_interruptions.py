@@ -151,7 +151,7 @@ main()
 """
 
 
-@pytest.mark.parametrize("module", ["ltlplan.cli", "typer", "ltlplan.commands.fly", "verify.data", "numpy"])
+@pytest.mark.parametrize("module", ["ltlplan.cli", "typer", "ltlplan.commands.missions", "verify.data", "numpy"])
 def test_ctrl_c_while_the_command_line_itself_is_loaded(module: str, tmp_path: Path) -> None:
     code = INTERRUPTED_WHILE_LOADING.replace("sys.argv[1]", repr(module))
     running = subprocess.run(
@@ -289,7 +289,7 @@ def test_ctrl_c_in_a_terminal_ends_a_campaign_and_its_processes_in_silence(delay
     made = ltlplan("run", "hoops-published", "--out", "run", cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     made.communicate(timeout=300)
     assert made.returncode == 0
-    arguments = ("fly", "run", "--runs", "100000", "--noise", "0.001", "--workers", "2", "--out", "campaign")
+    arguments = ("campaign", "run", "--runs", "100000", "--noise", "0.001", "--workers", "2", "--out", "campaign")
     running = ltlplan(*arguments, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=alone)
     assert running.stderr is not None
     while "simulating" not in running.stderr.readline():

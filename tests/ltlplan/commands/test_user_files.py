@@ -18,8 +18,11 @@ COMMANDS = {
     "run": (["run", "small.yaml", "--out", "out"], run_files),
     "plan": (["plan", "small.yaml", "--out", "out"], lambda _mission: PLAN_FILES),
     "fly": (["fly", "small.yaml", "--out", "out"], lambda _mission: LOG_FILES),
-    "campaign": (["fly", "small.yaml", "--runs", "2", "--noise", "0.001", "--out", "out"], lambda _mission: CAMPAIGN_FILES),
-    "online": (["fly", "small.yaml", "--online", "--out", "out"], lambda _mission: ONLINE_FILES),
+    "campaign": (
+        ["campaign", "small.yaml", "--runs", "2", "--noise", "0.001", "--out", "out"],
+        lambda _mission: CAMPAIGN_FILES,
+    ),
+    "online": (["online", "small.yaml", "--out", "out"], lambda _mission: ONLINE_FILES),
     "export": (["export", "run", "--format", "crazyflie", "--out", "out"], None),
     "compressed": (["export", "run", "--format", "crazyflie-compressed", "--out", "out"], None),
 }

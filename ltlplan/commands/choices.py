@@ -1,0 +1,19 @@
+"""Enumerations for the command line: what `--help` lists, a shell completes and a misspelt name is held against.
+
+They are read from the registries, so that what another package brings is a choice like ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from enum import StrEnum
+
+
+def choices(title: str, names: Iterable[str]) -> type[StrEnum]:
+    """Return an enumeration whose values are names.
+
+    Args:
+        title: What the enumeration is called.
+        names: In the order in which they are shown.
+    """
+    return StrEnum(title, {f"choice_{index}": name for index, name in enumerate(names)})
