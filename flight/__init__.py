@@ -1,4 +1,9 @@
-"""Simulate certified flights, watch them, compare them with recordings, and export them to real vehicles."""
+"""Simulate certified flights, watch them, compare them with recordings, and export them to real vehicles.
+
+`flights` flies once and `campaigns` many times, both in `conditions` (wind, sensors, model, controller) and by `closed_loop`, which lets
+`control` steer what `model` moves. `monitoring` judges while flying, `logs` keeps what happened, `comparison` holds it against a
+certificate, and `exports` writes for real vehicles.
+"""
 
 from flight.campaigns import Campaign, Share, campaign
 from flight.comparison import Comparison, compare

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TypedDict, Unpack
 
 from flight.control.controller import CONTROLLERS, Controller
@@ -61,7 +61,7 @@ class Conditions:
         Raises:
             BadInput: One of them is not what it should be.
         """
-        if airframe is not None and not isinstance(airframe, Airframe):
+        if airframe is not None and not isinstance(airframe, Airframe):  # pyright: ignore[reportUnnecessaryIsInstance]  # a caller may err
             raise BadInput(f"airframe must be a flight.Airframe or None, not {airframe!r:.60}.")
         air = wind if wind is None or isinstance(wind, Wind) else Wind.parse(wind)
         object.__setattr__(self, "wind", None if air is None or air.still else air)
@@ -82,7 +82,15 @@ class Conditions:
         Raises:
             BadInput: As when they are read.
         """
-        return Conditions(**{**{field.name: getattr(self, field.name) for field in fields(self)}, **changes})
+        kept: ConditionKeywords = {
+            "wind": self.wind,
+            "noise": self.noise,
+            "model": self.model,
+            "controller": self.controller,
+            "airframe": self.airframe,
+        }
+        kept.update(changes)
+        return Conditions(**kept)
 
 
 CALM = Conditions()

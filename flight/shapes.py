@@ -7,7 +7,7 @@ and pages stay small.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import plotly.graph_objects as go
@@ -131,7 +131,7 @@ def tube(path: Floats, radius: float, group: str, colour: str) -> go.Mesh3d:
 def points(
     places: Floats,
     name: str,
-    marker: dict[str, object],
+    marker: Mapping[str, object],
     *,
     group: str | None = None,
     shown: bool = False,

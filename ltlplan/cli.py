@@ -8,16 +8,13 @@ exception classes in `verify.data.errors`; a user's mistake is a sentence, not a
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 import ltlplan
 from ltlplan.commands.old_spellings import spelled_now
-
-if TYPE_CHECKING:
-    from typer import Context
 
 COMMANDS = {
     "run": "Plan, refine, certify, fly in simulation and export a mission.",
@@ -39,7 +36,8 @@ COMMANDS = {
 class _Commands(TyperGroup):
     """The commands, of which one is loaded."""
 
-    def resolve_command(self, ctx: Context, args: list[str]):  # of typer's own types, which differ between versions
+    # context and command are of typer's own types, which differ between its versions
+    def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
         """Load the command that is asked for; take old spellings, with a note."""
         args, note = spelled_now(args)
         if note is not None and not ctx.resilient_parsing:
@@ -49,7 +47,7 @@ class _Commands(TyperGroup):
         return super().resolve_command(ctx, args)
 
 
-def load(name: str):  # typer's own type, which differs between versions
+def load(name: str) -> Any:  # a command of typer's own type
     """Return a command with its options."""
     alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
     alone.command(name, short_help=COMMANDS[name])(import_module(f"ltlplan.commands.{name}").command)

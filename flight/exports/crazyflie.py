@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import logging
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -116,7 +116,7 @@ def upload(folder: str | os.PathLike[str], uris: Mapping[str, str], *, dry_run: 
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def _quiet() -> Generator[None]:
     """Keep what cflib logs of a failure, tracebacks too, off standard error where nobody listens to logs: it is raised as well."""
     logger, handler = logging.getLogger("cflib"), logging.NullHandler()
     logger.addHandler(handler)

@@ -114,7 +114,8 @@ def read_recording(
 
 def _exact(start: float) -> Fraction:
     """Return the decimal that a start was meant as: tables hold decimals, and floats print as the shortest one."""
-    if isinstance(start, bool) or not isinstance(start, int | float) or not math.isfinite(start):
+    number = not isinstance(start, bool) and isinstance(start, int | float)  # pyright: ignore[reportUnnecessaryIsInstance]  # a caller may err
+    if not number or not math.isfinite(start):
         raise BadInput(f"start must be a time of the recording, in s, not {start!s:.40}.")
     return Fraction(repr(float(start))) if isinstance(start, float) else Fraction(start)
 

@@ -124,6 +124,7 @@ def _assembled(columns: Mapping[str, Sequence[Any]], kept: Mapping[str, Any], so
     if kept.get("peak") is not None and len(kept["peak"]) != len(robots):
         raise BadInput(f"{source} keeps {len(kept['peak'])} largest errors of {len(robots)} robots.")
     letters: list[Letter] = [frozenset(text.split()) for text in columns["letter"]]
+    said: dict[str, Any] = {"mission": "", **kept}
     return FlightLog(
         robots=robots,
         times=times,
@@ -136,7 +137,7 @@ def _assembled(columns: Mapping[str, Sequence[Any]], kept: Mapping[str, Any], so
         letters=tuple(tuple(letters[i : i + len(robots)]) for i in range(0, len(letters), len(robots))),
         rotors=block(ROTOR_COLUMNS) if ROTOR_COLUMNS[0] in columns else None,
         measured=block(MEASURED_COLUMNS, blank=True) if MEASURED_COLUMNS[0] in columns else None,
-        **{"mission": "", **kept},
+        **said,
     )
 
 

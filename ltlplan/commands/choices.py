@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from enum import StrEnum
+from typing import Any
 
 
 def choices(title: str, names: Iterable[str]) -> type[StrEnum]:
@@ -16,4 +17,7 @@ def choices(title: str, names: Iterable[str]) -> type[StrEnum]:
         title: What the enumeration is called.
         names: In the order in which they are shown.
     """
-    return StrEnum(title, {f"choice_{index}": name for index, name in enumerate(names)})
+    made: Any = StrEnum(
+        title, {f"choice_{index}": name for index, name in enumerate(names)}
+    )  # a class, which pyright does not see
+    return made

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 
 import typer
@@ -19,7 +19,7 @@ _APART = 0.2
 
 
 @contextmanager
-def progress_bar(*, quiet: bool) -> Iterator[Progress]:
+def progress_bar(*, quiet: bool) -> Generator[Progress]:
     """Show progress on standard error: a live bar on a terminal, elsewhere lines.
 
     Yields the function that moves it (sentence, share done from 0 to 1).
@@ -86,7 +86,7 @@ class Lines:
                 self._print(now)
 
     @contextmanager
-    def beating(self) -> Iterator[None]:
+    def beating(self) -> Generator[None]:
         """Call `beat` several times a second, from a thread of its own."""
         ended = threading.Event()
 

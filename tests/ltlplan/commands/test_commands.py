@@ -41,7 +41,8 @@ def test_a_run_that_does_not_hold_prints_one_document(shipped_run, monkeypatch: 
     from ltlplan import pipeline
     from ltlplan.report import summary
 
-    monkeypatch.setattr(pipeline, "run", lambda *_, **__: shipped_run("hoops-published"))
+    made = shipped_run("hoops-published")  # by the real function, which waits for nobody
+    monkeypatch.setattr(pipeline, "run", lambda *_, **__: made)
     monkeypatch.setattr(summary, "holds", lambda _result: False)
     done = runner.invoke(app, ["run", "hoops-published", "--json"])
     assert done.exit_code == NotCertified.exit_code
