@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -158,9 +159,16 @@ def transition_claim(worlds: Sequence[World], timeline: Timeline, *, zero: float
 
 
 def _word_claim(verdict: Verdict, zero: float) -> Claim:
+    """Return a verdict on timelines as a claim whose times are those of the recording."""
+    if verdict.outcome == "holds":
+        return Claim(verdict.claim, verdict.outcome, verdict.sentence, robot=verdict.robot)
     time = None if verdict.time is None else verdict.time + zero
-    witness = None if verdict.outcome == "holds" else verdict.witness()
-    return Claim(verdict.claim, verdict.outcome, verdict.sentence, robot=verdict.robot, time=time, witness=witness)
+    sentence = (
+        f"{verdict.sentence} (Times from {zero:.4f} s of the recording on.)" if zero and verdict.times else verdict.sentence
+    )
+    times = tuple((low + zero, high + zero) for low, high in verdict.times)
+    witness = replace(verdict.witness(), sentence=sentence, time=time, times=times)
+    return Claim(verdict.claim, verdict.outcome, sentence, robot=verdict.robot, time=time, witness=witness)
 
 
 def common_relations(worlds: Sequence[World]) -> Relations:

@@ -10,7 +10,7 @@ import pytest
 
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.witnesses import Right, check, judged
-from verify import certify
+from verify import certify, judge
 from verify.certificate import Certificate, payload_digest
 from verify.data.errors import BadInput, NotCertified
 from verify.data.mission import Mission
@@ -200,6 +200,19 @@ def test_a_leg_over_the_seam_is_limited_whatever_the_plan_says(cycle_visit):
     check(certificate, Right("limits.legs.speed", "r0", "a", 0, says="1.75 m/s"))
     refused = {claim.name for claim in certificate.claims if claim.verdict != "holds"}
     assert refused == {"limits.legs.speed"} | ({"visits"} if cycle_visit else set())
+
+
+@pytest.mark.parametrize(
+    ("cycle", "planned", "says"),
+    [(2, 0, "a lap begins with visit 1, planned is visit 0"), (4, 1, "no visit begins in a lap, planned is visit 1")],
+)
+def test_a_lap_that_begins_elsewhere_is_told_with_the_visit_where_it_does(cycle, planned, says):
+    team = {"r0": legs([[0, 0, 1], [1, 0, 1], [0, 0, 1], [0, 1, 1], [0, 0, 1], [0, 0, 1]], cycle=cycle)}
+    plan = lap_plan(ball_mission(), [Visit(region="a"), Visit(region="b")], planned)
+    (claim,) = (claim for claim in judge(plan, team).claims if claim.name == "visits")
+    assert claim.verdict == "fails"
+    assert says in claim.sentence
+    assert (claim.witness.visit, claim.witness.region) == (1, "b")
 
 
 def test_a_plan_with_another_cycle_is_refused_when_it_is_proved_again(tmp_path):

@@ -21,6 +21,9 @@ from verify.logic.semantics import satisfies
 from verify.recordings.asked import World
 from verify.recordings.tracks import Bounds, track
 
+TWO = """a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}
+b: {center: [2.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}"""
+
 
 def moved(by, robot="quad0", when=(-np.inf, np.inf)):
     """Return a change of a recording: one robot is elsewhere for some time."""
@@ -265,6 +268,23 @@ def test_where_the_start_is_not_known_all_of_the_recording_is_judged_and_that_is
     verdict = judged(fires(), late, start=None)
     assert not verdict.alignment.trusted
     assert any("12.0000 s of the recording (all of it)." in sentence for sentence in verdict.assumptions)
+
+
+@pytest.mark.parametrize("formula", ["G !a", "!a U b"])
+def test_times_of_a_broken_formula_are_those_of_the_recording(formula):
+    mission = small_mission(formula, regions=TWO)
+    times = np.arange(0.0, 4.005, 0.01)
+    across = np.stack([times / 2, np.zeros_like(times), np.ones_like(times)], axis=1)
+    found = []
+    for begin in (0.0, 7.0):
+        verdict = check_flight(Samples(times + begin, {"r0": across}), Asked.of_mission(mission), max_speed=0.8)
+        (claim,) = (claim for claim in verdict.claims if claim.name == "formula")
+        assert claim.verdict == "fails"
+        found.append(claim)
+    first, later = found
+    assert later.time == later.witness.time == pytest.approx(first.time + 7.0)
+    assert np.array(later.witness.times) == pytest.approx(np.array(first.witness.times) + 7.0)
+    assert later.sentence == later.witness.sentence == f"{first.sentence} (Times from 7.0000 s of the recording on.)"
 
 
 def test_rows_after_the_end_of_the_flight_are_not_judged_and_that_is_said():
