@@ -153,7 +153,13 @@ Obstacle = Ball | Disc
 
 
 def grown_region(name: str, region: Region, margin: float) -> Ball:
-    """Return the ellipsoid outside of which a point cannot be in the region within `margin` (scaled by 1 + margin / min radius)."""
+    """Return the ellipsoid outside of which a point cannot be in the region within `margin` (scaled by 1 + margin / min radius).
+
+    Args:
+        name: What it is called in messages.
+        region: An ellipsoid.
+        margin: m.
+    """
     scale = 1.0 + margin / region.inner_radius
     values, vectors = np.linalg.eigh(region.shape)
     root = (vectors * np.sqrt(values)) @ vectors.T / scale
@@ -161,28 +167,59 @@ def grown_region(name: str, region: Region, margin: float) -> Ball:
 
 
 def ring(name: str, hoop: Hoop, margin: float) -> Disc:
-    """Return rim and opening of a hoop that is not being flown through, grown by `margin`."""
+    """Return rim and opening of a hoop that is not being flown through, grown by `margin`.
+
+    Args:
+        name: The hoop's.
+        hoop: Its centre, normal, opening and rim.
+        margin: m.
+    """
     return Disc(f"ring of {name}", np.array(hoop.center), np.array(hoop.normal), hoop.opening + hoop.rim, hoop.rim / 2, margin)
 
 
 def opening(name: str, hoop: Hoop, margin: float) -> Disc:
-    """Return the opening of a hoop, grown by `margin`."""
+    """Return the opening of a hoop, grown by `margin`.
+
+    Args:
+        name: The hoop's.
+        hoop: Its centre, normal and opening.
+        margin: m.
+    """
     return Disc(f"opening of {name}", np.array(hoop.center), np.array(hoop.normal), hoop.opening, 0.0, margin)
 
 
 def keep_out(name: str, point: Floats, distance: float, z_scale: float) -> Ball:
-    """Return the place where another robot hovers: `distance` around it, with z counted `z_scale` times."""
+    """Return the place where another robot hovers: `distance` around it, with z counted `z_scale` times.
+
+    Args:
+        name: What it is called in messages.
+        point: m. Shape (3,).
+        distance: m.
+        z_scale: Distances in z count this many times.
+    """
     return Ball(name, np.array(point), np.diag([1.0, 1.0, z_scale]) / distance)
 
 
 def blocking(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...]) -> Obstacle | None:
-    """Return the first body that a straight leg meets."""
+    """Return the first body that a straight leg meets.
+
+    Args:
+        a: Start of the leg, m. Shape (3,).
+        b: Its end.
+        obstacles: Bodies, in the order in which they are looked at.
+    """
     near = within(obstacles, np.minimum(a, b), np.maximum(a, b))
     return next((obstacles[index] for index in near if obstacles[index].meets(a, b)), None)
 
 
 def within(obstacles: tuple[Obstacle, ...], low: Floats, high: Floats) -> list[int]:
-    """Return which bodies may reach into a box, by their number: of a thousand bodies few are near."""
+    """Return which bodies may reach into a box, by their number: of a thousand bodies few are near.
+
+    Args:
+        obstacles: The bodies.
+        low: Lower corner of the box, m. Shape (3,).
+        high: Upper corner.
+    """
     centres, reaches = _spheres(obstacles)
     beside = np.maximum(np.maximum(low - centres, centres - high), 0.0)
     return np.flatnonzero(np.einsum("ik,ik->i", beside, beside) <= reaches**2).tolist()

@@ -18,14 +18,14 @@ from refine.single.values import Pace, RefinementOptions, RobotFlight, TooLong
 from refine.spline.rounding import quantise
 from refine.spline.values import Spline
 from verify.data import BadInput, DoesNotFit, Plan, Trajectory, Witness, check_plan
-from verify.data.progress import Progress
+from verify.data.progress import Progress, silent
 from verify.data.trajectory import HOVER, PIECES
 
 _LONGEST = 86400.0
 """s, a day: the longest flight that a plan may ask for."""
 
 
-def refine(
+def refine(  # what a caller may ask for, each by its keyword
     plan: Plan,
     *,
     witnesses: Iterable[Witness] = (),
@@ -69,7 +69,7 @@ def refine(
     del previous
     plan = _checked(plan, pace, weight, max_pieces, too_long)
     feedback = feedback_of(plan, tuple(witnesses))
-    tell, options = progress or _quiet, RefinementOptions(pace, weight, max_pieces, too_long)
+    tell, options = progress or silent, RefinementOptions(pace, weight, max_pieces, too_long)
     robots, starts = together(plan, feedback, options, tell)
     tell("rounding to the vehicle's numbers", 0.95)
     flights = {name: _assemble(robot, plan.mission.agents[name].yaw, starts[name]) for name, robot in robots.items()}
@@ -111,10 +111,6 @@ def _checked(plan: object, pace: object, weight: object, max_pieces: object, too
             if waypoint.visit is not None and not 0 <= waypoint.visit < visits:
                 raise BadInput(f"{name}: waypoint {number} serves visit {waypoint.visit} of {visits} (counted from 0).")
     return plan
-
-
-def _quiet(_sentence: str, _share: float) -> None:
-    """Report nothing."""
 
 
 def _assemble(robot: RobotFlight, start_yaw: float, departure: float) -> Trajectory:

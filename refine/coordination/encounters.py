@@ -39,8 +39,14 @@ def resolve_encounters(
     begins when the encounters before it allow; the robots that need none depart around them. A robot in conflict with an
     encounter joins it. (A lasso belongs to a team of one, so none of this meets laps.)
 
+    Args:
+        problem: What is refined.
+        robots: The team's flights.
+        conflict: Two robots that no departures keep apart.
+
     Raises:
         Infeasible: No order and no rule of giving way keeps the distance; names two robots, the time and their distance.
+        SolverTimeout: An engine's seconds ran out before its iterations.
     """
     plan, spacing, precedences = problem.plan, problem.spacing, problem.feedback.precedences
     team, given, found = robots, {}, conflict

@@ -58,8 +58,30 @@ class Mover:
     free: NDArray[np.bool_]
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _Meeting:
+    """When robots meet, and what they keep.
+
+    Attributes:
+        spans: Intervals of time, s.
+        distance: m between centres.
+        scale: Of the axes in that distance. Shape (3,).
+    """
+
+    spans: list[tuple[float, float]]
+    distance: float
+    scale: Floats
+
+
 def mover(corridor: Corridor, path: Spline, start: float, rest: frozenset[int]) -> Mover:
-    """Return a robot that goes through what its corridor needs."""
+    """Return a robot that goes through what its corridor needs.
+
+    Args:
+        corridor: Its points and rules.
+        path: What it flies now.
+        start: Departure, s.
+        rest: Points at which it rests.
+    """
     free = ~np.array(corridor.needed)
     free[[0, -1, *rest]] = False
     return Mover(corridor, path, start, rest, free)
@@ -75,14 +97,17 @@ def avoid_in_pair(
         distance: m between centres.
         z_scale: Distances in z count this many times.
         ways: Who may give way, in order of preference.
+
+    Raises:
+        SolverTimeout: An engine's seconds ran out before its iterations.
     """
     scale = np.array([1.0, 1.0, z_scale])
     cut = _cut_where_near(pair, distance, scale)
-    spans = _spans(cut)
+    meeting = _Meeting(_spans(cut), distance, scale)
     for way in ways:
-        for side in _sides(cut, spans, scale):
+        for side in _sides(cut, meeting):
             try:
-                yield _separated(cut, spans, side, way, distance, scale)
+                yield _separated(cut, meeting, side, way)
             except Infeasible:
                 continue  # another side, or another one gives way
 
@@ -97,6 +122,9 @@ def avoid_by_rule(movers: tuple[Mover, ...], distance: float, z_scale: float) ->
         movers: Two robots or more; none flies a lasso.
         distance: m between centres.
         z_scale: Distances in z count this many times.
+
+    Raises:
+        SolverTimeout: An engine's seconds ran out before its iterations.
     """
     scale = np.array([1.0, 1.0, z_scale])
     pairs = list(itertools.combinations(range(len(movers)), 2))
@@ -105,20 +133,20 @@ def avoid_by_rule(movers: tuple[Mover, ...], distance: float, z_scale: float) ->
         near = _cut_where_near((movers[i], movers[j]), distance, scale)
         for index, finer in ((i, near[0]), (j, near[1])):
             cut[index] = max(cut[index], finer, key=lambda robot: len(robot.path))
-    spans = _spans(tuple(cut))
+    meeting = _Meeting(_spans(tuple(cut)), distance, scale)
     for rule in ("right", "left", "above"):
-        sides = [_ruled(rule, (cut[i], cut[j]), spans, scale) for i, j in pairs]
+        sides = [_ruled(rule, (cut[i], cut[j]), meeting) for i, j in pairs]
         try:
-            yield _all_separated(tuple(cut), pairs, spans, sides, distance, scale)
+            yield _all_separated(tuple(cut), pairs, sides, meeting)
         except Infeasible:
             continue  # another rule
 
 
-def _ruled(rule: str, pair: tuple[Mover, Mover], spans: list[tuple[float, float]], scale: Floats) -> Floats:
+def _ruled(rule: str, pair: tuple[Mover, Mover], meeting: _Meeting) -> Floats:
     """Return the direction in which a rule moves the first robot of a pair away from the second."""
     if rule == "above":
         return np.array([0.0, 0.0, 1.0])
-    gaps = _gaps(pair, (pair[0].path, pair[1].path), spans, scale)
+    gaps = _gaps(pair, (pair[0].path, pair[1].path), meeting)
     nearest = int(np.argmin(np.linalg.norm(gaps, axis=1)))
     axis = gaps[min(nearest + 1, len(gaps) - 1)] - gaps[max(nearest - 1, 0)]
     side = np.cross(axis, [0.0, 0.0, 1.0])
@@ -130,10 +158,8 @@ def _ruled(rule: str, pair: tuple[Mover, Mover], spans: list[tuple[float, float]
 def _all_separated(
     movers: tuple[Mover, ...],
     pairs: list[tuple[int, int]],
-    spans: list[tuple[float, float]],
     sides: list[Floats],
-    distance: float,
-    scale: Floats,
+    meeting: _Meeting,
 ) -> tuple[Spline, ...]:
     """Return paths with planes between all pairs wherever they are near.
 
@@ -142,23 +168,23 @@ def _all_separated(
     """
     paths = tuple(robot.path for robot in movers)
     couples = [(movers[i], movers[j]) for i, j in pairs]
-    gaps = [_gaps(couple, (couple[0].path, couple[1].path), spans, scale) for couple in couples]
-    normals = [_facing(gap, side, distance) for gap, side in zip(gaps, sides, strict=True)]
-    active = [{int(k) for k in np.flatnonzero(np.linalg.norm(gap, axis=1) < distance + _NEAR)} for gap in gaps]
+    gaps = [_gaps(couple, (couple[0].path, couple[1].path), meeting) for couple in couples]
+    normals = [_facing(gap, side, meeting.distance) for gap, side in zip(gaps, sides, strict=True)]
+    active = [{int(k) for k in np.flatnonzero(np.linalg.norm(gap, axis=1) < meeting.distance + _NEAR)} for gap in gaps]
     rules: tuple[Rules, ...] = tuple({} for _ in movers)
     for _ in range(_ROUNDS):
         rows: list[list[Row]] = [[] for _ in movers]
         for (i, j), couple, normal, near in zip(pairs, couples, normals, active, strict=True):
-            first, second = _rows(couple, spans, normal, sorted(near), "both", distance, scale)
+            first, second = _rows(couple, normal, sorted(near), "both", meeting)
             rows[i] += first
             rows[j] += second
         paths = tuple(_fitted(*each) for each in zip(movers, rows, rules, strict=True))
         fresh = False
         for index, (i, j) in enumerate(pairs):
-            least = _least(couples[index], (paths[i], paths[j]), spans, scale)
-            near = {int(k) for k in np.flatnonzero(least < distance)} - active[index]
+            least = _least(couples[index], (paths[i], paths[j]), meeting)
+            near = {int(k) for k in np.flatnonzero(least < meeting.distance)} - active[index]
             if near:
-                after = _facing(_gaps(couples[index], (paths[i], paths[j]), spans, scale), sides[index], distance)
+                after = _facing(_gaps(couples[index], (paths[i], paths[j]), meeting), sides[index], meeting.distance)
                 normals[index][sorted(near)] = after[sorted(near)]
                 active[index] |= near
                 fresh = True
@@ -167,28 +193,26 @@ def _all_separated(
     raise Infeasible("The paths still come too near each other.")
 
 
-def _separated(
-    pair: tuple[Mover, Mover], spans: list[tuple[float, float]], side: Floats, way: Yielding, distance: float, scale: Floats
-) -> tuple[Spline, Spline]:
+def _separated(pair: tuple[Mover, Mover], meeting: _Meeting, side: Floats, way: Yielding) -> tuple[Spline, Spline]:
     """Return paths with planes between them wherever they are near, on one side.
 
     Raises:
         Infeasible: The planes contradict the corridors.
     """
     paths = (pair[0].path, pair[1].path)
-    gaps = _gaps(pair, paths, spans, scale)
-    normals = _facing(gaps, side, distance)
-    active = {int(index) for index in np.flatnonzero(np.linalg.norm(gaps, axis=1) < distance + _NEAR)}
+    gaps = _gaps(pair, paths, meeting)
+    normals = _facing(gaps, side, meeting.distance)
+    active = {int(index) for index in np.flatnonzero(np.linalg.norm(gaps, axis=1) < meeting.distance + _NEAR)}
     rules: tuple[Rules, Rules] = ({}, {})
     for _ in range(_ROUNDS):
-        rows = _rows(pair, spans, normals, sorted(active), way, distance, scale)
+        rows = _rows(pair, normals, sorted(active), way, meeting)
         paths = (_fitted(pair[0], rows[0], rules[0]), _fitted(pair[1], rows[1], rules[1]))
-        after = _gaps(pair, paths, spans, scale)
-        near = {int(index) for index in np.flatnonzero(_least(pair, paths, spans, scale) < distance)} - active
+        after = _gaps(pair, paths, meeting)
+        near = {int(index) for index in np.flatnonzero(_least(pair, paths, meeting) < meeting.distance)} - active
         if not near:
             return paths
         active |= near
-        normals[sorted(near)] = _facing(after, side, distance)[sorted(near)]
+        normals[sorted(near)] = _facing(after, side, meeting.distance)[sorted(near)]
     raise Infeasible("The two paths still come too near each other.")
 
 
@@ -206,18 +230,13 @@ def _fitted(robot: Mover, rows: list[Row], rules: Rules) -> Spline:
 
 
 def _rows(
-    pair: tuple[Mover, Mover],
-    spans: list[tuple[float, float]],
-    normals: Floats,
-    active: list[int],
-    way: Yielding,
-    distance: float,
-    scale: Floats,
+    pair: tuple[Mover, Mover], normals: Floats, active: list[int], way: Yielding, meeting: _Meeting
 ) -> tuple[list[Row], list[Row]]:
     """Return both robots' rows: the first is beyond the planes, the second before them."""
     rows: tuple[list[Row], list[Row]] = ([], [])
+    spans, distance = meeting.spans, meeting.distance
     for index in active:
-        normal = normals[index] * scale
+        normal = normals[index] * meeting.scale
         at = [_at(robot, *spans[index]) for robot in pair]
         along = [_points(robot.path, robot, *spans[index]) @ normal for robot in pair]
         moves = (at[0] is not None and way != "second", at[1] is not None and way != "first")
@@ -246,9 +265,9 @@ def _facing(gaps: Floats, side: Floats, distance: float) -> Floats:
     return pushed / np.linalg.norm(pushed, axis=1, keepdims=True)
 
 
-def _sides(pair: tuple[Mover, Mover], spans: list[tuple[float, float]], scale: Floats) -> list[Floats]:
+def _sides(pair: tuple[Mover, Mover], meeting: _Meeting) -> list[Floats]:
     """Return directions across the encounter, the one that the robots already take first."""
-    gaps = _gaps(pair, (pair[0].path, pair[1].path), spans, scale)
+    gaps = _gaps(pair, (pair[0].path, pair[1].path), meeting)
     nearest = int(np.argmin(np.linalg.norm(gaps, axis=1)))
     axis = gaps[min(nearest + 1, len(gaps) - 1)] - gaps[max(nearest - 1, 0)]
     size = float(np.linalg.norm(axis))
@@ -296,26 +315,29 @@ def _points(path: Spline, robot: Mover, begin: float, end: float) -> Floats:
     return bernstein_matrix(low, high) @ unit.T
 
 
-def _gaps(pair: tuple[Mover, Mover], paths: tuple[Spline, Spline], spans: list[tuple[float, float]], scale: Floats) -> Floats:
+def _gaps(pair: tuple[Mover, Mover], paths: tuple[Spline, Spline], meeting: _Meeting) -> Floats:
     """Return from the second robot to the first in the middle of each interval, z scaled. Shape (spans, 3)."""
     half = bernstein_matrix(0.0, 1.0)
     middle = np.linalg.solve(half.T, 0.5 ** np.arange(8))
-    gaps = [middle @ (_points(paths[0], pair[0], *span) - _points(paths[1], pair[1], *span)) for span in spans]
-    return np.array(gaps) * scale
+    gaps = [middle @ (_points(paths[0], pair[0], *span) - _points(paths[1], pair[1], *span)) for span in meeting.spans]
+    return np.array(gaps) * meeting.scale
 
 
-def _least(pair: tuple[Mover, Mover], paths: tuple[Spline, Spline], spans: list[tuple[float, float]], scale: Floats) -> Floats:
+def _least(pair: tuple[Mover, Mover], paths: tuple[Spline, Spline], meeting: _Meeting) -> Floats:
     """Return a sampled least distance in each interval. Shape (spans,)."""
     half = bernstein_matrix(0.0, 1.0)
     sampled = np.linalg.solve(half.T, np.linspace(0.0, 1.0, 9) ** np.arange(8)[:, None]).T
-    gaps = [sampled @ (_points(paths[0], pair[0], *span) - _points(paths[1], pair[1], *span)) * scale for span in spans]
+    gaps = [
+        sampled @ (_points(paths[0], pair[0], *span) - _points(paths[1], pair[1], *span)) * meeting.scale
+        for span in meeting.spans
+    ]
     return np.array([np.linalg.norm(gap, axis=1).min() for gap in gaps])
 
 
 def _cut_where_near(pair: tuple[Mover, Mover], distance: float, scale: Floats) -> tuple[Mover, Mover]:
     """Return the robots with the legs of their encounter cut finer, so that the paths have something to give."""
     spans = _spans(pair)
-    near = np.flatnonzero(_least(pair, (pair[0].path, pair[1].path), spans, scale) < 2 * distance + _NEAR)
+    near = np.flatnonzero(_least(pair, (pair[0].path, pair[1].path), _Meeting(spans, distance, scale)) < 2 * distance + _NEAR)
     if not len(near):
         return pair
     begin, end = spans[near[0]][0], spans[near[-1]][1]

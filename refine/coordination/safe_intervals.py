@@ -48,6 +48,9 @@ def schedule_safe_intervals(
         teams: Robots that rest at every point, and the same ones on other ways; the first that works is taken.
         spacing: What they keep.
         max_pieces: Pieces that a robot may fly, hovers included; None for any number.
+
+    Raises:
+        Infeasible: A robot's limits cannot be kept at any pace.
     """
     for robots in teams:
         gridded = {name: _on_grid(plan.mission, robot) for name, robot in robots.items()}

@@ -48,6 +48,7 @@ def together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: P
         tell: Told a sentence and a share of the work.
 
     Raises:
+        BadInput: The plan's numbers do not fit each other.
         Infeasible: A robot cannot fly as planned even alone, two of them start or end too near each other, or nothing that was
             tried keeps them apart.
         SolverTimeout: An engine's seconds ran out.

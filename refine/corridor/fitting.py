@@ -51,6 +51,7 @@ def fit(
 
     Raises:
         Infeasible: The rules contradict each other.
+        SolverTimeout: An engine's seconds ran out before its iterations.
     """
     times = corridor.durations if durations is None else durations
     fixed, rules = fixed_states(corridor, rest), monotone_rules(corridor, monotone)
@@ -83,8 +84,15 @@ def monotone_rules(corridor: Corridor, legs: frozenset[int]) -> Rules:
 def until_kept(corridor: Corridor, rules: Rules, attempt: Callable[[], Spline], *, buffer: float = BUFFER) -> Spline:
     """Call `attempt` until its path keeps the corridor, writing the rules that it breaks into `rules` in between.
 
+    Args:
+        corridor: What is kept.
+        rules: Planes that are written down so far; grows.
+        attempt: Returns a path that keeps `rules`.
+        buffer: m by which planes stand off.
+
     Raises:
         Infeasible: A straight leg meets an obstacle, or the rounds ran out.
+        SolverTimeout: An engine's seconds ran out before its iterations.
     """
     for _ in range(ROUNDS):
         path = attempt()

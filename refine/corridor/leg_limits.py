@@ -28,7 +28,13 @@ _TURNS = 50
 
 
 def leg_speeds(mission: Mission, robot: RobotPlan, corridor: Corridor) -> Floats | None:
-    """Return the limit on speed of each leg; None where there is none of its own."""
+    """Return the limit on speed of each leg; None where there is none of its own.
+
+    Args:
+        mission: Whose `limits.legs` count.
+        robot: Its visits.
+        corridor: Its legs.
+    """
     if not mission.limits.legs:
         return None
     speeds = np.full(len(corridor), np.inf)
@@ -41,7 +47,14 @@ def leg_speeds(mission: Mission, robot: RobotPlan, corridor: Corridor) -> Floats
 
 
 def slow_legs(mission: Mission, robot: RobotPlan, corridor: Corridor, path: Spline) -> Floats:
-    """Return how much longer each leg must last for the limits of its own. Shape (legs,)."""
+    """Return how much longer each leg must last for the limits of its own. Shape (legs,).
+
+    Args:
+        mission: Whose `limits.legs` count.
+        robot: Its visits.
+        corridor: Its legs.
+        path: Three axes, one piece a leg.
+    """
     factors = np.ones(len(corridor))
     if not mission.limits.legs:
         return factors
@@ -66,6 +79,11 @@ def slower_on_ways(mission: Mission, robot: RobotPlan, path: Spline) -> float:
     """Return how many times slower a finite flight must be for the limits on its ways, wherever its corridor has led it.
 
     A path that gives way to others, or that swings inside a region, may be on a way where its corridor knows of none.
+
+    Args:
+        mission: Whose `limits.legs` count.
+        robot: Its visits.
+        path: Three axes.
     """
     factor = 1.0
     limited = [visit for visit in range(len(robot.visits)) if robot.visits[visit].region in mission.limits.legs]

@@ -92,7 +92,13 @@ class Space:
 
 
 def space_for(mission: Mission, name: str, clearance: float) -> Space:
-    """Return what a robot flies in, with `clearance` m on top of the margin."""
+    """Return what a robot flies in, with `clearance` m on top of the margin.
+
+    Args:
+        mission: Gives regions, hoops, margin and workspace.
+        name: The robot's.
+        clearance: m on top of the margin.
+    """
     low, high = (np.array(corner) for corner in (mission.workspace.min, mission.workspace.max))
     more = min(clearance, ROUNDING)
     return Space(
@@ -168,6 +174,11 @@ def trimmed(body: Body, ends: Floats, clearance: float) -> Body:
     """Return a body, shrunk where an end of a leg lies in its outermost `clearance` m, so that the end is just outside.
 
     The clearance is there for curves; a given point is where it is, and may use up all of it but for what rounding needs.
+
+    Args:
+        body: What a leg stays out of.
+        ends: The leg's, m. Shape (2, 3).
+        clearance: m on top of the margin that the body was grown by.
     """
     near = body.signed_distance(ends)
     slivers = near[(near <= 0.0) & (near >= ROUNDING - clearance)]
@@ -189,7 +200,13 @@ def _passing(mission: Mission, robot: RobotPlan, here: TimedWaypoint, there: Tim
 
 
 def passage_radius(mission: Mission, hoop: Hoop, clearance: float) -> float:
-    """Return how far from a hoop's axis a passage may be, in m; not positive where there is no room for it."""
+    """Return how far from a hoop's axis a passage may be, in m; not positive where there is no room for it.
+
+    Args:
+        mission: Gives margin and vehicle radius.
+        hoop: What is flown through.
+        clearance: m on top of the margin.
+    """
     margin = mission.margin + clearance
     return min(room_in_opening(hoop, mission.vehicle.radius, margin), room_in_region(hoop, margin))
 
@@ -218,7 +235,14 @@ def _passage_cylinder(mission: Mission, name: str, hoop_name: str, clearance: fl
 
 
 def refused(claim: str, name: str, stop: TimedWaypoint, sentence: str) -> Infeasible:
-    """Return the error that says why a stop cannot be flown to."""
+    """Return the error that says why a stop cannot be flown to.
+
+    Args:
+        claim: What the judge would call it.
+        name: The robot's.
+        stop: The point.
+        sentence: What is wrong with it.
+    """
     return Infeasible(sentence, Witness(claim=claim, sentence=sentence, robot=name, region=stop.region, visit=stop.visit))
 
 

@@ -97,7 +97,15 @@ def corridor_of(
 
 
 def standing_corridor(mission: Mission, name: str, point: Floats, pieces: int, *, clearance: float = CLEARANCE) -> Corridor:
-    """Return the corridor of a robot that hovers and may be asked to step aside and come back, keeping out of all regions."""
+    """Return the corridor of a robot that hovers and may be asked to step aside and come back, keeping out of all regions.
+
+    Args:
+        mission: Gives regions, hoops, margin and workspace.
+        name: The robot's.
+        point: Where it hovers, m. Shape (3,).
+        pieces: Legs that it may have.
+        clearance: m on top of the margin.
+    """
     space = space_for(mission, name, clearance)
     bodies = (*space.bodies.regions.values(), *space.bodies.rings.values())
     outside = [body for body in bodies if body.signed_distance(point) > 0.0]

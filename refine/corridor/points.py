@@ -22,6 +22,11 @@ def with_rests(corridor: Corridor, mission: Mission, visits: frozenset[int]) -> 
 
     It is where the robot sets out for the visit, or where that lies in a region, the first place on the way that does not:
     others may have to wait until it has left.
+
+    Args:
+        corridor: The robot's.
+        mission: Gives regions and hoops.
+        visits: For which it waits; numbers in its plan.
     """
     bodies = bodies_of(mission, CLEARANCE)
     outside = (*bodies.regions.values(), *bodies.rings.values())
@@ -63,6 +68,11 @@ def thinned(corridor: Corridor, pieces: int, laps: int = 1) -> Corridor:
 
     A leg of the cycle is flown `laps` times and counts as many. The points that lose least length for each leg saved go
     first. What cannot be left out stays, so the result may be longer.
+
+    Args:
+        corridor: The robot's.
+        pieces: Legs that are flown at most.
+        laps: Times that the cycle is flown.
     """
 
     def repeats(node: int) -> int:

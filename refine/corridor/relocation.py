@@ -20,7 +20,13 @@ _UNIT_BALL = np.array([p for p in itertools.product(np.linspace(-1.0, 1.0, 13), 
 
 
 def movable(mission: Mission, robot: RobotPlan, waypoint: Waypoint) -> bool:
-    """Tell whether a point makes a visit that might as well be made elsewhere in its region."""
+    """Tell whether a point makes a visit that might as well be made elsewhere in its region.
+
+    Args:
+        mission: Gives the regions.
+        robot: Its plan.
+        waypoint: One of its waypoints.
+    """
     visited = {visit.region for visit in robot.visits}
     return (
         waypoint.region in mission.regions

@@ -31,7 +31,13 @@ class SampledStay:
 
 
 def stays(path: Spline, regions: dict[str, Region], margin: float) -> tuple[SampledStay, ...]:
-    """Return all stays in order of their start."""
+    """Return all stays in order of their start.
+
+    Args:
+        path: Three axes or more.
+        regions: By name.
+        margin: m by which each is grown.
+    """
     points = path.sample(_SAMPLES)[..., :3].reshape(-1, 3)
     times = (path.knots[:-1, None] + path.durations[:, None] * _SAMPLES).ravel()
     found: list[SampledStay] = []
@@ -53,6 +59,13 @@ def violations(path: Spline, mission: Mission, name: str, robot: RobotPlan, clea
 
     Stays are counted with the margin, and with `clearance` m more and less of it: a path that just about leaves a region and comes
     back may be one stay or two.
+
+    Args:
+        path: Three axes or more.
+        mission: Gives regions and margin.
+        name: The robot's.
+        robot: Its visits.
+        clearance: m.
     """
     found, wanted = stays(path, mission.all_regions, mission.margin), [visit.region for visit in robot.visits]
     for by in (0.0, clearance, -clearance) if clearance else (0.0,):

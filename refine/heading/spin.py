@@ -79,6 +79,11 @@ def with_least_spin(path: Spline, limits: Limits, *, safety: float = 2e-4) -> tu
     Slowing a finished heading lets its spin fall only with the pace, while a vehicle that flies more slowly leans less and
     needs another heading, so a few paces are tried, each with a heading of its own and with a constant one.
 
+    Args:
+        path: Three axes.
+        limits: What must hold.
+        safety: Share of each limit kept back.
+
     Raises:
         Infeasible: No pace helps; says which limit is in the way.
     """

@@ -64,6 +64,12 @@ def shares_used(
     """Return, for each limited quantity, its samples, its limit, and the share of the way from hovering to the limit.
 
     All arrays have shape (pieces, samples).
+
+    Args:
+        path: Three axes.
+        yaw: One axis, same durations; None where yaw is constant.
+        limits: Infinite ones are left out.
+        samples: A piece.
     """
     at = np.linspace(0.0, 1.0, samples)
     velocity, acceleration, jerk, snap = (path.sample(at, d) for d in (1, 2, 3, 4))

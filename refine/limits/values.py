@@ -87,7 +87,11 @@ class Limits:
         )
 
     def tightened(self, name: str, factor: float) -> Limits:
-        """Return these limits with one of them taken `factor` (0 to 1) of its way from hovering to the limit."""
+        """Return these limits with one of them taken `factor` (0 to 1) of its way from hovering to the limit.
+
+        Raises:
+            BadInput: `factor` is not in (0, 1].
+        """
         if not 0 < factor <= 1:
             raise BadInput(f"a limit is tightened by a factor in (0, 1], not {factor}.")
         if name in ("thrust_min", "thrust_max"):
@@ -102,7 +106,11 @@ class Limits:
         return replace(self, **{name: factor * getattr(self, name)})
 
     def shrunk(self, share: float) -> Limits:
-        """Return all limits tightened by a small share, for what is only sampled."""
+        """Return all limits tightened by a small share, for what is only sampled.
+
+        Raises:
+            BadInput: `share` is not in [0, 1).
+        """
         result = self
         for name in LIMIT_NAMES:
             result = result.tightened(name, 1.0 - share)

@@ -33,6 +33,7 @@ def robot_flight(problem: Problem, name: str, extra: tuple[Ball, ...] = (), rest
         rests: Visits for which the robot sets out from a rest.
 
     Raises:
+        BadInput: The plan's numbers do not fit each other.
         Infeasible: A limit or a label cannot be kept; carries a witness.
         SolverTimeout: An engine's seconds ran out before its iterations.
     """

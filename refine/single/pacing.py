@@ -35,6 +35,7 @@ def timed(task: Task, rest: frozenset[int], monotone: frozenset[int] = NOWHERE) 
 
     Raises:
         Infeasible: The corridor's rules contradict each other, or no pace keeps the limits.
+        SolverTimeout: An engine's seconds ran out before its iterations.
     """
     corridor = task.corridor
     first = _paced(task, rest, monotone, corridor.durations)

@@ -180,6 +180,7 @@ class _Programmes:
 
         Raises:
             Infeasible: None does.
+            SolverTimeout: An engine's seconds ran out before its iterations.
         """
         start, weight = self._aim.start, self._aim.weight
         tries: list[Callable[[], Spline]] = [lambda: self.solved(self.last.stretched(_ROOM), weight)] if self._answers else []
@@ -207,6 +208,7 @@ class _Programmes:
 
         Raises:
             Infeasible: It did not converge, or no programme is left.
+            SolverTimeout: An engine's seconds ran out before its iterations.
         """
         if not self._left:
             raise Infeasible(f"{_PROGRAMMES} programmes did not lead to a path that keeps the corridors and labels.")

@@ -26,6 +26,7 @@ def showing_visits(task: Task, halts: frozenset[int]) -> Fitted:
 
     Raises:
         Infeasible: Not even the polyline shows the plan's visits, or its limits cannot be kept.
+        SolverTimeout: An engine's seconds ran out before its iterations.
     """
     clearance = _UNSURE + task.clearance
     try:

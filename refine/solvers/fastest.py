@@ -40,7 +40,7 @@ _FASTER = 0.6
 _COINCIDENT = 1e-6
 
 
-def time_optimal(
+def time_optimal(  # what a caller may ask for, each by its keyword
     waypoints: ArrayLike,
     limits: Limits,
     *,
@@ -134,7 +134,12 @@ def _crosses(path: Spline, wall: Plane) -> bool:
 
 
 def stretched_guess(points: Floats, limits: Limits) -> Spline:
-    """Return minimum snap with times in proportion to the legs' lengths, as fast as uniform stretching allows."""
+    """Return minimum snap with times in proportion to the legs' lengths, as fast as uniform stretching allows.
+
+    Raises:
+        BadInput: The points make no minimum-snap problem.
+        Infeasible: The limits cannot be kept at any speed.
+    """
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     times = np.concatenate([[0.0], np.cumsum(np.maximum(lengths, 0.02 * lengths.max()))])
     path = minimum_snap(points, times)

@@ -401,8 +401,8 @@ def _piece(limited: tuple[str, ...], instants: int) -> tuple[Any, Any, Any, Any]
     snap = ca.sum1(ca.sum2(unit * (ca.DM(SNAP) @ unit))) / powers[7]
     values: list[Any] = []
     for at in np.linspace(0.0, 1.0, instants):
-        v, a, j, s = (_derivative(coefficients, powers, float(at), d) for d in (1, 2, 3, 4))
-        values += _limit_rows(limited, v, a, j, s, numbers, speed)
+        motion = tuple(_derivative(coefficients, powers, float(at), d) for d in (1, 2, 3, 4))
+        values += _limit_rows(limited, motion, numbers, speed)
     rows = ca.vertcat(*values) if values else ca.SX(0, 1)
     weight, multipliers = ca.SX.sym("weight"), ca.SX.sym("multipliers", rows.shape[0])
     hessian, _ = ca.hessian(weight * snap + ca.dot(multipliers, rows), local)
@@ -459,8 +459,9 @@ def _derivative(coefficients: Any, powers: list[Any], at: float, derivative: int
     return (ca.DM(weights).T @ coefficients).T / powers[derivative]
 
 
-def _limit_rows(limited: tuple[str, ...], v: Any, a: Any, j: Any, s: Any, numbers: Any, speed: Any) -> list[Any]:
+def _limit_rows(limited: tuple[str, ...], motion: tuple[Any, ...], numbers: Any, speed: Any) -> list[Any]:
     """Return constraints at one instant, each divided by its limit so that all are of the order of one."""
+    v, a, j, s = motion  # velocity to snap
     force = a + ca.DM([0.0, 0.0, GRAVITY])
     square = ca.sumsqr(force)
     rows: list[Any] = []

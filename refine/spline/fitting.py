@@ -34,7 +34,15 @@ def bases(path: Spline, at: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def fitted(path: Spline, values: Floats, wanted: Floats, free: NDArray[np.bool_], weights: Floats) -> Floats:
-    """Return node states whose yaw is nearest to wanted samples. Shape (4 nodes,)."""
+    """Return node states whose yaw is nearest to wanted samples. Shape (4 nodes,).
+
+    Args:
+        path: Gives the durations.
+        values: Maps node states to samples (see `bases`). Shape (samples, 4 nodes).
+        wanted: The samples, rad. Shape (samples,).
+        free: States that are looked for; the others are 0. Shape (nodes, 4).
+        weights: Of the samples. Shape (samples,).
+    """
     scale = np.tile(path.durations.mean() ** -np.arange(ORDER), len(path) + 1)
     matrix = (values * scale)[:, free.ravel()] * weights[:, None]
     solution = np.linalg.solve(matrix.T @ matrix + 1e-4 * np.eye(matrix.shape[1]), matrix.T @ (weights * wanted))

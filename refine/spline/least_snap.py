@@ -71,7 +71,13 @@ _BAND, _RIGHT = _weights()
 
 
 def banded_problem(waypoints: Floats, durations: Floats, known: Floats | None = None) -> BandedProblem:
-    """Assemble the system for given points, times and known derivatives (see `BandedProblem`)."""
+    """Assemble the system for given points, times and known derivatives (see `BandedProblem`).
+
+    Args:
+        waypoints: m. Shape (nodes, axes).
+        durations: s. Shape (nodes - 1,).
+        known: Velocity, acceleration and jerk where given, else NaN. Shape (nodes, 3, axes).
+    """
     inverse = 1.0 / durations
     powers = np.empty((6, len(durations)))
     powers[0] = inverse

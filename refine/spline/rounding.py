@@ -80,7 +80,13 @@ def nearest32(value: Fraction) -> float:
 
 
 def exact_end(coefficients: Floats, duration: float, derivative: int = 0) -> Fraction:
-    """Return one axis of a piece, or a derivative of it, at its end, exactly."""
+    """Return one axis of a piece, or a derivative of it, at its end, exactly.
+
+    Args:
+        coefficients: Ascending powers of local time. Shape (8,).
+        duration: s.
+        derivative: Which one.
+    """
     time = Fraction(float(duration))
     weights = derivative_weights(derivative)
     total = Fraction(0)
