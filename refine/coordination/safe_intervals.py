@@ -34,7 +34,7 @@ _PER_GRID = round(GRID / _STEP)
 _ORDERS = 24
 _NUMBERS = 1_000_000
 """Points that are compared at once, for the memory's sake."""
-_CLEAR = 2e-3
+SCHEDULE_CLEARANCE = 2e-3
 """m on top of the distance, so that the schedule's own check finds it kept."""
 
 
@@ -53,7 +53,7 @@ def schedule_safe_intervals(
         Infeasible: A robot's limits cannot be kept at any pace.
     """
     for robots in teams:
-        gridded = {name: _on_grid(plan.mission, robot) for name, robot in robots.items()}
+        gridded = {name: on_time_grid(plan.mission, robot) for name, robot in robots.items()}
         timetable = _Timetable(gridded, spacing)
         orders = Orders(tuple(gridded), _ORDERS)
         for order in orders:
@@ -72,8 +72,12 @@ def schedule_safe_intervals(
     return None
 
 
-def _on_grid(mission: Mission, robot: RobotFlight) -> RobotFlight:
-    """Return a robot whose legs last whole steps of the grid, at least as long as before."""
+def on_time_grid(mission: Mission, robot: RobotFlight) -> RobotFlight:
+    """Return a robot whose legs last whole steps of the grid, at least as long as before.
+
+    Raises:
+        Infeasible: Its limits cannot be kept at any pace.
+    """
     if robot.corridor is None:
         return robot
     path, rest = robot.path, frozenset(range(len(robot.path) + 1))
@@ -110,8 +114,8 @@ class _Timetable:
         return waits
 
     def _next(self, robot: RobotFlight, tracks: list[Track]) -> tuple[Floats, Track] | None:
-        waits = _through(robot, tracks, self._steps, self._spacing)
-        return None if waits is None else (waits, _track(robot, waits, self._steps, self._spacing))
+        waits = earliest_waits(robot, tracks, self._steps, self._spacing)
+        return None if waits is None else (waits, track_of(robot, waits, self._steps, self._spacing))
 
 
 def _legs(robot: RobotFlight, spacing: Spacing) -> list[Floats]:
@@ -124,8 +128,15 @@ def _legs(robot: RobotFlight, spacing: Spacing) -> list[Floats]:
     return legs
 
 
-def _track(robot: RobotFlight, waits: Floats, steps: int, spacing: Spacing) -> Track:
-    """Return the track of a robot that waits at its points."""
+def track_of(robot: RobotFlight, waits: Floats, steps: int, spacing: Spacing) -> Track:
+    """Return the track of a robot that waits at its points.
+
+    Args:
+        robot: Whose legs last whole steps of the grid.
+        waits: At its points, s. Shape (legs,).
+        steps: Of the grid, over the whole time.
+        spacing: How z counts.
+    """
     legs, scale = _legs(robot, spacing), np.array([1.0, 1.0, spacing.z_scale])
     nodes = robot.path.nodes[:, :3] * scale
     parts: list[Floats] = []
@@ -138,8 +149,15 @@ def _track(robot: RobotFlight, waits: Floats, steps: int, spacing: Spacing) -> T
     return track, reach_of(track)
 
 
-def _through(robot: RobotFlight, tracks: list[Track], steps: int, spacing: Spacing) -> Floats | None:
-    """Return a robot's waits at its points so that it ends as early as the others allow; None where they do not."""
+def earliest_waits(robot: RobotFlight, tracks: list[Track], steps: int, spacing: Spacing) -> Floats | None:
+    """Return a robot's waits at its points so that it ends as early as the others allow; None where they do not.
+
+    Args:
+        robot: Whose legs last whole steps of the grid.
+        tracks: The robots' that go first.
+        steps: Of the grid, over the whole time.
+        spacing: What is kept.
+    """
     legs = _legs(robot, spacing)
     nodes = robot.path.nodes[:, :3] * np.array([1.0, 1.0, spacing.z_scale])
     hovers = np.array([_hover_clear(node, tracks, steps, spacing.distance) for node in nodes])
@@ -180,7 +198,7 @@ def _hover_clear(node: Floats, tracks: list[Track], steps: int, distance: float)
     """Tell for each step of the grid whether a hover during it keeps the distance. Shape (steps,)."""
     clear = np.ones(steps, dtype=bool)
     for track, reach in tracks:
-        far = np.linalg.norm(track - node, axis=1) - reach >= distance + _CLEAR
+        far = np.linalg.norm(track - node, axis=1) - reach >= distance + SCHEDULE_CLEARANCE
         clear &= far[:-1].reshape(steps, _PER_GRID).all(axis=1) & far[_PER_GRID::_PER_GRID]
     return clear
 
@@ -198,12 +216,12 @@ def _leg_clear(leg: Floats, tracks: list[Track], steps: int, distance: float) ->
         wide = sliding_window_view(wider(reaches), len(leg))[: len(track) : _PER_GRID]
         for some in _blocks(steps + 1, rows):
             gaps = np.linalg.norm(at[some][:, look] - leg[look], axis=2)  # a coarse look settles most times
-            clear[some] &= (gaps - mine[look] - within[some][:, look]).min(axis=1) >= distance + _CLEAR
-            sure = (gaps - wider(mine)[look] - wide[some][:, look]).min(axis=1) >= distance + _CLEAR
+            clear[some] &= (gaps - mine[look] - within[some][:, look]).min(axis=1) >= distance + SCHEDULE_CLEARANCE
+            sure = (gaps - wider(mine)[look] - wide[some][:, look]).min(axis=1) >= distance + SCHEDULE_CLEARANCE
             unsure = some.start + np.flatnonzero(clear[some] & ~sure)
             if len(unsure):
                 finer = np.linalg.norm(at[unsure] - leg, axis=2) - mine - within[unsure]
-                clear[unsure] = finer.min(axis=1) >= distance + _CLEAR
+                clear[unsure] = finer.min(axis=1) >= distance + SCHEDULE_CLEARANCE
     return clear
 
 

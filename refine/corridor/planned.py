@@ -85,7 +85,7 @@ def corridor_of(
         durations += list(nominal * lengths / max(straight, 1e-9) if inner else [nominal])
         points += [point for point, _ in chain[1:]]
         needed += [False] * inner + [_needed(mission, robot, there) or index == len(stops) - 2 or cycle == index + 1]
-        rooms += [None] * inner + [_room(mission, robot, there, clearance)]
+        rooms += [None] * inner + [visit_room(mission, robot, there, clearance)]
         legs += [part for _, part in chain[1:]]
         if cycle == index + 1:
             cycle_point = len(points) - 1
@@ -182,8 +182,15 @@ def _leaving_out(
     return [stops[index] for index in kept], None if cycle is None else kept.index(cycle)
 
 
-def _room(mission: Mission, robot: RobotPlan, stop: TimedWaypoint, clearance: float) -> Ball | None:
-    """Return where the point of a visit may lie instead; None where it must not move."""
+def visit_room(mission: Mission, robot: RobotPlan, stop: TimedWaypoint, clearance: float) -> Ball | None:
+    """Return where the point of a visit may lie instead; None where it must not move.
+
+    Args:
+        mission: Gives regions, hoops, margin and vehicle radius.
+        robot: Its visits.
+        stop: The point.
+        clearance: m on top of the margin.
+    """
     if stop.visit is None or stop.visit >= len(robot.visits) or stop.region is None:
         return None
     if stop.region != robot.visits[stop.visit].region:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.limits.flatness import flat_state
+from refine.limits.flatness import flat_samples
 from refine.limits.stretching import stretch_to_limits
 from refine.limits.values import Limits
 from refine.spline.basis import ORDER
@@ -105,7 +105,7 @@ def _spin(motion: tuple[Floats, ...], yaw: Floats, rate: Floats) -> Floats:
     """Return the rate about the body's z at all samples. Shape (pieces * samples,)."""
     shape = motion[0].shape[:2]
     acceleration, jerk, snap = motion
-    flat = flat_state(acceleration, jerk, snap, yaw.reshape(shape), rate.reshape(shape), np.zeros(shape))
+    flat = flat_samples(acceleration, jerk, snap, yaw.reshape(shape), rate.reshape(shape), np.zeros(shape))
     return flat.rates[..., 2].ravel()
 
 

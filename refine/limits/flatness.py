@@ -2,6 +2,10 @@
 
 Conventions: r'' = -g e3 + (f/m) R e3, R = Rz(yaw) Ry(pitch) Rx(roll), so the body's x axis lies in the plane of
 (cos yaw, sin yaw, 0) and the world's z. The functions take arrays of samples and prove nothing between them.
+
+The controllers have a flatness map of their own (`flight.control.flatness`): that one is called at every step of a closed loop with
+thrust away from zero, this one on whole flights with thrust anywhere, and the two were derived apart. A test holds them to each
+other; made one, the last bits of flights that are already certified would change.
 """
 
 from __future__ import annotations
@@ -21,7 +25,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class FlatState:
+class FlatSamples:
     """What the vehicle does at the samples; each array begins with the samples' shape.
 
     Attributes:
@@ -52,9 +56,9 @@ class FlatState:
         return rotors.mass * self.thrust[..., None] / 4 + share @ signs.T
 
 
-def flat_state(
+def flat_samples(
     acceleration: Floats, jerk: Floats, snap: Floats, yaw: Floats, yaw_rate: Floats, yaw_acceleration: Floats
-) -> FlatState:
+) -> FlatSamples:
     """Return attitude and rates at samples.
 
     Args:
@@ -97,7 +101,7 @@ def flat_state(
     )
     below_1 = _dot(y_1, across) - yaw_rate * _dot(y, along)
     turn_1 = (top_1 - turn * below_1) / below
-    return FlatState(
+    return FlatSamples(
         thrust=thrust,
         tilt=np.arctan2(np.linalg.norm(force[..., :2], axis=-1), force[..., 2]),
         axes=np.stack([x, y, z], axis=-2),

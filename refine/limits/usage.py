@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.limits.flatness import flat_state
+from refine.limits.flatness import flat_samples
 from refine.limits.values import LIMIT_NAMES, Limits
 from refine.spline.values import Spline
 from verify.data import GRAVITY
@@ -74,7 +74,7 @@ def shares_used(
     at = np.linspace(0.0, 1.0, samples)
     velocity, acceleration, jerk, snap = (path.sample(at, d) for d in (1, 2, 3, 4))
     flat_yaw = [np.zeros(velocity.shape[:2])] * 3 if yaw is None else [yaw.sample(at, d)[..., 0] for d in (0, 1, 2)]
-    flat = flat_state(acceleration, jerk, snap, *flat_yaw)
+    flat = flat_samples(acceleration, jerk, snap, *flat_yaw)
     result: dict[str, tuple[Floats, float, Floats]] = {}
 
     def note(name: str, values: Floats, limit: float, rest: float = 0.0) -> None:

@@ -32,7 +32,7 @@ def robots(seed: int) -> dict[str, RobotFlight]:
     mission = room({"far": ball(2.5, 2.5)}, {name: Agent(start=tuple(points[0])) for name, points in corners.items()})
     plan = Plan(mission=mission, robots={name: straight(*points) for name, points in corners.items()})
     alone = {name: robot_flight(Problem(plan, feedback_of(plan, ()), RESTS, SPACING), name) for name in corners}
-    return {name: safe_intervals._on_grid(mission, robot) for name, robot in alone.items()}
+    return {name: safe_intervals.on_time_grid(mission, robot) for name, robot in alone.items()}
 
 
 def end_of(robot: RobotFlight, waits: np.ndarray) -> float:
@@ -43,20 +43,20 @@ def end_of(robot: RobotFlight, waits: np.ndarray) -> float:
 def test_no_waits_end_earlier_than_those_that_are_found(seed: int) -> None:
     first, second = robots(seed).values()
     steps = int(np.ceil((first.path.duration + second.path.duration + 2 * WAITS.max()) / GRID)) + 2
-    track = safe_intervals._track(first, np.array([0.0, 1.5]), steps, SPACING)
-    found = safe_intervals._through(second, [track], steps, SPACING)
+    track = safe_intervals.track_of(first, np.array([0.0, 1.5]), steps, SPACING)
+    found = safe_intervals.earliest_waits(second, [track], steps, SPACING)
 
     def keeps_apart(waits: np.ndarray) -> bool:
-        points, reach = safe_intervals._track(second, waits, steps, SPACING)
+        points, reach = safe_intervals.track_of(second, waits, steps, SPACING)
         gap = np.linalg.norm(points - track[0], axis=1) - reach - track[1]
-        return bool(gap.min() >= SPACING.distance + safe_intervals._CLEAR)
+        return bool(gap.min() >= SPACING.distance + safe_intervals.SCHEDULE_CLEARANCE)
 
     tried = [np.array(waits) for waits in itertools.product(WAITS, repeat=2)]
     good = [end_of(second, waits) for waits in tried if keeps_apart(waits)]
     if found is None:
         assert not good
         return
-    points, _ = safe_intervals._track(second, found, steps, SPACING)
+    points, _ = safe_intervals.track_of(second, found, steps, SPACING)
     assert np.linalg.norm(points - track[0], axis=1).min() >= SPACING.distance
     assert end_of(second, found) <= min(good, default=np.inf)
 
@@ -67,8 +67,8 @@ def test_some_of_these_need_waits_and_some_cannot_be_helped() -> None:
     for seed in range(12):
         first, second = robots(seed).values()
         steps = int(np.ceil((first.path.duration + second.path.duration + 2 * WAITS.max()) / GRID)) + 2
-        track = safe_intervals._track(first, np.array([0.0, 1.5]), steps, SPACING)
-        found = safe_intervals._through(second, [track], steps, SPACING)
+        track = safe_intervals.track_of(first, np.array([0.0, 1.5]), steps, SPACING)
+        found = safe_intervals.earliest_waits(second, [track], steps, SPACING)
         kinds.add("none" if found is None else "on the way" if found[1] > 0.0 else "at the start" if found[0] > 0.0 else "free")
     assert kinds >= {"none", "free", "at the start"}
 

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from flight.control.flatness import flat_state, lifted
 from refine import Limits, minimum_snap
-from refine.limits.flatness import flat_state
+from refine.limits.flatness import flat_samples
 from refine.limits.stretching import stretch_to_limits
 from refine.limits.usage import peaks
 from refine.limits.values import rotors_of
@@ -20,7 +21,7 @@ ZERO = np.zeros(())
 
 def test_rates_of_a_worked_example() -> None:
     """At constant yaw, f = (8, 8, 10) and j = (60, -40, 0): rates (3.56, 3.10, 1.94)."""
-    state = flat_state(np.array([8.0, 8.0, 10.0 - GRAVITY]), np.array([60.0, -40.0, 0.0]), np.zeros(3), ZERO, ZERO, ZERO)
+    state = flat_samples(np.array([8.0, 8.0, 10.0 - GRAVITY]), np.array([60.0, -40.0, 0.0]), np.zeros(3), ZERO, ZERO, ZERO)
     np.testing.assert_allclose(state.rates, [3.56, 3.10, 1.94], atol=6e-3)
     assert np.hypot(*state.rates[:2]) == pytest.approx(4.72, abs=5e-3)
 
@@ -37,7 +38,7 @@ def test_rates_and_accelerations_are_derivatives_of_the_attitude(seed: int) -> N
         slopes = np.array([k * t ** max(k - 1, 0) for k in range(6)])
         bends = np.array([k * (k - 1) * t ** max(k - 2, 0) for k in range(6)])
         yaw = turn @ [1, t, t**2, t**3], turn @ [0, 1, 2 * t, 3 * t**2], turn @ [0, 0, 2, 6 * t]
-        return flat_state(curve @ powers, curve @ slopes, curve @ bends, *(np.asarray(y) for y in yaw))
+        return flat_samples(curve @ powers, curve @ slopes, curve @ bends, *(np.asarray(y) for y in yaw))
 
     h = 1e-5
     here, before, after = at(0.1), at(0.1 - h), at(0.1 + h)
@@ -52,9 +53,25 @@ def test_rates_and_accelerations_are_derivatives_of_the_attitude(seed: int) -> N
     np.testing.assert_allclose((after.rates - before.rates) / (2 * h), here.accelerations, rtol=1e-3, atol=1e-3)
 
 
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=50, deadline=None)
+def test_the_controllers_flatness_was_derived_apart_and_agrees(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    acceleration, jerk, snap = rng.normal(size=(3, 20, 3)) * np.array([3.0, 10.0, 40.0])[:, None, None]
+    yaw = rng.normal(size=(3, 20))
+    ours, theirs = flat_samples(acceleration, jerk, snap, *yaw), flat_state(lifted(acceleration.T), jerk.T, snap.T, *yaw)
+    clear = (ours.thrust > 2.0) & (
+        np.abs(np.sum(ours.axes[:, 1] * np.stack([-np.sin(yaw[0]), np.cos(yaw[0]), 0 * yaw[0]], 1), 1)) > 0.2
+    )
+    np.testing.assert_allclose(theirs.thrust[clear], ours.thrust[clear], rtol=1e-12)
+    np.testing.assert_allclose(theirs.turn.transpose(2, 1, 0)[clear], ours.axes[clear], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(theirs.rates.T[clear], ours.rates[clear], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(theirs.rates_change.T[clear], ours.accelerations[clear], rtol=1e-8, atol=1e-7)
+
+
 def test_hovering_needs_a_quarter_of_the_weight_from_each_rotor() -> None:
     vehicle = load_vehicle("crazyflie-2.1")
-    state = flat_state(np.zeros(3), np.zeros(3), np.zeros(3), ZERO, ZERO, ZERO)
+    state = flat_samples(np.zeros(3), np.zeros(3), np.zeros(3), ZERO, ZERO, ZERO)
     np.testing.assert_allclose(state.rotor_thrusts(rotors_of(vehicle)), vehicle.weight / 4)
     assert state.tilt == 0.0
 
