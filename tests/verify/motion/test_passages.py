@@ -142,6 +142,23 @@ def test_rim_clearance_against_samples():
             assert found.high - found.low <= 1e-4
 
 
+def test_the_room_of_an_opening_may_be_used_up_to_the_last_float():
+    """The opening is as wide as way off the axis and radius together, exactly; one float less is too narrow."""
+    points = [[0, 0.26, 1], [2, 0.26, 1]]
+    mission = starting_at(ring_mission(0.0), points[0])
+    vehicle = mission.vehicle.model_copy(update={"radius": 0.0625})
+
+    def passing(opening):
+        hoop = mission.hoops["h"].model_copy(update={"opening": opening})
+        (found,) = crossings_of(points, 0.0, mission.model_copy(update={"hoops": {"h": hoop}, "vehicle": vehicle}))
+        return found
+
+    least = passing(0.35).off_axis + 0.0625
+    assert Fraction(least) == Fraction(passing(least).off_axis) + Fraction(1, 16)
+    assert passing(least).reason == ""
+    assert "off the axis" in passing(float(np.nextafter(least, 0))).reason
+
+
 VISIT = (Visit(region="h", direction="F"),)
 
 
