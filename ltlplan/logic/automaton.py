@@ -1,4 +1,4 @@
-"""An automaton as a value: states, conditions on edges, accepting states; finite words (2022 paper, Def. 2.2) or Büchi (2019 paper, Def. 4)."""
+"""An automaton as a value: on finite words (2022 paper, Def. 2.2) or on infinite ones (Büchi; 2019 paper, Def. 4)."""
 
 from __future__ import annotations
 
@@ -174,7 +174,15 @@ class Automaton:
 def trimmed(
     trace: Trace, diagrams: DecisionDiagrams, edges: list[list[tuple[int, int]]], initial: int, accepting: Iterable[int]
 ) -> Automaton:
-    """Return the automaton without states that are useless, numbered breadth-first from the initial one."""
+    """Return the automaton without states that are useless, numbered breadth-first from the initial one.
+
+    Args:
+        trace: Whether words end.
+        diagrams: The conditions.
+        edges: For each state, pairs (condition, target).
+        initial: The initial state.
+        accepting: The accepting states.
+    """
     live = live_states(trace, edges, set(accepting))
     order: dict[int, int] = {initial: 0}
     queue = deque([initial])
@@ -193,7 +201,13 @@ def trimmed(
 
 
 def live_states(trace: Trace, edges: list[list[tuple[int, int]]], accepting: set[int]) -> set[int]:
-    """Return the states from which something is accepted."""
+    """Return the states from which something is accepted.
+
+    Args:
+        trace: Whether words end.
+        edges: For each state, pairs (condition, target).
+        accepting: The accepting states.
+    """
     back: list[list[int]] = [[] for _ in edges]
     for state, outgoing in enumerate(edges):
         for guard, target in outgoing:

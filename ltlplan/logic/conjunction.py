@@ -42,7 +42,12 @@ def conjuncts(formula: Formula) -> tuple[Formula, ...]:
 
 @lru_cache(maxsize=512)
 def conjunct_automaton(formula: Formula, *, budget: Budget = DEFAULT_BUDGET) -> Automaton:
-    """Return a conjunct's automaton on finite words: deterministic and smallest where that is small."""
+    """Return a conjunct's automaton on finite words: deterministic and smallest where that is small.
+
+    Raises:
+        TooLarge: A budget did not suffice.
+        MissingEngine: Spot is not installed.
+    """
     automaton = small_automaton(formula, "finite", budget=budget)
     try:
         return minimise(determinise(automaton, budget=SMALL_AUTOMATON))
@@ -51,7 +56,17 @@ def conjunct_automaton(formula: Formula, *, budget: Budget = DEFAULT_BUDGET) -> 
 
 
 def conjunct_automata(formula: Formula, trace: Trace, *, budget: Budget = DEFAULT_BUDGET) -> tuple[Automaton, ...]:
-    """Return one automaton for each conjunct, each written only once."""
+    """Return one automaton for each conjunct, each written only once.
+
+    Args:
+        formula: What is asked.
+        trace: "finite" for automata on finite words, "infinite" for Büchi automata.
+        budget: Bounds on each automaton.
+
+    Raises:
+        TooLarge: A budget did not suffice.
+        MissingEngine: Spot is not installed.
+    """
     parts = tuple(dict.fromkeys(conjuncts(formula)))
     if trace == "finite":
         return tuple(conjunct_automaton(part, budget=budget) for part in parts)
@@ -114,7 +129,11 @@ class Conjunction:
         )
 
     def accepts(self, word: Word) -> bool:
-        """Tell whether a finite word is accepted."""
+        """Tell whether a finite word is accepted.
+
+        Raises:
+            BadInput: The word has a cycle.
+        """
         if word.cycle is not None:
             raise BadInput("This automaton reads finite words.")
         state: State = self.initial

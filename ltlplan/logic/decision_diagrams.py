@@ -33,7 +33,16 @@ class DecisionDiagrams:
         self._negations: dict[int, int] = {FALSE: TRUE, TRUE: FALSE}
 
     def node(self, variable: int, low: int, high: int) -> int:
-        """Return the condition "if proposition number `variable` then `high` else `low`"."""
+        """Return the condition "if proposition number `variable` then `high` else `low`".
+
+        Args:
+            variable: Which proposition, by number; before any that `low` and `high` ask for.
+            low: The condition where it is false.
+            high: The condition where it is true.
+
+        Raises:
+            TooLarge: The table is full.
+        """
         if low == high:
             return low
         key = (variable, low, high)
@@ -125,13 +134,31 @@ class DecisionDiagrams:
         return pieces
 
     def condition(self, name: str, low: int, high: int) -> int:
-        """Return "if `name` then `high` else `low`", wherever `name` stands in the order."""
+        """Return "if `name` then `high` else `low`", wherever `name` stands in the order.
+
+        Args:
+            name: One of the propositions.
+            low: The condition where it is false.
+            high: The condition where it is true.
+
+        Raises:
+            TooLarge: The table is full.
+        """
         variable = self._index[name]
         positive = self.node(variable, FALSE, TRUE)
         return self.disjunction(self.conjunction(positive, high), self.conjunction(self.negation(positive), low))
 
     def given(self, guard: int, name: str, *, holds: bool) -> int:
-        """Return what a condition comes to where a proposition is known; the result no longer asks for it."""
+        """Return what a condition comes to where a proposition is known; the result no longer asks for it.
+
+        Args:
+            guard: The condition.
+            name: The proposition that is known.
+            holds: What it is known to be.
+
+        Raises:
+            TooLarge: The table is full.
+        """
         variable = self._index.get(name)
         if variable is None:
             return guard
@@ -147,7 +174,16 @@ class DecisionDiagrams:
         return without(self.conjunction(guard, known))
 
     def copy_from(self, other: DecisionDiagrams, guard: int, memo: dict[int, int]) -> int:
-        """Return another table's condition in this one; `memo` may be kept for further conditions of that table."""
+        """Return another table's condition in this one; `memo` may be kept for further conditions of that table.
+
+        Args:
+            other: The table of the condition; its propositions are among this one's.
+            guard: The condition there.
+            memo: What was copied from that table before; grows.
+
+        Raises:
+            TooLarge: This table is full.
+        """
         if guard <= TRUE:
             return guard
         found = memo.get(guard)

@@ -37,6 +37,14 @@ def decomposes(automaton: Automaton | Conjunction, state: Any, alphabet: Iterabl
     """Tell whether one state belongs to the decomposition set, looking only at what can be reached from it.
 
     For a conjunction, membership conjunct by conjunct is tried first; it suffices, and is much cheaper.
+
+    Args:
+        automaton: Deterministic, on finite words.
+        state: One of its states.
+        alphabet: The letters that robots can really show; None for all.
+
+    Raises:
+        BadInput: The automaton is nondeterministic or reads infinite words.
     """
     if isinstance(automaton, Conjunction) and all(isinstance(at, int) for at in state):
         letters = None if alphabet is None else [frozenset(letter) for letter in alphabet]

@@ -80,6 +80,11 @@ def minimise(automaton: Automaton) -> Automaton:
 def intersection(first: Automaton, second: Automaton, *, budget: Budget = DEFAULT_BUDGET) -> Automaton:
     """Return the deterministic automaton of the words that both deterministic automata on finite words accept.
 
+    Args:
+        first: A deterministic automaton on finite words.
+        second: Another one.
+        budget: Bound on the states.
+
     Raises:
         TooLarge: It has more states than the budget allows.
     """

@@ -25,6 +25,11 @@ def small_automaton(formula: Formula, trace: Trace, *, budget: Budget = DEFAULT_
 
     A large formula is translated in a process of its own, which is ended when its budget of time or memory is used up.
 
+    Args:
+        formula: What is asked.
+        trace: "finite" for an automaton on finite words, "infinite" for a Büchi automaton.
+        budget: Bounds on the time and memory of a translation in a process of its own.
+
     Raises:
         TooLarge: The budget did not suffice.
         MissingEngine: Spot is not installed.

@@ -1,7 +1,7 @@
 """From a formula to its automaton: a finite one for LTLf (2022 paper, Def. 2.2), a Büchi one for LTL (2019 paper, Def. 4).
 
-Spot makes a small nondeterministic automaton (`small_automata`), quickly; what must be deterministic is made so in `determinisation`,
-because Spot's own way can take minutes on a formula of twenty nested operators.
+Spot makes a small nondeterministic automaton (`small_automata`), quickly; what must be deterministic is made so in
+`determinisation`, because Spot's own way can take minutes on a formula of twenty nested operators.
 """
 
 from __future__ import annotations
@@ -42,6 +42,8 @@ def translate(
 
     Raises:
         FormulaError: The text is no formula.
+        BadInput: `trace` or `form` is none of these.
+        MissingEngine: Spot is not installed.
         TooLarge: A budget did not suffice.
     """
     value = parse_formula(formula) if isinstance(formula, str) else check_formula(formula)

@@ -1,4 +1,4 @@
-"""Best-first search over a graph that is made as it is walked: A* (Hart, Nilsson and Raphael 1968), Dijkstra without a heuristic."""
+"""Best-first search over a graph made as it is walked: A* (Hart, Nilsson and Raphael 1968), Dijkstra without a heuristic."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ Key = TypeVar("Key", bound=Any)  # hashable, and ordered where ties are broken b
 class BestFirst(Generic[Key]):
     """A search that yields each key once, the one with the least bound first.
 
-    It is lazy: whoever iterates counts the keys, and stops when a goal has come or a budget of keys is used up. With a heuristic
-    that never falls by more than a step costs (or none) every key comes with its least cost.
+    It is lazy: whoever iterates counts the keys, and stops when a goal has come or a budget of keys is used up. With a
+    heuristic that never falls by more than a step costs, or none, every key comes with its least cost.
 
     Args:
         starts: Where paths begin, at no cost.

@@ -260,7 +260,17 @@ def _lasso_exists(parts: Sequence[Formula], system: TransitionSystem, budget: Bu
 
 
 def lasso_itinerary(system: TransitionSystem, prefix: tuple[int, ...], cycle: tuple[int, ...], laps: int) -> Itinerary:
-    """Read an infinite path: visits of prefix and one lap, and the word, turned so that the cycle begins with a visit."""
+    """Read an infinite path: visits of prefix and one lap, and the word, turned so that the cycle begins with a visit.
+
+    Args:
+        system: What the robot can do.
+        prefix: Nodes before the cycle.
+        cycle: Nodes of one lap.
+        laps: How many laps count.
+
+    Raises:
+        InternalError: The cycle changes internal states for ever inside one region, which no robot flies.
+    """
     cycle = tuple(node for node, after in zip(cycle, (*cycle[1:], cycle[0]), strict=True) if node != after) or cycle[:1]
     path, labels = (*prefix, *cycle), system.labels
     entering = [i for i in range(len(cycle)) if _enters(system, path, len(prefix) + i, cycle)]

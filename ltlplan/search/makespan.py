@@ -25,6 +25,11 @@ def plan_makespan(team: Team, task: Task, budget: Budget) -> tuple[PlanningOutco
 
     Where a tenth of the budget of states does not suffice, the plan with the smallest sum is returned instead.
 
+    Args:
+        team: Whose graph.
+        task: What is to be done.
+        budget: Bounds on the search.
+
     Raises:
         TooLarge: Not even the smallest sum was found within the budget.
     """

@@ -106,7 +106,14 @@ class ReducedGraph:
         return found
 
     def redundant(self, robot: int, node: int, target: int, step: float) -> bool:
-        """Tell whether `target` is no short cut where its letter changes nothing: whatever follows is as near without it."""
+        """Tell whether `target` is no short cut where its letter changes nothing: whatever follows is as near without it.
+
+        Args:
+            robot: Which robot.
+            node: Where it is.
+            target: What may follow that node.
+            step: The cost of going there.
+        """
         here = self.successors(robot, node)
         found = here.redundant.get(target)
         if found is None:

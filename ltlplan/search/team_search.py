@@ -76,7 +76,13 @@ class SearchStates(Protocol):
     initial: int
 
     def rest(self, number: int, robot: int, node: int) -> float:
-        """Return a lower bound on the cost that is left with a robot at a node, which falls by no more than a step costs."""
+        """Return a lower bound on the cost that is left with a robot at a node, which falls by no more than a step costs.
+
+        Args:
+            number: The state.
+            robot: The robot that flies; those after it are still to fly.
+            node: Where it is.
+        """
         ...
 
     def after(self, number: int, letter: int) -> int:
@@ -115,6 +121,11 @@ class WalkOutcome:
 
 def plan_team(team: Team, task: Task, budget: Budget) -> PlanningOutcome:
     """Return the cheapest team run that keeps the task in every order of the robots.
+
+    Args:
+        team: Whose graph.
+        task: What is to be done.
+        budget: Bounds on the search.
 
     Raises:
         TooLarge: A budget was used up before any plan was found.
@@ -221,6 +232,11 @@ def _any_run(
 def cheapest_path(team: Team, task: Task, budget: Budget) -> TeamRun | None:
     """Return a cheapest path of the team automaton with switches everywhere, in the systems' order, or None.
 
+    Args:
+        team: Whose graph.
+        task: What is to be done.
+        budget: Bound on the states.
+
     Raises:
         TooLarge: The budget of states was used up.
     """
@@ -281,7 +297,13 @@ class TeamStates:
         return found
 
     def rest(self, number: int, robot: int, node: int) -> float:
-        """Return a lower bound on the cost that is left with a robot at a node."""
+        """Return a lower bound on the cost that is left with a robot at a node.
+
+        Args:
+            number: The state.
+            robot: The robot that flies; those after it are still to fly.
+            node: Where it is.
+        """
         return max(self._rest[number], self._landmarks.tree_bound(self._missing[number], robot, node))
 
     def is_accepting(self, number: int) -> bool:
@@ -307,7 +329,15 @@ class TeamStates:
 
 
 def moves(graph: ReducedGraph, states: SearchStates, robot: int, node: int, at: int) -> Iterator[tuple[int, int, float]]:
-    """Yield what the robot that flies may do next: (node, state, cost), without steps that gain nothing."""
+    """Yield what the robot that flies may do next: (node, state, cost), without steps that gain nothing.
+
+    Args:
+        graph: The team's graph.
+        states: The search's states.
+        robot: The robot that flies.
+        node: Where it is.
+        at: The state.
+    """
     label = graph.label[robot]
     for target, step in graph.successors(robot, node).edges:
         after = states.after(at, label[target])

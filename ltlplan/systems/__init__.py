@@ -1,5 +1,6 @@
 """What robots can do, step by step: the transition systems and products of the 2022 paper.
 
 Read `transition_systems` (R, E and A = E x R, as values), `robot_systems` (A for the robots of a mission) and `products` (P).
-`region_labels` says which letters a straight flight shows, `visit_words` which word some visits; `drawings` shows automata and systems.
+`region_labels` says which letters a straight flight shows, `visit_words` which word some visits do; `drawings` shows automata
+and systems.
 """

@@ -66,6 +66,11 @@ class PlanningAutomaton:
 def walk(starts: Iterable[Any], successors: Any, *, limit: int = MAX_STATES) -> Iterator[tuple[Any, list[tuple[Any, float]]]]:
     """Yield every state that can be reached, breadth first, with its successors.
 
+    Args:
+        starts: Where to begin.
+        successors: Pairs (next state, cost) for each state.
+        limit: Most states.
+
     Raises:
         TooLarge: There are more than `limit`.
     """
@@ -83,7 +88,14 @@ def walk(starts: Iterable[Any], successors: Any, *, limit: int = MAX_STATES) -> 
 
 
 def states_after(automaton: Automaton | Conjunction, state: Any, system: TransitionSystem, node: int) -> tuple[Any, ...]:
-    """Return the states after the letter of a node."""
+    """Return the states after the letter of a node.
+
+    Args:
+        automaton: What is asked.
+        state: Its state before.
+        system: What the robot can do.
+        node: The node whose letter is read.
+    """
     letter = system.labels[node]
     if isinstance(automaton, Automaton) and not automaton.deterministic:
         return tuple(sorted(automaton.successors(state, letter)))

@@ -94,7 +94,16 @@ class Systems:
         )
 
     def leg(self, robot: str, start: Point | str, region: str) -> float:
-        """Return the cost of one leg to a region."""
+        """Return the cost of one leg to a region.
+
+        Args:
+            robot: Whose leg.
+            start: Where it begins: a point in m, or a region.
+            region: Where it ends.
+
+        Raises:
+            BadInput: The cost that was given is negative or no number.
+        """
         if self.cost is not None:
             value = float(self.cost(robot, start, region))
             if not 0 <= value < math.inf:

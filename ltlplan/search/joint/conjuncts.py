@@ -137,7 +137,13 @@ class WordEffects:
         return reduce(self.read, letters[1:], self.begin(letters[0]))
 
     def apply(self, number: int, state: int, context: int) -> int:
-        """Return where a state is taken by a word while others hold `context`."""
+        """Return where a state is taken by a word while others hold `context`.
+
+        Args:
+            number: The word.
+            state: The conjunct's state before it.
+            context: What others hold meanwhile, as bits.
+        """
         act = self._acts[number]
         if self._contexts is None:
             for letter in act[0]:

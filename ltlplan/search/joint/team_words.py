@@ -30,6 +30,11 @@ def plan_joint(systems: Sequence[TransitionSystem], automata: Sequence[Automaton
 
     A tenth of the budget of states is spent on each search.
 
+    Args:
+        systems: One for each robot.
+        automata: One for each conjunct.
+        budget: Bounds on the search.
+
     Raises:
         TooLarge: A budget was used up before any plan was found.
     """
@@ -40,6 +45,11 @@ def plan_joint(systems: Sequence[TransitionSystem], automata: Sequence[Automaton
 
 def joint_possible(systems: Sequence[TransitionSystem], automata: Sequence[Automaton], budget: Budget) -> bool:
     """Tell whether any plan keeps the formula in the systems' order.
+
+    Args:
+        systems: One for each robot.
+        automata: One for each conjunct.
+        budget: Bound on the states.
 
     Raises:
         TooLarge: The budget was used up.

@@ -167,7 +167,16 @@ def cheapest_lasso(
 
 
 def lasso_exists(system: TransitionSystem, automata: Sequence[Automaton], *, budget: Budget = DEFAULT_BUDGET) -> bool:
-    """Tell whether there is any lasso that all these Büchi automata accept."""
+    """Tell whether there is any lasso that all these Büchi automata accept.
+
+    Args:
+        system: What the robot can do.
+        automata: Büchi automata, one for each conjunct.
+        budget: Bounds on the product's states.
+
+    Raises:
+        TooLarge: The product has more states than the budget allows.
+    """
     return bool(_accepting_components(_walk(_Product(system, automata, budget)), len(automata)))
 
 

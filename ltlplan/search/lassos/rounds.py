@@ -87,6 +87,11 @@ class Rounds:
         """Return the round through one home for which way there + weight * round is least, if that is below the limit.
 
         Where the states do not suffice, it is the best one known.
+
+        Args:
+            home: The place where the round begins and ends.
+            limit: The cost to be below.
+            states: How many states may be expanded.
         """
         if self.least + self.weight * min(cost for _, cost in self.edges[home]) >= limit:
             return Round((), np.inf, limit, 1)
@@ -106,7 +111,13 @@ class Rounds:
         return Round((), np.inf, limit, explored)
 
     def remaining(self, place: int, left: int, homewards: Floats) -> float:
-        """Return a lower bound on what is left of a round from a place, with some sets still to come to; `homewards` leads home."""
+        """Return a lower bound on what is left of a round from a place, with some sets still to come to; `homewards` leads home.
+
+        Args:
+            place: Where the round has come to.
+            left: The sets still to come to, as bits.
+            homewards: Cost of the cheapest way home from each place. Shape (places,).
+        """
         if not left:
             return float(homewards[place])
         key = (place, left)
