@@ -6,14 +6,13 @@ beam search of MTAC-E, and it never rules out what is best.
 
 from __future__ import annotations
 
-import heapq
-import itertools
 import math
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator, Mapping
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.agent_moves import Accepting, AgentState, Move, States, World
+from ltlplan.search.best_first import distances
 from verify.data import Letter
 from verify.data.mission import Point
 
@@ -118,18 +117,7 @@ class AdmissibleHeuristic:
                 if target not in seen:
                     seen.add(target)
                     stack.append(target)
-        costs: dict[tuple, float] = {}
-        queue = [(0.0, i, node) for i, node in enumerate(sorted(ends, key=repr))]
-        heapq.heapify(queue)
-        counter = itertools.count(len(queue))
-        while queue:
-            cost, _, node = heapq.heappop(queue)
-            if node in costs:
-                continue
-            costs[node] = cost
-            for source, edge in into[node]:
-                if source not in costs:
-                    heapq.heappush(queue, (cost + edge, next(counter), source))
+        costs = distances(ends, lambda node: into[node])
         table = {node: costs.get(node, math.inf) for node in seen if len(node) == 3}
         self._tables[free] = {**self._tables.get(free, {}), **table}
         return self._tables[free]

@@ -76,7 +76,7 @@ class BestFirst(Generic[Key]):
 
 def distances(starts: Iterable[Key], successors: Callable[[Key], Iterable[tuple[Key, float]]]) -> dict[Key, float]:
     """Return the least cost from any of some keys to each that can be reached."""
-    search = BestFirst(starts, successors)
+    search = BestFirst(starts, successors, ties="first")
     for _ in search:
         pass
     return search.costs
