@@ -17,7 +17,7 @@ def certified_mission(cert: Any) -> Mission:
     """
     try:
         numbers = {"margin": cert.margin, "duration": cert.duration}
-        mission, claims, covers = cert.mission, [claim.verdict for claim in cert.claims], cert.covers
+        mission, claims, covers = cert.mission, [claim.outcome for claim in cert.claims], cert.covers
     except (AttributeError, TypeError):
         raise BadInput(f"A certificate is what `verify.certify` returns, not {type(cert).__name__}.") from None
     for name, value in numbers.items():

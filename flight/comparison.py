@@ -227,10 +227,10 @@ def _tube(judged: FlightVerdict, margin: float) -> tuple[TubeVerdict, dict[str, 
     claims = [claim for claim in judged.claims if claim.name == "tube"]
     bound = {str(claim.robot): math.inf if claim.bound is None else claim.bound for claim in claims}
     refused = tuple(
-        Event(claim.time or 0.0, claim.robot, "tube", claim.sentence) for claim in claims if claim.verdict != "holds"
+        Event(claim.time or 0.0, claim.robot, "tube", claim.sentence) for claim in claims if claim.outcome != "holds"
     )
     if refused:
-        outside = any(claim.verdict == "fails" for claim in claims)
+        outside = any(claim.outcome == "fails" for claim in claims)
         return "outside" if outside else "unknown", bound, refused
     sentence = (
         f"every robot stayed within {max(bound.values()):.4f} m of its plan at every time, inside the tube of {margin:g} m: the "

@@ -14,7 +14,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.basedatatypes import BaseTraceType
 
-from verify.data.bodies import surface
+from verify.data.inequalities import surface
 from verify.data.mission import Hoop, Region
 
 Floats = NDArray[np.float64]

@@ -129,7 +129,7 @@ def certified_team(made: Plan, *, margin: float | None = None, progress: Progres
         team = refine.refine(made, witnesses=witnesses, previous=team, progress=refining)
         say(f"proving{again}", (attempt - 0.5) / MAX_ROUNDS)
         certificate = verify.judge(made, team, margin=margin)
-        refused = [claim for claim in certificate.claims if claim.verdict != "holds"]
+        refused = [claim for claim in certificate.claims if claim.outcome != "holds"]
         if not refused:
             return Certified(made, team, certificate, attempt)
         latest = tuple(claim.witness for claim in refused if claim.witness is not None)

@@ -228,7 +228,7 @@ def test_what_was_computed_is_computed_again_from_the_fields() -> None:
         forged = unmet.model_copy()
         object.__setattr__(forged, name, value)
         cert = verify.judge(behind(PLAN, "mission", forged), TEAM)
-        assert [c.name for c in cert.claims if c.verdict != "holds"] == ["formula"]
+        assert [c.name for c in cert.claims if c.outcome != "holds"] == ["formula"]
 
 
 def test_a_sound_value_that_is_changed_afterwards_is_refused_too() -> None:

@@ -27,7 +27,7 @@ def run_folder(request, shipped_run, shipped_folder) -> tuple[ltlplan.Result, Pa
 
 def test_everything_holds_and_every_file_is_there(run_folder) -> None:
     result, folder = run_folder
-    assert all(claim.verdict == "holds" for claim in result.certificate.claims)
+    assert all(claim.outcome == "holds" for claim in result.certificate.claims)
     wanted = {"mission.yaml", "plan.json", "certificate.json", "flight.csv", "report.html"}
     assert wanted | {f"{name}.csv" for name in result.mission.agents} <= {path.name for path in folder.iterdir()}
     assert verify.recheck(folder).margin == result.mission.margin

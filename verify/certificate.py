@@ -106,7 +106,7 @@ class Certificate:
     @property
     def holds(self) -> bool:
         """Whether every claim is proved."""
-        return bool(self.claims) and all(claim.verdict == "holds" for claim in self.claims)
+        return bool(self.claims) and all(claim.outcome == "holds" for claim in self.claims)
 
     def covers(self, team: Mapping[str, Trajectory]) -> bool:
         """Tell whether every claim is proved of exactly these trajectories, bit for bit."""
@@ -161,7 +161,7 @@ def certify(
     certificate = judge(plan, team, margin=margin, clock_error=clock_error)
     if certificate.holds:
         return certificate
-    refused = [claim for claim in certificate.claims if claim.verdict != "holds"]
+    refused = [claim for claim in certificate.claims if claim.outcome != "holds"]
     largest = certificate.largest_margin
     hint = "" if largest is None else f" The largest margin that holds is {largest:.4f} m."
     listed = " ".join(claim.sentence for claim in refused[:5])
@@ -206,7 +206,7 @@ def judge(
     still = _margin_free_claims(evidence)
     tube = _at_margin(evidence, Fraction(asked), error)
     best = None
-    if largest and all(claim.verdict == "holds" for claim in still):
+    if largest and all(claim.outcome == "holds" for claim in still):
         best = _largest_margin(evidence, float(asked), error, tube)
     claims = (*tube.claims, *still)
     return Certificate(
@@ -271,7 +271,7 @@ class _Tube:
 
     @property
     def holds(self) -> bool:
-        return all(claim.verdict == "holds" for claim in self.claims)
+        return all(claim.outcome == "holds" for claim in self.claims)
 
 
 def _margin_free_claims(evidence: Evidence) -> tuple[Claim, ...]:
@@ -281,7 +281,7 @@ def _margin_free_claims(evidence: Evidence) -> tuple[Claim, ...]:
 def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _Tube:
     """Judge all claims that depend on the margin."""
     plan, paths = evidence.plan, evidence.paths
-    spans = statuses(evidence.levels, margin)
+    spans = statuses(evidence.membership, margin)
     passed = crossings(evidence.frames, margin)
     timelines: dict[str, Timeline] = {}
     matchings: dict[str, Matching] = {}
@@ -329,10 +329,13 @@ def _drifts(evidence: Evidence, clock_error: Fraction) -> dict[str, Fraction]:
     speeds = {e.robot: e.bound for e in evidence.extremes if e.name == "speed"}
     result: dict[str, Fraction] = {}
     for index, robot in enumerate(evidence.paths.robots):
-        if not evidence.paths.trajectories[index].coefficients[:, :3, 1:].any() and evidence.meetings.jumps[index] == 0:
+        if (
+            not evidence.paths.trajectories[index].coefficients[:, :3, 1:].any()
+            and evidence.pairwise_distances.jumps[index] == 0
+        ):
             result[robot] = Fraction(0)  # it never moves
             continue
-        jump = evidence.meetings.jumps[index]
+        jump = evidence.pairwise_distances.jumps[index]
         if not (math.isfinite(speeds[robot]) and math.isfinite(jump)):
             raise BadInput(f"{robot}'s speed has no bound, so a clock error cannot be allowed for.")
         steps = sum(1 for s in evidence.paths.segments if s.robot == index and s.kind == "step")
@@ -389,7 +392,7 @@ def _margin_bound(evidence: Evidence, clock_error: Fraction) -> float:
     bounds += [near.high - mission.vehicle.radius for near in evidence.rims]
     stretch = float(stretch_of(evidence.paths))
     drifts = _drifts(evidence, clock_error)
-    for near in evidence.distances:
+    for near in evidence.minimum_distances:
         room = near.high - mission.separation - stretch * float(min(drifts[near.robot], drifts[near.other]))
         bounds.append(room / (2 * stretch))
     visited = {visit.region for robot in evidence.plan.robots.values() for visit in robot.visits}
@@ -401,7 +404,7 @@ def _margin_bound(evidence: Evidence, clock_error: Fraction) -> float:
 def _claim_data(claim: Claim) -> dict[str, Any]:
     data: dict[str, Any] = {
         "name": claim.name,
-        "verdict": claim.verdict,
+        "verdict": claim.outcome,
         "sentence": claim.sentence,
         "robot": claim.robot,
         "other": claim.other,

@@ -21,11 +21,20 @@ from verify.motion import limits as limit_module
 from verify.motion.continuity import Jump, jumps
 from verify.motion.leg_windows import ways
 from verify.motion.limits import Extreme, extremes, leg_extremes
-from verify.motion.membership import Levels, Span, levels, statuses
+from verify.motion.membership import MembershipPolynomials, Span, membership_polynomials, statuses
 from verify.motion.passages import Clearance, Crossing, HoopFrames, clearances, hoop_frames
 from verify.motion.paths import TeamPaths, read_team
 from verify.motion.regions import relations
-from verify.motion.separation import Meetings, Nearness, distance_exactly, distances, meetings, stretch_of, wall_exactly, walls
+from verify.motion.separation import (
+    MinimumDistance,
+    PairwiseDistances,
+    distance_exactly,
+    minimum_distances,
+    pairwise_distances,
+    stretch_of,
+    wall_exactly,
+    walls,
+)
 from verify.motion.visits import ActionFault, Matching, Stay
 
 Outcome = Literal["holds", "fails", "undecided"]
@@ -38,7 +47,7 @@ class Claim:
     Attributes:
         name: "formula", "transitions", "visits", "passages", "rims", "workspace", "separation", "continuity" or
             "limits." and the limit's name.
-        verdict: Only "holds" is proved; "fails" is refuted; "undecided" is neither.
+        outcome: Only "holds" is proved; "fails" is refuted; "undecided" is neither.
         sentence: One sentence for a person.
         robot: The robot concerned; None for the team.
         other: The second robot, for claims about pairs.
@@ -51,7 +60,7 @@ class Claim:
     """
 
     name: str
-    verdict: Outcome
+    outcome: Outcome
     sentence: str
     robot: str | None = None
     other: str | None = None
@@ -81,14 +90,14 @@ class Evidence:
         return cls(plan, read_team(plan.mission, team))
 
     @cached_property
-    def levels(self) -> Levels:
+    def membership(self) -> MembershipPolynomials:
         """Membership polynomials."""
-        return levels(self.paths)
+        return membership_polynomials(self.paths)
 
     @cached_property
     def nominal(self) -> dict[str, dict[str, tuple[Span, ...]]]:
         """Spans of the nominal paths themselves, for each robot and region."""
-        return statuses(self.levels, Fraction(0))
+        return statuses(self.membership, Fraction(0))
 
     @cached_property
     def relations(self) -> Relations:
@@ -106,19 +115,19 @@ class Evidence:
         return clearances(self.frames)
 
     @cached_property
-    def walls(self) -> list[Nearness]:
+    def walls(self) -> list[MinimumDistance]:
         """Nearest approach to the walls."""
         return walls(self.paths)
 
     @cached_property
-    def meetings(self) -> Meetings:
+    def pairwise_distances(self) -> PairwiseDistances:
         """Squared distances of all pairs."""
-        return meetings(self.paths)
+        return pairwise_distances(self.paths)
 
     @cached_property
-    def distances(self) -> list[Nearness]:
+    def minimum_distances(self) -> list[MinimumDistance]:
         """Nearest approach of each pair."""
-        return distances(self.meetings)
+        return minimum_distances(self.pairwise_distances)
 
     @cached_property
     def extremes(self) -> list[Extreme]:
@@ -243,15 +252,15 @@ def separation_limit(evidence: Evidence, margin: Fraction) -> Fraction:
 def separation_claims(evidence: Evidence, margin: Fraction, drifts: Mapping[str, Fraction]) -> Iterable[Claim]:
     """Robots keep their separation in the tube, whatever their clocks' errors make them drift."""
     stretch = stretch_of(evidence.paths)
-    for pair, near in enumerate(evidence.distances):
+    for pair, near in enumerate(evidence.minimum_distances):
         in_tube = separation_limit(evidence, margin)
         limit = in_tube + stretch * min(drifts[near.robot], drifts[near.other])
-        steps = [evidence.meetings.jumps[i] for i in evidence.meetings.pairs[pair]]
+        steps = [evidence.pairwise_distances.jumps[i] for i in evidence.pairwise_distances.pairs[pair]]
 
         def exactly(pair: int = pair, limit: Fraction = limit, steps: list[float] = steps) -> bool:
             if not all(map(math.isfinite, steps)):
                 return False
-            return distance_exactly(evidence.meetings, pair, limit + stretch * sum(map(Fraction, steps)))
+            return distance_exactly(evidence.pairwise_distances, pair, limit + stretch * sum(map(Fraction, steps)))
 
         verdict = _at_least(near.low, near.high, limit, exactly)
         if verdict == "fails" and not near.high < float(in_tube) and (limit > in_tube or any(steps)):

@@ -39,7 +39,7 @@ from verify.data.trajectory import Trajectory
 from verify.data.word import Word
 from verify.logic.verdict import Verdict
 from verify.motion.leg_windows import ways
-from verify.motion.membership import Mark, Span, levels, statuses
+from verify.motion.membership import Mark, Span, membership_polynomials, statuses
 from verify.motion.paths import read_team
 from verify.motion.regions import relations
 from verify.motion.visits import match
@@ -108,7 +108,7 @@ def approaches(plan: Plan, team: Mapping[str, Trajectory]) -> dict[str, tuple[Ap
     """
     evidence = Evidence.of(plan, team)
     found: dict[str, tuple[Approach, ...]] = {}
-    for robot, spans in statuses(evidence.levels, Fraction(plan.mission.margin)).items():
+    for robot, spans in statuses(evidence.membership, Fraction(plan.mission.margin)).items():
         matching = match(plan.robots[robot], spans)
         rows = [
             (start, stop, stay.region)
@@ -155,7 +155,7 @@ def judge_stop(
         *rim_claims(ahead, margin),
         *workspace_claims(ahead, margin),
         *separation_claims(ahead, margin, still),
-        *(_rest_claim(ahead, robot, spans) for robot, spans in statuses(ahead.levels, margin).items()),
+        *(_rest_claim(ahead, robot, spans) for robot, spans in statuses(ahead.membership, margin).items()),
     )
 
 
@@ -299,7 +299,7 @@ def _rows(mission: Mission, robot: str, agent: Agent, trajectory: Trajectory) ->
     own = agent.model_copy(update={"start": start, "end": None})
     paths = read_team(mission.model_copy(update={"agents": {robot: own}}), {robot: trajectory})
     result: dict[str, list[tuple[Fraction, Status]]] = {}
-    for region, spans in statuses(levels(paths), Fraction(mission.margin))[robot].items():
+    for region, spans in statuses(membership_polynomials(paths), Fraction(mission.margin))[robot].items():
         row: list[tuple[Fraction, Status]] = []
         for span in spans:
             status: Status = _as_status(span.mark)

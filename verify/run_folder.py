@@ -86,7 +86,7 @@ def proved_run(folder: str | Path) -> ProvedRun:
     team = _certified_team(folder, mission, written["trajectories"])
     certificate = judge(plan, team, margin=written["margin"], clock_error=written["clock_error"])
     if not certificate.holds:
-        refused = [claim for claim in certificate.claims if claim.verdict != "holds"]
+        refused = [claim for claim in certificate.claims if claim.outcome != "holds"]
         listed = " ".join(claim.sentence for claim in refused[:5])
         raise NotCertified(
             f"{folder}: the claim is not proved at margin {certificate.margin:g} m. {listed}",

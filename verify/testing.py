@@ -34,7 +34,7 @@ from verify.data.trajectory import Trajectory
 from verify.data.word import Word
 from verify.logic.verdict import Verdict, show_readings
 from verify.motion.continuity import jumps
-from verify.motion.membership import changes, levels, statuses
+from verify.motion.membership import changes, membership_polynomials, statuses
 from verify.motion.paths import read_team
 from verify.motion.regions import relations
 from verify.recordings.samples import check_samples, sampled_timeline
@@ -146,7 +146,7 @@ def assert_within_limits(
         times=(0.0,),
     )
     evidence = Evidence.of(Plan(mission=mission, robots={ROBOT: plan}), {ROBOT: trajectory})
-    refused = [claim.sentence for claim in limit_claims(evidence) if claim.verdict != "holds"]
+    refused = [claim.sentence for claim in limit_claims(evidence) if claim.outcome != "holds"]
     refused += [
         f"{jump.robot}'s {jump.what} {'jumps' if jump.sure > 1 else 'may jump'} by up to {jump.size:.4g} at "
         f"{float(jump.time):.4f} s; {jump.allowed:g} is allowed."
@@ -224,7 +224,7 @@ def _region(name: str, value: Any) -> Region:
 
 def _timeline(mission: Mission, trajectory: Trajectory, margin: float) -> Timeline:
     paths = read_team(mission, {ROBOT: trajectory})
-    initial, found = changes(statuses(levels(paths), Fraction(margin))[ROBOT])
+    initial, found = changes(statuses(membership_polynomials(paths), Fraction(margin))[ROBOT])
     cycle = None if trajectory.cycle is None else paths.knots[0][trajectory.cycle]
     return Timeline(ROBOT, initial, found, paths.end, cycle=cycle)
 

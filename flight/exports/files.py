@@ -106,7 +106,7 @@ def require_certified(team: Mapping[str, Trajectory], cert: Any, vehicle: str | 
     if cert is None:
         raise NotCertified("there is no certificate; only certified flights are exported (`verify.certify` makes one).")
     mission = certified_mission(cert)
-    failing = [claim for claim in cert.claims if claim.verdict != "holds"]
+    failing = [claim for claim in cert.claims if claim.outcome != "holds"]
     if failing:
         raise NotCertified(f"the certificate has a claim that does not hold, {failing[0].name}: {failing[0].sentence}")
     if not cert.covers(team):

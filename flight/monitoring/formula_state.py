@@ -12,9 +12,9 @@ from collections.abc import Iterable, Mapping
 from typing import Literal
 
 from verify.data import Formula, Letter
-from verify.data.mission import Reading
+from verify.data.mission import TeamReading
 from verify.logic.explanation import show
-from verify.logic.progression import DOOMED, SETTLED, Automaton, OutOfBudget, conjuncts, normal_form, to_formula
+from verify.logic.progression import REFUTED, SETTLED, Automaton, OutOfBudget, conjuncts, normal_form, to_formula
 
 FormulaVerdict = Literal["open", "satisfied", "violated", "undecided"]
 
@@ -32,7 +32,7 @@ class FormulaState:
         broken: The part that cannot hold any more, or None.
     """
 
-    def __init__(self, formula: Formula, reading: Reading, letters: Iterable[Letter]) -> None:
+    def __init__(self, formula: Formula, reading: TeamReading, letters: Iterable[Letter]) -> None:
         held = list(letters)
         self.verdict: FormulaVerdict = "open"
         self.broken: str | None = None
@@ -72,9 +72,9 @@ class FormulaState:
     def _judge(self) -> None:
         if self.verdict != "open":
             return
-        doomed = [part.text for part in self._parts if part.doomed]
-        if doomed:
-            self.verdict, self.broken = "violated", doomed[0]
+        refuted = [part.text for part in self._parts if part.refuted]
+        if refuted:
+            self.verdict, self.broken = "violated", refuted[0]
         elif all(part.settled for part in self._parts):
             self.verdict = "satisfied"
 
@@ -88,8 +88,8 @@ class _Own:
         self._now = self._closed({(automaton.initial, (1 << len(letters)) - 1)}, self._letters)
 
     @property
-    def doomed(self) -> bool:
-        return any(rest == DOOMED for rest, _ in self._now)
+    def refuted(self) -> bool:
+        return any(rest == REFUTED for rest, _ in self._now)
 
     @property
     def settled(self) -> bool:
@@ -138,8 +138,8 @@ class _Joint:
         self._now = {automaton.step(automaton.initial, frozenset[str]().union(*self._letters))}
 
     @property
-    def doomed(self) -> bool:
-        return DOOMED in self._now
+    def refuted(self) -> bool:
+        return REFUTED in self._now
 
     @property
     def settled(self) -> bool:

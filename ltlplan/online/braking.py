@@ -92,7 +92,7 @@ def come_to_rest(
             regions = _regions_ahead(ways.get(name, ()), begin)
             if trajectory is not team[name] and regions:
                 towards[name] = (begin, *regions)
-        refused = tuple(claim for claim in judge_stop(mission, tried, now, towards) if claim.verdict != "holds")
+        refused = tuple(claim for claim in judge_stop(mission, tried, now, towards) if claim.outcome != "holds")
         if not refused:
             cut_short = {
                 name: (*(way for way in ways[name] if way[0] <= begin), *((begin, math.inf, region) for region in regions))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verify.data import Formula, Letter, Mission, Word
-from verify.logic.progression import DOOMED, SETTLED, Automaton, normal_form
+from verify.logic.progression import REFUTED, SETTLED, Automaton, normal_form
 from verify.logic.semantics import truth_table
 
 Floats = NDArray[np.float64]
@@ -125,6 +125,6 @@ def still_to_do(formula: Formula, readings: Sequence[Reading]) -> list[tuple[flo
 def _state(automaton: Automaton, state: int) -> str:
     if state == SETTLED:
         return "done"
-    if state == DOOMED:
+    if state == REFUTED:
         return "broken"
     return "kept so far" if automaton.accepts(state) else "open"

@@ -64,10 +64,10 @@ def tightest_rows(certificate: Certificate) -> list[tuple[str, ...]]:
         kinds.setdefault(claim.name, []).append(claim)
     rows: list[tuple[str, ...]] = []
     for claims in kinds.values():
-        worst = min(claims, key=lambda claim: (claim.verdict == "holds", _room(claim)))
+        worst = min(claims, key=lambda claim: (claim.outcome == "holds", _room(claim)))
         row = _row(worst)
         measured = worst.bound is not None
-        rows.append(row if measured or worst.verdict != "holds" else (row[0], "all", *row[2:]))
+        rows.append(row if measured or worst.outcome != "holds" else (row[0], "all", *row[2:]))
     return rows
 
 
@@ -89,8 +89,8 @@ def recorded_lines(verdict: FlightVerdict) -> list[str]:
 
     words = {"holds": "satisfied", "fails": "violated", "undecided": "cannot tell"}
     rows = [_row(claim) for claim in verdict.claims]
-    told = [(*row[:2], TELLS[claim.verdict], *row[3:]) for row, claim in zip(rows, verdict.claims, strict=True)]
-    refused = [f"{claim.name}: {claim.sentence}" for claim in verdict.claims if claim.verdict != "holds"]
+    told = [(*row[:2], TELLS[claim.outcome], *row[3:]) for row, claim in zip(rows, verdict.claims, strict=True)]
+    refused = [f"{claim.name}: {claim.sentence}" for claim in verdict.claims if claim.outcome != "holds"]
     return [
         f"{words[verdict.outcome]}. {verdict.sentence}", *table_lines(told), *refused, "Assumed:", *verdict.assumptions
     ]  # fmt: skip
@@ -144,7 +144,7 @@ def holds(result: Result) -> bool:
 def shortfall(result: Result) -> str:
     """Return what does not hold of a run, with the figures that broke it; empty where everything holds."""
     margin = result.certificate.margin
-    refused = [f"the claim {claim.name} {claim.verdict}" for claim in result.certificate.claims if claim.verdict != "holds"]
+    refused = [f"the claim {claim.name} {claim.outcome}" for claim in result.certificate.claims if claim.outcome != "holds"]
     left = [
         f"{name} strayed {1000 * flown['worst']:.1f} mm from its certified path, the margin is {1000 * margin:g} mm"
         for name, flown in tracking(result).items()
@@ -170,7 +170,7 @@ def summary_data(result: Result) -> dict[str, Any]:
             {
                 "name": c.name,
                 "robot": c.robot,
-                "verdict": c.verdict,
+                "verdict": c.outcome,
                 "bound": c.bound,
                 "limit": c.limit,
                 "unit": c.unit,
@@ -191,7 +191,7 @@ def _row(claim: Claim) -> tuple[str, ...]:
     if claim.other is not None:
         robots = f"{robots}, {claim.other}"
     time = "" if claim.time is None else f"{claim.time:.2f} s"
-    return (claim.name, robots, claim.verdict, _figure(claim.bound, claim.unit), _figure(claim.limit, claim.unit), time)
+    return (claim.name, robots, claim.outcome, _figure(claim.bound, claim.unit), _figure(claim.limit, claim.unit), time)
 
 
 def _room(claim: Claim) -> float:

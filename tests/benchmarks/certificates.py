@@ -33,7 +33,7 @@ from verify.data.vehicle import GRAVITY
 from verify.data.word import Word
 from verify.logic.semantics import satisfies
 from verify.motion.continuity import jumps
-from verify.motion.membership import changes, levels, statuses
+from verify.motion.membership import changes, membership_polynomials, statuses
 from verify.motion.passages import crossings
 from verify.motion.paths import read_team
 from verify.motion.regions import relations
@@ -89,7 +89,7 @@ def firefighting_times() -> None:
     margin = Fraction(1, 20)
     zero = dict.fromkeys(team, Fraction(0))
     parts = {
-        "labels": lambda e: statuses(e.levels, margin),
+        "labels": lambda e: statuses(e.membership, margin),
         "passages": lambda e: crossings(e.frames, margin),
         "rims": lambda e: list(rim_claims(e, margin)),
         "workspace": lambda e: list(workspace_claims(e, margin)),
@@ -139,7 +139,8 @@ def scaling() -> None:
         paths = read_team(mission, {"r0": trajectory})
         rounds = 5 if pieces < 1000 else 2
         labels = least(
-            lambda p=paths: statuses(levels(read_team(p.mission, {"r0": p.trajectories[0]})), Fraction(1, 20)), rounds
+            lambda p=paths: statuses(membership_polynomials(read_team(p.mission, {"r0": p.trajectories[0]})), Fraction(1, 20)),
+            rounds,
         )
         limits = least(
             lambda p=paths: list(limit_claims(Evidence(None, read_team(p.mission, {"r0": p.trajectories[0]})))), rounds
@@ -154,7 +155,7 @@ def scaling() -> None:
             f"a{i}: {{center: [{x:.3f}, {y:.3f}, {1 + z:.3f}], radii: [0.2, 0.2, 0.2]}}" for i, (x, y, z) in enumerate(places)
         )
         mission = _started(small_mission(regions=regions), trajectory)
-        spent = least(lambda m=mission: statuses(levels(read_team(m, {"r0": trajectory})), Fraction(1, 20)), 3)
+        spent = least(lambda m=mission: statuses(membership_polynomials(read_team(m, {"r0": trajectory})), Fraction(1, 20)), 3)
         print(f"  {count:5d} regions  labels {spent:8.1f} ms  {1e3 * spent / count / 64:7.1f} us a region and piece")
 
 
@@ -194,7 +195,7 @@ def random_flights(count: int) -> None:
         sure, unsure = compare(trajectory, mission)
         told, left_open = told + sure, left_open + unsure
         paths = read_team(mission, {"r0": trajectory})
-        spans = statuses(levels(paths), margin)["r0"]
+        spans = statuses(membership_polynomials(paths), margin)["r0"]
         initial, found = changes(spans)
         (verdict,) = judge_formula(mission, {"r0": Timeline("r0", initial, found, paths.end)}, relations(mission))
         times = np.linspace(0, trajectory.duration, 2000)

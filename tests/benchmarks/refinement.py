@@ -172,8 +172,8 @@ def shortest_times() -> list[dict[str, Any]]:
                 "snap_and_time": path.snap_cost() + 1000 * path.duration,
                 "cold": cold,
                 "warm": warm,
-                "certified": all(claim.verdict == "holds" for claim in claims.values()),
-                "refused": [claim.sentence for claim in claims.values() if claim.verdict != "holds"],
+                "certified": all(claim.outcome == "holds" for claim in claims.values()),
+                "refused": [claim.sentence for claim in claims.values() if claim.outcome != "holds"],
             }
         )
     return rows
@@ -203,8 +203,8 @@ def split_s(yaw_rate: float) -> dict[str, Any]:
         "yaw_rate": yaw_rate,
         "duration": flight.duration,
         "seconds": seconds,
-        "certified": all(claims[name].verdict == "holds" for name in asked),
-        "refused": [claims[name].sentence for name in asked if claims[name].verdict != "holds"],
+        "certified": all(claims[name].outcome == "holds" for name in asked),
+        "refused": [claims[name].sentence for name in asked if claims[name].outcome != "holds"],
         "passes": passes_points(flight, SPLIT_S, SPLIT_S_TOLERANCE),
         "lowest": float(path.sample(np.linspace(0, 1, 400))[..., 2].min()),
     }

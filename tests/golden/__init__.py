@@ -84,7 +84,7 @@ def result(case: str) -> dict[str, Any]:
     return {
         "words": {name: _letters(word) for name, word in made.words.items()},
         "cost": made.cost,
-        "claims": [[claim.name, claim.robot, claim.verdict] for claim in certificate.claims],
+        "claims": [[claim.name, claim.robot, claim.outcome] for claim in certificate.claims],
         "trajectories": {
             name: hashlib.sha256(flown.durations.tobytes() + flown.coefficients.tobytes()).hexdigest()[:16]
             for name, flown in team.items()

@@ -78,13 +78,13 @@ def claims(verdict: FlightVerdict) -> dict[str, set[str]]:
     """Return for each kind of claim the outcomes that robots have."""
     found: dict[str, set[str]] = {}
     for claim in verdict.claims:
-        found.setdefault(claim.name, set()).add(claim.verdict)
+        found.setdefault(claim.name, set()).add(claim.outcome)
     return found
 
 
 def refused(verdict: FlightVerdict, name: str):
     """Return the witness of the first claim of a kind that is broken."""
-    return next(claim.witness for claim in verdict.claims if claim.name == name and claim.verdict == "fails")
+    return next(claim.witness for claim in verdict.claims if claim.name == name and claim.outcome == "fails")
 
 
 def judged(made, samples: Samples, *, max_speed: float = 1.2, start: float | None = 0.0, error: float = 0.0) -> FlightVerdict:

@@ -12,7 +12,7 @@ from flint import fmpq, fmpq_poly
 
 from verify.data.mission import Mission, Region
 from verify.data.trajectory import Trajectory
-from verify.motion.membership import levels, statuses
+from verify.motion.membership import membership_polynomials, statuses
 from verify.motion.paths import read_team
 
 
@@ -82,7 +82,7 @@ def compare(trajectory: Trajectory, mission: Mission) -> tuple[int, int]:
         AssertionError: The judge was sure of something that is not so.
     """
     (robot,) = mission.agents
-    spans = statuses(levels(read_team(mission, {robot: trajectory})), Fraction(0))[robot]
+    spans = statuses(membership_polynomials(read_team(mission, {robot: trajectory})), Fraction(0))[robot]
     told = left_open = 0
     for name, region in mission.all_regions.items():
         row = spans[name]

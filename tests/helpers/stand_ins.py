@@ -118,7 +118,7 @@ class Instant:
 @dataclass(frozen=True)
 class Claim:
     name: str = "formula"
-    verdict: str = "holds"
+    outcome: str = "holds"
     sentence: str = "it holds."
 
 

@@ -53,7 +53,7 @@ class Right:
 
 def refused(certificate: Certificate) -> list[Claim]:
     """Return the claims that do not hold, each of which must carry a witness that tells the same as the claim."""
-    found = [claim for claim in certificate.claims if claim.verdict != "holds"]
+    found = [claim for claim in certificate.claims if claim.outcome != "holds"]
     for claim in found:
         assert claim.witness is not None
         same = ("sentence", "robot", "other", "time", "bound", "limit")

@@ -42,7 +42,7 @@ def hold_to_it(seed: int, count: Count) -> None:
             assert found is None, f"seed {seed}: refused ({refusal}), yet {found}"
             count.refused += 1
             return
-        claims = [claim for claim in verify.judge(plan, team, largest=False).claims if claim.verdict != "holds"]
+        claims = [claim for claim in verify.judge(plan, team, largest=False).claims if claim.outcome != "holds"]
         if not claims:
             count.certified += 1
             count.at_once += attempt == 0

@@ -93,7 +93,7 @@ def test_what_comes_back_is_certified(make) -> None:
     assert list(team) == list(plan.robots)
     assert all(flight.is_float32 for flight in team.values())
     certificate = verify.judge(plan, team, largest=False)
-    assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
+    assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
 
 
 def test_a_patrol_closes_and_may_be_time_optimised() -> None:
@@ -114,7 +114,7 @@ def test_random_missions_are_certified(seed: int) -> None:
 
     plan = ltlplan.plan(random_mission(seed, samples=20, rounds=2), seed=0)
     certificate = verify.judge(plan, refine(plan), largest=False)
-    assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
+    assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
 
 
 def room(regions: dict[str, Region], agents: dict[str, Agent], **more) -> Mission:
@@ -172,7 +172,7 @@ def test_legs_keep_limits_of_their_own() -> None:
     plan = Plan(mission=mission, robots={"q": straight((-1.5, 0, 1), (0, 0, 1), (1.5, 0, 1), visits={1: "a", 2: "b"})})
     flight = refine(plan)["q"]
     certificate = verify.judge(plan, {"q": flight}, largest=False)
-    assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
+    assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
     speed = np.linalg.norm(flight.evaluate(np.linspace(0, flight.duration, 3000), 1)[:, :3], axis=1)
     assert speed.max() > 0.3  # the other leg is not held back to 0.25
 
@@ -186,7 +186,7 @@ def test_a_leg_with_points_on_the_way_keeps_its_limits_from_where_it_begins(visi
     plan = Plan(mission=mission, robots={"q": straight(*((float(x), 0, 1) for x in points), visits=visits)})
     flight = refine(plan)["q"]
     certificate = verify.judge(plan, {"q": flight}, largest=False)
-    assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
+    assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
 
 
 def test_a_time_optimised_flight_is_found_from_another_start_or_refused_aloud(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -255,7 +255,7 @@ def test_visits_of_time_optimised_flights_may_be_anywhere_in_their_rooms(monkeyp
     assert [body is not None for body in rooms] == [False, True, True, True, True, False]
     fast = refine(plan, pace="time")["q"]
     certificate = verify.judge(plan, {"q": fast}, largest=False)
-    assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
+    assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
     assert np.linalg.norm(fast.coefficients[1, :3, 0] - [0, 0.5, 1]) > 0.1
     for node, body in enumerate(rooms):
         if body is not None:
@@ -275,7 +275,7 @@ def test_every_flight_has_two_pieces_at_least(tmp_path: Path) -> None:
     assert all(path.is_float32 for path in team.values())
     np.testing.assert_array_equal(team["hop"].coefficients[1, :, 1:], 0.0)
     certificate = verify.judge(plan, team, largest=False)
-    assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
+    assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
     folder = flight.export(team, certificate, tmp_path / "out").folder
     assert all(len((folder / f"{name}.csv").read_text().splitlines()) == 3 for name in team)
     assert not any("second piece" in file.read_text() for file in folder.iterdir())
@@ -316,7 +316,7 @@ def test_robots_wait_in_the_middle_where_departures_do_not_suffice(heading: str)
     plan = Plan(mission=mission, robots=robots, precedences=waits)
     team = refine(plan)
     certificate = verify.judge(plan, team, largest=False)
-    assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
+    assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
     times = np.linspace(0, max(flight.duration for flight in team.values()), 6000)
     inside = {
         (name, region): times[mission.regions[region].level(team[name].evaluate(times)[:, :3]) <= 1]

@@ -36,10 +36,10 @@ def refused(plan, team, **options):
     """Judge, and return the names of the claims that do not hold."""
     certificate = judge(plan, team, largest=False, **options)
     for claim in certificate.claims:
-        assert (claim.witness is None) == (claim.verdict == "holds")
+        assert (claim.witness is None) == (claim.outcome == "holds")
         assert claim.sentence
     assert not certificate.covers(team) or certificate.holds
-    return {claim.name for claim in certificate.claims if claim.verdict != "holds"}
+    return {claim.name for claim in certificate.claims if claim.outcome != "holds"}
 
 
 def test_a_hand_made_flight_is_certified(fire):
@@ -137,7 +137,7 @@ def test_a_joint_that_closes_is_not_said_to_be_broken_where_rounding_hides_it():
     (claim,) = (
         c for c in judge(plan_of(small_mission(regions=""), {}), {"r0": path}, largest=False).claims if c.name == "continuity"
     )
-    assert claim.verdict == "undecided"
+    assert claim.outcome == "undecided"
     (jump,) = jumps(read_team(small_mission(regions=""), {"r0": path}))
     assert jump.share > 1
     assert jump.sure <= 0

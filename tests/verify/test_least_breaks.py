@@ -44,9 +44,9 @@ def world(
 def assert_alone(claim: str, kept: Flown, broken: Flown) -> None:
     """Fail unless everything holds of one flight, and everything but one claim of the other."""
     certificate = judged(*kept)
-    assert [c.sentence for c in certificate.claims if c.verdict != "holds"] == []
+    assert [c.sentence for c in certificate.claims if c.outcome != "holds"] == []
     assert claim in {c.name for c in certificate.claims}
-    refused = [c for c in judged(*broken).claims if c.verdict != "holds"]
+    refused = [c for c in judged(*broken).claims if c.outcome != "holds"]
     assert {c.name for c in refused} == {claim}, [c.sentence for c in refused]
     assert all(c.witness is not None for c in refused)
 

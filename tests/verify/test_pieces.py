@@ -206,12 +206,12 @@ def test_a_hover_far_away_is_refused_where_rounding_would_move_it():
 
 def test_coming_to_rest_is_judged(flown):
     mission, team, _ = flown
-    assert all(claim.verdict == "holds" for claim in judge_stop(mission, team, Fraction(1, 2)))
+    assert all(claim.outcome == "holds" for claim in judge_stop(mission, team, Fraction(1, 2)))
     # hovering where a region's edge comes
     robot = next(iter(team))
     x, y, z = (float(v) for v in team[robot].evaluate(1e6)[:3])
     near = moved(mission, "b", (x, y + 0.27, z))
-    refused = [claim for claim in judge_stop(near, team, Fraction(1, 2)) if claim.verdict != "holds"]
+    refused = [claim for claim in judge_stop(near, team, Fraction(1, 2)) if claim.outcome != "holds"]
     assert [(claim.name, claim.robot) for claim in refused] == [("rest", robot)]
 
 
@@ -222,6 +222,6 @@ def test_a_rim_that_moves_counts_from_now_on_only():
     x, y, z = (float(v) for v in team[robot].evaluate(1.0)[:3])
     ring = mission.hoops["water"].model_copy(update={"center": (x, y, z + 0.26)})
     near = mission.model_copy(update={"hoops": {**mission.hoops, "water": ring}})
-    assert {c.name for c in judge_stop(near, team, Fraction(0)) if c.verdict != "holds"} == {"rims"}
+    assert {c.name for c in judge_stop(near, team, Fraction(0)) if c.outcome != "holds"} == {"rims"}
     late = Fraction(round(team[robot].duration * 50) - 10, 50)
-    assert all(claim.verdict == "holds" for claim in judge_stop(near, team, late))
+    assert all(claim.outcome == "holds" for claim in judge_stop(near, team, late))

@@ -12,7 +12,7 @@ from collections import OrderedDict
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 
-from verify.behaviour.team_graph import JointGraph, Look, OwnGraph, TeamGraph
+from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph, TeamGraph
 from verify.data.errors import InternalError
 from verify.data.word import Letter
 from verify.logic.progression import SETTLED, Automaton, Normal, OutOfBudget
@@ -26,14 +26,14 @@ READINGS = 20
 
 
 _Node = tuple[Hashable, int]
-_Parents = dict[_Node, tuple[_Node | None, Look | None]]
+_Parents = dict[_Node, tuple[_Node | None, Observation | None]]
 
 
 @dataclass(frozen=True, slots=True)
 class Broken:
     """A shortest team word that does not satisfy the formula."""
 
-    looks: tuple[Look, ...]
+    observations: tuple[Observation, ...]
 
 
 def find_broken(graph: TeamGraph, normal: Normal, budget: int = DEFAULT_BUDGET) -> Broken | None:
@@ -60,7 +60,7 @@ def _in_breadth(graph: TeamGraph, automaton: Automaton, budget: int) -> Broken |
     parents: _Parents = {}
     best: dict[tuple[Hashable, int], list[int]] = {}
 
-    def visit(state: Hashable, rest: int, parent: _Node | None, look: Look | None, layer: list[_Node]) -> None:
+    def visit(state: Hashable, rest: int, parent: _Node | None, observation: Observation | None, layer: list[_Node]) -> None:
         node = (state, rest)
         if node in parents:
             return
@@ -72,17 +72,17 @@ def _in_breadth(graph: TeamGraph, automaton: Automaton, budget: int) -> Broken |
         known.append(bits)
         if len(parents) >= budget:
             raise OutOfBudget(f"more than {budget} configurations of team and formula")
-        parents[node] = parent, look
+        parents[node] = parent, observation
         layer.append(node)
 
     layer: list[_Node] = []
-    readings: list[tuple[_Node | None, Look, Hashable]] = []
+    readings: list[tuple[_Node | None, Observation, Hashable]] = []
     followed = 0
-    for look, state in graph.initial():
-        if look is None:
+    for observation, state in graph.initial():
+        if observation is None:
             visit(state, automaton.initial, None, None, layer)
         else:
-            readings.append((None, look, state))
+            readings.append((None, observation, state))
     while layer or readings:
         for node in layer:  # grows: silent steps stay in the layer
             state, rest = node
@@ -90,18 +90,18 @@ def _in_breadth(graph: TeamGraph, automaton: Automaton, budget: int) -> Broken |
                 continue
             if graph.is_final(state) and not automaton.accepts(rest):
                 return Broken(_path(parents, node))
-            for look, following in graph.steps(state):
+            for observation, following in graph.steps(state):
                 followed += 1
                 if followed > READINGS * budget:
                     raise OutOfBudget(f"more than {READINGS * budget} readings of the team")
-                if look is None:
+                if observation is None:
                     visit(following, rest, node, None, layer)
                 else:
-                    readings.append((node, look, following))
+                    readings.append((node, observation, following))
         layer = []
-        for parent, look, following in readings:
+        for parent, observation, following in readings:
             before = automaton.initial if parent is None else parent[1]
-            visit(following, automaton.step(before, cut(look.letter)), parent, look, layer)
+            visit(following, automaton.step(before, cut(observation.letter)), parent, observation, layer)
         readings = []
     return None
 
@@ -113,15 +113,15 @@ def _in_depth(graph: TeamGraph, automaton: Automaton, budget: int, *, backwards:
     stack: list[_Node] = []
     followed = 0
 
-    def visit(steps: Iterable[tuple[Look | None, Hashable]], parent: _Node | None) -> None:
+    def visit(steps: Iterable[tuple[Observation | None, Hashable]], parent: _Node | None) -> None:
         nonlocal followed
         rest = automaton.initial if parent is None else parent[1]
         ordered = list(itertools.islice(steps, READINGS * budget))
         followed += len(ordered)
-        for look, state in reversed(ordered) if backwards else ordered:
-            node = (state, rest if look is None else automaton.step(rest, cut(look.letter)))
+        for observation, state in reversed(ordered) if backwards else ordered:
+            node = (state, rest if observation is None else automaton.step(rest, cut(observation.letter)))
             if node not in parents and node[1] != SETTLED:
-                parents[node] = parent, look
+                parents[node] = parent, observation
                 stack.append(node)
 
     visit(graph.initial(), None)
@@ -207,14 +207,14 @@ def letter_graph(graph: TeamGraph, propositions: Iterable[str], budget: int = DE
                 raise OutOfBudget(f"more than {budget} configurations of the team")
         return index[state]
 
-    def sorted_out(steps: Iterable[tuple[Look | None, Hashable]]) -> tuple[list[Hashable], set[tuple[Letter, int]]]:
+    def sorted_out(steps: Iterable[tuple[Observation | None, Hashable]]) -> tuple[list[Hashable], set[tuple[Letter, int]]]:
         silent: list[Hashable] = []
         read: set[tuple[Letter, int]] = set()
-        for look, state in steps:
-            if look is None:
+        for observation, state in steps:
+            if observation is None:
                 silent.append(state)
             else:
-                read.add((cut(look.letter), number(state)))
+                read.add((cut(observation.letter), number(state)))
         return silent, read
 
     def spread(source: int, silent: list[Hashable], found: set[tuple[Letter, int]]) -> None:
@@ -247,13 +247,13 @@ def letter_graph(graph: TeamGraph, propositions: Iterable[str], budget: int = DE
     return LetterGraph(len(order) + 1, tuple(edges), frozenset(final))
 
 
-def _path(parents: _Parents, node: _Node | None) -> tuple[Look, ...]:
-    looks: list[Look] = []
+def _path(parents: _Parents, node: _Node | None) -> tuple[Observation, ...]:
+    observations: list[Observation] = []
     while node is not None:
-        node, look = parents[node]
-        if look is not None:
-            looks.append(look)
-    return tuple(reversed(looks))
+        node, observation = parents[node]
+        if observation is not None:
+            observations.append(observation)
+    return tuple(reversed(observations))
 
 
 class _Cutter:

@@ -14,10 +14,10 @@ from itertools import islice, pairwise, permutations
 
 from verify.behaviour.inclusion import find_broken
 from verify.behaviour.robot_letters import ALWAYS, RobotBehaviour
-from verify.behaviour.team_graph import JointGraph, Look, OwnGraph
+from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph
 from verify.behaviour.timeline import Timeline
 from verify.data.formula import Formula
-from verify.data.mission import Reading
+from verify.data.mission import TeamReading
 from verify.data.word import Letter
 from verify.logic.progression import Normal, OutOfBudget, conjuncts, normal_form
 from verify.logic.verdict import Order
@@ -46,7 +46,7 @@ class _Robot:
     visits: tuple[_Visit, ...]
 
 
-def mending_waits(formula: Formula, reading: Reading, timelines: Mapping[str, Timeline], budget: int = BUDGET) -> Order:
+def mending_waits(formula: Formula, reading: TeamReading, timelines: Mapping[str, Timeline], budget: int = BUDGET) -> Order:
     """Return waits under which every team word of the nominal words satisfies the formula; empty where none are found."""
     robots = _busy([_nominal(timeline) for timeline in timelines.values()])
     parts = conjuncts(normal_form(formula))
@@ -73,21 +73,23 @@ def _busy(robots: list[_Robot]) -> list[_Robot]:
 
 
 def _from_counterexamples(
-    robots: Sequence[_Robot], reading: Reading, parts: Sequence[Normal], budget: int
+    robots: Sequence[_Robot], reading: TeamReading, parts: Sequence[Normal], budget: int
 ) -> list[_Pair] | None:
     waits: list[_Pair] = []
     while len(waits) <= MAX_WAITS:
-        looks = next((found for part in parts if (found := _broken(robots, reading, part, waits, budget))), None)
-        if looks is None:
+        observations = next((found for part in parts if (found := _broken(robots, reading, part, waits, budget))), None)
+        if observations is None:
             return waits
-        pair = _best_pair(robots, looks, waits)
+        pair = _best_pair(robots, observations, waits)
         if pair is None:
             return None
         waits.append(pair)
     return None
 
 
-def _one_after_another(robots: Sequence[_Robot], reading: Reading, parts: Sequence[Normal], budget: int) -> list[_Pair] | None:
+def _one_after_another(
+    robots: Sequence[_Robot], reading: TeamReading, parts: Sequence[Normal], budget: int
+) -> list[_Pair] | None:
     """Try whole robots one after another, in the order of their present flights first."""
     flying = [r for r, robot in enumerate(robots) if robot.visits]
     flying.sort(key=lambda r: robots[r].visits[0].start)
@@ -101,8 +103,8 @@ def _one_after_another(robots: Sequence[_Robot], reading: Reading, parts: Sequen
 
 
 def _broken(
-    robots: Sequence[_Robot], reading: Reading, part: Normal, waits: Sequence[_Pair], budget: int
-) -> tuple[Look, ...] | None:
+    robots: Sequence[_Robot], reading: TeamReading, part: Normal, waits: Sequence[_Pair], budget: int
+) -> tuple[Observation, ...] | None:
     """Return a shortest team word that breaks one conjunct while the waits are kept."""
     behaviours = [_behaviour(robot) for robot in robots]
     limits = [(a, robots[a].visits[i].after or 0, b, robots[b].visits[j].first) for (a, i), (b, j) in waits]
@@ -112,7 +114,7 @@ def _broken(
 
     graph = (JointGraph if reading == "joint" else OwnGraph)(behaviours, timed=False, permitted=permitted)
     broken = find_broken(graph, part, budget)
-    return None if broken is None else broken.looks
+    return None if broken is None else broken.observations
 
 
 def _behaviour(robot: _Robot) -> RobotBehaviour:
@@ -121,7 +123,7 @@ def _behaviour(robot: _Robot) -> RobotBehaviour:
     return RobotBehaviour(robot.name, robot.letters, (ALWAYS,) * n, following, (0,), frozenset({n - 1}))
 
 
-def _best_pair(robots: Sequence[_Robot], looks: Sequence[Look], waits: Sequence[_Pair]) -> _Pair | None:
+def _best_pair(robots: Sequence[_Robot], observations: Sequence[Observation], waits: Sequence[_Pair]) -> _Pair | None:
     """Return the pair that rules the counterexample out and delays the present flight least, without a circle."""
     candidates: list[tuple[Fraction, _Pair]] = []
     for a, first in enumerate(robots):
@@ -135,7 +137,10 @@ def _best_pair(robots: Sequence[_Robot], looks: Sequence[Look], waits: Sequence[
                     if other.first == 0:
                         continue
                     pair = ((a, i), (b, j))
-                    ruled_out = any(look.nodes[b] >= other.first and look.nodes[a] < visit.after for look in looks)
+                    ruled_out = any(
+                        observation.nodes[b] >= other.first and observation.nodes[a] < visit.after
+                        for observation in observations
+                    )
                     if ruled_out and not _circle(robots, [*waits, pair]):
                         candidates.append((max(visit.stop - other.start, Fraction(0)), pair))
     return min(candidates, default=(None, None))[1]

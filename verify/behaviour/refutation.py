@@ -16,15 +16,15 @@ from verify.behaviour.robot_letters import RobotBehaviour, from_timeline
 from verify.behaviour.team_graph import JointGraph, OwnGraph
 from verify.behaviour.timeline import Relations, Timeline
 from verify.data.formula import Formula
-from verify.data.mission import Reading
-from verify.logic.progression import DOOMED, Automaton, Normal, OutOfBudget, conjuncts, normal_form
+from verify.data.mission import TeamReading
+from verify.logic.progression import REFUTED, Automaton, Normal, OutOfBudget, conjuncts, normal_form
 
 _Readings = frozenset[tuple[int, int]]
 """All (robots read in their present letters as bits, what remains of the formula) of one behaviour so far."""
 
 
 def every_behaviour_breaks(
-    formula: Formula, timelines: Mapping[str, Timeline], relations: Relations, reading: Reading, budget: int
+    formula: Formula, timelines: Mapping[str, Timeline], relations: Relations, reading: TeamReading, budget: int
 ) -> bool:
     """Tell whether each behaviour that agrees with the timelines gives a team word that breaks the formula.
 
@@ -48,7 +48,7 @@ def _each_broken(robots: list[RobotBehaviour], part: Normal, budget: int) -> boo
 
     def visit(nodes: tuple[int, ...], readings: set[tuple[int, int]]) -> None:
         closed = _closed(readings, nodes)
-        if any(rest == DOOMED for _, rest in closed):
+        if any(rest == REFUTED for _, rest in closed):
             return  # one team word is lost already, whatever follows
         state = (nodes, closed)
         if state not in seen:

@@ -168,7 +168,7 @@ class _Unfolding:
     def _modes(self, region: str) -> list[_Mode]:
         """Return the region's mode in every fine slot.
 
-        Before a first crossing into *may* the region might as well be *may* and not used: so a spell of *may* lasts
+        Before a first crossing into *may* the region might as well be *may* and not used: so an interval of *may* lasts
         from the earliest start to the latest end. Where two changes share an endpoint it is *may* there.
         """
         modes: list[_Mode] = []

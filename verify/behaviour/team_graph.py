@@ -26,7 +26,7 @@ MAX_TOGETHER = 12
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class Observation:
     """One reading: a robot's index (None for the union of all) and the node of every robot at that time."""
 
     robot: int | None
@@ -34,7 +34,7 @@ class Look:
     nodes: tuple[int, ...]
 
 
-Step = tuple[Look | None, Hashable]
+Step = tuple[Observation | None, Hashable]
 
 
 class TeamGraph(Protocol):
@@ -141,7 +141,7 @@ class OwnGraph(_TeamGraph):
         for r, robot in enumerate(self.robots):
             node, bit = nodes[r], 1 << r
             letter = robot.letters[node]
-            yield Look(r, letter, nodes), (nodes, bits | bit)
+            yield Observation(r, letter, nodes), (nodes, bits | bit)
             for target in robot.following[node]:
                 changed = robot.letters[target] != letter
                 if changed and not bits & bit:
@@ -164,9 +164,9 @@ class OwnGraph(_TeamGraph):
 class JointGraph(_TeamGraph):
     """Team words whose positions are the union of what all robots hold; changes at one instant in any combination."""
 
-    def _look(self, nodes: tuple[int, ...]) -> Look:
+    def _observation(self, nodes: tuple[int, ...]) -> Observation:
         letters = (robot.letters[n] for n, robot in zip(nodes, self.robots, strict=True))
-        return Look(None, frozenset().union(*letters), nodes)
+        return Observation(None, frozenset().union(*letters), nodes)
 
     def signature(self) -> Hashable:
         """Return all that the team words depend on; None where something else limits them."""
@@ -176,11 +176,11 @@ class JointGraph(_TeamGraph):
         """Yield every way to begin."""
         for nodes in itertools.product(*(robot.initial for robot in self.robots)):
             if self.clock.allows_all(nodes):
-                yield self._look(nodes), nodes
+                yield self._observation(nodes), nodes
 
     def steps(self, state: tuple[int, ...]) -> Iterator[Step]:
         """Read again, let one robot move on in silence, or change the letters of some robots together."""
-        here = self._look(state)
+        here = self._observation(state)
         yield here, state
         options: list[tuple[int, ...]] = []
         for r, robot in enumerate(self.robots):
@@ -197,7 +197,7 @@ class JointGraph(_TeamGraph):
             raise OutOfBudget(f"more than {MAX_TOGETHER} robots can change their letters at one instant")
         for nodes in itertools.product(*options):
             if nodes != state and self.clock.allows_all(nodes) and (self.permitted is None or self.permitted(nodes)):
-                yield self._look(nodes), nodes
+                yield self._observation(nodes), nodes
 
     def is_final(self, state: tuple[int, ...]) -> bool:
         """Tell whether all robots have arrived."""
@@ -226,7 +226,7 @@ class WithOthers:
     def steps(self, state: Any) -> Iterator[Step]:
         """Read any of the others' letters, or go on as the robots that are followed do."""
         for letter in self.letters:
-            yield Look(None, letter, ()), True if self.graph is None else state
+            yield Observation(None, letter, ()), True if self.graph is None else state
         if self.graph is not None:
             yield from self.graph.steps(state)
 

@@ -28,7 +28,7 @@ class Change:
     """A region's status changes once, at one instant within `time`.
 
     A direct change between "no" and "must" is exactly one crossing of the boundary (at margin 0, one simple root);
-    a spell of "may" allows any finite number of crossings.
+    an interval of "may" allows any finite number of crossings.
     """
 
     time: Enclosure

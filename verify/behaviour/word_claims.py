@@ -17,7 +17,7 @@ from verify.behaviour.inclusion import DEFAULT_BUDGET, Broken, find_broken, hold
 from verify.behaviour.lassos import BrokenRun, find_broken_run, search_run
 from verify.behaviour.mending_waits import mending_waits
 from verify.behaviour.robot_letters import RobotBehaviour, cut_timeline, from_timeline
-from verify.behaviour.team_graph import JointGraph, Look, OwnGraph, WithOthers
+from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph, WithOthers
 from verify.behaviour.timeline import Relations, Timeline
 from verify.behaviour.transitions import judge_transitions
 from verify.data.errors import BadInput, InternalError
@@ -138,7 +138,7 @@ class _Judge:
             return Verdict("holds", "")
         if isinstance(broken, BrokenRun):
             return self._run_failure(robots[0], broken)
-        return self._failure(followed, _all_read(robots, followed, broken.looks))
+        return self._failure(followed, _all_read(robots, followed, broken.observations))
 
     def _holds_loosely(self, robots: list[RobotBehaviour], part: Normal) -> bool:
         """Try to prove a conjunct from none, one or two robots, the others' letters coming at any time."""
@@ -181,13 +181,13 @@ class _Judge:
             times=tuple((float(low), float(high)) for low, high in spans),
         )
 
-    def _failure(self, robots: Sequence[RobotBehaviour], read: Sequence[tuple[str, Look]]) -> Verdict:
-        word = Word(tuple(look.letter for _, look in read))
-        spans = _when_read(robots, [look for _, look in read])
+    def _failure(self, robots: Sequence[RobotBehaviour], read: Sequence[tuple[str, Observation]]) -> Verdict:
+        word = Word(tuple(observation.letter for _, observation in read))
+        spans = _when_read(robots, [observation for _, observation in read])
 
         def where(position: int) -> str:
-            name, look = read[position]
-            return f"{'the team' if name == TEAM else name}'s {show_letter(look.letter)} ({_when(spans[position])})"
+            name, observation = read[position]
+            return f"{'the team' if name == TEAM else name}'s {show_letter(observation.letter)} ({_when(spans[position])})"
 
         reason = self._explain(word, where)
         at = reason.position
@@ -195,7 +195,7 @@ class _Judge:
         return Verdict(
             "fails",
             reason.sentence,
-            tuple((name, look.letter) for name, look in read),
+            tuple((name, observation.letter) for name, observation in read),
             None if at is None else float(spans[at][0]),
             robot=None if at is None or read[at][0] == TEAM else read[at][0],
             region=self._region(reason, None if at is None else word.letters[at]),
@@ -256,29 +256,29 @@ def _without_equals(robots: list[RobotBehaviour]) -> list[RobotBehaviour]:
 
 
 def _all_read(
-    robots: Sequence[RobotBehaviour], followed: Sequence[RobotBehaviour], looks: Sequence[Look]
-) -> list[tuple[str, Look]]:
+    robots: Sequence[RobotBehaviour], followed: Sequence[RobotBehaviour], observations: Sequence[Observation]
+) -> list[tuple[str, Observation]]:
     """Name who is read; those of which one stood for all are read right after it."""
-    read: list[tuple[str, Look]] = []
+    read: list[tuple[str, Observation]] = []
     waiting = [robot for robot in robots if robot.constant and robot not in followed]
-    for look in looks:
-        if look.robot is None:
-            read.append((TEAM, look))
+    for observation in observations:
+        if observation.robot is None:
+            read.append((TEAM, observation))
             continue
-        read.append((followed[look.robot].robot, look))
-        if followed[look.robot].constant:
-            read += [(robot.robot, look) for robot in waiting if robot.letters[0] == look.letter]
-            waiting = [robot for robot in waiting if robot.letters[0] != look.letter]
+        read.append((followed[observation.robot].robot, observation))
+        if followed[observation.robot].constant:
+            read += [(robot.robot, observation) for robot in waiting if robot.letters[0] == observation.letter]
+            waiting = [robot for robot in waiting if robot.letters[0] != observation.letter]
     return read
 
 
-def _when_read(robots: Sequence[RobotBehaviour], looks: Sequence[Look]) -> list[tuple[Fraction, Fraction]]:
+def _when_read(robots: Sequence[RobotBehaviour], observations: Sequence[Observation]) -> list[tuple[Fraction, Fraction]]:
     """Return the times at which each reading can be made: while its letters can be held, and after the readings before it."""
     held = [_held(robot) for robot in robots]
     found: list[tuple[Fraction, Fraction]] = []
-    for look in looks:
-        readers = range(len(robots)) if look.robot is None else (look.robot,)
-        spans = [held[r][look.nodes[r]] for r in readers]
+    for observation in observations:
+        readers = range(len(robots)) if observation.robot is None else (observation.robot,)
+        spans = [held[r][observation.nodes[r]] for r in readers]
         low, high = max(low for low, _ in spans), min(high for _, high in spans)
         if low > high:  # with clock errors the spans only nearly meet
             low, high = high, low

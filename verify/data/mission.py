@@ -16,9 +16,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
-from verify.data.bodies import Point
 from verify.data.errors import BadInput
 from verify.data.formula import FREE, TRUE, Formula, parse_formula
+from verify.data.inequalities import Point
 from verify.data.region import Hoop, Region
 from verify.data.sequence import Sequence, parse_sequence
 from verify.data.storage.file_names import MAX_LENGTH, name_fault
@@ -34,7 +34,7 @@ ChoiceName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]{0,99}$")]
 """Name of something that another package may bring: which there are is known by `verify.data.choices`."""
 Costs = dict[ChoiceName, NotNegative]
 Trace = Literal["finite", "infinite"]
-Reading = Literal["own", "joint"]
+TeamReading = Literal["own", "joint"]
 Count = Annotated[int, Field(strict=True, ge=1)]
 
 
@@ -43,7 +43,7 @@ class Spec(Value):
 
     formula: str | None = Field(default=None, description="LTL without X over regions, internal propositions and `free`")
     trace: Trace = Field(default="finite", description="finite: LTLf until the mission ends; infinite: LTL over a lasso")
-    team: Reading = Field(
+    team: TeamReading = Field(
         default="own", description="own: each robot's letters by themselves; joint: unions of all robots' letters"
     )
     repeat: Count = Field(default=1, description="laps of the cycle that are flown, for infinite traces")

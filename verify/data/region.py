@@ -13,8 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
-from verify.data.bodies import Inequality, Matrix, Parts, Point, centred_form, half_lengths, quadratic_form, semi_axes, turned
 from verify.data.errors import BadInput
+from verify.data.inequalities import (
+    Inequality,
+    Matrix,
+    Parts,
+    Point,
+    centred_form,
+    half_lengths,
+    quadratic_form,
+    semi_axes,
+    turned,
+)
 from verify.data.region_shapes import REGION_SHAPES, compiled, ellipsoid_matrix
 from verify.data.value import FaultsWithin, Value
 from verify.data.vehicle import Number, Positive
@@ -140,9 +150,10 @@ class Region(Value):
             given["radii"] = FaultsWithin(shapes[1], f"a region has one shape, but {listed} are given; leave out all but one")
         elif shapes[0] in strange:
             yaw = given.get("yaw_deg", 0.0)
-            known_yaw = isinstance(yaw, int | float) and math.isfinite(yaw)  # else it has a fault of its own
+            if not isinstance(yaw, int | float) or not math.isfinite(yaw):
+                yaw = 0.0  # it has a fault of its own
             try:
-                given["parts"] = compiled(shapes[0], given.pop(shapes[0]), math.radians(yaw) if known_yaw else 0.0)
+                given["parts"] = compiled(shapes[0], given.pop(shapes[0]), math.radians(yaw))
             except FaultsWithin as faults:
                 given["radii"] = faults
         return given

@@ -1,6 +1,6 @@
 """Shapes of regions, by the key that mission files give them; other packages can bring more.
 
-A shape says what may stand under its key and compiles that to a body (`verify.data.bodies`). Nothing else in the project knows
+A shape says what may stand under its key and compiles that to a body (`verify.data.inequalities`). Nothing else in the project knows
 shapes: pictures, bounding boxes, planning, refinement and the judge ask the body. It is written into the resolved mission, which is
 therefore read, flown and judged without the package that brought the shape.
 """
@@ -14,8 +14,8 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from verify.data.bodies import GREATEST_RADIUS, LEAST_RADIUS, Inequality, Matrix, quadratic_form
 from verify.data.errors import BadInput
+from verify.data.inequalities import GREATEST_RADIUS, LEAST_RADIUS, Inequality, Matrix, quadratic_form
 from verify.data.registry import Registry
 from verify.data.value import FaultsWithin
 from verify.data.vehicle import Positive

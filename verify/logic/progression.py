@@ -22,7 +22,7 @@ from verify.data.word import Letter
 State = int
 """What remains: a node of the automaton's decision diagram."""
 
-DOOMED: State = 0
+REFUTED: State = 0
 """No continuation can satisfy the formula any more."""
 
 SETTLED: State = 1
@@ -34,7 +34,7 @@ MAX_OPERATIONS = 600_000
 MAX_VISITS = 10_000_000
 """Nodes of what remains that may be rewritten, over all letters."""
 
-Kind = Literal["true", "false", "name", "not", "and", "or", "F", "G", "U", "W", "R", "M", "X", "X[!]"]
+NodeKind = Literal["true", "false", "name", "not", "and", "or", "F", "G", "U", "W", "R", "M", "X", "X[!]"]
 
 
 class OutOfBudget(LtlplanError):
@@ -52,7 +52,7 @@ class Normal:
         root: The whole formula.
     """
 
-    kinds: tuple[Kind, ...]
+    kinds: tuple[NodeKind, ...]
     arguments: tuple[tuple[int, ...], ...]
     names: tuple[str, ...]
     root: int
@@ -76,7 +76,7 @@ class Normal:
         return any(kind in ("X", "X[!]") for kind in self.kinds)
 
 
-_DUAL: dict[str, Kind] = {"F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W", "X": "X[!]", "X[!]": "X"}
+_DUAL: dict[str, NodeKind] = {"F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W", "X": "X[!]", "X[!]": "X"}
 
 
 def normal_form(formula: Formula, *, negated: bool = False) -> Normal:
@@ -147,7 +147,7 @@ def _entry(node: Formula, negative: bool, table: _Table, done: dict[tuple[int, b
                 pairs = ((left, right), (not_left, not_right))
             return table.junction("or", [table.junction("and", list(pair)) for pair in pairs])
         case _:
-            kind: Kind = _DUAL[node.operator] if negative else node.operator  # type: ignore[assignment]  # the temporal ones
+            kind: NodeKind = _DUAL[node.operator] if negative else node.operator  # type: ignore[assignment]  # the temporal ones
             return table.temporal(kind, tuple(arguments))
 
 
@@ -155,10 +155,10 @@ class _Table:
     """Entries under construction; equal entries are one."""
 
     def __init__(self) -> None:
-        self.entries: list[tuple[Kind, tuple[int, ...], str]] = []
-        self.known: dict[tuple[Kind, tuple[int, ...], str], int] = {}
+        self.entries: list[tuple[NodeKind, tuple[int, ...], str]] = []
+        self.known: dict[tuple[NodeKind, tuple[int, ...], str], int] = {}
 
-    def add(self, kind: Kind, arguments: tuple[int, ...] = (), name: str = "") -> int:
+    def add(self, kind: NodeKind, arguments: tuple[int, ...] = (), name: str = "") -> int:
         key = (kind, arguments, name)
         if key not in self.known:
             self.known[key] = len(self.entries)
@@ -186,7 +186,7 @@ class _Table:
             return self.constant(kind == "and")
         return min(parts) if len(parts) == 1 else self.add(kind, tuple(sorted(parts)))
 
-    def temporal(self, kind: Kind, arguments: tuple[int, ...]) -> int:
+    def temporal(self, kind: NodeKind, arguments: tuple[int, ...]) -> int:
         """Add a temporal entry; G F G x and the like are shortened only where that holds on every trace."""
         inner = self.entries[arguments[0]]
         if kind in ("F", "G") and inner[0] == kind:  # F F x = F x, G G x = G x

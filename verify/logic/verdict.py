@@ -13,7 +13,7 @@ from verify.data.word import Word, show_letter
 
 Outcome = Literal["holds", "fails", "undecided"]
 
-Reading = tuple[str, frozenset[str]]
+RobotLetter = tuple[str, frozenset[str]]
 """One position of a team word: a robot (or the whole team) and the letter that it shows."""
 
 TEAM = "team"
@@ -43,7 +43,7 @@ class Verdict:
 
     outcome: Outcome
     sentence: str
-    counterexample: tuple[Reading, ...] | Word | None = None
+    counterexample: tuple[RobotLetter, ...] | Word | None = None
     time: float | None = None
     claim: str = "formula"
     robot: str | None = None
@@ -70,7 +70,7 @@ class Verdict:
             order=self.order,
         )
 
-    def readings(self) -> tuple[Reading, ...]:
+    def readings(self) -> tuple[RobotLetter, ...]:
         """Return the counterexample as (robot, letter) pairs, a lasso's cycle once; empty where there is none."""
         if self.counterexample is None:
             return ()
@@ -118,7 +118,7 @@ class TeamVerdict:
         return {"sequential": self.sequential.to_dict(), "parallel": self.parallel.to_dict()}
 
 
-def show_readings(readings: tuple[Reading, ...], limit: int = 24) -> str:
+def show_readings(readings: tuple[RobotLetter, ...], limit: int = 24) -> str:
     """Return readings such as `quad0 {}, quad1 {a}`, the robot named where it changes, cut in the middle when long."""
     parts: list[str] = []
     previous: str | None = None

@@ -49,7 +49,7 @@ class Span:
 
 
 @dataclass(frozen=True, eq=False)
-class Levels:
+class MembershipPolynomials:
     """Membership polynomials of all segments in all regions, computed once for any margin.
 
     Attributes:
@@ -64,7 +64,7 @@ class Levels:
 
 
 @np.errstate(all="ignore")
-def levels(paths: TeamPaths) -> Levels:
+def membership_polynomials(paths: TeamPaths) -> MembershipPolynomials:
     """Compute the membership polynomials of a team."""
     regions = paths.mission.all_regions
     count = len(paths.segments)
@@ -76,11 +76,11 @@ def levels(paths: TeamPaths) -> Levels:
             offset = paths.positions[part] - centre
             values = dot(offset, _turned(region.shape, offset))
             mid[part, column], rad[part, column] = values.mid, values.rad
-    return Levels(paths, tuple(regions), Balls(mid, rad))
+    return MembershipPolynomials(paths, tuple(regions), Balls(mid, rad))
 
 
 @np.errstate(all="ignore")
-def statuses(found: Levels, margin: Fraction) -> dict[str, dict[str, tuple[Span, ...]]]:
+def statuses(found: MembershipPolynomials, margin: Fraction) -> dict[str, dict[str, tuple[Span, ...]]]:
     """Return for each robot and region the spans of its path, in order and without gaps.
 
     Args:
@@ -124,7 +124,7 @@ def statuses(found: Levels, margin: Fraction) -> dict[str, dict[str, tuple[Span,
     return result
 
 
-def _far(found: Levels, margin: Fraction) -> np.ndarray:
+def _far(found: MembershipPolynomials, margin: Fraction) -> np.ndarray:
     """Tell which regions all robots are proved to be out of at all times, by the least coefficients alone. Shape (regions,).
 
     Thresholds are rounded upwards by a thousand times what their floats are off.
@@ -226,7 +226,13 @@ def _classified(table: Balls, inside: Floats, outside: Floats, depth: int) -> li
 
 
 def _without_margin(
-    spans: list[Span], segment: Segment, leaves: Sequence[Leaf], level: Balls, found: Levels, index: int, column: int
+    spans: list[Span],
+    segment: Segment,
+    leaves: Sequence[Leaf],
+    level: Balls,
+    found: MembershipPolynomials,
+    index: int,
+    column: int,
 ) -> None:
     """Append the spans of one segment at margin 0, with each simple root as a switch."""
     for position, (start, stop, mark) in enumerate(leaves):
@@ -260,7 +266,9 @@ def _is_monotone(level: Balls, start: float, stop: float) -> bool:
         width /= 2
 
 
-def _exactly(spans: list[Span], segment: Segment, start: float, stop: float, found: Levels, index: int, column: int) -> None:
+def _exactly(
+    spans: list[Span], segment: Segment, start: float, stop: float, found: MembershipPolynomials, index: int, column: int
+) -> None:
     """Decide a part of a piece that balls leave open, with exact roots: ties, tangencies, roots close together."""
     region = found.paths.mission.all_regions[found.regions[column]]
     level = exact_level(found.paths, index, region) - 1

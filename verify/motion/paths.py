@@ -23,7 +23,7 @@ from verify.data.errors import BadInput
 from verify.data.mission import Mission
 from verify.data.trajectory import DEGREE, Trajectory, check_trajectories
 
-Kind = Literal["piece", "step", "hover"]
+SegmentKind = Literal["piece", "step", "hover"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class Segment:
     """
 
     robot: int
-    kind: Kind
+    kind: SegmentKind
     piece: int
     after: int
     start: Fraction

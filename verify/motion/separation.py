@@ -26,7 +26,7 @@ _SLACK = 1e-7
 
 
 @dataclass(frozen=True, slots=True)
-class Nearness:
+class MinimumDistance:
     """How near something comes: proved never nearer than `low`, and about `high` at `time`.
 
     Attributes:
@@ -45,7 +45,7 @@ class Nearness:
 
 
 @np.errstate(all="ignore")
-def walls(paths: TeamPaths) -> list[Nearness]:
+def walls(paths: TeamPaths) -> list[MinimumDistance]:
     """Return for each robot its least distance to the workspace's walls (negative: outside)."""
     box = paths.mission.workspace
     positions = paths.positions
@@ -63,7 +63,7 @@ def walls(paths: TeamPaths) -> list[Nearness]:
     for robot, name in enumerate(paths.robots):
         wall, index = divmod(int(found.item[robot]), len(paths.segments))
         time = paths.segments[index].time(float(found.place[robot]))
-        result.append(Nearness(name, names[wall], float(-found.upper[robot]), float(-found.lower[robot]), time))
+        result.append(MinimumDistance(name, names[wall], float(-found.upper[robot]), float(-found.lower[robot]), time))
     return result
 
 
@@ -82,7 +82,7 @@ def wall_exactly(paths: TeamPaths, robot: int, margin: Fraction) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class Meeting:
+class CommonInterval:
     """A time during which each of two robots is on one segment.
 
     Attributes:
@@ -101,20 +101,20 @@ class Meeting:
 
 
 @dataclass(frozen=True, eq=False)
-class Meetings:
+class PairwiseDistances:
     """Squared distances of all pairs of robots over all times, computed once for any margin.
 
     Attributes:
         paths: The team.
         pairs: Indices of the robots.
-        meetings: In order of pairs and times.
-        squares: Squared distance (z weighted) during each. Shape (meetings, 15).
+        intervals: In order of pairs and times.
+        squares: Squared distance (z weighted) during each. Shape (intervals, 15).
         jumps: Bound on each robot's longest step between pieces, in m, whatever its direction.
     """
 
     paths: TeamPaths
     pairs: tuple[tuple[int, int], ...]
-    meetings: tuple[Meeting, ...]
+    intervals: tuple[CommonInterval, ...]
     squares: Balls
     jumps: tuple[float, ...]
 
@@ -139,11 +139,11 @@ def stretch_of(paths: TeamPaths) -> Fraction:
 
 
 @np.errstate(all="ignore")
-def meetings(paths: TeamPaths) -> Meetings:
+def pairwise_distances(paths: TeamPaths) -> PairwiseDistances:
     """Compute the squared distances of all pairs of robots."""
     weight = z_weight(paths)
     pairs = tuple(itertools.combinations(range(len(paths.robots)), 2))
-    rows: list[Meeting] = []
+    rows: list[CommonInterval] = []
     lanes = [
         [i for i in np.flatnonzero(paths.owner == r) if paths.segments[i].kind != "step"] for r in range(len(paths.robots))
     ]
@@ -154,32 +154,32 @@ def meetings(paths: TeamPaths) -> Meetings:
             first, second = int(lanes[a][i]), int(lanes[b][j])
             ends = paths.segments[first].stop, paths.segments[second].stop
             stop = min(ends)
-            rows.append(Meeting(pair, first, second, time, stop))
+            rows.append(CommonInterval(pair, first, second, time, stop))
             i, j, time = i + (ends[0] == stop), j + (ends[1] == stop), stop
     jumps = _jumps(paths)
     if not rows:
-        return Meetings(paths, pairs, (), Balls(np.empty((0, 15)), np.empty((0, 15))), jumps)
+        return PairwiseDistances(paths, pairs, (), Balls(np.empty((0, 15)), np.empty((0, 15))), jumps)
     parts = [_during(paths, [(m.first, m.second)[side] for m in rows], rows) for side in (0, 1)]
     offset = parts[0] - parts[1]
     number, error = float(weight), abs(float(weight)) * 2.0**-52
     factors = np.array([1.0, 1.0, number])[:, None], np.array([0.0, 0.0, 0.0 if weight == 1 else error])[:, None]
     weighted = offset.scaled(*factors)
-    return Meetings(paths, pairs, tuple(rows), dot(weighted, weighted), jumps)
+    return PairwiseDistances(paths, pairs, tuple(rows), dot(weighted, weighted), jumps)
 
 
-def _during(paths: TeamPaths, segments: list[int], rows: list[Meeting]) -> Balls:
-    """Return positions on the parts of segments that the meetings take. Shape (meetings, 3, 8)."""
+def _during(paths: TeamPaths, segments: list[int], rows: list[CommonInterval]) -> Balls:
+    """Return positions on the parts of segments that the intervals take. Shape (intervals, 3, 8)."""
     positions = paths.positions[np.array(segments)]
     mid, rad = positions.mid.copy(), positions.rad.copy()
     cut, starts, stops = [], [], []
-    for row, (index, meeting) in enumerate(zip(segments, rows, strict=True)):
+    for row, (index, interval) in enumerate(zip(segments, rows, strict=True)):
         segment = paths.segments[index]
-        if segment.kind == "hover" or (meeting.start == segment.start and meeting.stop == segment.stop):
+        if segment.kind == "hover" or (interval.start == segment.start and interval.stop == segment.stop):
             continue
         length = segment.stop - segment.start
         cut.append(row)
-        starts.append((meeting.start - segment.start) / length)
-        stops.append((meeting.stop - segment.start) / length)
+        starts.append((interval.start - segment.start) / length)
+        stops.append((interval.stop - segment.start) / length)
     if cut:
         parts = restricted(positions[np.array(cut)], starts, stops)
         mid[cut], rad[cut] = parts.mid, parts.rad
@@ -209,36 +209,37 @@ def step_length(paths: TeamPaths, index: int) -> float:
 
 
 @np.errstate(all="ignore")
-def distances(found: Meetings) -> list[Nearness]:
+def minimum_distances(found: PairwiseDistances) -> list[MinimumDistance]:
     """Return for each pair of robots its least distance (z weighted), steps between pieces allowed for."""
     paths = found.paths
     if not found.pairs:
         return []
     stretch = _up(stretch_of(paths))
-    groups = np.array([m.pair for m in found.meetings], dtype=np.intp)
+    groups = np.array([m.pair for m in found.intervals], dtype=np.intp)
     least = peaks(-found.squares, groups, len(found.pairs), slack=np.full(len(found.pairs), _SLACK))
     result = []
     for pair, (a, b) in enumerate(found.pairs):
-        meeting = found.meetings[int(least.item[pair])]
-        time = meeting.start + (meeting.stop - meeting.start) * Fraction(float(least.place[pair]))
+        interval = found.intervals[int(least.item[pair])]
+        time = interval.start + (interval.stop - interval.start) * Fraction(float(least.place[pair]))
         low = _root_down(-float(least.upper[pair])) - (found.jumps[a] + found.jumps[b]) * stretch * (1 + 2.0**-40)
         high = float(np.nextafter(np.sqrt(max(-float(least.lower[pair]), 0.0)), np.inf))
         low = float(np.nextafter(low, -np.inf)) if low > 0 else 0.0
-        result.append(Nearness(paths.robots[a], paths.robots[b], low, high, time))
+        result.append(MinimumDistance(paths.robots[a], paths.robots[b], low, high, time))
     return result
 
 
-def distance_exactly(found: Meetings, pair: int, limit: Fraction) -> bool:
+def distance_exactly(found: PairwiseDistances, pair: int, limit: Fraction) -> bool:
     """Decide without rounding whether a pair stays at least `limit` apart between its steps."""
     weight = exact.rational(z_weight(found.paths))
-    for row, meeting in enumerate(found.meetings):
+    for row, interval in enumerate(found.intervals):
         least = float(found.squares.low[row].min())
-        if meeting.pair != pair or (math.isfinite(least) and Fraction(least) >= limit * limit):
+        if interval.pair != pair or (math.isfinite(least) and Fraction(least) >= limit * limit):
             continue
         total = None
         for axis in range(3):
             gap = (
-                _exact_part(found.paths, meeting.first, meeting)[axis] - _exact_part(found.paths, meeting.second, meeting)[axis]
+                _exact_part(found.paths, interval.first, interval)[axis]
+                - _exact_part(found.paths, interval.second, interval)[axis]
             )
             gap = gap * weight if axis == 2 else gap
             total = gap * gap if total is None else total + gap * gap
@@ -248,10 +249,10 @@ def distance_exactly(found: Meetings, pair: int, limit: Fraction) -> bool:
     return True
 
 
-def _exact_part(paths: TeamPaths, index: int, meeting: Meeting) -> list[fmpq_poly]:
+def _exact_part(paths: TeamPaths, index: int, interval: CommonInterval) -> list[fmpq_poly]:
     segment = paths.segments[index]
     length = segment.stop - segment.start
-    start, stop = (meeting.start - segment.start) / length, (meeting.stop - segment.start) / length
+    start, stop = (interval.start - segment.start) / length, (interval.stop - segment.start) / length
     return [exact.on_unit_interval(p, start, stop) for p in paths.exact_position(index)]
 
 

@@ -1,6 +1,6 @@
 """Flights that were flown, judged from their samples: what must, may or cannot have happened between them.
 
 Read `asked` (what a recording is held against), `flight_log` (tables, read exactly or refused) and `tracks` (where a robot can
-have been between samples), then `flight_verdict`, which calls one module a claim: `tube`, `words`, `visits`, `actions`,
+have been between samples), then `flight_verdict`, which calls one module a claim: `tube`, `words`, `recorded_visits`, `actions`,
 `space`. `alignment` finds when the flight began; `samples` judges words and formulas without a plan.
 """

@@ -32,7 +32,7 @@ class Action:
         target: Internal state after.
         at: Region in which it is permitted.
         visit: Index of the planned visit; -1 where it is of none.
-        verdict: Whether the samples show the robot in that region all the time.
+        outcome: Whether the samples show the robot in that region all the time.
         sentence: Why, for a person.
     """
 
@@ -43,7 +43,7 @@ class Action:
     target: str
     at: str
     visit: int = -1
-    verdict: Outcome = "undecided"
+    outcome: Outcome = "undecided"
     sentence: str = ""
 
 
@@ -85,14 +85,14 @@ def placed(action: Action, rows: Mapping[str, Row]) -> Action:
     )
     what = f"{action.robot}'s action {action.source} -> {action.target} ({when})"
     if found == {"must"}:
-        return replace(action, verdict="holds", sentence=f"{what} was made in '{action.at}'")
+        return replace(action, outcome="holds", sentence=f"{what} was made in '{action.at}'")
     if found == {"no"}:
         return replace(
             action,
-            verdict="fails",
+            outcome="fails",
             sentence=f"{what} was not made in '{action.at}', where it is permitted: the robot was not there",
         )
-    return replace(action, verdict="undecided", sentence=f"{what}: whether the robot was in '{action.at}' cannot be told")
+    return replace(action, outcome="undecided", sentence=f"{what}: whether the robot was in '{action.at}' cannot be told")
 
 
 def logged_actions(
@@ -134,7 +134,7 @@ def logged_actions(
             )
             return found
         tried = [placed(Action(robot, low, high, a.source, a.target, a.at), rows) for a in fitting]
-        found.append(min(tried, key=lambda action: rank[action.verdict]))
+        found.append(min(tried, key=lambda action: rank[action.outcome]))
         states = {a.target for a in fitting}
     return found
 
@@ -143,11 +143,11 @@ def action_claim(robot: str, actions: Sequence[Action]) -> Claim | None:
     """Every action was made where it is permitted; None where there is none."""
     if not actions:
         return None
-    for verdict in ("fails", "undecided"):
+    for outcome in ("fails", "undecided"):
         for action in actions:
-            if action.verdict == verdict:
+            if action.outcome == outcome:
                 return recorded_claim(
-                    "actions", verdict, f"{action.sentence}.", robot=robot, time=float(action.low), region=action.at or None,
+                    "actions", outcome, f"{action.sentence}.", robot=robot, time=float(action.low), region=action.at or None,
                     visit=action.visit if action.visit >= 0 else None,
                 )  # fmt: skip
     return recorded_claim("actions", "holds", f"{robot} made every action where it is permitted.", robot=robot)
@@ -161,7 +161,7 @@ def internal_changes(actions: Sequence[Action], mission: Mission, zero: Fraction
     made: list[InternalChange] = []
     state = actions[0].source if actions else ""
     for action in actions:
-        if action.verdict == "fails" or action.source != state:
+        if action.outcome == "fails" or action.source != state:
             continue
         low, high = (min(max(time - zero, Fraction(0)), end) for time in (action.low, action.high))
         state = action.target
@@ -182,11 +182,11 @@ def unplanned(
     for index, action in enumerate(made):
         if action.target and (index >= len(due) or states[due[index].target] != states[action.target]):
             sentence = f"{robot}'s action {action.source} -> {action.target} at {float(action.high):.4f} s is not planned"
-            return [replace(action, verdict="fails", sentence=sentence)]
+            return [replace(action, outcome="fails", sentence=sentence)]
     if len(made) < len(due) and all(action.target for action in made):
         missed = due[len(made)]
         what = f"{robot}'s planned action {missed.source} -> {missed.target} of visit {missed.visit}"
         if missed.high > until:
-            return [replace(missed, verdict="undecided", sentence=f"{what} may come after the log's last row")]
-        return [replace(missed, verdict="fails", sentence=f"{what} is not made")]
+            return [replace(missed, outcome="undecided", sentence=f"{what} may come after the log's last row")]
+        return [replace(missed, outcome="fails", sentence=f"{what} is not made")]
     return []

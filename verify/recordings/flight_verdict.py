@@ -23,11 +23,11 @@ from verify.recordings.alignment import Alignment, fitted, given
 from verify.recordings.asked import Asked, World
 from verify.recordings.flight_log import Samples
 from verify.recordings.planned_paths import PlannedPath, planned_paths
+from verify.recordings.recorded_visits import passage_claim, visit_claim, widened
 from verify.recordings.samples import LARGEST, MAX_SAMPLES, require_error, require_speed, with_rounding
 from verify.recordings.space import TELLS, rim_claim, separation_claims, workspace_claim
 from verify.recordings.tracks import Bounds, Track, track
 from verify.recordings.tube import tube_claim
-from verify.recordings.visits import passage_claim, visit_claim, widened
 from verify.recordings.words import (
     formula_claim,
     recorded_timeline,
@@ -54,7 +54,7 @@ class FlightVerdict:
     @property
     def outcome(self) -> Outcome:
         """Satisfied where every claim holds, broken where one is, otherwise undecided."""
-        outcomes = {claim.verdict for claim in self.claims}
+        outcomes = {claim.outcome for claim in self.claims}
         return "fails" if "fails" in outcomes else "undecided" if "undecided" in outcomes or not outcomes else "holds"
 
     @property
@@ -62,7 +62,7 @@ class FlightVerdict:
         """The verdict for a person, with the first claim that does not hold."""
         if self.outcome == "holds":
             return f"Satisfied: all {len(self.claims)} claims hold at all times, not only at the samples."
-        worst = [claim for claim in self.claims if claim.verdict == self.outcome]
+        worst = [claim for claim in self.claims if claim.outcome == self.outcome]
         more = f" And {len(worst) - 1} more." if len(worst) > 1 else ""
         start = "Violated, whatever happened between the samples" if self.outcome == "fails" else "The samples cannot tell"
         return f"{start} ({worst[0].name}). {worst[0].sentence}{more}"
@@ -198,7 +198,7 @@ class _Judge:
             timelines[robot] = recorded_timeline(
                 one, self.rows[robot], start=self.start, stop=self.stop, internal=internal, actions=changes
             )
-        open_ = [action for _, actions in deeds for action in actions if action.verdict == "undecided"]
+        open_ = [action for _, actions in deeds for action in actions if action.outcome == "undecided"]
         doubtful = open_[0].sentence if open_ else ""
         if mission.spec.formula is not None:
             yield formula_claim(self.asked.worlds, timelines, self.rows, doubtful=doubtful, zero=self.start, budget=self.budget)
@@ -320,8 +320,8 @@ def _claim_data(claim: Claim) -> dict[str, Any]:
     witness = claim.witness
     return {
         "name": claim.name,
-        "outcome": claim.verdict,
-        "says": TELLS[claim.verdict],
+        "outcome": claim.outcome,
+        "says": TELLS[claim.outcome],
         "sentence": claim.sentence,
         "robot": claim.robot,
         "other": claim.other,

@@ -150,7 +150,7 @@ def sampled_timeline(
         status = row[0][1]
         for time, following in row[1:]:
             instant = Enclosure(Fraction(time), Fraction(time))
-            if {status, following} == {"no", "must"}:  # a spell of may of no length: crossed in between, in any way
+            if {status, following} == {"no", "must"}:  # an interval of may of no length: crossed in between, in any way
                 found.append(Change(instant, name, "may"))
             found.append(Change(instant, name, following))
             status = following

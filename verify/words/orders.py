@@ -145,7 +145,7 @@ def _joint(automaton: Automaton, graph: InTurn, budget: int) -> tuple[int, ...] 
         rest = automaton.initial if node is None else node[0]
         skip = 0 if node is None else 1
         for index in range(skip, len(graph.kinds[kind])):
-            rest = automaton.step(rest, automaton.cut(graph.look(waiting, kind, index).letter))
+            rest = automaton.step(rest, automaton.cut(graph.observation(waiting, kind, index).letter))
         following = (rest, waiting)
         if following not in came:
             if len(came) >= budget:

@@ -14,10 +14,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from verify.behaviour.inclusion import DEFAULT_BUDGET, LOOSE_BUDGET, find_broken, holds_loosely, letter_graph
-from verify.behaviour.team_graph import Look, WithOthers
+from verify.behaviour.team_graph import Observation, WithOthers
 from verify.data.errors import BadInput, InternalError
 from verify.data.formula import Formula
-from verify.data.mission import Reading
+from verify.data.mission import TeamReading
 from verify.data.word import Letter, Word, show_letter
 from verify.logic.explanation import explain, show
 from verify.logic.progression import Normal, OutOfBudget, conjuncts, normal_form, to_formula
@@ -36,7 +36,7 @@ SPOT_BUDGET = 3_000
 def check_team(
     formula: str | Formula,
     words: Mapping[str, Letters],
-    reading: Reading = "own",
+    reading: TeamReading = "own",
     *,
     budget: int = DEFAULT_BUDGET,
 ) -> TeamVerdict:
@@ -107,7 +107,7 @@ class _Kinds:
 class _Team:
     formula: Formula
     words: Mapping[str, tuple[Letter, ...]]
-    reading: Reading
+    reading: TeamReading
     budget: int
 
     def decide(self, claim: str) -> Verdict:
@@ -188,9 +188,9 @@ class _Team:
         except OutOfBudget:
             pass  # the counterexample on shortened words is one as well, only perhaps not a shortest
         if self.reading == "joint":
-            readings = _joint_places(kinds, broken.looks, self.words)
+            readings = _joint_places(kinds, broken.observations, self.words)
         else:
-            readings = _own_places(kinds, broken.looks, self.words, one_for_all=not part.uses_next)
+            readings = _own_places(kinds, broken.observations, self.words, one_for_all=not part.uses_next)
         return readings, "When the flights interleave: "
 
     def _graph(self, part: Normal, kinds: _Kinds) -> Shuffle | JointShuffle:
@@ -256,17 +256,17 @@ def _holds_loosely(part: Normal, kinds: _Kinds) -> bool:
 
 
 def _own_places(
-    kinds: _Kinds, looks: Sequence[Look], words: Mapping[str, tuple[Letter, ...]], *, one_for_all: bool
+    kinds: _Kinds, observations: Sequence[Observation], words: Mapping[str, tuple[Letter, ...]], *, one_for_all: bool
 ) -> list[_Place]:
     """Give each reading of a kind to one of its robots, and read whole letters."""
     at = [dict.fromkeys(names, -1) for names in kinds.robots]
     readings: list[_Place] = []
-    for look in looks:
-        assert look.robot is not None
-        index, fresh = look.nodes
-        robots = at[look.robot]
+    for observation in observations:
+        assert observation.robot is not None
+        index, fresh = observation.nodes
+        robots = at[observation.robot]
         able = [name for name, place in robots.items() if place == index - fresh]
-        stood_for_all = one_for_all and fresh and len(kinds.words[look.robot]) == 1
+        stood_for_all = one_for_all and fresh and len(kinds.words[observation.robot]) == 1
         for name in able if stood_for_all else able[:1]:
             robots[name] = index
             run = kinds.runs[name][index]
@@ -274,7 +274,7 @@ def _own_places(
     return readings
 
 
-def _joint_places(kinds: _Kinds, looks: Sequence[Look], words: Mapping[str, tuple[Letter, ...]]) -> list[_Place]:
+def _joint_places(kinds: _Kinds, observations: Sequence[Observation], words: Mapping[str, tuple[Letter, ...]]) -> list[_Place]:
     """Follow which robots go on from one union to the next, and read whole letters."""
     at = {name: 0 for names in kinds.robots for name in names}
     held = dict.fromkeys(at, 0)
@@ -285,8 +285,8 @@ def _joint_places(kinds: _Kinds, looks: Sequence[Look], words: Mapping[str, tupl
         readings.append((TEAM, None, union))
 
     before: tuple[int, ...] | None = None
-    for look in looks:
-        movers = [] if before is None else _movers(kinds, at, before, look.nodes)
+    for observation in observations:
+        movers = [] if before is None else _movers(kinds, at, before, observation.nodes)
         for name in movers:
             at[name] += 1
             held[name] = kinds.runs[name][at[name]][0]
@@ -295,7 +295,7 @@ def _joint_places(kinds: _Kinds, looks: Sequence[Look], words: Mapping[str, tupl
             for index in kinds.runs[name][at[name]][1:]:
                 held[name] = index
                 read()
-        before = look.nodes
+        before = observation.nodes
     return readings
 
 

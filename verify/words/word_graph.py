@@ -1,7 +1,7 @@
 """Team words of robots that give fixed words: one robot after another, or all at once.
 
 Robots whose words are alike are one kind and only counted, so that a hundred idle robots cost what one does. Both
-graphs are of the form that `inclusion` searches; a `Look` names a kind, and `nodes` says which letter of it.
+graphs are of the form that `inclusion` searches; an `Observation` names a kind, and `nodes` says which letter of it.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from __future__ import annotations
 import itertools
 from collections.abc import Hashable, Iterator, Sequence
 
-from verify.behaviour.team_graph import Look, Step
-from verify.data.mission import Reading
+from verify.behaviour.team_graph import Observation, Step
+from verify.data.mission import TeamReading
 from verify.data.word import Letter
 
 Letters = tuple[Letter, ...]
@@ -25,12 +25,12 @@ class InTurn:
     of those that are done; taking off then reads nothing new, because the first letter is held already.
     """
 
-    def __init__(self, kinds: Sequence[Letters], counts: Sequence[int], reading: Reading) -> None:
+    def __init__(self, kinds: Sequence[Letters], counts: Sequence[int], reading: TeamReading) -> None:
         self.kinds = tuple(kinds)
         self.counts = tuple(counts)
         self.joint = reading == "joint"
 
-    def look(self, waiting: tuple[int, ...], kind: int, index: int) -> Look:
+    def observation(self, waiting: tuple[int, ...], kind: int, index: int) -> Observation:
         """Return the reading while a robot of one kind flies and `waiting` have still to fly."""
         letter = self.kinds[kind][index]
         if self.joint:
@@ -40,12 +40,12 @@ class InTurn:
                     letter |= letters[0]
                 if done:
                     letter |= letters[-1]
-        return Look(kind, letter, (index,))
+        return Observation(kind, letter, (index,))
 
     def initial(self) -> Iterator[Step]:
         """Yield every robot that may fly first."""
         for kind, waiting in self.next(self.counts):
-            yield self.look(waiting, kind, 0), (waiting, kind, 0)
+            yield self.observation(waiting, kind, 0), (waiting, kind, 0)
 
     def next(self, waiting: tuple[int, ...]) -> Iterator[tuple[int, tuple[int, ...]]]:
         """Yield each kind that may fly next, and who waits then."""
@@ -57,10 +57,10 @@ class InTurn:
         """Go on to the next letter, or to the next robot."""
         waiting, kind, index = state
         if index + 1 < len(self.kinds[kind]):
-            yield self.look(waiting, kind, index + 1), (waiting, kind, index + 1)
+            yield self.observation(waiting, kind, index + 1), (waiting, kind, index + 1)
             return
         for following, left in self.next(waiting):
-            yield (None if self.joint else self.look(left, following, 0)), (left, following, 0)
+            yield (None if self.joint else self.observation(left, following, 0)), (left, following, 0)
 
     def is_final(self, state: tuple[tuple[int, ...], int, int]) -> bool:
         """Tell whether all have flown."""
@@ -76,7 +76,7 @@ class Shuffle:
     """All robots at once, each keeping its own order; a held letter may be read any number of times.
 
     Times do not bind, so moving on to a letter and reading it for the first time can be one step. A state holds, for
-    each kind, how many of its robots were last read at each index (index 0: not yet read). A look's `nodes` are the
+    each kind, how many of its robots were last read at each index (index 0: not yet read). An observation's `nodes` are the
     letter's index and whether it is read for the first time.
     """
 
@@ -97,12 +97,12 @@ class Shuffle:
                 if not count:
                     continue
                 if place:
-                    yield Look(kind, word[place - 1], (place - 1, 0)), state
+                    yield Observation(kind, word[place - 1], (place - 1, 0)), state
                 if place < len(word):
                     moved = list(places)
                     moved[place] -= 1
                     moved[place + 1] += 1
-                    yield Look(kind, word[place], (place, 1)), (*state[:kind], tuple(moved), *state[kind + 1 :])
+                    yield Observation(kind, word[place], (place, 1)), (*state[:kind], tuple(moved), *state[kind + 1 :])
 
     def is_final(self, state: tuple[tuple[int, ...], ...]) -> bool:
         """Tell whether all have been read in their last letters."""
@@ -124,23 +124,23 @@ class JointShuffle:
         self.counts = tuple(counts)
         self.base = base
 
-    def _look(self, state: tuple[tuple[int, ...], ...]) -> Look:
+    def _observation(self, state: tuple[tuple[int, ...], ...]) -> Observation:
         letter = self.base
         for word, places in zip(self.kinds, state, strict=True):
             for held, count in zip(word, places, strict=True):
                 if count:
                     letter |= held
-        return Look(None, letter, tuple(count for places in state for count in places))
+        return Observation(None, letter, tuple(count for places in state for count in places))
 
     def initial(self) -> Iterator[Step]:
         """Yield the beginning, when all hold their first letters."""
         state = tuple((count,) + (0,) * (len(word) - 1) for word, count in zip(self.kinds, self.counts, strict=True))
-        yield self._look(state), state
+        yield self._observation(state), state
 
     def steps(self, state: tuple[tuple[int, ...], ...]) -> Iterator[Step]:
         """Read again, or let any robots go on together, each by one letter."""
         for moved in itertools.product(*(list(_advances(places)) for places in state)):
-            yield self._look(moved), moved
+            yield self._observation(moved), moved
 
     def is_final(self, state: tuple[tuple[int, ...], ...]) -> bool:
         """Tell whether all hold their last letters."""

@@ -188,10 +188,10 @@ def test_slowing_down_keeps_the_limits_of_the_leg_that_it_ends():
     hard = slow_down(before, float(begin), 0.5)
     assert 1.0 < hardest(hard) < mission.effective_limits.acceleration
     world = flight.pieces[0].mission
-    assert all(claim.verdict == "holds" for claim in judge_stop(world, {"quad0": hard}, Fraction(1)))
+    assert all(claim.outcome == "holds" for claim in judge_stop(world, {"quad0": hard}, Fraction(1)))
     said = judge_stop(world, {"quad0": hard}, Fraction(1), {"quad0": (begin, "a")})
-    assert [claim.name for claim in said if claim.verdict != "holds"] == ["limits.legs.acceleration"]
-    assert all(claim.verdict == "holds" for claim in judge_stop(world, {"quad0": stop}, Fraction(1), {"quad0": (begin, "a")}))
+    assert [claim.name for claim in said if claim.outcome != "holds"] == ["limits.legs.acceleration"]
+    assert all(claim.outcome == "holds" for claim in judge_stop(world, {"quad0": stop}, Fraction(1), {"quad0": (begin, "a")}))
 
 
 def test_where_coming_to_rest_cannot_be_proved_the_team_holds_for_good(turning):

@@ -242,7 +242,7 @@ def judged(mission, plan):
     )
     robots = {"quad0": plan}
     claims = judge(Plan(mission=mission, robots=robots), {"quad0": flown}).claims
-    return [claim.sentence for claim in claims if claim.verdict != "holds"]
+    return [claim.sentence for claim in claims if claim.outcome != "holds"]
 
 
 def test_every_returned_path_passes_the_judge():

@@ -56,7 +56,7 @@ def test_a_lasso_that_hovers_after_its_last_hoop_goes_all_the_way(formula: str, 
     assert plan.waypoints[-1].position == plan.waypoints[-2].position
     assert plan.word.cycle is not None
     assert check_word(result.mission.formula, plan.word.prefix, plan.word.cycle)
-    assert all(claim.verdict == "holds" for claim in result.certificate.claims)
+    assert all(claim.outcome == "holds" for claim in result.certificate.claims)
     assert recheck(tmp_path / "run").claims
     assert flown.cycle is not None
     lap = flown.evaluate(np.linspace(flown.knots[flown.cycle], flown.knots[-1], 20))[:, :3]

@@ -41,6 +41,6 @@ def test_whatever_is_returned_is_accepted() -> None:
         plan = limited(seed)
         with suppress(Infeasible):
             certificate = verify.judge(plan, refine(plan), largest=False)
-            assert certificate.holds, (seed, [claim.sentence for claim in certificate.claims if claim.verdict != "holds"])
+            assert certificate.holds, (seed, [claim.sentence for claim in certificate.claims if claim.outcome != "holds"])
             held += 1
     assert held > 140

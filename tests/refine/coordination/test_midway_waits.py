@@ -43,7 +43,7 @@ def test_waits_are_kept_when_robots_give_way_afterwards(via: tuple) -> None:
         end = team[name].evaluate(np.array([team[name].duration]))[0, :3]
         np.testing.assert_allclose(end, robot.waypoints[-1].position, atol=1e-4)
     claims = verify.judge(asked, team, largest=False).claims
-    assert [claim.sentence for claim in claims if claim.verdict != "holds"] == []
+    assert [claim.sentence for claim in claims if claim.outcome != "holds"] == []
 
 
 def test_a_robot_waits_outside_of_the_region_that_others_wait_for_it_to_leave() -> None:

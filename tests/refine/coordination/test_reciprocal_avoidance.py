@@ -40,7 +40,7 @@ def swap(half: float, **agent) -> Plan:
 def certified(plan: Plan) -> dict[str, Trajectory]:
     team = refine(plan)
     certificate = verify.judge(plan, team, largest=False)
-    assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
+    assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
     assert all(len(flight) <= 31 and flight.is_float32 for flight in team.values())
     times = np.linspace(0.0, max(flight.duration for flight in team.values()), 4000)
     where = [flight.evaluate(times)[:, :3] for flight in team.values()]

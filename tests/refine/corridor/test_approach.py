@@ -17,7 +17,7 @@ GATE = Hoop(center=(0.0, 0.0, 1.2), radii=(0.05, 0.05, 0.05), opening=0.4, rim=0
 
 def assert_certified(mission: Mission, plan: Plan) -> None:
     certificate = verify.judge(plan, refine(plan), largest=False)
-    assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
+    assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
 
 
 def hall(start: tuple[float, float, float], **hoops: Hoop) -> Mission:

@@ -45,7 +45,7 @@ def straight_plan(mission: Mission, visits: str) -> Plan:
 
 
 def assert_kept(certificate: Certificate) -> None:
-    assert not [claim.sentence for claim in certificate.claims if claim.verdict != "holds"]
+    assert not [claim.sentence for claim in certificate.claims if claim.outcome != "holds"]
     found = [claim for claim in certificate.claims if claim.name.startswith("limits.legs")]
     assert found
     assert all(claim.bound is not None and claim.bound > 0.1 * claim.limit for claim in found), [c.sentence for c in found]

@@ -98,9 +98,9 @@ def test_stretching_keeps_limits_and_wastes_nothing() -> None:
     factor = stretch_to_limits(path, None, HOOP6_LIMITS, safety=1e-4)
     assert factor > 1
     claims = limit_verdicts(flown(path.stretched(factor)), hoop6_vehicle())
-    assert all(claim.verdict == "holds" for claim in claims.values())
+    assert all(claim.outcome == "holds" for claim in claims.values())
     quick = limit_verdicts(flown(path.stretched(0.999 * factor)), hoop6_vehicle())
-    assert any(claim.verdict == "fails" for claim in quick.values())
+    assert any(claim.outcome == "fails" for claim in quick.values())
 
 
 @pytest.mark.parametrize(

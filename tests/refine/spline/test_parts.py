@@ -38,7 +38,7 @@ def test_a_flight_is_cut_where_it_rests_and_each_part_is_certified() -> None:
         points = POINTS[start : start + len(part) + 1]
         mission = room({"far": ball(2.5, -2.5)}, {"q": Agent(start=tuple(points[0]))})
         certificate = verify.judge(Plan(mission=mission, robots={"q": straight(*points)}), {"q": part}, largest=False)
-        assert [claim.sentence for claim in certificate.claims if claim.verdict != "holds"] == []
+        assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
         start += len(part)
 
 

@@ -87,7 +87,7 @@ def sequenced(sequence: str, prefix: list[str], lap: list[str], cycle_visit: int
 def test_a_sequence_is_the_one_that_is_flown_for_ever(sequence, prefix, lap):
     found = sequenced(sequence, prefix.split(), lap.split())
     (claim,) = check(found, Right("passages", "r0", says=f"not the mission's sequence `{sequence}`"))
-    assert all(other.verdict == "holds" for other in found.claims if other is not claim)
+    assert all(other.outcome == "holds" for other in found.claims if other is not claim)
 
 
 def test_a_cycle_may_be_unrolled():
@@ -162,7 +162,7 @@ def test_only_the_visit_with_which_a_lap_begins_certifies(points, cycle, visits,
             assert certificate.holds
             continue
         (claim,) = check(certificate, Right("visits", "r0", says="planned is"))
-        assert all(other.verdict == "holds" for other in certificate.claims if other is not claim)
+        assert all(other.outcome == "holds" for other in certificate.claims if other is not claim)
 
 
 def test_a_lap_that_hovers_begins_with_no_visit():
@@ -198,7 +198,7 @@ def test_a_leg_over_the_seam_is_limited_whatever_the_plan_says(cycle_visit):
     team = {"r0": Trajectory(durations[kept], coefficients[kept], cycle=0)}
     certificate = judged(lap_plan(mission, [Visit(region=region) for region in "abab"], cycle_visit), team)
     check(certificate, Right("limits.legs.speed", "r0", "a", 0, says="1.75 m/s"))
-    refused = {claim.name for claim in certificate.claims if claim.verdict != "holds"}
+    refused = {claim.name for claim in certificate.claims if claim.outcome != "holds"}
     assert refused == {"limits.legs.speed"} | ({"visits"} if cycle_visit else set())
 
 
@@ -210,7 +210,7 @@ def test_a_lap_that_begins_elsewhere_is_told_with_the_visit_where_it_does(cycle,
     team = {"r0": legs([[0, 0, 1], [1, 0, 1], [0, 0, 1], [0, 1, 1], [0, 0, 1], [0, 0, 1]], cycle=cycle)}
     plan = lap_plan(ball_mission(), [Visit(region="a"), Visit(region="b")], planned)
     (claim,) = (claim for claim in judge(plan, team).claims if claim.name == "visits")
-    assert claim.verdict == "fails"
+    assert claim.outcome == "fails"
     assert says in claim.sentence
     assert (claim.witness.visit, claim.witness.region) == (1, "b")
 

@@ -127,7 +127,7 @@ def test_counterexamples(formula, reading, holds, robot, region, says, margin):
     mission = mission.model_copy(update={"separation": 0.0, "spec": mission.spec.model_copy(update={"team": reading})})
     team = {f"r{i}": legs([EAST, WEST][i], hold=hold) for i, hold in enumerate(holds)}
     certificate = judged(plan_of(mission, {}), team, margin=margin)
-    if next(c for c in certificate.claims if c.name == "formula").verdict == "holds":
+    if next(c for c in certificate.claims if c.name == "formula").outcome == "holds":
         pytest.fail("this formula was to be broken")
     (claim,) = check(certificate, Right("formula", robot, region, says=says))
     witness = claim.witness

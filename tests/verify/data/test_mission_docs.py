@@ -7,7 +7,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel
 
 from verify.data import parse_mission
-from verify.data.bodies import Inequality
+from verify.data.inequalities import Inequality
 from verify.data.mission import (
     Action,
     Agent,

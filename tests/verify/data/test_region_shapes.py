@@ -14,8 +14,8 @@ import verify
 from flight.shapes import region_shapes
 from tests.helpers.packages import install
 from verify.data import BadInput, MissionError, check_mission, load_mission_file, load_plan, mission_to_yaml, parse_mission
-from verify.data.bodies import Inequality, quadratic_form, surface, turned
 from verify.data.events import HoopMoves
+from verify.data.inequalities import Inequality, quadratic_form, surface, turned
 from verify.data.mission import Mission
 from verify.data.region import Region
 from verify.data.region_shapes import REGION_SHAPES
@@ -29,7 +29,7 @@ MODULE, MISSION = (re.findall(rf"```{language} \S+\n(.*?)```", SECTION, re.DOTAL
 POINTS = {"spheroid": "round_shapes:SPHEROID"}
 
 MORE = """
-from verify.data.bodies import Inequality, quadratic_form
+from verify.data.inequalities import Inequality, quadratic_form
 from verify.data.region_shapes import RegionShape
 from verify.data.vehicle import Positive
 

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from tests.strategies import finite_words, formulas, letters
 from verify.data import parse_formula
 from verify.logic.progression import (
-    DOOMED,
+    REFUTED,
     SETTLED,
     Automaton,
     OutOfBudget,
@@ -42,8 +42,8 @@ def test_doomed_and_settled_are_for_ever(formula, word, letter):
     automaton = Automaton(normal_form(formula))
     state = automaton.run(word.prefix)
     after = automaton.step(state, automaton.cut(letter))
-    if state == DOOMED:
-        assert after == DOOMED
+    if state == REFUTED:
+        assert after == REFUTED
         assert not automaton.accepts(state)
     if state == SETTLED:
         assert after == SETTLED

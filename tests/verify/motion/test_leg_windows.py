@@ -33,7 +33,7 @@ def joined(*parts: Trajectory, cycle: int | None = None) -> Trajectory:
 
 def kept(plan: Plan, team: dict[str, Trajectory]) -> bool:
     """Tell whether the limits of legs are kept; some flights here are harder than the vehicle's own limits allow."""
-    return all(claim.verdict == "holds" for claim in judged(plan, team).claims if claim.name.startswith("limits.legs"))
+    return all(claim.outcome == "holds" for claim in judged(plan, team).claims if claim.name.startswith("limits.legs"))
 
 
 NESTED = """h: {center: [3.0, 0.0, 1.0], radii: [2.0, 1.0, 1.0]}
@@ -141,7 +141,7 @@ def test_an_excursion_just_after_the_seam_is_on_the_way_that_began_in_the_lap_be
 def test_ways_of_a_lasso_whose_visits_do_not_match_are_those_of_its_first_lap():
     team = {"r0": hurried_start_of_a_lap()}
     plan = limited_plan(lap_world("b: {speed: 0.1}"), "abab", 1)
-    failed = {(c.name, c.witness.visit, c.verdict) for c in judged(plan, team).claims if c.verdict != "holds"}
+    failed = {(c.name, c.witness.visit, c.outcome) for c in judged(plan, team).claims if c.outcome != "holds"}
     assert ("visits", 3, "fails") in failed
     assert ("limits.legs.speed", 1, "fails") in failed
     assert ("limits.legs", 3, "undecided") in failed
@@ -173,7 +173,7 @@ def test_a_region_that_nobody_visits_is_said_to_bind_none():
     (said,) = (claim.sentence for claim in certificate.claims if claim.name == "limits.legs")
     assert said.startswith("No robot goes to 'b'")
     missed = judged(limited_plan(world(AB, "b: {speed: 0.1}"), "a"), {"r0": legs([[0, 0, 1], [0, 1, 1]])})
-    assert {claim.name for claim in missed.claims if claim.verdict != "holds"} == {"visits", "limits.legs"}
+    assert {claim.name for claim in missed.claims if claim.outcome != "holds"} == {"visits", "limits.legs"}
 
 
 # Against dense samples: random flights among regions that hold, overlap and touch each other.
@@ -277,7 +277,7 @@ def test_limits_of_legs_against_dense_samples(lasso, count):
             continue
         cycle_visit = None if knot is None else 2 * len(made) - len(stays)
         certificate = judged(limited_plan(mission, "".join(stay.region for stay in made), cycle_visit), {"r0": path})
-        if any(c.verdict != "holds" for c in certificate.claims if c.name == "visits"):
+        if any(c.outcome != "holds" for c in certificate.claims if c.name == "visits"):
             continue  # an edge that samples do not see
         speed = np.linalg.norm(path.evaluate(times, 1)[:, :3], axis=1)
         most = []
@@ -295,10 +295,10 @@ def test_limits_of_legs_against_dense_samples(lasso, count):
             plan = limited_plan(mission.model_copy(update={"limits": limits}), "".join(s.region for s in made), cycle_visit)
             claims = [claim for claim in judged(plan, {"r0": path}).claims if claim.name.startswith("limits.legs")]
             for claim in claims:
-                if claim.verdict != "holds":
+                if claim.outcome != "holds":
                     assert most[claim.witness.visit] > claim.limit * 0.985, (claim.sentence, most)
-                    assert claim.verdict == "fails"
-            held = {claim.verdict for claim in claims}
+                    assert claim.outcome == "fails"
+            held = {claim.outcome for claim in claims}
             same = [m for stay, m in zip(made, most, strict=True) if stay.region == made[pick].region]
             if max(same) > own[made[pick].region]["speed"] * 1.015:
                 assert "fails" in held, (most, pick, factor)

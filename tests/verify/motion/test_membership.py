@@ -8,7 +8,7 @@ from tests.helpers.flights import legs, plan_of, quantised, small_mission, wande
 from tests.helpers.second_reading import compare, crossings, inside, membership
 from verify.data.mission import Region
 from verify.data.trajectory import Trajectory
-from verify.motion.membership import changes, levels, statuses
+from verify.motion.membership import changes, membership_polynomials, statuses
 from verify.motion.paths import read_team
 from verify.motion.regions import Ellipsoid, are_disjoint, extent, lies_inside, relations
 
@@ -18,7 +18,7 @@ c: {center: [0.0, -0.4, 0.7], radii: [0.25, 0.25, 0.25]}"""
 
 
 def spans_of(mission, trajectory, margin=Fraction(0)):
-    return statuses(levels(read_team(mission, {"r0": trajectory})), margin)["r0"]
+    return statuses(membership_polynomials(read_team(mission, {"r0": trajectory})), margin)["r0"]
 
 
 def mission_at(trajectory, regions=THREE, **options):
@@ -213,7 +213,7 @@ def test_the_hover_after_the_end_is_labelled_until_the_teams_end():
     mission = small_mission(regions=BALL, starts=[[0.0, 0.0, 1.0], [0.0, 2.0, 1.0]])
     first, second = legs([[0, 0, 1], [1, 0, 1]]), legs([[0, 2, 1], [2, 2, 1]], speed=0.2)
     paths = read_team(mission, {"r0": first, "r1": second})
-    spans = statuses(levels(paths), Fraction(1, 20))["r0"]["a"]
+    spans = statuses(membership_polynomials(paths), Fraction(1, 20))["r0"]["a"]
     assert spans[-1].mark == "must"
     assert spans[-1].stop == paths.end == Fraction(second.duration)
 

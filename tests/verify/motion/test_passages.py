@@ -164,7 +164,7 @@ VISIT = (Visit(region="h", direction="F"),)
 
 def test_the_claims_of_a_planned_passage():
     found = claims(ring_mission(), VISIT, THROUGH)
-    assert {c.verdict for c in found.values()} == {"holds"}
+    assert {c.outcome for c in found.values()} == {"holds"}
     assert found["passages"].bound == pytest.approx(0.3, abs=1e-5)
     assert found["rims"].bound == pytest.approx(0.3, abs=1e-4)
 
@@ -184,7 +184,7 @@ def test_the_claims_of_a_planned_passage():
 )
 def test_wrong_passages_are_refused(visits, points, why):
     found = claims(starting_at(ring_mission(), points[0]), visits, points)["passages"]
-    assert found.verdict == "fails"
+    assert found.outcome == "fails"
     assert why in found.sentence
     assert found.witness is not None
     assert found.witness.region == "h"
@@ -194,10 +194,10 @@ def test_another_opening_may_not_be_entered():
     mission = ring_mission(hoops=TWO)
     points = [[0, 0, 1], [2, 0, 1], [2, 1, 1], [1, 1, 1], [1, 3, 1]]
     found = claims(mission, VISIT, points)
-    assert found["passages"].verdict == "fails"
+    assert found["passages"].outcome == "fails"
     assert found["passages"].witness.region == "k"
     both = (*VISIT, Visit(region="k", direction="F"))
-    assert claims(mission, both, points)["passages"].verdict == "holds"
+    assert claims(mission, both, points)["passages"].outcome == "holds"
 
 
 @pytest.mark.parametrize("gap", [1e-4, -1e-4])
@@ -206,7 +206,7 @@ def test_a_rim_is_met_by_the_vehicles_sphere(gap):
     offset = 0.3 + 0.05 + RADIUS + 0.05 + gap
     start = (0.0, offset, 1.0)
     found = claims(starting_at(ring_mission(), start), (), [start, [2, offset, 1]])["rims"]
-    assert found.verdict == ("holds" if gap > 0 else "fails")
+    assert found.outcome == ("holds" if gap > 0 else "fails")
     assert found.time == pytest.approx(float(legs([start, [2, offset, 1]]).duration) / 2, abs=0.2)
 
 
@@ -219,7 +219,7 @@ def test_a_rim_that_is_missed_by_less_than_the_first_look_tells_is_looked_at_clo
     assert coarse.low < fine.low - 1e-8
     for limit, verdict in ((fine.low - 1e-9, "holds"), (fine.high + 1e-9, "fails")):
         near = mission.model_copy(update={"margin": limit - RADIUS})
-        assert claims(near, (), points)["rims"].verdict == verdict
+        assert claims(near, (), points)["rims"].outcome == verdict
 
 
 def test_a_sequence_is_its_passages_in_order():
@@ -229,11 +229,11 @@ def test_a_sequence_is_its_passages_in_order():
 
     points = [[0, 0, 1], [2, 0, 1], [2, 1, 1], [1, 1, 1], [1, 3, 1]]
     both = (Visit(region="h", direction="F"), Visit(region="k", direction="F"))
-    assert sequence_claims("hF kF", both, points)["passages"].verdict == "holds"
-    assert sequence_claims("kF hF", both, points)["passages"].verdict == "fails"
-    assert sequence_claims("hF", both, points)["passages"].verdict == "fails"
+    assert sequence_claims("hF kF", both, points)["passages"].outcome == "holds"
+    assert sequence_claims("kF hF", both, points)["passages"].outcome == "fails"
+    assert sequence_claims("hF", both, points)["passages"].outcome == "fails"
     twice = (Visit(region="h", direction="F"), Visit(region="h", direction="R"))
-    assert sequence_claims("hF hR", twice, [[0, 0, 1], [2, 0, 1], [0, 0, 1]])["passages"].verdict == "holds"
+    assert sequence_claims("hF hR", twice, [[0, 0, 1], [2, 0, 1], [0, 0, 1]])["passages"].outcome == "holds"
 
 
 def test_through_the_opening_thrice_is_two_passages_too_many():

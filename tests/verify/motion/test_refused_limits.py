@@ -59,7 +59,7 @@ def test_every_limit_passed_by_a_little(name, share):
     worst = (min if least else max)(claims, key=lambda c: c.bound)
     kept = PLAN.model_copy(update={"mission": limited(name, worst.bound * (1 - 2e-3 if least else 1 + 2e-3))})
     claims = [c for c in judged(kept, team).claims if c.name == worst.name]  # with the limit near by the bound is tighter
-    assert all(c.verdict == "holds" for c in claims)
+    assert all(c.outcome == "holds" for c in claims)
     worst = (min if least else max)(claims, key=lambda c: c.bound)
     if name in ("yaw_rate", "rotor_thrust_max", "rotor_thrust_min"):
         share = max(share, 3e-3)  # these are bounded to a thousandth
@@ -92,7 +92,7 @@ def test_flown_faster_than_the_limits(robot, factor):
     for claim in broken:
         assert claim.robot == robot
         name = claim.name.removeprefix("limits.")
-        if name in ("speed", "acceleration", "thrust_max", "thrust_min", "body_rate") and claim.verdict == "fails":
+        if name in ("speed", "acceleration", "thrust_max", "thrust_min", "body_rate") and claim.outcome == "fails":
             assert quantity(name, fast, claim.time) == pytest.approx(claim.bound, rel=1e-2)
 
 

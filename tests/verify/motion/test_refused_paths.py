@@ -107,7 +107,7 @@ def test_a_jump_of_any_derivative_is_named(axis, order):
         values[3, axis, order + j] += 3 * JUMPS[order] / math.factorial(order) * bend
     certificate = judged(PLAN, {**TEAM, "quad0": changed(path, coefficients=values)})
     if (axis, order) == (3, 3):  # of the heading's third derivative nothing is asked
-        assert all(c.verdict == "holds" for c in certificate.claims if c.name == "continuity")
+        assert all(c.outcome == "holds" for c in certificate.claims if c.name == "continuity")
         return
     names = QUANTITIES if axis < 3 else HEADINGS
     what = f"{names[order]} between pieces 2 and 3"

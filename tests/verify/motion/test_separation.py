@@ -10,7 +10,7 @@ from verify.data.errors import BadInput
 from verify.data.trajectory import Trajectory
 from verify.motion.continuity import JUMPS, jumps
 from verify.motion.paths import read_team
-from verify.motion.separation import distances, meetings, walls
+from verify.motion.separation import minimum_distances, pairwise_distances, walls
 
 TWO_STARTS = [[0.0, 0.0, 1.0], [0.0, 1.0, 1.0]]
 
@@ -48,7 +48,7 @@ def test_distances_against_samples():
         end = max(t.duration for t in team.values())
         at = np.linspace(0, end, 4001)
         samples = {name: t.evaluate(at)[:, :3] for name, t in team.items()}
-        for found in distances(meetings(read_team(mission, team))):
+        for found in minimum_distances(pairwise_distances(read_team(mission, team))):
             gap = (samples[found.robot] - samples[found.other]) * np.array([1, 1, weight])
             least = float(np.linalg.norm(gap, axis=1).min())
             assert found.low <= least + 1e-9
@@ -74,26 +74,26 @@ def test_exact_ties_keep_their_separation():
     # binary fractions: 0.5 m apart is exactly 0.5 m; with margin 0.125 exactly 0.75 m are asked
     mission = pair_mission([[0.0, 0.0, 1.0], [0.0, 0.75, 1.0]], extra="separation: 0.5").model_copy(update={"margin": 0.125})
     team = {"r0": still([0.0, 0.0, 1.0]), "r1": still([0.0, 0.75, 1.0], 2.0)}
-    assert claims(mission, team)["separation", "r0"].verdict == "holds"
-    assert claims(mission, team, margin=0.1250001)["separation", "r0"].verdict == "fails"
-    assert claims(mission, team, clock_error=0.5)["separation", "r0"].verdict == "holds"  # nobody moves
+    assert claims(mission, team)["separation", "r0"].outcome == "holds"
+    assert claims(mission, team, margin=0.1250001)["separation", "r0"].outcome == "fails"
+    assert claims(mission, team, clock_error=0.5)["separation", "r0"].outcome == "holds"  # nobody moves
 
 
 def test_an_exact_touch_of_the_wall_is_inside():
     mission = small_mission(regions="", starts=[[4.75, 0.0, 1.0]]).model_copy(update={"margin": 0.25})
     team = {"r0": still([4.75, 0.0, 1.0])}
-    assert claims(mission, team)["workspace", "r0"].verdict == "holds"
+    assert claims(mission, team)["workspace", "r0"].outcome == "holds"
     found = claims(mission, team, margin=0.2500001)["workspace", "r0"]
-    assert found.verdict == "fails"
+    assert found.outcome == "fails"
     assert "x max" in found.sentence
 
 
 def test_the_tube_counts_twice_for_separation_and_once_for_the_walls():
     mission = pair_mission([[0.0, 0.0, 1.0], [0.0, 0.5, 1.0]], extra="separation: 0.3")
     team = {"r0": still([0.0, 0.0, 1.0]), "r1": still([0.0, 0.5, 1.0])}
-    assert claims(mission, team, margin=0.0999)["separation", "r0"].verdict == "holds"
+    assert claims(mission, team, margin=0.0999)["separation", "r0"].outcome == "holds"
     refused = claims(mission, team, margin=0.1001)["separation", "r0"]
-    assert refused.verdict == "fails"
+    assert refused.outcome == "fails"
     assert (refused.witness.robot, refused.witness.other) == ("r0", "r1")
 
 
@@ -107,7 +107,7 @@ def test_downwash_asks_for_more_above():
         (stacked, "separation: 0.3\nseparation_z: 0.4", "holds"),
     ):
         mission = started(pair_mission(extra=extra), team)
-        assert claims(mission, team, margin=0.01)["separation", "r0"].verdict == verdict
+        assert claims(mission, team, margin=0.01)["separation", "r0"].outcome == verdict
     flat = started(pair_mission(), stacked).model_copy(update={"separation_z": 0.0})
     with pytest.raises(BadInput, match="separation_z"):
         claims(flat, stacked)
@@ -119,15 +119,15 @@ def test_a_near_miss_of_clocks():
     second = legs([[0, -1, 1], [0, 1, 1]], speed=1.0, hold=1.5)
     team = {"r0": first, "r1": second}
     mission = started(pair_mission(extra="limits: {}"), team)
-    assert claims(mission, team)["separation", "r0"].verdict == "holds"
-    assert claims(mission, team, clock_error=1.0)["separation", "r0"].verdict != "holds"
+    assert claims(mission, team)["separation", "r0"].outcome == "holds"
+    assert claims(mission, team, clock_error=1.0)["separation", "r0"].outcome != "holds"
 
 
 def test_a_robot_that_has_finished_keeps_its_distance():
     team = {"r0": legs([[0, 0, 1], [1, 0, 1]], speed=1.0), "r1": legs([[0, 2, 1], [1, 2, 1], [1, 0.1, 1]], speed=0.5)}
     mission = started(pair_mission(), team)
     found = claims(mission, team)["separation", "r0"]
-    assert found.verdict == "fails"
+    assert found.outcome == "fails"
     assert found.time > team["r0"].duration
 
 
@@ -140,7 +140,7 @@ def test_jumps_are_bounded_in_every_derivative():
         coefficients = smooth.coefficients.copy()
         coefficients[1, 2, order] += 2 * JUMPS[order] / [1, 1, 2, 6][order]
         claim = claims(mission, {"r0": Trajectory(smooth.durations, coefficients)})["continuity", "r0"]
-        assert claim.verdict == "fails"
+        assert claim.outcome == "fails"
     with_yaw = smooth.coefficients.copy()
     with_yaw[1, 3, 0] += 2e-4
     assert "heading" in claims(mission, {"r0": Trajectory(smooth.durations, with_yaw)})["continuity", "r0"].sentence
@@ -149,16 +149,16 @@ def test_jumps_are_bounded_in_every_derivative():
 def test_a_flight_begins_at_its_start_at_rest_and_ends_at_its_end_at_rest():
     mission = small_mission(regions="")
     moved = claims(mission, {"r0": legs([[0.001, 0, 1], [1, 0, 1]])})["continuity", "r0"]
-    assert moved.verdict == "fails"
+    assert moved.outcome == "fails"
     assert "at the start" in moved.sentence
     half = legs([[0, 0, 1], [1, 0, 1]])
     cut = Trajectory(half.durations / 2, half.coefficients)
     stopped = claims(mission, {"r0": cut})["continuity", "r0"]
-    assert stopped.verdict == "fails"
+    assert stopped.outcome == "fails"
     assert "at the end" in stopped.sentence
     agents = {"r0": mission.agents["r0"].model_copy(update={"end": (1.0, 0.0, 1.001)})}
     elsewhere = claims(mission.model_copy(update={"agents": agents}), {"r0": half})["continuity", "r0"]
-    assert elsewhere.verdict == "fails"
+    assert elsewhere.outcome == "fails"
 
 
 def test_teams_must_be_the_missions():
@@ -181,7 +181,7 @@ def test_absurd_paths_of_two_robots_are_refused_without_a_traceback(size):
     wild = still([0, 0, 1]).coefficients.copy()
     wild[0, :3, 3] = size
     found = claims(mission, {"r0": Trajectory([1.0], wild), "r1": still([0, 1, 1])})
-    assert found["workspace", "r0"].verdict == "fails"
+    assert found["workspace", "r0"].outcome == "fails"
     assert not math.isfinite(found["workspace", "r0"].bound) or found["workspace", "r0"].bound < 0
 
 
@@ -206,8 +206,8 @@ def test_robots_above_each_other_with_clocks_that_differ():
         apart = {"separation": 0.5, "separation_z": 0.1}
         mission = started(pair_mission().model_copy(update=apart), team)
         claim = claims(mission, team, clock_error=clock_error)["separation", "r0"]
-        kept[clock_error] = claim.verdict == "holds"
-        if claim.verdict == "holds":
+        kept[clock_error] = claim.outcome == "holds"
+        if claim.outcome == "holds":
             assert least_gap(mission, team, clock_error, 0.0) >= 0.5
         assert claim.limit == pytest.approx(0.5 + 5 * 2.1875 * 0.45 * clock_error, abs=1e-3)
     assert kept[0.0]
@@ -225,7 +225,7 @@ def test_separation_with_weights_clocks_and_tubes_against_samples():
         apart = {"separation": float(rng.choice([0.3, 0.5])), "separation_z": float(rng.choice([0.1, 0.2, 0.6]))}
         mission = started(pair_mission().model_copy(update=apart), team)
         error, margin = float(rng.choice([0.0, 0.05, 0.3])), float(rng.choice([0.0, 0.02]))
-        if claims(mission, team, clock_error=error, margin=margin)["separation", "r0"].verdict == "holds":
+        if claims(mission, team, clock_error=error, margin=margin)["separation", "r0"].outcome == "holds":
             held += 1
             assert least_gap(mission, team, error, margin * (1 - 1e-9)) >= mission.separation - 1e-7
     assert held >= 5
@@ -235,4 +235,4 @@ def test_no_separation_is_kept_by_robots_that_meet():
     team = {"r0": still([0, 0, 1]), "r1": still([0, 0, 1])}
     mission = started(pair_mission().model_copy(update={"separation": 0.0}), team)
     claim = claims(mission, team)["separation", "r0"]
-    assert (claim.verdict, claim.bound, claim.margin) == ("holds", 0.0, 0.0)
+    assert (claim.outcome, claim.bound, claim.margin) == ("holds", 0.0, 0.0)

@@ -48,7 +48,7 @@ def aside(by, middle, *, robot="quad0", width=0.6):
 @pytest.mark.parametrize("made", [fires, gates])
 def test_a_true_flight_is_satisfied_in_every_claim(made):
     verdict = judged(made(), recorded(made()))
-    assert verdict, [claim.sentence for claim in verdict.claims if claim.verdict != "holds"]
+    assert verdict, [claim.sentence for claim in verdict.claims if claim.outcome != "holds"]
     names = {claim.name for claim in verdict.claims}
     assert {"tube", "transitions", "visits", "passages", "rims", "workspace"} <= names
     if made is fires:
@@ -115,7 +115,7 @@ def test_robots_that_pass_each_other_between_their_samples_are_as_near_as_their_
     places = {name: rows[::-1] if turned else rows for name, rows in places.items()}
     verdict = check_flight(Samples(np.array([0.0, 2.0]), places), Asked.of_mission(mission), max_speed=1.0 + 1e-9)
     (claim,) = (claim for claim in verdict.claims if claim.name == "separation")
-    assert (claim.verdict == "holds") == keeps
+    assert (claim.outcome == "holds") == keeps
     assert claim.bound == pytest.approx(gap, abs=1e-3)
     assert claim.time == pytest.approx(1.0, abs=0.01)
 
@@ -140,7 +140,7 @@ b: {center: [0.0, 1.0, 1.0], radii: [0.2, 0.2, 0.2]}"""
     change = (lambda name, t, p: p) if missed is None else aside([0, 0, 0.5], times[missed], robot="r0")
     verdict = judged(made, recorded(made, change, end=knot + 3 * lap), max_speed=2.0)
     (claim,) = (claim for claim in verdict.claims if claim.name == "actions")
-    assert claim.verdict == ("holds" if missed is None else "fails")
+    assert claim.outcome == ("holds" if missed is None else "fails")
     if missed is not None:
         assert claim.time == pytest.approx(times[missed], abs=1e-6)
         assert (claim.witness.region, claim.witness.visit) == ("a", 0)
@@ -187,7 +187,7 @@ def test_an_action_while_the_robot_was_not_seen_cannot_be_told():
     hole = lambda name, t, p: np.where(((abs(t - instant) < 0.4) & (name == "quad0"))[:, None], np.nan, p)  # noqa: E731
     verdict = judged(fires(), recorded(fires(), hole))
     (action,) = (claim for claim in verdict.claims if claim.name == "actions")
-    assert (action.verdict, action.witness.region) == ("undecided", "water")
+    assert (action.outcome, action.witness.region) == ("undecided", "water")
     assert claims(verdict)["formula"] == {"undecided"}
 
 
@@ -219,9 +219,9 @@ def test_too_few_samples_cannot_tell_and_a_hole_neither():
     verdict = judged(fires(), holed)
     assert verdict.outcome == "undecided"
     tubes = {claim.robot: claim for claim in verdict.claims if claim.name == "tube"}
-    assert tubes["quad0"].verdict == "undecided"
+    assert tubes["quad0"].outcome == "undecided"
     assert 3 <= tubes["quad0"].time <= 4
-    assert tubes["quad1"].verdict == "holds"
+    assert tubes["quad1"].outcome == "holds"
 
 
 def test_time_is_aligned_for_the_whole_team_and_never_robot_by_robot():
@@ -279,7 +279,7 @@ def test_times_of_a_broken_formula_are_those_of_the_recording(formula):
     for begin in (0.0, 7.0):
         verdict = check_flight(Samples(times + begin, {"r0": across}), Asked.of_mission(mission), max_speed=0.8)
         (claim,) = (claim for claim in verdict.claims if claim.name == "formula")
-        assert claim.verdict == "fails"
+        assert claim.outcome == "fails"
         found.append(claim)
     first, later = found
     assert later.time == later.witness.time == pytest.approx(first.time + 7.0)
@@ -376,7 +376,7 @@ def test_what_a_log_shows_first_came_about_since_the_flight_began():
         verdict = judged(fires(), filled_before(recorded(fires()), begin, begin), start=0.0)
         assert "fails" not in claims(verdict)["transitions"]
         action = next(c for c in verdict.claims if c.name == "actions" and c.robot == "quad0")
-        assert action.verdict == wanted
+        assert action.outcome == wanted
         assert claims(verdict)["formula"] == {wanted}
     between = judged(fires(), filled_before(recorded(fires()), 0.0, instant), start=instant - 0.005)
     assert claims(between)["actions"] == {"holds"}
@@ -386,7 +386,7 @@ def test_what_a_log_shows_first_came_about_since_the_flight_began():
 def test_an_action_that_is_due_after_a_logs_last_row_may_have_been_made():
     instant = fires()[2].actions[0].time
     verdict = judged(fires(), filled_before(recorded(fires(), end=instant - 0.1), 0.0, instant))
-    assert next(c.verdict for c in verdict.claims if c.name == "actions" and c.robot == "quad0") == "undecided"
+    assert next(c.outcome for c in verdict.claims if c.name == "actions" and c.robot == "quad0") == "undecided"
 
 
 # -- against continuous paths that agree with the samples -------------------------------------------------------
@@ -491,5 +491,5 @@ def test_nothing_that_is_broken_is_said_to_hold(made, data):
         room = rooms.get((claim.name, claim.robot, claim.other)) if claim.name != "formula" else rooms["formula", None, None]
         if room is None:
             continue
-        assert not (claim.verdict == "holds" and room < -1e-7), (claim, room)
-        assert not (claim.verdict == "fails" and room > 2e-3), (claim, room)
+        assert not (claim.outcome == "holds" and room < -1e-7), (claim, room)
+        assert not (claim.outcome == "fails" and room > 2e-3), (claim, room)

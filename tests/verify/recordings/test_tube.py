@@ -24,7 +24,7 @@ def test_outside_of_the_tube_is_told_only_where_no_beginning_puts_the_robot_insi
     positions = np.stack([times + by, np.zeros_like(times), np.zeros_like(times)], axis=1)
     flown = track("r0", times, positions, Bounds(speed=1.5, error=0.0), start=1.0, stop=8.0)
     claim = tube_claim(flown, along_x(), alignment, MARGIN, 10.0)
-    assert claim.verdict == ("fails" if share > 1 else "undecided")
+    assert claim.outcome == ("fails" if share > 1 else "undecided")
     if share > 1:
         assert MARGIN < claim.bound <= share * MARGIN
 
@@ -45,7 +45,7 @@ def test_a_plan_that_is_elsewhere_for_a_hundredth_of_a_second_between_two_sample
     times = np.arange(0.0, 10.05, 0.1)
     still = track("r0", times, np.zeros((len(times), 3)), Bounds(speed=0.01, error=0.0), start=1.0, stop=9.0)
     assert path.places(np.array([begin + 0.005]))[0, 0] == pytest.approx(2 * MARGIN)
-    assert tube_claim(still, path, Alignment(0.0, 0.0, None, True), MARGIN, 10.0).verdict != "holds"
+    assert tube_claim(still, path, Alignment(0.0, 0.0, None, True), MARGIN, 10.0).outcome != "holds"
 
 
 def test_a_robot_that_stays_where_its_plan_stays_keeps_the_tube():
@@ -53,4 +53,4 @@ def test_a_robot_that_stays_where_its_plan_stays_keeps_the_tube():
     path = PlannedPath("r0", knots, np.zeros((1, 3, 8)), 0.0, 0.0, knots, np.zeros(2), np.zeros(2))
     times = np.arange(0.0, 10.05, 0.1)
     still = track("r0", times, np.zeros((len(times), 3)), Bounds(speed=0.01, error=0.0), start=1.0, stop=9.0)
-    assert tube_claim(still, path, Alignment(0.0, 0.0, None, True), MARGIN, 10.0).verdict == "holds"
+    assert tube_claim(still, path, Alignment(0.0, 0.0, None, True), MARGIN, 10.0).outcome == "holds"

@@ -21,7 +21,7 @@ from tests.helpers.worlds import world
 from tests.strategies import formulas
 from verify import check_team
 from verify.data import Formula, Visit, Word
-from verify.data.mission import Reading
+from verify.data.mission import TeamReading
 
 NEAR = {"a": (0.0, 0.0), "b": (2.0, 0.0)}
 
@@ -96,7 +96,7 @@ def test_eight_robots_that_watch_each_other() -> None:
         ("own", 4, "G(p0 -> F p7) & G(p7 -> F p5) & (F p5 -> F(p5 & F p0)) & (!p6 U p7)", (3000, 1000)),
     ],
 )
-def test_a_budget_leaves_a_plan_and_a_bound(team: Reading, robots: int, rest: str, budgets: tuple[int, ...]) -> None:
+def test_a_budget_leaves_a_plan_and_a_bound(team: TeamReading, robots: int, rest: str, budgets: tuple[int, ...]) -> None:
     text = " & ".join(f"F p{i}" for i in range(8)) + " & " + rest
     mission = world(text, regions=GOALS, robots=robots, starts=HOMES, team=team)
     best = assign(mission)
