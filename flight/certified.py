@@ -31,6 +31,11 @@ def certified_mission(cert: Any) -> Mission:
 def require_certificate(cert: Any, plan: Plan, team: Mapping[str, Trajectory]) -> None:
     """Refuse a certificate that is not of this plan's mission and these trajectories, or leaves no tube to fly in.
 
+    Args:
+        cert: What `verify.certify` returned.
+        plan: The plan that is flown.
+        team: One trajectory a robot.
+
     Raises:
         BadInput: It is no certificate, or its margin is 0.
         NotCertified: It is of something else, or a claim of it does not hold.

@@ -24,7 +24,13 @@ _THINNEST = 0.01
 
 
 def region_shapes(name: str, region: Region, colour: str) -> list[BaseTraceType]:
-    """Return a region as it is seen: its body, its name, and a hoop's rim."""
+    """Return a region as it is seen: its body, its name, and a hoop's rim.
+
+    Args:
+        name: The region's.
+        region: The region.
+        colour: As CSS has it.
+    """
     rim: list[BaseTraceType] = [_ring(name, region, colour)] if isinstance(region, Hoop) else []
     return [_body(name, region, colour), _name_above(name, region), *rim]
 
@@ -63,7 +69,13 @@ def _ring(name: str, hoop: Hoop, colour: str) -> go.Mesh3d:
 
 
 def passage(name: str, hoop: Hoop, colour: str) -> go.Scatter3d:
-    """Return an arrow-like line from the rear to the front control point."""
+    """Return an arrow-like line from the rear to the front control point.
+
+    Args:
+        name: The hoop's.
+        hoop: The hoop.
+        colour: As CSS has it.
+    """
     normal, _, _ = hoop_axes(hoop)
     centre = np.array(hoop.center)
     reach = hoop.reach or 0.0

@@ -15,7 +15,7 @@ from verify.data import GRAVITY
 
 
 @dataclass(frozen=True, slots=True)
-class FlatState:
+class FeedForward:
     """What a vehicle without drag does to follow a flat output exactly. Vehicles along the last axis.
 
     Attributes:
@@ -40,7 +40,7 @@ def lifted(acceleration: Floats) -> Floats:
     return force
 
 
-def flat_state(force: Floats, jerk: Floats, snap: Floats, yaw: Floats, yaw_rate: Floats, yaw_change: Floats) -> FlatState:
+def feed_forward(force: Floats, jerk: Floats, snap: Floats, yaw: Floats, yaw_rate: Floats, yaw_change: Floats) -> FeedForward:
     """Return the state that gives mass-normalised `force` with derivatives `jerk` and `snap`, at this heading.
 
     Args:
@@ -73,4 +73,4 @@ def flat_state(force: Floats, jerk: Floats, snap: Floats, yaw: Floats, yaw_rate:
     lean_rate = dot(z_rate, y_c) - yaw_rate * dot(z, x_c)
     level_rate = wx * lean - wz * dot(x, y_c) - yaw_rate * dot(y, x_c)
     az = (yaw_change * share + yaw_rate * share_rate + ay * lean + wy * lean_rate - wz * level_rate) / level
-    return FlatState(thrust, thrust_rate, np.stack([x, y, z], axis=1), np.stack([wx, wy, wz]), np.stack([ax, ay, az]))
+    return FeedForward(thrust, thrust_rate, np.stack([x, y, z], axis=1), np.stack([wx, wy, wz]), np.stack([ax, ay, az]))

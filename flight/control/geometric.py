@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flight.control.controller import NEAR, Controller, ControlLoop
-from flight.control.flatness import flat_state, lifted
+from flight.control.flatness import feed_forward, lifted
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats, dot, from_matrix
 from flight.model.plant import Command, Motion
@@ -52,7 +52,7 @@ class _GeometricLoop:
         feedback = self._position * off + self._velocity * drift + self._summed
         force = lifted(acceleration + self._damping * velocity) + feedback
         force[2] = np.maximum(force[2], self._least / self._mass)  # stay upright, whatever the error
-        wanted = flat_state(
+        wanted = feed_forward(
             force, jerk + self._damping * acceleration, snap + self._damping * jerk, flat[0, 3], flat[1, 3], flat[2, 3]
         )
         thrust = np.clip(self._mass * dot(force, now.turn[:, 2]), self._least, self._most)

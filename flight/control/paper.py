@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from flight.control.controller import NEAR, Controller, ControlLoop
-from flight.control.flatness import flat_state, lifted
+from flight.control.flatness import feed_forward, lifted
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats, euler, euler_rate, euler_rate_inverse, from_matrix, wrapped
 from flight.model.plant import Command, Motion
@@ -52,7 +52,7 @@ class _PaperLoop:
         off_chain = chain - flat[:4, :3]
         k = self._k
         u = -(k[0] * off_chain[0] + k[1] * off_chain[1] + k[2] * off_chain[2] + k[3] * off_chain[3])  # eq. (5)
-        wanted = flat_state(lifted(chain[2]), chain[3], u, flat[0, 3], flat[1, 3], flat[2, 3])
+        wanted = feed_forward(lifted(chain[2]), chain[3], u, flat[0, 3], flat[1, 3], flat[2, 3])
         a, b = self._step, self._push
         self._chain = np.stack(
             [a[i, 0] * chain[0] + a[i, 1] * chain[1] + a[i, 2] * chain[2] + a[i, 3] * chain[3] + b[i] * u for i in range(4)]

@@ -34,6 +34,10 @@ def upload_files(request: Request, encode: Callable[[str, Trajectory], tuple[byt
         request: The export.
         encode: Turns a robot's name and finite flight into bytes and a number of pieces.
         kind: 0 for Poly4D, 1 for compressed.
+
+    Raises:
+        BadInput: `trajectory_ids` names a robot that there is not.
+        DoesNotFit: The vehicle is no Crazyflie, or its memory cannot hold the flight.
     """
     require_crazyflie(request)
     ids, begin = request.options.get("trajectory_ids", {}), request.options.get("offset", 0)

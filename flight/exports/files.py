@@ -85,7 +85,21 @@ def make_product(
     vehicle: str | None = None,
     **options: Any,  # of any type that the target reads
 ) -> Product:
-    """Return what `export` would write, its note included; arguments and errors are those of `export`."""
+    """Return what `export` would write, its note included.
+
+    Args:
+        team: The trajectories that were certified.
+        cert: Their certificate.
+        format: A target, or a name of one.
+        vehicle: Name of the airframe that will fly, where it is to be checked against the certificate's.
+        options: As the target's `options` say.
+
+    Raises:
+        NotCertified: There is no certificate, it does not cover exactly these trajectories, or a claim of it fails.
+        DoesNotFit: The vehicle or its format cannot hold the flight.
+        MissingEngine: A package that the target needs is not installed.
+        BadInput: There is no such format or option.
+    """
     target = EXPORT_TARGETS.resolve(format)
     target.require_options(options)
     team = check_trajectories(team)
@@ -98,6 +112,11 @@ def make_product(
 
 def require_certified(team: Mapping[str, Trajectory], cert: Any, vehicle: str | None = None) -> Mission:
     """Return the certificate's mission; refuse a team that it does not cover, bit for bit, or another airframe.
+
+    Args:
+        team: One trajectory a robot.
+        cert: What `verify.certify` returned.
+        vehicle: Name of the airframe that will fly; None where nobody asked.
 
     Raises:
         NotCertified: As said.

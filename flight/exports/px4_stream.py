@@ -95,7 +95,17 @@ def read_setpoints(log: bytes) -> list[Any]:
 
 
 def wait(robots: list[Robot], until: float, ready: Any = None, sending: float | None = None) -> bool:
-    """Listen until a time (of `time.monotonic`) or until `ready` holds of every robot; send first setpoints at a rate."""
+    """Listen until a time (of `time.monotonic`) or until `ready` holds of every robot; send first setpoints at a rate.
+
+    Args:
+        robots: All of them.
+        until: s, of `time.monotonic`.
+        ready: Told a robot; None to listen for the whole time.
+        sending: First setpoints a second; None to send nothing.
+
+    Returns:
+        Whether all were ready; True where nothing was waited for.
+    """
     begin, sent = time.monotonic(), 0
     while time.monotonic() < until:
         for robot in robots:
@@ -111,7 +121,16 @@ def wait(robots: list[Robot], until: float, ready: Any = None, sending: float | 
 
 
 def begin_offboard(robots: list[Robot], rate: float, margin: float) -> None:
-    """Bring all robots from hovering at their starts into offboard flight there."""
+    """Bring all robots from hovering at their starts into offboard flight there.
+
+    Args:
+        robots: All of them.
+        rate: Setpoints a second.
+        margin: m that a robot may be away from its start.
+
+    Raises:
+        Refused: A robot is silent, on the ground, too far from its start, or does not change to offboard flight.
+    """
     for robot in robots:
         robot.command(SET_INTERVAL, LOCAL_POSITION_NED, 1e6 / rate)
     if not wait(robots, time.monotonic() + CONNECT, lambda robot: robot.autopilot == PX4 and robot.position is not None):
@@ -128,7 +147,11 @@ def begin_offboard(robots: list[Robot], rate: float, margin: float) -> None:
 
 
 def require_at_starts(robots: list[Robot], margin: float) -> None:
-    """Refuse to begin with a robot on the ground or too far from its start."""
+    """Refuse to begin with a robot on the ground or too far from its start.
+
+    Raises:
+        Refused: As said.
+    """
     grounded = [robot.name for robot in robots if not robot.armed]
     if grounded:
         raise Refused(f"{', '.join(grounded)} is not armed; bring it to a hover at its start first")
@@ -138,7 +161,11 @@ def require_at_starts(robots: list[Robot], margin: float) -> None:
 
 
 def stream(robots: list[Robot], rate: float) -> None:
-    """Send all setpoints in real time, all robots by one clock."""
+    """Send all setpoints in real time, all robots by one clock.
+
+    Raises:
+        Refused: A setpoint was late, or a robot left offboard flight.
+    """
     for robot in robots:
         robot.worst = 0.0
     begin = time.monotonic()

@@ -48,7 +48,15 @@ def _product(request: Request) -> Product:
 
 
 def message(store: Any, name: str, path: Trajectory, rate: float, duration: float) -> Any:
-    """Return one robot's MultiDOFJointTrajectory as rosbags builds it, until the whole team has finished at `duration` s."""
+    """Return one robot's MultiDOFJointTrajectory as rosbags builds it, until the whole team has finished at `duration` s.
+
+    Args:
+        store: Types of a ROS 2, as rosbags has them.
+        name: The robot's.
+        path: Its finite flight.
+        rate: Points a second.
+        duration: s.
+    """
     kinds = store.types
     vector, quaternion = kinds["geometry_msgs/msg/Vector3"], kinds["geometry_msgs/msg/Quaternion"]
     transform, twist = kinds["geometry_msgs/msg/Transform"], kinds["geometry_msgs/msg/Twist"]

@@ -70,7 +70,11 @@ def read_log(path: str | os.PathLike[str]) -> FlightLog:
 
 
 def log_from_csv(text: str, source: str = "log") -> FlightLog:
-    """Read a log from the text of flight.csv; `source` names it in messages."""
+    """Read a log from the text of flight.csv; `source` names it in messages.
+
+    Raises:
+        BadInput: The text is no flight log, or one that does not hold together.
+    """
 
     def require_ours(header: tuple[str, ...]) -> None:
         missing = [name for name in COLUMNS if name not in header]

@@ -36,7 +36,17 @@ class Autopilot:
         self._rates, self._thrust = command.rates, command.thrust
 
     def rotor_commands(self, attitude: Floats, rates: Floats, ceiling: Floats | float, dt: float) -> Floats:
-        """Return rotor speeds in rad/s for the next `dt` seconds. Shapes (4, n), (3, n), (n,) to (4, n)."""
+        """Return rotor speeds in rad/s for the next `dt` seconds. Shapes (4, n), (3, n), (n,) to (4, n).
+
+        Args:
+            attitude: Quaternion w x y z. Shape (4, n).
+            rates: Body rates, rad/s. Shape (3, n).
+            ceiling: Share of the rotors' greatest speed that the battery leaves. Shape (n,), or one number.
+            dt: s.
+
+        Returns:
+            Shape (4, n).
+        """
         command = self._command
         assert command is not None, "follow() comes before rotor_commands()"
         wanted = command.rates_change - self._damping * (rates - self._rates)

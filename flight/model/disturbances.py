@@ -67,7 +67,13 @@ class Wind:
         return self.speed == 0.0 and self.gust == 0.0
 
     def after(self, gusts: Floats, draws: Floats, dt: float) -> Floats:
-        """Return the gusts `dt` seconds later, from as many standard normal draws. Shape (3, n)."""
+        """Return the gusts `dt` seconds later, from as many standard normal draws. Shape (3, n).
+
+        Args:
+            gusts: m/s, now. Shape (3, n).
+            draws: Standard normal numbers. Shape (3, n).
+            dt: s.
+        """
         keep = np.exp(-dt * max(self.speed, 1.0) / self.scale)
         strength = np.array([self.gust, self.gust, 0.5 * self.gust])[:, None]
         return keep * gusts + np.sqrt(1.0 - keep * keep) * strength * draws

@@ -24,7 +24,16 @@ STATES = 17
 
 
 def hover_state(airframe: Airframe, position: Floats, yaw: Floats) -> Floats:
-    """Return the state in hover. Shapes (3, n) and (n,) to (17, n)."""
+    """Return the state in hover. Shapes (3, n) and (n,) to (17, n).
+
+    Args:
+        airframe: What hovers.
+        position: m. Shape (3, n).
+        yaw: Heading in rad. Shape (n,).
+
+    Returns:
+        Shape (17, n).
+    """
     state = np.zeros((STATES, position.shape[1]))
     state[POSITION] = position
     state[ATTITUDE] = np.stack([np.cos(yaw / 2), np.zeros_like(yaw), np.zeros_like(yaw), np.sin(yaw / 2)])
@@ -226,7 +235,14 @@ def _rotor_sums(values: Floats) -> Floats:
 
 
 def runge_kutta(derivative: Callable[[Floats, int], Floats], state: Floats, dt: float, out: Floats) -> None:
-    """Write the state after `dt` into `out`; `derivative` is told the state and 0, 1 or 2: start, middle, end."""
+    """Write the state after `dt` into `out`; `derivative` is told the state and 0, 1 or 2: start, middle, end.
+
+    Args:
+        derivative: Told a state and 0, 1 or 2: start, middle, end of the step.
+        state: Shape (states, n).
+        dt: s.
+        out: Written to; of the shape of `state`.
+    """
     first = derivative(state, 0)
     second = derivative(state + (0.5 * dt) * first, 1)
     third = derivative(state + (0.5 * dt) * second, 1)

@@ -60,7 +60,15 @@ def paper_derivative(state: Floats, thrust: Floats, rates: Floats, mass: float) 
 
 
 def paper_step(state: Floats, thrust: Floats, rates: Floats, mass: float, dt: float) -> Floats:
-    """Return the papers' state after `dt` seconds of constant inputs (Runge-Kutta of order 4)."""
+    """Return the papers' state after `dt` seconds of constant inputs (Runge-Kutta of order 4).
+
+    Args:
+        state: r in m, r' in m/s, roll, pitch, yaw in rad. Shape (9, n).
+        thrust: N, along the body's z axis. Shape (n,).
+        rates: Body rates in rad/s. Shape (3, n).
+        mass: kg.
+        dt: s.
+    """
     after = np.empty_like(state)
     runge_kutta(lambda s, _: paper_derivative(s, thrust, rates, mass), state, dt, after)
     return after

@@ -53,7 +53,13 @@ class Reference:
         return self.fine[step]
 
     def extended(self, more: float, control_step: float, substeps: int) -> Reference:
-        """Return the reference with `more` seconds of hover behind it."""
+        """Return the reference with `more` seconds of hover behind it.
+
+        Args:
+            more: s.
+            control_step: Time between control instants, s.
+            substeps: Steps of the dynamics in each.
+        """
         ticks = int(np.ceil(more / control_step))
         hover = np.zeros_like(self.flat[-1])
         hover[0] = self.flat[-1, 0]
@@ -64,7 +70,12 @@ class Reference:
 
 
 def flown(mission: Mission, team: Mapping[str, Trajectory], *, more_laps: int = 0) -> dict[str, Trajectory]:
-    """Return what is flown: every robot's trajectory in the mission's order, cycles repeated as asked (and `more_laps`).
+    """Return what is flown: every robot's trajectory in the mission's order, cycles repeated as asked.
+
+    Args:
+        mission: Says who flies, and how many laps.
+        team: One trajectory a robot.
+        more_laps: Laps beyond those.
 
     Raises:
         BadInput: A robot is missing, unknown, or does not begin where the mission says.

@@ -53,7 +53,11 @@ class MotionCapture:
 
     @classmethod
     def parse(cls, text: str | float) -> MotionCapture:
-        """Read `0.001`: the noise in m, everything else as usual; `off` is not read here."""
+        """Read `0.001`: the noise in m, everything else as usual; `off` is not read here.
+
+        Raises:
+            BadInput: The text is no number, or no noise that there can be.
+        """
         try:
             return cls(noise=float(text))
         except ValueError:

@@ -49,10 +49,10 @@ class FormulaState:
     def change(self, letters: Mapping[int, Letter]) -> FormulaVerdict:
         """Take the new letters of those robots (by index) that changed at one time; return the verdict."""
         changed = {robot: letter for robot, letter in letters.items() if letter != self._letters[robot]}
+        if len(changed) > MAX_TOGETHER and self.verdict == "open":
+            self.verdict = "undecided"
         if changed and self.verdict == "open":
             try:
-                if len(changed) > MAX_TOGETHER:
-                    raise OutOfBudget(f"{len(changed)} robots change at once")
                 for part in self._parts:
                     part.change(changed)
             except OutOfBudget:

@@ -91,7 +91,14 @@ class _Table(dict[int, Letter]):
 
 
 def internal_letters(mission: Mission, robot: str, actions: Sequence[PlannedAction], times: Floats) -> list[Letter]:
-    """Return a robot's internal propositions at each time, planned actions taken as made. Shape (samples,)."""
+    """Return a robot's internal propositions at each time, planned actions taken as made. Shape (samples,).
+
+    Args:
+        mission: Says what robots can do.
+        robot: Its name.
+        actions: All robots' planned actions.
+        times: s. Shape (samples,).
+    """
     own = sorted((a for a in actions if a.robot == robot), key=lambda a: a.time)
     states = [mission.initial_letter(robot), *(a.propositions for a in own)]
     index = np.searchsorted([a.time for a in own], times, side="right") if own else np.zeros(len(times), dtype=np.int64)

@@ -107,7 +107,16 @@ class Monitor:
         return self.see_errors(time, measured, np.sqrt(off[0] * off[0] + off[1] * off[1] + off[2] * off[2]))
 
     def see_errors(self, time: float, measured: Floats, errors: Floats) -> list[Event]:
-        """Take one sample of which the distances from the plan are known, m. Shapes (3, robots) and (robots,)."""
+        """Take one sample of which the distances from the plan are known, m. Shapes (3, robots) and (robots,).
+
+        Args:
+            time: s.
+            measured: m. Shape (3, robots).
+            errors: m. Shape (robots,).
+
+        Returns:
+            What is to be said of it.
+        """
         before, self._time = len(self.events), time
         for name, tube, error in zip(self._robots, self._tubes, errors.tolist(), strict=True):
             was = tube.verdict

@@ -40,6 +40,11 @@ def stray_at_joints(path: PlannedPath | None, start: float, stop: float) -> floa
     """Bound how far the plan's joints move the error off its chord from `start` to `stop`, m.
 
     Without the path that is what a certificate allows at one joint: its pieces are taken to be longer than the gaps between samples.
+
+    Args:
+        path: The plan, or None.
+        start: s.
+        stop: s.
     """
     if path is None:
         return JUMPS[0] + JUMPS[1] * (stop - start) / 4

@@ -47,6 +47,16 @@ def read_mission(
 
     A `--formula` alone drops the mission's sequence, and a `--sequence` alone drops its formula: whoever types one
     of them wants that one flown. Give both to have the sequence judged against the formula.
+
+    Args:
+        source: A file, or the name of a shipped mission.
+        sequence: Hoops to fly.
+        formula: In place of the mission's.
+        cost: Weights, such as "length=1,effort=0.5".
+        margin: m.
+
+    Raises:
+        BadInput: There is no such mission, or it is not sound with these changes.
     """
     from ltlplan.missions import load_mission
     from verify.data.mission_file import check_mission

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
-from flight.control.flatness import flat_state, lifted
+from flight.control.flatness import feed_forward, lifted
 from flight.model.airframe import airframe_of, shipped_airframes
 from flight.model.attitude import (
     cross,
@@ -148,7 +148,7 @@ def test_flatness_undoes_the_papers_dynamics():
     worst = 0.0
     for step in range(800):
         flats = [path.evaluate((step + 0.5) * dt, k)[:, None] for k in range(5)]
-        wanted = flat_state(lifted(flats[2][:3]), flats[3][:3], flats[4][:3], flats[0][3], flats[1][3], flats[2][3])
+        wanted = feed_forward(lifted(flats[2][:3]), flats[3][:3], flats[4][:3], flats[0][3], flats[1][3], flats[2][3])
         state = paper_step(state, mass * wanted.thrust, wanted.rates, mass, dt)
         worst = max(worst, float(np.linalg.norm(state[:3, 0] - path.evaluate((step + 1) * dt)[:3])))
     assert worst < 2e-5
@@ -164,7 +164,7 @@ def test_flat_rates_and_their_changes_are_derivatives_of_the_attitude():
     def at(t):
         f = force + t * jerk + 0.5 * t * t * snap
         y = yaw + t * yaw_rate + 0.5 * t * t * yaw_change
-        return flat_state(f, jerk + t * snap, snap, y, yaw_rate + t * yaw_change, yaw_change)
+        return feed_forward(f, jerk + t * snap, snap, y, yaw_rate + t * yaw_change, yaw_change)
 
     now, before, after = at(0.0), at(-h), at(h)
     change = (after.turn - before.turn) / (2 * h)
