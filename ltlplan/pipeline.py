@@ -117,7 +117,6 @@ def certified_team(made: Plan, *, margin: float | None = None, progress: Progres
 
     made = check_plan(made)
     say = progress or silent
-    team: dict[str, Trajectory] | None = None
     witnesses: tuple[Witness, ...] = ()
     for attempt in range(1, MAX_ROUNDS + 1):
         again = "" if attempt == 1 else f", round {attempt}"
@@ -126,7 +125,7 @@ def certified_team(made: Plan, *, margin: float | None = None, progress: Progres
             say(f"refining{again}: {sentence}", (attempt - 1 + share / 2) / MAX_ROUNDS)
 
         refining("one flight for each robot", 0.0)
-        team = refine.refine(made, witnesses=witnesses, previous=team, progress=refining)
+        team = refine.refine(made, witnesses=witnesses, progress=refining)
         say(f"proving{again}", (attempt - 0.5) / MAX_ROUNDS)
         certificate = verify.judge(made, team, margin=margin)
         refused = [claim for claim in certificate.claims if claim.outcome != "holds"]

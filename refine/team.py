@@ -6,7 +6,7 @@ heading; then the team's departures are chosen so that robots keep their distanc
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from numbers import Integral, Real
 from typing import get_args
 
@@ -29,7 +29,6 @@ def refine(  # what a caller may ask for, each by its keyword
     plan: Plan,
     *,
     witnesses: Iterable[Witness] = (),
-    previous: Mapping[str, Trajectory] | None = None,
     progress: Progress | None = None,
     pace: Pace = "nominal",
     weight: float = 1000.0,
@@ -40,9 +39,8 @@ def refine(  # what a caller may ask for, each by its keyword
 
     Args:
         plan: Who visits what, with waypoints and nominal times.
-        witnesses: What the judge refused so far; each is repaired (limits tightened, clearances widened, waits added).
-            Hand in those of all earlier attempts together.
-        previous: The flights that were refused; only for callers that want to say so, the repair starts from the plan.
+        witnesses: What the judge refused so far; each is repaired (limits tightened, clearances widened, waits added), starting
+            from the plan again. Hand in those of all earlier attempts together.
         progress: Told a sentence and a share of the work.
         pace: "nominal": the plan's times, longer where limits ask for it; "time": as fast as limits and labels allow;
             "blend": least of the integral of |snap|^2 plus `weight` times the duration. In the latter two the points of
@@ -66,7 +64,6 @@ def refine(  # what a caller may ask for, each by its keyword
         SolverTimeout: An engine's seconds ran out before its iterations.
         DoesNotFit: A flight needs more than `max_pieces` pieces, and is not to rest.
     """
-    del previous
     plan = _checked(plan, pace, weight, max_pieces, too_long)
     feedback = feedback_of(plan, tuple(witnesses))
     tell, options = progress or silent, RefinementOptions(pace, weight, max_pieces, too_long)

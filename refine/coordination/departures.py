@@ -23,7 +23,8 @@ Floats = NDArray[np.float64]
 
 GRID = 1 / 8
 """s between two departures that are tried; exact in float32."""
-_STEP = 1 / 64
+STEP = 1 / 64
+"""s between two samples of a flight; a whole number of them make up `GRID`."""
 COARSE = 8
 """Samples that a first look goes on by."""
 _ORDERS = 48
@@ -60,7 +61,7 @@ class DepartureConflict:
 @dataclass(frozen=True, eq=False)
 class _Track:
     points: Floats
-    """At multiples of _STEP from departure to arrival, z scaled. Shape (samples, 3)."""
+    """At multiples of STEP from departure to arrival, z scaled. Shape (samples, 3)."""
     reach: Floats
     """How far it may be from each point within half a step, m. Shape (samples,)."""
     wide: Floats
@@ -143,7 +144,7 @@ class Orders:
 
 
 def _track(flight: ScheduledPath, z_scale: float) -> _Track:
-    times = np.arange(0.0, flight.path.duration + _STEP, _STEP)
+    times = np.arange(0.0, flight.path.duration + STEP, STEP)
     knots = flight.path.knots
     piece = np.clip(np.searchsorted(knots, times, side="right") - 1, 0, len(flight.path) - 1)
     local = np.minimum(times - knots[piece], flight.path.durations[piece])
@@ -194,7 +195,7 @@ class _Pairs:
     def met(self, name: str, departure: float, chosen: Mapping[str, float]) -> str | None:
         """Return who a robot departing then comes too near to; None where it meets nobody."""
         for other, departed in chosen.items():
-            key = (name, other, round(departure / _STEP) - round(departed / _STEP))
+            key = (name, other, round(departure / STEP) - round(departed / STEP))
             if key not in self._apart:
                 self._apart[key] = self._are_apart(*key)
             if not self._apart[key]:
@@ -203,9 +204,9 @@ class _Pairs:
 
     def conflict(self, name: str, departure: float, other: str, departed: float) -> DepartureConflict:
         """Return how near two robots come to each other, and when."""
-        gap, _, _ = self._gaps(name, other, round(departure / _STEP) - round(departed / _STEP), 1)
+        gap, _, _ = self._gaps(name, other, round(departure / STEP) - round(departed / STEP), 1)
         nearest = int(np.argmin(gap))
-        return DepartureConflict((name, other), float(gap[nearest]), nearest * _STEP + min(departure, departed))
+        return DepartureConflict((name, other), float(gap[nearest]), nearest * STEP + min(departure, departed))
 
     def _are_apart(self, name: str, other: str, late: int) -> bool:
         """Tell whether two robots keep the distance; a coarse look settles most cases."""

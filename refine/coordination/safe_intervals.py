@@ -14,7 +14,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from refine.coordination.departures import COARSE, GRID, DepartureConflict, Orders, departures, reach_of, wider
+from refine.coordination.departures import COARSE, GRID, STEP, DepartureConflict, Orders, departures, reach_of, wider
 from refine.coordination.midway_waits import with_hovers
 from refine.coordination.spacing import flight_of
 from refine.heading.yaw import heading_spline
@@ -29,8 +29,7 @@ Flags = NDArray[np.bool_]
 Track = tuple[Floats, Floats]
 """Where a robot is at every sample of the whole time, m, z scaled, and its reach there. Shapes (samples, 3), (samples,)."""
 
-_STEP = 1 / 64
-_PER_GRID = round(GRID / _STEP)
+_PER_GRID = round(GRID / STEP)
 _ORDERS = 24
 _NUMBERS = 1_000_000
 """Points that are compared at once, for the memory's sake."""
@@ -122,7 +121,7 @@ def _legs(robot: RobotFlight, spacing: Spacing) -> list[Floats]:
     """Return the samples of each leg, its end left out, z scaled. Shapes (samples, 3)."""
     legs = []
     for leg, duration in enumerate(robot.path.durations):
-        count = round(duration / _STEP)
+        count = round(duration / STEP)
         points = robot.path.sample(np.arange(count) / count)[leg] if robot.corridor is not None else np.zeros((0, 3))
         legs.append(points[:, :3] * np.array([1.0, 1.0, spacing.z_scale]))
     return legs
@@ -142,7 +141,7 @@ def track_of(robot: RobotFlight, waits: Floats, steps: int, spacing: Spacing) ->
     parts: list[Floats] = []
     for leg, wait in zip(legs, waits, strict=True):
         start = nodes[len(parts) // 2]
-        parts += [np.repeat(start[None], round(wait / _STEP), axis=0), leg]
+        parts += [np.repeat(start[None], round(wait / STEP), axis=0), leg]
     track = np.concatenate([*parts, nodes[-1:]])
     count = steps * _PER_GRID + 1
     track = np.concatenate([track, np.repeat(track[-1:], max(count - len(track), 0), axis=0)])[:count]
