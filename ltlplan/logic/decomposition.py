@@ -17,8 +17,10 @@ from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.conjunction import Conjunction
 from verify.data import BadInput, Letter
 
+State = Any  # of whichever automaton was given: an `Automaton` counts its states, a `Conjunction` has tuples
 
-def decomposition_set(automaton: Automaton | Conjunction, alphabet: Iterable[Iterable[str]] | None = None) -> frozenset[Any]:
+
+def decomposition_set(automaton: Automaton | Conjunction, alphabet: Iterable[Iterable[str]] | None = None) -> frozenset[State]:
     """Return the states in which a mission decomposes.
 
     Args:
@@ -33,7 +35,7 @@ def decomposition_set(automaton: Automaton | Conjunction, alphabet: Iterable[Ite
     return frozenset(state for state in automaton.states if reach.decomposes(state))
 
 
-def decomposes(automaton: Automaton | Conjunction, state: Any, alphabet: Iterable[Iterable[str]] | None = None) -> bool:
+def decomposes(automaton: Automaton | Conjunction, state: State, alphabet: Iterable[Iterable[str]] | None = None) -> bool:
     """Tell whether one state belongs to the decomposition set, looking only at what can be reached from it.
 
     For a conjunction, membership conjunct by conjunct is tried first; it suffices, and is much cheaper.
@@ -56,8 +58,8 @@ def decomposes(automaton: Automaton | Conjunction, state: Any, alphabet: Iterabl
 
 def decomposes_from(
     automaton: Automaton | Conjunction,
-    begun: frozenset[Any],
-    states: frozenset[Any],
+    begun: frozenset[State],
+    states: frozenset[State],
     alphabet: Iterable[Iterable[str]] | None = None,
 ) -> bool:
     """Tell whether what is left of a mission decomposes, for a team that has come some way already.
@@ -88,17 +90,17 @@ class _Together:
 
     trace, deterministic = "finite", True
 
-    def __init__(self, automaton: Automaton | Conjunction, begun: frozenset[Any]) -> None:
+    def __init__(self, automaton: Automaton | Conjunction, begun: frozenset[State]) -> None:
         if automaton.trace != "finite" or not automaton.deterministic:
             raise BadInput("The decomposition set is that of a deterministic automaton on finite words.")
         self._automaton, self.letters, self.initial = automaton, automaton.letters, begun
 
-    def successor(self, states: frozenset[Any], letter: Letter) -> Any:
+    def successor(self, states: frozenset[State], letter: Letter) -> State:
         """Return the states after a letter; dead as soon as one is."""
         after = frozenset(self._automaton.successor(state, letter) for state in states)
         return DEAD if DEAD in after else after
 
-    def is_accepting(self, states: Any) -> bool:
+    def is_accepting(self, states: State) -> bool:
         """Tell whether every state accepts."""
         return states != DEAD and all(self._automaton.is_accepting(state) for state in states)
 
@@ -113,16 +115,16 @@ class _Reach:
         self.letters: Sequence[Letter] = (
             automaton.letters if alphabet is None else tuple(dict.fromkeys(frozenset(letter) for letter in alphabet))
         )
-        self._rows: dict[Any, tuple[Any, ...]] = {}
+        self._rows: dict[State, tuple[State, ...]] = {}
 
-    def row(self, state: Any) -> tuple[Any, ...]:
+    def row(self, state: State) -> tuple[State, ...]:
         """Return the states after each letter."""
         found = self._rows.get(state)
         if found is None:
             found = self._rows[state] = tuple(self.automaton.successor(state, letter) for letter in self.letters)
         return found
 
-    def decomposes(self, state: Any) -> bool:
+    def decomposes(self, state: State) -> bool:
         """Tell whether L(state -> accept) followed by L(start -> state) is accepted, word by word."""
         if state == DEAD:
             return False
@@ -135,7 +137,7 @@ class _Reach:
             if here == state
         )
 
-    def _pairs(self, start: Collection[tuple[Any, Any]]) -> set[tuple[Any, Any]]:
+    def _pairs(self, start: Collection[tuple[State, State]]) -> set[tuple[State, State]]:
         """Return the pairs that equal words lead to, without those whose first state is dead."""
         seen = set(start)
         waiting = list(start)

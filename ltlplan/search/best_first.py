@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import heapq
 import itertools
-from collections.abc import Callable, Iterable, Iterator
-from typing import Any, Generic, Literal, TypeVar
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from typing import Generic, Literal, TypeVar
 
-Key = TypeVar("Key", bound=Any)  # hashable, and ordered where ties are broken by keys
+Key = TypeVar("Key", bound=Hashable)  # and ordered, where ties are broken by keys
 
 
 class BestFirst(Generic[Key]):

@@ -15,7 +15,8 @@ from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
 from ltlplan.search.heuristic import UNREACHABLE
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
-from ltlplan.search.team_search import PlanningOutcome, TeamRun, TeamStates, moves, plan_team
+from ltlplan.search.team_search import PlanningOutcome, TeamRun, moves, plan_team
+from ltlplan.search.team_states import TeamStates
 
 _Key = tuple[int, int, int]  # which robot flies, at which node, in which state of the search
 

@@ -12,16 +12,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoid
 from ltlplan.search.best_first import BestFirst
-from ltlplan.search.heuristic import UNREACHABLE, TaskHeuristic
-from ltlplan.search.landmarks import Landmarks
+from ltlplan.search.heuristic import UNREACHABLE
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
+from ltlplan.search.team_states import SearchStates, TeamStates
 
 GREEDY = (1.5, 3.0)  # how much the rest counts where any run will do; with the first, runs are nearer the cheapest
 _COMPLETE = 1 << 62  # taken off the key of a state at which a path is complete: of equal bounds these come first
@@ -64,42 +63,6 @@ class PlanningOutcome:
     refused: tuple[int, ...] | None
     bound: float
     stopped: TooLarge | None = None
-
-
-class SearchStates(Protocol):
-    """The states of a search that follows a team's robots one after another: how far the team is, as one number.
-
-    Attributes:
-        initial: Before anything was read.
-    """
-
-    initial: int
-
-    def rest(self, number: int, robot: int, node: int) -> float:
-        """Return a lower bound on the cost that is left with a robot at a node, which falls by no more than a step costs.
-
-        Args:
-            number: The state.
-            robot: The robot that flies; those after it are still to fly.
-            node: Where it is.
-        """
-        ...
-
-    def after(self, number: int, letter: int) -> int:
-        """Return the state after a letter of the robot that flies; `DEAD` where the task is lost."""
-        ...
-
-    def handed_over(self, number: int) -> int:
-        """Return the state between a robot's word and the next one's; `DEAD` where some order of the robots is lost."""
-        ...
-
-    def is_accepting(self, number: int) -> bool:
-        """Tell whether everything is done, in the order in which the robots were followed."""
-        ...
-
-    def holds_in_every_order(self, number: int) -> bool:
-        """Tell whether the words keep the tracked conjuncts in every order of the robots."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -245,87 +208,6 @@ def cheapest_path(team: Team, task: Task, budget: Budget) -> TeamRun | None:
     if found.stopped is not None:
         raise found.stopped
     return found.run
-
-
-class TeamStates:
-    """How far a team is, as one number: the state of the task and, for the tracked conjuncts, the elements of the words.
-
-    Args:
-        graph: The team's graph.
-        task: What is to be done.
-        tracked: The conjuncts, by index, for which the words must also keep the task in every order.
-    """
-
-    def __init__(self, graph: ReducedGraph, task: Task, tracked: Sequence[int] = ()) -> None:
-        self.task = task
-        self._heuristic = TaskHeuristic(task, graph.entering)
-        self._landmarks = Landmarks(task, graph)
-        self._monoid, self._check = TransitionMonoid(task, tracked), OrderCheck(task, tracked)
-        self._states: list[int] = []
-        self._own: list[Element] = []
-        self._done: list[tuple[Element, ...]] = []
-        self._numbers: dict[tuple[int, Element, tuple[Element, ...]], int] = {}
-        self._after: list[dict[int, int]] = []
-        self._switched: dict[int, int] = {}
-        self._rest: list[float] = []
-        self._missing: list[int] = []
-        self.initial = self._number(task.initial, self._monoid.identity, ())
-
-    def after(self, number: int, letter: int) -> int:
-        """Return the state after a letter; `DEAD` where the task is lost, for this order of the robots or for another."""
-        found = self._after[number].get(letter)
-        if found is None:
-            found = DEAD
-            state = self.task.row(self._states[number])[letter]
-            if state != DEAD and self._heuristic(state) < UNREACHABLE:
-                element = self._monoid.read(self._own[number], letter)
-                if not self._monoid.is_dead(element):
-                    found = self._number(state, element, self._done[number])
-            self._after[number][letter] = found
-        return found
-
-    def handed_over(self, number: int) -> int:
-        """Return the state between a robot's word and the next one's; `DEAD` where some order of the robots is lost."""
-        found = self._switched.get(number)
-        if found is None:
-            found, element, done = DEAD, self._own[number], self._done[number]
-            if element != self._monoid.identity:
-                done = tuple(sorted((*done, element)))
-            if self._check.failing_order(done, finished=False) is None:
-                found = self._number(self._states[number], self._monoid.identity, done)
-            self._switched[number] = found
-        return found
-
-    def rest(self, number: int, robot: int, node: int) -> float:
-        """Return a lower bound on the cost that is left with a robot at a node.
-
-        Args:
-            number: The state.
-            robot: The robot that flies; those after it are still to fly.
-            node: Where it is.
-        """
-        return max(self._rest[number], self._landmarks.tree_bound(self._missing[number], robot, node))
-
-    def is_accepting(self, number: int) -> bool:
-        """Tell whether everything is done, in the order in which the robots were followed."""
-        return self.task.is_accepting(self._states[number])
-
-    def holds_in_every_order(self, number: int) -> bool:
-        """Tell whether the words keep the tracked conjuncts in every order of the robots."""
-        return self._check.failing_order([*self._done[number], self._own[number]]) is None
-
-    def _number(self, state: int, own: Element, done: tuple[Element, ...]) -> int:
-        key = (state, own, done)
-        found = self._numbers.get(key)
-        if found is None:
-            found = self._numbers[key] = len(self._states)
-            self._states.append(state)
-            self._own.append(own)
-            self._done.append(done)
-            self._after.append({})
-            self._rest.append(self._heuristic(state))
-            self._missing.append(self._landmarks(state))
-        return found
 
 
 def moves(graph: ReducedGraph, states: SearchStates, robot: int, node: int, at: int) -> Iterator[tuple[int, int, float]]:

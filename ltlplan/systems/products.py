@@ -5,9 +5,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.budget import TooLarge
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     import networkx
 
 MAX_STATES = 200_000
+State = Any  # of whichever automaton was given: an `Automaton` counts its states, a `Conjunction` has tuples
+Node = TypeVar("Node", bound=Hashable)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,28 +36,28 @@ class PlanningAutomaton:
     system: TransitionSystem
     automaton: Automaton | Conjunction
 
-    def initial(self) -> tuple[tuple[Any, int], ...]:
+    def initial(self) -> tuple[tuple[State, int], ...]:
         """Return the pairs in which it begins."""
         node = self.system.initial
         return tuple((state, node) for state in states_after(self.automaton, self.automaton.initial, self.system, node))
 
-    def successors(self, state: tuple[Any, int]) -> Iterator[tuple[tuple[Any, int], float]]:
+    def successors(self, state: tuple[State, int]) -> Iterator[tuple[tuple[State, int], float]]:
         """Yield the next pairs with the cost of the step."""
         at, node = state
         for target, cost in self.system.edges[node]:
             for after in states_after(self.automaton, at, self.system, target):
                 yield (after, target), cost
 
-    def is_accepting(self, state: tuple[Any, int]) -> bool:
+    def is_accepting(self, state: tuple[State, int]) -> bool:
         """Tell whether the robot may end here with everything done (finite words), or the automaton accepts here."""
         at, node = state
         return self.automaton.is_accepting(at) and (self.system.final is None or node in self.system.final)
 
-    def to_networkx(self) -> networkx.DiGraph[Any]:
+    def to_networkx(self) -> networkx.DiGraph[State]:
         """Return all that can be reached; nodes carry `initial` and `accepting`, edges `cost`."""
         import networkx
 
-        graph: networkx.DiGraph[Any] = networkx.DiGraph(robot=self.system.robot)
+        graph: networkx.DiGraph[State] = networkx.DiGraph(robot=self.system.robot)
         for state, following in walk(self.initial(), self.successors):
             graph.add_node(state, initial=state in self.initial(), accepting=self.is_accepting(state))
             for target, cost in following:
@@ -63,7 +65,9 @@ class PlanningAutomaton:
         return graph
 
 
-def walk(starts: Iterable[Any], successors: Any, *, limit: int = MAX_STATES) -> Iterator[tuple[Any, list[tuple[Any, float]]]]:
+def walk(
+    starts: Iterable[Node], successors: Callable[[Node], Iterable[tuple[Node, float]]], *, limit: int = MAX_STATES
+) -> Iterator[tuple[Node, list[tuple[Node, float]]]]:
     """Yield every state that can be reached, breadth first, with its successors.
 
     Args:
@@ -87,7 +91,7 @@ def walk(starts: Iterable[Any], successors: Any, *, limit: int = MAX_STATES) -> 
                 waiting.append(target)
 
 
-def states_after(automaton: Automaton | Conjunction, state: Any, system: TransitionSystem, node: int) -> tuple[Any, ...]:
+def states_after(automaton: Automaton | Conjunction, state: State, system: TransitionSystem, node: int) -> tuple[State, ...]:
     """Return the states after the letter of a node.
 
     Args:

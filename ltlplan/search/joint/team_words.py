@@ -38,7 +38,7 @@ def plan_joint(systems: Sequence[TransitionSystem], automata: Sequence[Automaton
     Raises:
         TooLarge: A budget was used up before any plan was found.
     """
-    joint = _Joint(systems, automata)
+    joint = JointTask(systems, automata)
     share = replace(budget, states=max(1, budget.states // 10))
     return refined_until_kept(joint.graph, joint.search_states, joint.broken, joint.failing_order, share)
 
@@ -54,14 +54,14 @@ def joint_possible(systems: Sequence[TransitionSystem], automata: Sequence[Autom
     Raises:
         TooLarge: The budget was used up.
     """
-    joint = _Joint(systems, automata)
+    joint = JointTask(systems, automata)
     found = search_team(joint.graph, joint.search_states(()), budget)
     if found.stopped is not None:
         raise found.stopped
     return found.run is not None
 
 
-class _Joint:
+class JointTask:
     """The robots' graph and the conjuncts, with propositions as bits."""
 
     def __init__(self, systems: Sequence[TransitionSystem], automata: Sequence[Automaton]) -> None:
@@ -131,9 +131,9 @@ _NOT_YET = -1  # what a robot holds whose word has not begun
 
 
 class _JointStates:
-    """How far the team is (see `team_search.SearchStates`)."""
+    """How far the team is (see `team_states.SearchStates`)."""
 
-    def __init__(self, joint: _Joint, tracked: Sequence[int]) -> None:
+    def __init__(self, joint: JointTask, tracked: Sequence[int]) -> None:
         self._joint = joint
         self._parts = joint.parts
         self._masks = joint.masks

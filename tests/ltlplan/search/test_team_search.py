@@ -17,10 +17,11 @@ from ltlplan.logic.task import Task
 from ltlplan.search.exact import assign
 from ltlplan.search.heuristic import UNREACHABLE
 from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
-from ltlplan.search.joint.team_words import _Joint
+from ltlplan.search.joint.team_words import JointTask
 from ltlplan.search.makespan import plan_makespan
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
-from ltlplan.search.team_search import SearchStates, TeamStates, cheapest_path, moves, plan_team
+from ltlplan.search.team_search import cheapest_path, moves, plan_team
+from ltlplan.search.team_states import SearchStates, TeamStates
 from ltlplan.systems.transition_systems import TransitionSystem
 from tests.helpers.graphs import simple_words, systems, tasks
 from tests.helpers.team_automaton import TeamAutomaton
@@ -122,7 +123,7 @@ def test_estimates_are_lower_bounds(each: list[TransitionSystem], formula: Formu
 @settings(max_examples=60, deadline=None)
 @given(st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
 def test_joint_estimates_are_lower_bounds(each: list[TransitionSystem], formula: Formula) -> None:
-    joint = _Joint(each, conjunct_automata(formula, "finite"))
+    joint = JointTask(each, conjunct_automata(formula, "finite"))
     assert_consistent(joint.graph, joint.search_states(range(len(joint.parts))))
 
 
