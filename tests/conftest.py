@@ -36,6 +36,7 @@ def once(tmp_path_factory: pytest.TempPathFactory) -> Once:
                 found = make(place / "made")
                 (place / "new").write_bytes(pickle.dumps(found))
                 (place / "new").rename(value)
+            fcntl.flock(lock, fcntl.LOCK_UN)  # a process that was forked meanwhile may have the file open for long
         return pickle.loads(value.read_bytes())
 
     return made
