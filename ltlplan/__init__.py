@@ -9,8 +9,6 @@ import importlib
 
 TYPE_CHECKING = False  # type checkers take it for True; `typing` takes long to load for what must be quick to begin
 if TYPE_CHECKING:
-    from typing import Any
-
     from ltlplan.logic.automaton import Automaton
     from ltlplan.logic.decomposition import decomposition_set
     from ltlplan.logic.translation import translate
@@ -70,10 +68,12 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:  # the values have as many types as there are names
-    if name not in _HOMES:
-        raise AttributeError(f"module 'ltlplan' has no attribute '{name}'")
-    return getattr(importlib.import_module(_HOMES[name]), name)
+if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one is an error to them
+
+    def __getattr__(name: str) -> object:
+        if name not in _HOMES:
+            raise AttributeError(f"module 'ltlplan' has no attribute '{name}'")
+        return getattr(importlib.import_module(_HOMES[name]), name)
 
 
 def __dir__() -> list[str]:

@@ -12,7 +12,7 @@ other parts stand on.
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ltlplan.online.certified import CertifiedTeam
@@ -49,7 +49,9 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:  # the values have as many types as there are names
-    if name not in _HOMES:
-        raise AttributeError(f"module 'ltlplan.online' has no attribute '{name}'")
-    return getattr(importlib.import_module(_HOMES[name]), name)
+if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one is an error to them
+
+    def __getattr__(name: str) -> object:
+        if name not in _HOMES:
+            raise AttributeError(f"module 'ltlplan.online' has no attribute '{name}'")
+        return getattr(importlib.import_module(_HOMES[name]), name)
