@@ -57,7 +57,13 @@ def write_plan_files(plan: Plan, folder: Path) -> None:
 
 
 def write_trajectories(plan: Plan, team: Mapping[str, Trajectory], folder: Path) -> None:
-    """Write `<robot>.csv` for each robot; a cycle is written as often as the mission's `repeat` says."""
+    """Write `<robot>.csv` for each robot.
+
+    Args:
+        plan: Its mission's `repeat` says how often a cycle is written.
+        team: A trajectory for each robot.
+        folder: Where; it exists.
+    """
     for name, trajectory in team.items():
         text = write_csv(trajectory, plan.mission.spec.repeat)
         (folder / f"{name}.csv").write_text(text, encoding="utf-8")

