@@ -77,7 +77,7 @@ def as_mission(mission: Asked) -> Mission:
     """
     if isinstance(mission, Mission):
         return check_mission(mission)
-    if not isinstance(mission, str | os.PathLike):
+    if not isinstance(mission, str | os.PathLike):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers may not check
         raise BadInput(f"A mission is a Mission, a path, or the name of a shipped mission, not {type(mission).__name__}.")
     return load_mission(mission)
 

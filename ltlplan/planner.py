@@ -102,7 +102,8 @@ def with_seed(mission: Mission, seed: int | None) -> Mission:
     """
     if seed is None or seed is mission.planner.seed:
         return mission
-    if isinstance(seed, bool) or not isinstance(seed, SupportsIndex) or seed.__index__() < 0:
+    unlike = isinstance(seed, bool) or not isinstance(seed, SupportsIndex)  # pyright: ignore[reportUnnecessaryIsInstance]  # callers may not check
+    if unlike or seed.__index__() < 0:
         raise BadInput(f"A seed is a whole number from 0 on, not {seed!r}.")
     planner = mission.planner.model_copy(update={"seed": seed.__index__()})
     parts = {name: getattr(mission, name) for name in Mission.model_fields}

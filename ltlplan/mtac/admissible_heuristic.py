@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator, Mapping
+from typing import Any
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.agent_moves import Accepting, AgentState, Move, States, World
@@ -18,6 +19,10 @@ from verify.data.mission import Point
 
 Metric = Callable[[str, Point, str], float]
 """Lower bound on the cost of a robot's way from a point to a region: (robot, m, region)."""
+
+
+_Node = tuple[Any, ...]  # no union: the length tells which one it is
+"""(states, vertex, internal) inside a region, or (states,) where some free robot goes on."""
 
 
 class AdmissibleHeuristic:
@@ -101,11 +106,10 @@ class AdmissibleHeuristic:
         root = (states, where.vertex, where.internal)
         if table is not None and root in table:
             return table
-        # nodes: (states, vertex, internal) inside a region, or (states,) where some free robot goes on
-        into: dict[tuple, list[tuple[tuple, float]]] = defaultdict(list)
-        ends: set[tuple] = set()
-        seen: set[tuple] = {root}
-        stack: list[tuple] = [root]
+        into: dict[_Node, list[tuple[_Node, float]]] = defaultdict(list)
+        ends: set[_Node] = set()
+        seen: set[_Node] = {root}
+        stack: list[_Node] = [root]
         starts = self._start_classes(free)
         while stack:
             node = stack.pop()
@@ -124,7 +128,7 @@ class AdmissibleHeuristic:
 
     def _start_classes(self, free: frozenset[str]) -> list[tuple[AgentState, dict[str, float]]]:
         """Free robots that read and move alike, with the least first leg to each region among them."""
-        classes: dict[tuple, tuple[AgentState, dict[str, float]]] = {}
+        classes: dict[tuple[object, ...], tuple[AgentState, dict[str, float]]] = {}
         for robot in sorted(free):
             where = self._starts[robot]
             key = (where.vertex, where.internal, where.inside)
@@ -133,7 +137,7 @@ class AdmissibleHeuristic:
                 legs[region] = min(legs.get(region, math.inf), self._leg(robot, where.position, region))
         return list(classes.values())
 
-    def _edges(self, node: tuple, starts: list[tuple[AgentState, dict[str, float]]]) -> Iterator[tuple[tuple, float, bool]]:
+    def _edges(self, node: _Node, starts: list[tuple[AgentState, dict[str, float]]]) -> Iterator[tuple[_Node, float, bool]]:
         """Yield (target, cost, whether this is an end) of the relaxation."""
         world = self._world
         if len(node) == 1:

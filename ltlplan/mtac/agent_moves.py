@@ -55,6 +55,10 @@ class AgentState:
     vertex: str | None
     internal: str
 
+    def seen_in(self, region: str | None) -> AgentState:
+        """Return the state of the robot where it is seen in a region, or in none."""
+        return replace(self, inside=region, vertex=region or self.vertex)
+
 
 @dataclass(frozen=True, slots=True)
 class Move:

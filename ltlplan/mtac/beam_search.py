@@ -63,7 +63,7 @@ class BeamNode:
     passed: frozenset[tuple[States, str, str]] = frozenset()
 
     @property
-    def key(self) -> tuple:
+    def key(self) -> tuple[object, ...]:
         """Walks with the same key differ only in the order in which robots flew."""
         return (self.states, self.order[-1:], tuple(sorted((name, task.moves) for name, task in self.tasks.items())))
 
@@ -181,7 +181,7 @@ class BeamSearch:
 
     def next_beam(self, beam: Sequence[BeamNode], bound: float) -> list[BeamNode]:
         """Return the best neighbours of some walks, their paths optimised (lines 6 to 19)."""
-        choices: dict[tuple, tuple[float, BeamNode]] = {}
+        choices: dict[tuple[object, ...], tuple[float, BeamNode]] = {}
         for one in beam:
             for guess, choice in self.neighbours(one):
                 if choice.key not in choices or guess < choices[choice.key][0]:

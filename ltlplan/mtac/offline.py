@@ -139,7 +139,7 @@ class _Paths:
 
     def __init__(self, mission: Mission, world: World, seed: int) -> None:
         self.mission, self.world, self.seed = mission, world, seed
-        self.tried: dict[tuple, tuple[RobotPlan, float]] = {}
+        self.tried: dict[tuple[object, ...], tuple[RobotPlan, float]] = {}
 
     def cost(self, robot: str, task: RobotTask) -> float:
         """Cost-to-go (line 7): the cost of a robot's whole path so far, by cross-entropy; infinite where there is no way."""

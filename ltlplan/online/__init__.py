@@ -17,13 +17,14 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ltlplan.online.certified import CertifiedTeam
     from ltlplan.online.flight import OnlineFlight, fly_online
-    from ltlplan.sharing.team import PERIOD, Desired, OnlineTeam
+    from ltlplan.sharing.team import OnlineTeam
+    from ltlplan.sharing.team_in_flight import PERIOD, Desired
     from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, WorldEvent
 
 _HOMES = {
-    "PERIOD": "ltlplan.sharing.team",
+    "PERIOD": "ltlplan.sharing.team_in_flight",
     "CertifiedTeam": "ltlplan.online.certified",
-    "Desired": "ltlplan.sharing.team",
+    "Desired": "ltlplan.sharing.team_in_flight",
     "HoopMoves": "verify.data.events",
     "NewFormula": "verify.data.events",
     "OnlineFlight": "ltlplan.online.flight",

@@ -24,14 +24,12 @@ from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
-from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ltlplan.online.braking import Ways, come_to_rest
 from ltlplan.pipeline import Certified, certified_team, plan
 from ltlplan.sharing.gliding_path import ORDERS
-from ltlplan.sharing.pilot import Pilot
-from ltlplan.sharing.team import PERIOD, Desired, OnlineTeam
+from ltlplan.sharing.team_in_flight import PERIOD, Desired, LocatedRobot, TeamInFlight
 from verify.data import LtlplanError, Mission, NotCertified, Plan, Trajectory
 from verify.data.events import WorldEvent
 from verify.data.mission import Agent, Point
@@ -41,7 +39,7 @@ from verify.pieces import Piece, approaches, judge_pieces
 Floats = NDArray[np.float64]
 
 
-class CertifiedTeam(OnlineTeam):
+class CertifiedTeam(TeamInFlight[LocatedRobot]):
     """A team that flies certified trajectories and holds position whenever it has none.
 
     Attributes:
@@ -52,8 +50,12 @@ class CertifiedTeam(OnlineTeam):
         lost: Why the flight is not certified in all its parts any more, or None.
     """
 
-    def __init__(self, mission: Mission, *, seed: int, rng: Generator) -> None:
+    def __init__(self, mission: Mission, *, seed: int) -> None:
         """Certify the whole mission at its starts.
+
+        Args:
+            mission: What is asked.
+            seed: Source of every draw.
 
         Raises:
             BadInput: The trace is infinite, or the mission has a sequence.
@@ -61,6 +63,7 @@ class CertifiedTeam(OnlineTeam):
             Infeasible: Refinement found no trajectory within the limits.
             NotCertified: The proof was refused.
         """
+        super().__init__(mission, lambda _mission, _world, name, where: LocatedRobot(name, where))
         self.seed = seed
         self.pieces: tuple[Piece, ...] = ()
         self.present: Piece | None = None
@@ -72,7 +75,7 @@ class CertifiedTeam(OnlineTeam):
         self._braking = False
         self._ways: Ways = {}
         self._proved_count: int | None = None
-        super().__init__(mission, rng=rng)
+        self.allocate()
 
     @property
     def cost(self) -> float:
@@ -136,7 +139,7 @@ class CertifiedTeam(OnlineTeam):
         self._now = _exact(now)
         self._keep_watch(positions)
         self._see(now, positions)
-        self._shared_again(now)
+        self.share_again(now)
         flat = np.zeros((ORDERS, 4, len(self.pilots)))
         for j, name in enumerate(self.pilots):
             track, time = self._tracks[name], self._time
@@ -206,24 +209,28 @@ class CertifiedTeam(OnlineTeam):
                 if done < len(due) and self._time >= due[done].time:
                     pilot.where = replace(pilot.where, internal=due[done].target)
                     self._acted[name] = done + 1
-        events, inside = self._labelled(positions)
+        events, inside = self.labelled(positions)
         for name in events:
-            self.pilots[name].observe(events[name], inside[name])
+            self.pilots[name].where = self.pilots[name].where.seen_in(inside[name])
         if events:
-            self._note(now, events)
+            self.note(now, events)
 
-    def rests(self, pilot: Pilot, now: float) -> bool:  # noqa: ARG002  # certified courses do not glide
+    def acts(self, pilot: LocatedRobot) -> str | None:  # noqa: ARG002
+        """Return None: actions are made at the instants that were certified, whatever is seen."""
+        return None
+
+    def rests(self, pilot: LocatedRobot, now: float) -> bool:  # noqa: ARG002  # certified courses do not glide
         """Tell whether a robot has come to the end of its certified piece."""
         track = self._tracks.get(pilot.name)
         return track is None or self._time >= track.duration
 
-    def root(self, pilot: Pilot, now: float) -> None:  # noqa: ARG002
+    def root(self, pilot: LocatedRobot, now: float) -> None:  # noqa: ARG002
         """Let a robot's state be where its certified piece ends."""
         track = self._tracks.get(pilot.name)
         if track is not None:
             pilot.where = replace(pilot.where, position=_point(track.evaluate(track.duration)[:3]))
 
-    def agent(self, pilot: Pilot) -> Agent:
+    def agent(self, pilot: LocatedRobot) -> Agent:
         """Return a robot as it hovers now, with the heading that it has come to."""
         track = self._tracks[pilot.name]
         yaw = float(track.evaluate(track.duration)[3])

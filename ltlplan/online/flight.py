@@ -27,7 +27,8 @@ from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
 from ltlplan.online.certified import CertifiedTeam
 from ltlplan.planner import with_seed
 from ltlplan.sharing.events import falls_on, in_order
-from ltlplan.sharing.team import PERIOD, Desired, OnlineTeam
+from ltlplan.sharing.team import OnlineTeam
+from ltlplan.sharing.team_in_flight import PERIOD, Desired
 from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
 from verify.behaviour.word_claims import judge_formula
 from verify.data import BadInput, InternalError, Letter, Mission, NotCertified, Unsatisfiable, check_mission
@@ -61,6 +62,10 @@ SINK = 0.5
 
 FLOOR = 0.02
 """m; where it stays."""
+
+
+Led = OnlineTeam | CertifiedTeam
+"""What says where robots should be; of both the loop uses what a `TeamInFlight` has, and what was proved of a certified one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +173,7 @@ def fly_online(
     ordered = in_order(mission, events)
     try:
         if certified:
-            team = CertifiedTeam(mission, seed=used_seed, rng=np.random.default_rng(used_seed))
+            team: Led = CertifiedTeam(mission, seed=used_seed)
         else:
             team = OnlineTeam(mission, rng=np.random.default_rng(used_seed))
     except Unsatisfiable:
@@ -185,7 +190,7 @@ class _Loop:
     """One flight while it happens: events when they are due, one step of the team before each command."""
 
     mission: Mission
-    team: OnlineTeam
+    team: Led
     pending: tuple[WorldEvent, ...]
     now: float = 0.0
     entries: list[Snapshot] = field(default_factory=list)
@@ -333,9 +338,9 @@ class _Loop:
         position = np.array([entry.position for entry in self.entries]).transpose(0, 2, 1)
         wanted = np.array(self.desired)[frames].transpose(0, 2, 1)
         first = self.entries[0]
-        proved = isinstance(self.team, CertifiedTeam)
-        lost = self.team.lost if isinstance(self.team, CertifiedTeam) else None
-        note = NOT_CERTIFIED if not proved else CERTIFIED if lost is None else f"{NOT_ALL_CERTIFIED} {lost}"
+        proved = self.team if isinstance(self.team, CertifiedTeam) else None
+        lost = None if proved is None else proved.lost
+        note = NOT_CERTIFIED if proved is None else CERTIFIED if lost is None else f"{NOT_ALL_CERTIFIED} {lost}"
         self.said.append(
             Event(float(times[-1]), None, "formula", f"Verdict on the flown words: {verdict.outcome}. {verdict.sentence}")
         )
@@ -360,9 +365,8 @@ class _Loop:
         words = {name: stutter_free([row[name] for row in self.letters]) for name in self.robots}
         return OnlineFlight(
             mission, log, verdict, float(times[-1]), self.satisfied_at, self.planned_cost, self.team.cost,
-            np.array(self.seconds), words, proved and lost is None,
-            self.team.certificates if isinstance(self.team, CertifiedTeam) else (),
-            self.team.all_pieces if isinstance(self.team, CertifiedTeam) else (), tuple(self.earlier),
+            np.array(self.seconds), words, proved is not None and lost is None,
+            () if proved is None else proved.certificates, () if proved is None else proved.all_pieces, tuple(self.earlier),
             tuple(self.happened),
         )  # fmt: skip
 

@@ -3,7 +3,7 @@
 | module | what it holds |
 |---|---|
 | `simulated` | the planning method: a team flown in simulated time until the formula is satisfied, and what came of it as a plan |
-| `team` | Algorithm 5, one step at a time |
+| `team_in_flight`, `team` | what is known of a team however it is led; Algorithm 5, one step at a time |
 | `pilot`, `gliding_path` | one robot: what it still has to do, and the way that it flies while that changes |
 | `belief`, `residual` | where the letters flown so far may have led, which may come next, and what is left of the formula |
 | `sharing_out` | the run that the team begins with, and its tasks for each robot |

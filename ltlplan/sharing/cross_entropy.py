@@ -141,15 +141,6 @@ def start(
     )
 
 
-def restart(state: OnlineState, rows: Flags, fresh: OnlineState) -> OnlineState:
-    """Return the state with the flagged rows taken from `fresh`, which has rows for all (tasks that have changed)."""
-
-    def pick(old: NDArray, new: NDArray) -> NDArray:
-        return np.where(rows.reshape(-1, *([1] * (old.ndim - 1))), new, old)
-
-    return OnlineState(*(pick(getattr(state, name), getattr(fresh, name)) for name in OnlineState.__slots__))
-
-
 def ask(state: OnlineState, rng: Generator) -> Floats:
     """Sample one path a row from its normal distribution (line 13). Shape (rows, points, dimension)."""
     normal = rng.standard_normal(state.mean.shape)

@@ -153,7 +153,7 @@ class Pilot:
     def observe(self, letter: Letter, inside: str | None) -> bool:
         """Take note of a new letter; return whether it was the one that was to come next."""
         expected = self.chain[0] if self.chain else None
-        self.where = AgentState(self.where.position, inside, inside or self.where.vertex, self.where.internal)
+        self.where = self.where.seen_in(inside)
         if expected != letter:
             return False
         if self.detour:
@@ -218,7 +218,7 @@ class Pilot:
             return
         if len(self.free) and self.course.times[self.free[0]] < self._first_free_time():
             self._search_anew(rng)
-            if self.state is None:
+            if self.state is None:  # pyright: ignore[reportUnnecessaryComparison]  # the call above may have changed it
                 return
         drawn = cross_entropy.ask_all(self.state, rng, paths)
         # the last two candidates are the row's mean and what is flown now

@@ -29,7 +29,7 @@ WIDTH = 8
 """Walks side by side; by straight lines they cost next to nothing."""
 
 
-def share_out(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, RobotTask]:
+def share_out(team: OnlineTeam, blocked: set[tuple[str, tuple[Move, ...]]]) -> dict[str, RobotTask]:
     """Return a cheap way to share what is left, by straight lines.
 
     Args:
@@ -46,7 +46,7 @@ def share_out(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, Ro
     return _by_exact_search(team, blocked)
 
 
-def _by_walks(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, RobotTask] | None:
+def _by_walks(team: OnlineTeam, blocked: set[tuple[str, tuple[Move, ...]]]) -> dict[str, RobotTask] | None:
     leg, world, begun = straight_line_costs(team.mission), team.world, team.belief.settled
     starts = {name: pilot.where for name, pilot in team.pilots.items()}
 
@@ -68,7 +68,7 @@ def _by_walks(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, Ro
     return None if best is None else dict(best.tasks)
 
 
-def _by_exact_search(team: OnlineTeam, blocked: set[tuple[str, tuple]]) -> dict[str, RobotTask]:
+def _by_exact_search(team: OnlineTeam, blocked: set[tuple[str, tuple[Move, ...]]]) -> dict[str, RobotTask]:
     """Return the cheapest way to share what is left.
 
     Raises:

@@ -24,7 +24,8 @@ from ltlplan.paths.path_problem import PathProblem
 from ltlplan.paths.path_result import candidate_plans
 from ltlplan.paths.sampled_paths import word_filter
 from ltlplan.planning.allocation import Allocation, Context, Itinerary
-from ltlplan.sharing.team import PERIOD, OnlineTeam
+from ltlplan.sharing.team import OnlineTeam
+from ltlplan.sharing.team_in_flight import PERIOD
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Unsatisfiable, Visit, Word
 from verify.data.mission import Hoop, Point
 from verify.data.sequence import Direction

@@ -21,30 +21,25 @@ is the checker's, afterwards.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.logic.automaton import DEAD
-from ltlplan.mtac.agent_moves import AgentState, RobotTask, World
-from ltlplan.mtac.task_reader import Reader
-from ltlplan.sharing.belief import admits, after_events, at_start, can_finish
+from ltlplan.mtac.agent_moves import Move, RobotTask
+from ltlplan.sharing.belief import admits, can_finish
 from ltlplan.sharing.cross_entropy import OnlineSettings
 from ltlplan.sharing.pilot import Pilot
-from ltlplan.sharing.residual import mission_left
 from ltlplan.sharing.room_to_pass import led_around, make_way
 from ltlplan.sharing.sharing_out import share_out
 from ltlplan.sharing.switch import Handover, better_hands, may_change
-from verify.data import BadInput, Infeasible, Letter, LtlplanError, Mission, RobotPlan, Unsatisfiable, Word
-from verify.data.events import HoopMoves, RobotJoins, RobotLeaves, WorldEvent
-from verify.data.mission import Agent, Point
+from ltlplan.sharing.team_in_flight import PERIOD, Desired, TeamInFlight
+from verify.data import Infeasible, Letter, Mission, RobotPlan, Unsatisfiable, Word
+from verify.data.events import HoopMoves, RobotJoins, WorldEvent
+from verify.data.mission import Point
 
 Floats = NDArray[np.float64]
-
-PERIOD = 0.02
-"""s between two steps: 50 Hz, as in the paper's experiment."""
 
 SEARCH_STEPS = 50
 """Steps that robots hover after tasks were shared, while their paths improve most: 1 s."""
@@ -62,36 +57,8 @@ STUCK = 12.0
 """s without any motion after which a team that has something left to do gives up."""
 
 
-@dataclass(frozen=True, slots=True)
-class Desired:
-    """What the robots should do now.
-
-    Attributes:
-        flat: x, y, z, yaw and their derivatives up to the fourth. Shape (5, 4, robots).
-        satisfied: Whether what was shown so far satisfies the formula if nobody's letter changes any more.
-        finished: Whether moreover everybody has come to rest at the end of a course.
-        holding: A sentence where the team holds position because nothing is left that could satisfy the formula.
-        switched: Sentences about tasks that changed hands in this step, and about robots that make way for each other.
-    """
-
-    flat: Floats
-    satisfied: bool
-    finished: bool
-    holding: str | None
-    switched: tuple[str, ...] = ()
-
-
-class OnlineTeam:
-    """A team in flight under online MTAC-E. It changes with each step.
-
-    Attributes:
-        mission: What is asked now; `change` replaces it.
-        pilots: One for each robot in the air, in the mission's order.
-        belief: Letters held, and the automaton's states that may have been reached.
-        first_letters: What each robot showed first.
-        shown: Every change of a letter: (s, {robot: letter}); replayed when the world changes.
-        holding: Why the team holds position, or None.
-    """
+class OnlineTeam(TeamInFlight[Pilot]):
+    """A team in flight under online MTAC-E. It changes with each step."""
 
     def __init__(
         self, mission: Mission, *, rng: Generator, settings: OnlineSettings | None = None, every_order: bool = False
@@ -110,24 +77,11 @@ class OnlineTeam:
             Unsatisfiable: Nothing that these robots can fly satisfies the formula.
             Infeasible: No way between the hoops was found.
         """
-        if mission.spec.trace == "infinite":
-            raise BadInput("online MTAC-E shares tasks that end; an infinite trace is flown from a plan, by `ltlplan run`.")
-        if mission.sequence is not None:
-            raise BadInput("online MTAC-E chooses what is flown; a sequence is flown exactly from a plan, by `ltlplan run`.")
-        self.mission, self.rng, self.every_order = mission, rng, every_order
-        self.settings = settings or OnlineSettings(
+        chosen = settings or OnlineSettings(
             elite=mission.planner.elite, trajectories=mission.planner.samples, window=WINDOW, floor=FLOOR
         )
-        self.world = World(mission)
-        self.reader = Reader(self.world)
-        self.pilots = {n: Pilot(mission, self.world, n, self.world.start(n), self.settings) for n in mission.agents}
-        held = {name: self.world.letter(pilot.where) for name, pilot in self.pilots.items()}
-        self.belief = at_start(self.reader, held, reading=mission.spec.team)
-        self.first_letters = held
-        self.shown: list[tuple[float, dict[str, Letter]]] = []
-        self.holding: str | None = None
-        self.steps = 0
-        self._replan = False
+        super().__init__(mission, lambda asked, world, name, where: Pilot(asked, world, name, where, chosen))
+        self.rng, self.every_order = rng, every_order
         self._handover: Handover | None = None
         self._stuck: dict[str, float] = {}
         self._first: list[str] = list(self.pilots)
@@ -166,7 +120,7 @@ class OnlineTeam:
         """
         for pilot in self.pilots.values():
             pilot.take(RobotTask(pilot.where), self.plan_for(pilot, RobotTask(pilot.where)), self.rng)
-        blocked: set[tuple[str, tuple]] = set()
+        blocked: set[tuple[str, tuple[Move, ...]]] = set()
         try:
             for _ in range(MAX_ATTEMPTS):
                 tasks = share_out(self, blocked)
@@ -191,7 +145,7 @@ class OnlineTeam:
             Where each robot in the air should be, in the mission's order.
         """
         self._see(now, positions)
-        self._shared_again(now)
+        self.share_again(now)
         self._said = list(self._switch(now))
         going = self._permitted(now)
         searching = self._searching()
@@ -218,55 +172,27 @@ class OnlineTeam:
             event: What has changed.
             now: Flight time, s.
         """
-        self.mission = event.apply(self.mission)
-        self.world = World(self.mission)
-        self.reader = Reader(self.world)
-        if isinstance(event, RobotLeaves):
-            del self.pilots[event.robot]
+        super().change(event, now)
         if isinstance(event, RobotJoins):
-            where = self.world.start(event.robot)
-            self.pilots[event.robot] = Pilot(self.mission, self.world, event.robot, where, self.settings)
-            self.first_letters = {**self.first_letters, event.robot: self.world.letter(where)}
             self._first.append(event.robot)
         for pilot in self.pilots.values():
             pilot.mission, pilot.world = self.mission, self.world
             # a ring that has moved is not where the course goes
             pilot.stop = isinstance(event, HoopMoves) and bool(pilot.moves) and pilot.moves[0].visit.region == event.region
-        # the whole flown word counts: the new automaton reads it from its beginning
-        self.belief = at_start(self.reader, self.first_letters, reading=self.mission.spec.team)
-        for _, events in self.shown:
-            self.belief = after_events(self.belief, events)
-        # no matter how: that is known at once, whatever else turns out when what is left is shared
-        lost = ", and what was flown cannot be completed to satisfy what is asked now" if DEAD in self.belief.states else ""
-        self.hold(f"at {now:.2f} s {event}{lost}")
 
     def hold(self, reason: str) -> None:
         """Let everybody wait on their courses; what is left is shared again once all have come to rest."""
-        self.holding, self._replan, self._handover = f"Waiting: {reason}.", True, None
+        super().hold(reason)
+        self._handover = None
 
     def give_up(self, reason: str) -> None:
         """Let everybody hover for good."""
-        self.holding, self._replan, self._handover = reason, False, None
-
-    def _shared_again(self, now: float) -> None:
-        """Share what is left when all robots hover; where that cannot be done they go on hovering, and say why."""
-        if not self._replan or not all(self.rests(pilot, now) for pilot in self.pilots.values()):
-            return
-        self._replan = False
-        for pilot in self.pilots.values():
-            self.root(pilot, now)
-        if not self.pilots:
-            self.holding = "No robot is left in the air."
-            return
-        self.holding = None
-        try:
-            self.allocate()
-        except LtlplanError as error:
-            self.holding = self.holding or str(error)
+        super().give_up(reason)
+        self._handover = None
 
     def rests(self, pilot: Pilot, now: float) -> bool:
         """Tell whether a robot hovers, so that it can begin another course."""
-        if self._replan and pilot.entered and not pilot.stop and not pilot.arrived:
+        if self.waits_to_share and pilot.entered and not pilot.stop and not pilot.arrived:
             return False
         return (pilot.arrived or pilot.clock.resting) and not pilot.course.gliding(now)
 
@@ -279,10 +205,10 @@ class OnlineTeam:
 
     def _see(self, now: float, positions: Mapping[str, Point]) -> None:
         """Label the robots, let them act where they are to, and take note of what has changed."""
-        events, inside = self._labelled(positions)
+        events, inside = self.labelled(positions)
         if not events:
             return
-        self._note(now, events)
+        self.note(now, events)
         names = sorted(events)
         unforeseen = [name for name in names if not self.pilots[name].observe(events[name], inside[name])]
         for name in unforeseen:
@@ -292,30 +218,9 @@ class OnlineTeam:
             seen_by = ", ".join(unforeseen)
             self.hold(f"at {now:.2f} s {seen_by} showed letters after which the plan cannot be finished")
 
-    def _note(self, now: float, events: dict[str, Letter]) -> None:
-        """Remember letters that have changed, and where they lead."""
-        self.shown.append((now, events))
-        self.belief = after_events(self.belief, events)
-
-    def _labelled(self, positions: Mapping[str, Point]) -> tuple[dict[str, Letter], dict[str, str | None]]:
-        """Return the letters that have changed, and the region that each robot is in; planned actions happen here."""
-        events: dict[str, Letter] = {}
-        inside: dict[str, str | None] = {}
-        where = self.world.regions_at(np.array([positions[name] for name in self.pilots], dtype=np.float64).reshape(-1, 3))
-        for (name, pilot), here in zip(self.pilots.items(), where, strict=True):
-            x, y, z = (float(v) for v in positions[name])
-            inside[name] = here
-            target = pilot.wants_to_act() if here is not None else None
-            pilot.where = AgentState(
-                (x, y, z),
-                here if target is not None else pilot.where.inside,
-                pilot.where.vertex,
-                pilot.where.internal if target is None else target,
-            )
-            letter = self.world.free_letter(pilot.where.internal) | (frozenset() if here is None else {here})
-            if letter != self.belief.held[name]:
-                events[name] = letter
-        return events, inside
+    def acts(self, pilot: Pilot) -> str | None:
+        """Return the internal state that a robot's planned action leads to, once it is at its region's centre."""
+        return pilot.wants_to_act()
 
     # -- who may go ----------------------------------------------------------------------------------------
 
@@ -323,7 +228,7 @@ class OnlineTeam:
         """Tell which robots may go on along their courses in this step."""
         if self.holding is not None:
             # who is in a passage finishes it first: inside a ring is no place to wait
-            return {name: self._replan and pilot.entered and not pilot.stop for name, pilot in self.pilots.items()}
+            return {name: self.waits_to_share and pilot.entered and not pilot.stop for name, pilot in self.pilots.items()}
         going = self._clear_of_each_other(now)
         if self.steps < self._begin:
             return dict.fromkeys(going, False)
@@ -397,34 +302,13 @@ class OnlineTeam:
 
     # -- who does what -------------------------------------------------------------------------------------
 
-    def left(self) -> Mission:
-        """Return what is left as a mission of its own, from where the robots hover.
-
-        Raises:
-            Unsatisfiable: Nothing that comes can make the formula true.
-        """
-        agents = {name: self.agent(pilot) for name, pilot in self.pilots.items()}
-        return mission_left(self.mission, agents, self.reader, self.first_letters, self.shown)
-
-    def agent(self, pilot: Pilot) -> Agent:
-        """Return a robot as it hovers now, with what it brings from before."""
-        where = pilot.where
-        been = where.vertex if where.inside is None and where.vertex in self.mission.all_regions else None
-        return self.mission.agents[pilot.name].model_copy(
-            update={"start": where.position, "internal": where.internal, "visited": been}
-        )
-
     def keeps(self, ahead: Mapping[str, tuple[Letter, ...]]) -> bool:
         """Tell whether the team can finish by these letters: in some order from now on, or if asked, in every order from the start."""
         if not self.every_order:
             return can_finish(self.belief, ahead)
         return self.reader.holds_in_every_order({robot: (*self.word(robot), *letters) for robot, letters in ahead.items()})
 
-    def word(self, robot: str) -> list[Letter]:
-        """Return the letters that a robot has shown so far."""
-        return [self.first_letters[robot], *(events[robot] for _, events in self.shown if robot in events)]
-
-    def _laid(self, tasks: Mapping[str, RobotTask]) -> tuple[str, tuple] | None:
+    def _laid(self, tasks: Mapping[str, RobotTask]) -> tuple[str, tuple[Move, ...]] | None:
         """Give robots their tasks and courses; return a task that has no way, if there is one."""
         plans = {}
         for name, task in tasks.items():

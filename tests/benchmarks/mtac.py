@@ -21,7 +21,8 @@ from ltlplan.mtac.beam_search import Options
 from ltlplan.mtac.offline import share_tasks
 from ltlplan.mtac.optimality_gap import straight_cost
 from ltlplan.search.exact import assign
-from ltlplan.sharing.team import PERIOD, OnlineTeam
+from ltlplan.sharing.team import OnlineTeam
+from ltlplan.sharing.team_in_flight import PERIOD
 from tests.helpers.random_missions import random_mission
 from verify.data import Mission
 from verify.data.mission import Agent

@@ -119,7 +119,7 @@ def _control_points(mission: Mission) -> list[BaseTraceType]:
         places = [(name, place) for name, own in found.items() for place in np.atleast_2d(getattr(own, role))]
         if places:
             at = np.array([place for _, place in places])
-            marker = {"size": 4, "color": colour, "symbol": symbol}
+            marker: dict[str, object] = {"size": 4, "color": colour, "symbol": symbol}
             traces.append(points(at, role, marker, shown=True, texts=[f"{name} {role}" for name, _ in places]))
     for name, own in found.items():
         traces.append(line(np.stack([own.rear, own.front]), f"{name}: rear to front", "#1b9e77", width=2, shown=False))

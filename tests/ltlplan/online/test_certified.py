@@ -196,7 +196,7 @@ def test_slowing_down_keeps_the_limits_of_the_leg_that_it_ends():
 
 def test_where_coming_to_rest_cannot_be_proved_the_team_holds_for_good(turning):
     # a ring drops across the way of quad0, a moment ahead of it
-    ahead = CertifiedTeam(turning, seed=1, rng=np.random.default_rng(1)).present.team["quad0"].evaluate(0.9)[:3]
+    ahead = CertifiedTeam(turning, seed=1).present.team["quad0"].evaluate(0.9)[:3]
     center = (float(ahead[0]), float(ahead[1]), float(ahead[2]) + 0.26)
     flight = fly_online(turning, seed=1, certified=True, events=[HoopMoves(time=0.6, region="ring", center=center)])
     assert not flight.certified
@@ -217,7 +217,7 @@ def test_a_formula_that_became_impossible_is_said_and_nobody_moves_again(turning
 
 @pytest.mark.parametrize(("region", "said"), [("b", "inside it at once"), ("ring", "The rim of ring moves onto quad0")])
 def test_a_hoop_that_moves_onto_a_robot_is_said_at_once_and_the_robot_holds(turning, region, said):
-    at = CertifiedTeam(turning, seed=1, rng=np.random.default_rng(1)).present.team["quad0"].evaluate(0.8)[:3]
+    at = CertifiedTeam(turning, seed=1).present.team["quad0"].evaluate(0.8)[:3]
     center = (float(at[0]), float(at[1]), float(at[2]) + (0.26 if region == "ring" else 0.0))
     flight = fly_online(turning, seed=1, certified=True, events=[HoopMoves(time=0.8, region=region, center=center)])
     assert [event.time for event in flight.log.events if said in event.sentence] == pytest.approx([0.8])

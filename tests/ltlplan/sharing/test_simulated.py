@@ -8,7 +8,8 @@ import pytest
 import ltlplan
 from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.planner import make_plan
-from ltlplan.sharing.team import PERIOD, OnlineTeam
+from ltlplan.sharing.team import OnlineTeam
+from ltlplan.sharing.team_in_flight import PERIOD
 from tests.helpers.random_missions import random_mission
 from verify import check_team
 from verify.data import BadInput, Mission, Unsatisfiable

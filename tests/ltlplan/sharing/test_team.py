@@ -11,7 +11,8 @@ from ltlplan.online.flight import fly_online
 from ltlplan.search.exact import assign
 from ltlplan.sharing.cross_entropy import OnlineSettings
 from ltlplan.sharing.events import falls_on, in_order
-from ltlplan.sharing.team import PERIOD, OnlineTeam
+from ltlplan.sharing.team import OnlineTeam
+from ltlplan.sharing.team_in_flight import PERIOD
 from tests.helpers.random_missions import random_mission
 from verify import check_team
 from verify.data import BadInput, Mission, Unsatisfiable, parse_mission
@@ -180,13 +181,13 @@ planner: {method: online-mtac-e, samples: 50, elite: 0.1}
     flight = Flight(mission)
     both = []
     team = flight.team
-    original = team._note
+    original = team.note
 
     def note(now, events):
         original(now, events)
         both.append(frozenset().union(*team.belief.held.values()))
 
-    team._note = note
+    team.note = note
     flight.fly(40)
     assert team.belief.accepts()
     assert not any({"dock_a", "dock_b"} <= letter for letter in both)
