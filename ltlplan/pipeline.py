@@ -1,4 +1,4 @@
-"""The whole way from a mission to files: the only place, with the commands above it, that calls the judge.
+"""The whole way from a mission to files: here a plan is made, refined, and judged until it is certified.
 
     mission - plan - trajectories - certificate - flight - files
 
@@ -22,7 +22,7 @@ from verify.data.choices import PLANNING_METHODS
 from verify.data.progress import Progress, part_of, silent
 
 if TYPE_CHECKING:
-    from ltlplan.planning.allocation import PlanningMethod
+    from ltlplan.allocation import PlanningMethod
     from verify import Certificate
 
 Asked = Mission | str | os.PathLike[str]

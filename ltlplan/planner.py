@@ -2,7 +2,7 @@
 
     mission - allocation - nominal paths - improved paths - plan
 
-Each arrow is a function; the first is the planning method (`ltlplan.planning`), the others are shared by all methods. Planning
+Each arrow is a function; the first is the planning method (`ltlplan.allocation`), the others are shared by all methods. Planning
 shares only plain data with the checker; whether the plan keeps its word is judged above this layer, in `pipeline`.
 """
 
@@ -13,7 +13,7 @@ from typing import SupportsIndex
 
 import numpy as np
 
-from ltlplan.planning.allocation import Allocation, Context, Leg, PlanningMethod
+from ltlplan.allocation import Allocation, Context, Leg, PlanningMethod
 from verify.data import BadInput, Infeasible, Mission, Plan, RobotPlan
 from verify.data.choices import PLANNING_METHODS
 from verify.data.progress import Progress, silent
@@ -42,7 +42,7 @@ def make_plan(
     mission = with_seed(mission, seed)
     say, rng = progress or silent, np.random.default_rng(mission.planner.seed)
     if mission.passages is not None:
-        from ltlplan.planning.nominal import nominal_sequence
+        from ltlplan.paths.nominal import nominal_sequence
 
         if method is not None:
             raise BadInput("A sequence of passages leaves a planning method nothing to choose; leave one of the two out.")
@@ -59,7 +59,7 @@ def make_plan(
     first = allocation()
     if first.paths is not None:
         return plan_of(mission, first, first.paths, method=name)
-    from ltlplan.planning.nominal import nominal_paths
+    from ltlplan.paths.nominal import nominal_paths
 
     nominal = nominal_paths(mission, lambda blocked: allocation(blocked) if blocked else first, progress=say)
     return plan_of(mission, nominal.allocation, _improved(mission, nominal.paths, rng, say), method=name)

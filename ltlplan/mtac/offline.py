@@ -28,6 +28,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.random import Generator
 
+from ltlplan.allocation import Allocation, Context, Itinerary
 from ltlplan.mtac.agent_moves import RobotTask, World
 from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.optimality_gap import optimality_gap, straight_line_costs
@@ -35,7 +36,6 @@ from ltlplan.mtac.task_reader import Reader
 from ltlplan.paths.costs import cost_of, team_cost
 from ltlplan.paths.hoops import route
 from ltlplan.paths.improvement import ImprovedPath, improved_path, searched_cost, with_ramped_times
-from ltlplan.planning.allocation import Allocation, Context, Itinerary
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Word
 from verify.data.progress import Progress, silent
 

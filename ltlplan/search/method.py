@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ltlplan.planning.allocation import Allocation, Context, Leg
+from ltlplan.allocation import Allocation, Context, Leg
 from ltlplan.search.exact import assign
 from ltlplan.systems.robot_systems import Systems
 from verify.data import Mission

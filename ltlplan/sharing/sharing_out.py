@@ -19,7 +19,7 @@ from verify.data import LtlplanError, Unsatisfiable, Visit
 from verify.data.mission_file import check_mission
 
 if TYPE_CHECKING:
-    from ltlplan.planning.allocation import Itinerary
+    from ltlplan.allocation import Itinerary
     from ltlplan.sharing.team import OnlineTeam
 
 MOST_WALKED = 512

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ltlplan.allocation import Allocation, Context, Itinerary
 from ltlplan.mtac.optimality_gap import optimality_gap
 from ltlplan.paths.costs import Sampling, WeightedCost, cost_of, plan_cost, team_cost
 from ltlplan.paths.hoops import route
@@ -23,7 +24,6 @@ from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.path_problem import PathProblem
 from ltlplan.paths.path_result import candidate_plans
 from ltlplan.paths.sampled_paths import word_filter
-from ltlplan.planning.allocation import Allocation, Context, Itinerary
 from ltlplan.sharing.team import OnlineTeam
 from ltlplan.sharing.team_in_flight import PERIOD
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Unsatisfiable, Visit, Word

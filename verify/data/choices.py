@@ -12,7 +12,7 @@ from typing import Any
 from verify.data.registry import Registry
 
 Function = Callable[..., Any]
-"""What is registered are functions; their types are said where they are called (`ltlplan.planning`, `ltlplan.paths.costs`)."""
+"""What is registered are functions; their types are said where they are called (`ltlplan.allocation`, `ltlplan.paths.costs`)."""
 
 PLANNING_METHODS: Registry[Function] = Registry(
     "a planning method",

@@ -3,9 +3,9 @@ import itertools
 import numpy as np
 import pytest
 
+from ltlplan.allocation import Context
+from ltlplan.paths import nominal
 from ltlplan.planner import make_plan
-from ltlplan.planning import nominal
-from ltlplan.planning.allocation import Context
 from ltlplan.search.exact import assign
 from ltlplan.search.method import exact
 from verify import check_word

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from ltlplan.allocation import Allocation, Itinerary, Leg
 from ltlplan.logic.budget import TooLarge
 from ltlplan.paths.hoops import route, route_sequence
-from ltlplan.planning.allocation import Allocation, Itinerary, Leg
 from verify.data import Infeasible, Mission, RobotPlan
 from verify.data.progress import Progress, silent
 

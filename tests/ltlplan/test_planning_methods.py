@@ -10,7 +10,7 @@ import pytest
 
 import ltlplan
 import verify
-from ltlplan.planning.allocation import Allocation, Context
+from ltlplan.allocation import Allocation, Context
 from ltlplan.search.method import exact
 from tests.helpers.random_missions import random_mission
 from verify.data import BadInput, Mission, NotCertified, Plan, mission_to_yaml, parse_mission
@@ -20,7 +20,7 @@ from verify.data.mission_file import MissionError, check_mission, load_mission_f
 MODULE = '''
 import numpy as np
 from ltlplan.search.method import exact
-from ltlplan.planning.allocation import Allocation
+from ltlplan.allocation import Allocation
 
 def last_robot(mission, context):
     """Do everything with the last robot."""
