@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from ltlplan.logic.automaton import DEAD
@@ -21,6 +22,29 @@ Metric = Callable[[str, Point, str], float]
 """Lower bound on the cost of a robot's way from a point to a region: (robot, m, region)."""
 
 
+@dataclass(frozen=True, slots=True)
+class TeamModel:
+    """A team that tasks are shared in: what the search for tasks and its heuristic know.
+
+    Attributes:
+        world: Moves.
+        automaton: Deterministic.
+        starts: Where each robot that may fly begins.
+        begun: The automaton's states now.
+        takes_off: Whether robots' first letters are still to be read (before take-off) or were (in flight).
+        in_decomposition_set: Whether another robot may go on from these states.
+        metric: Lower bound on the cost of one leg.
+    """
+
+    world: World
+    automaton: Accepting
+    starts: Mapping[str, AgentState]
+    begun: States
+    takes_off: bool
+    in_decomposition_set: Callable[[States], bool]
+    metric: Metric
+
+
 _Node = tuple[Any, ...]  # no union: the length tells which one it is
 """(states, vertex, internal) inside a region, or (states,) where some free robot goes on."""
 
@@ -28,29 +52,11 @@ _Node = tuple[Any, ...]  # no union: the length tells which one it is
 class AdmissibleHeuristic:
     """Lower bounds on what is left, for the robots that are still free to be used."""
 
-    def __init__(
-        self,
-        world: World,
-        automaton: Accepting,
-        in_decomposition_set: Callable[[States], bool],
-        starts: Mapping[str, AgentState],
-        metric: Metric,
-        *,
-        takes_off: bool,
-    ) -> None:
-        """Prepare a guide.
-
-        Args:
-            world: Moves.
-            automaton: Deterministic.
-            in_decomposition_set: Whether another robot may go on from these states.
-            starts: Where each robot begins.
-            metric: Lower bound on the cost of one leg.
-            takes_off: Whether a robot's first letter is still to be read (before take-off) or was (in flight).
-        """
-        self._world, self._automaton, self._decomposition_set = world, automaton, in_decomposition_set
-        self._starts, self._metric, self._takes_off = starts, metric, takes_off
-        self._regions = {name: region.center for name, region in world.mission.all_regions.items()}
+    def __init__(self, team: TeamModel) -> None:
+        """Prepare a heuristic; bounds are computed when they are asked for."""
+        self._world, self._automaton, self._decomposition_set = team.world, team.automaton, team.in_decomposition_set
+        self._starts, self._metric, self._takes_off = team.starts, team.metric, team.takes_off
+        self._regions = {name: region.center for name, region in team.world.mission.all_regions.items()}
         self._tables: dict[frozenset[str], dict[tuple[States, str | None, str], float]] = {}
         self._legs: dict[tuple[str | None, Point, str], float] = {}
 
@@ -65,7 +71,13 @@ class AdmissibleHeuristic:
         return DEAD in states
 
     def leg(self, robot: str, position: Point, region: str) -> float:
-        """Lower bound on the cost of one robot's way from a point to a region."""
+        """Return a lower bound on the cost of one robot's way from a point to a region.
+
+        Args:
+            robot: Whose costs count.
+            position: m.
+            region: Where it flies to.
+        """
         return self._leg(robot, position, region)
 
     def accepts(self, states: States) -> bool:
@@ -73,7 +85,13 @@ class AdmissibleHeuristic:
         return all(state in self._automaton.accepting for state in states)
 
     def bound(self, states: States, where: AgentState, free: frozenset[str]) -> float:
-        """Lower bound on the cost still to come when a robot is inside a region with its actions done."""
+        """Return a lower bound on the cost still to come when a robot is inside a region with its actions done.
+
+        Args:
+            states: The automaton's states now.
+            where: Where the robot is.
+            free: Robots that have not begun.
+        """
         return self._table(free, states, where).get((states, where.vertex, where.internal), math.inf)
 
     def bound_at_start(self, states: States, free: frozenset[str]) -> float:

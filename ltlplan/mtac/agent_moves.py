@@ -8,7 +8,6 @@ take-off (one state) and in flight (all states that the readings so far may have
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Container, Hashable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,6 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ltlplan.systems.transition_systems import Environment, environment_of
 from verify.data import BadInput, Letter, Mission, Visit
 from verify.data.mission import Action, Point
 
@@ -45,14 +45,13 @@ class AgentState:
     Attributes:
         position: m.
         inside: The region that it is in, or None.
-        vertex: Vertex of the environment: the region that it visited last, or the start vertex; None where there is
-            no environment and it has visited nothing.
+        vertex: Vertex of the environment: the region that it visited last, or the start vertex.
         internal: Its internal state.
     """
 
     position: Point
     inside: str | None
-    vertex: str | None
+    vertex: str
     internal: str
 
     def seen_in(self, region: str | None) -> AgentState:
@@ -88,23 +87,20 @@ class World:
     mission: Mission
 
     @cached_property
-    def neighbours(self) -> dict[str | None, tuple[str, ...]]:
-        """Regions that can be visited after each vertex; coming back to the region just left is always allowed."""
-        regions = tuple(self.mission.all_regions)
-        environment = self.mission.environment
-        if environment is None:
-            return dict.fromkeys((None, *regions), regions)
-        found: dict[str | None, set[str]] = defaultdict(set)
-        for source, target in environment.edges:
-            found[source].add(target)
-            if not environment.directed:
-                found[target].add(source)
-        return {
-            vertex: tuple(r for r in regions if r in found[vertex] or r == vertex) for vertex in (environment.start, *regions)
-        }
+    def environment(self) -> Environment:
+        """Which regions can be visited after each vertex; coming back to the region just left is always allowed."""
+        return environment_of(self.mission)
 
     @cached_property
-    def _moves(self) -> dict[tuple[str | None, str], tuple[Move, ...]]:
+    def neighbours(self) -> dict[str, tuple[str, ...]]:
+        """The environment's successors, in the order in which the mission lists regions."""
+        place = {region: index for index, region in enumerate(self.mission.all_regions)}
+        every = self.environment.successors
+        ordered = {id(nexts): tuple(sorted(nexts, key=place.__getitem__)) for nexts in every.values()}  # often one for all
+        return {vertex: ordered[id(nexts)] for vertex, nexts in every.items()}
+
+    @cached_property
+    def _moves(self) -> dict[tuple[str, str], tuple[Move, ...]]:
         return {}
 
     def free_letter(self, internal: str) -> Letter:
@@ -125,15 +121,23 @@ class World:
         return self.at(agent.start, self.mission.initial_internal(robot), vertex=agent.visited, where=f"{robot} starts")
 
     def at(self, position: Point, internal: str, *, vertex: str | None = None, where: str = "the robot is") -> AgentState:
-        """Return the state of a robot at a point; `vertex` is the region that it visited last, if any."""
+        """Return the state of a robot at a point.
+
+        Args:
+            position: m.
+            internal: Its internal state.
+            vertex: The region that it visited last, if any.
+            where: Begins the sentence of a refusal.
+
+        Raises:
+            BadInput: The point lies in two regions at once.
+        """
         inside = [n for n, r in self.mission.all_regions.items() if float(r.level(np.array(position))) <= 1.0]
         if len(inside) > 1:
             raise BadInput(f"{where} in {' and '.join(inside)} at once; these regions overlap there.")
         if inside:
             return AgentState(position, inside[0], inside[0], internal)
-        environment = self.mission.environment
-        first = vertex if vertex is not None or environment is None else environment.start
-        return AgentState(position, None, first, internal)
+        return AgentState(position, None, self.environment.start if vertex is None else vertex, internal)
 
     def regions_at(self, positions: NDArray[np.float64]) -> list[str | None]:
         """Return the region that each point is in, or None; of several the first. Shape (n, 3)."""
@@ -181,7 +185,7 @@ class World:
             return move.letters
         return (self.free_letter(where.internal), *move.letters)
 
-    def _all_moves(self, vertex: str | None, internal: str) -> Iterator[Move]:
+    def _all_moves(self, vertex: str, internal: str) -> Iterator[Move]:
         for region in self.neighbours.get(vertex, ()):
             for actions, reached in self._chains(region, internal):
                 letters = [frozenset({region}) | self.free_letter(internal)]

@@ -11,9 +11,9 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from ltlplan.mtac.admissible_heuristic import AdmissibleHeuristic, Metric
-from ltlplan.mtac.agent_moves import Accepting, AgentState, RobotTask, States, World
-from verify.data import BadInput, Mission
+from ltlplan.mtac.admissible_heuristic import AdmissibleHeuristic, TeamModel
+from ltlplan.mtac.agent_moves import RobotTask, States
+from verify.data import BadInput
 from verify.data.mission import Hoop
 from verify.data.progress import Progress
 
@@ -78,44 +78,25 @@ class BeamSearch:
 
     def __init__(
         self,
-        mission: Mission,
-        world: World,
-        automaton: Accepting,
-        starts: Mapping[str, AgentState],
+        team: TeamModel,
         *,
-        begun: States,
-        takes_off: bool,
-        in_decomposition_set: Callable[[States], bool],
-        metric: Metric,
         price: Callable[[str, RobotTask], float],
         holds: Callable[[Tasks], bool],
         options: Options,
     ) -> None:
-        """Prepare a walk.
+        """Prepare a search.
 
         Args:
-            mission: Gives the objective.
-            world: Moves.
-            automaton: Deterministic.
-            starts: Where each robot that may fly begins.
-            begun: The automaton's states now.
-            takes_off: Whether robots' first letters are still to be read.
-            in_decomposition_set: Whether another robot may go on from these states.
-            metric: Lower bound on the cost of one leg.
+            team: The robots, what they may do, and the formula.
             price: Cost of a robot's whole path; infinite where there is no way.
             holds: Whether the team may stop with these tasks done (robots that are not named do nothing).
-            options: How to walk.
+            options: How to search.
         """
-        self.mission, self.world, self.starts, self.options = mission, world, starts, options
-        self.begun, self.takes_off, self.decomposition, self.cost, self.holds = (
-            begun,
-            takes_off,
-            in_decomposition_set,
-            price,
-            holds,
-        )
-        self.heuristic = AdmissibleHeuristic(world, automaton, in_decomposition_set, starts, metric, takes_off=takes_off)
-        self.everybody = frozenset(starts)
+        self.mission, self.world, self.starts, self.options = team.world.mission, team.world, team.starts, options
+        self.begun, self.takes_off, self.decomposition = team.begun, team.takes_off, team.in_decomposition_set
+        self.cost, self.holds = price, holds
+        self.heuristic = AdmissibleHeuristic(team)
+        self.everybody = frozenset(team.starts)
         self.consulted: list[dict[tuple[str, str], float]] = []
 
     def search(self, say: Progress) -> BeamNode | None:
@@ -176,7 +157,13 @@ class BeamSearch:
                 yield leaves
 
     def over(self, states: States, task: RobotTask, leaves: bool) -> States:
-        """Return the states after a robot's last visit."""
+        """Return the states after a robot's last visit.
+
+        Args:
+            states: The automaton's states inside the last region.
+            task: What the robot has done.
+            leaves: Whether it flies out of that region.
+        """
         return self.heuristic.read(states, [self.world.free_letter(task.end(self.world).internal)]) if leaves else states
 
     def next_beam(self, beam: Sequence[BeamNode], bound: float) -> list[BeamNode]:
@@ -229,7 +216,15 @@ class BeamSearch:
     def continued(
         self, one: BeamNode, states: States, robot: str, task: RobotTask, *, first: bool
     ) -> Iterator[tuple[float, BeamNode]]:
-        """Yield the walks in which a robot makes one more visit."""
+        """Yield the walks in which a robot makes one more visit, each with a lower bound on what it comes to.
+
+        Args:
+            one: The walk so far; its last robot is the one under way.
+            states: The automaton's states where that robot goes on.
+            robot: Its name.
+            task: What it has done so far.
+            first: Whether this is its first visit.
+        """
         where = task.end(self.world)
         free = self.everybody - set(one.order)
         for move in self.world.moves(where, first=first):

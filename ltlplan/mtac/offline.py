@@ -29,6 +29,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ltlplan.allocation import Allocation, Context, Itinerary
+from ltlplan.mtac.admissible_heuristic import TeamModel
 from ltlplan.mtac.agent_moves import RobotTask, World
 from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.optimality_gap import optimality_gap, straight_line_costs
@@ -122,10 +123,11 @@ def share_tasks(
             {r: (world.letter(where), *tasks.get(r, RobotTask(where)).ahead(world)) for r, where in starts.items()}
         )
 
-    search = BeamSearch(
-        mission, world, reader, starts, begun=frozenset({reader.initial}), takes_off=True,
-        in_decomposition_set=reader.in_decomposition_set, metric=straight_line_costs(mission), price=paths.cost, holds=holds, options=options or Options(),
+    team = TeamModel(
+        world, reader, starts, begun=frozenset({reader.initial}), takes_off=True,
+        in_decomposition_set=reader.in_decomposition_set, metric=straight_line_costs(mission),
     )  # fmt: skip
+    search = BeamSearch(team, price=paths.cost, holds=holds, options=options or Options())
     best = search.search(progress)
     if best is None:
         return None

@@ -128,7 +128,11 @@ class Reader:
 
 
 def holds_one_at_a_time(automaton: Accepting, words: Mapping[str, Sequence[Letter]]) -> bool:
-    """Tell whether unions are accepted when robots fly one after another, in every order (`team: joint`)."""
+    """Tell whether unions are accepted when robots fly one after another, in every order (`team: joint`).
+
+    Raises:
+        BadInput: There are too many robots to try all orders.
+    """
     flying = [robot for robot, word in words.items() if len(word) > 1]
     if len(flying) > 14:
         raise BadInput(f"{len(flying)} robots with tasks under `team: joint` are too many to order; at most 14.")

@@ -173,6 +173,11 @@ def _stops(
 def slow_down(trajectory: Trajectory, at: float, length: float) -> Trajectory | None:
     """Return a trajectory that is this one until about `at` and then comes to rest within `length`, all in float32.
 
+    Args:
+        trajectory: What is flown.
+        at: When to begin, s on its clock.
+        length: s that slowing down takes.
+
     Returns:
         None where `at` is too near to the beginning of a piece, or to the end of the last.
     """

@@ -58,6 +58,9 @@ class Sampling:
         Args:
             points: m. Shape (paths, points, 3), or (points, 3) for one path.
             scale: How many times longer each path takes than the spline's own times; one number or one a path.
+
+        Raises:
+            BadInput: The points have another shape.
         """
         values = np.asarray(points, dtype=np.float64)
         values = values[None] if values.ndim == 2 else values

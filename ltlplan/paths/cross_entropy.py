@@ -82,6 +82,9 @@ def minimise(
 
     Returns:
         The search after its last round (of several populations the best one's), and the best cost after each round.
+
+    Raises:
+        BadInput: The cost returned another shape than one number a candidate.
     """
     history: list[float] = []
     options, state = search.options, Tournament.start(search, others)
@@ -228,7 +231,13 @@ def _with_hover(found: Improvement, nominal: RobotPlan, cost: Cost) -> Improveme
 
 
 def searches(problem: PathProblem, options: Options, *, spread: float = SPREAD) -> list[Search]:
-    """Return where the populations begin, the nominal path first; no others where the options ask for one."""
+    """Return where the populations begin, the nominal path first; no others where the options ask for one.
+
+    Args:
+        problem: The path as a search problem.
+        options: How to search, with the number of populations.
+        spread: Initial standard deviation of each coordinate, m.
+    """
     starts = problem.starts() if options.gaussians > 1 else (problem.mean,)
     costs = problem.costs(np.array(starts))
     covariance = problem.covariance(spread)

@@ -107,6 +107,12 @@ class Search:
     def start(cls, mean: ArrayLike, covariance: ArrayLike, options: Options, best_cost: float = math.inf) -> Search:
         """Begin at a mean, whose own cost may be given.
 
+        Args:
+            mean: Shape (n,).
+            covariance: Shape (n, n).
+            options: How to search.
+            best_cost: Of the mean; infinite where it does not count or is not known.
+
         Raises:
             BadInput: The shapes do not fit, a number is not finite, or the covariance is not symmetric with a
                 positive diagonal.

@@ -80,7 +80,11 @@ class LeastSnapSpline:
         return result
 
     def through(self, points: ArrayLike) -> Floats:
-        """Return the coefficients of the spline through these points. Shape (points, axes) to (pieces, axes, 8)."""
+        """Return the coefficients of the spline through these points. Shape (points, axes) to (pieces, axes, 8).
+
+        Raises:
+            BadInput: There is not one point for each time.
+        """
         values = np.asarray(points, dtype=np.float64)
         if values.ndim != 2 or len(values) != len(self.times):
             raise BadInput(f"The spline has {len(self.times)} times; points must have shape ({len(self.times)}, axes).")

@@ -69,6 +69,9 @@ def label(mission: Mission, positions: Floats, *, grow: float = 0.0) -> Labels:
         mission: At most 30 regions.
         positions: m, as `SampledPaths.axes(0)` has them. Shape (instants, 3, paths).
         grow: m by which every region is grown (shrunk where negative) before labelling.
+
+    Raises:
+        BadInput: There are more regions than a code has bits for.
     """
     names = tuple(mission.all_regions)
     if len(names) > 30:

@@ -69,7 +69,11 @@ class Belief:
         return all(state in self.automaton.accepting for state in self.settled)
 
     def after(self, robot: str, letter: Letter) -> Belief:
-        """Return the belief after one robot's letter has changed."""
+        """Return the belief after one robot's letter has changed.
+
+        Raises:
+            BadInput: The robot is not in the air.
+        """
         if robot not in self.held:
             raise BadInput(f"'{robot}' is not in the air; robots: {', '.join(self.held)}.")
         before, held = self.held[robot], {**self.held, robot: letter}
@@ -116,6 +120,11 @@ class Belief:
 
 def at_start(automaton: Accepting, held: Mapping[str, Letter], *, reading: Reading) -> Belief:
     """Return the belief at take-off, each robot in its first letter.
+
+    Args:
+        automaton: Deterministic, of the formula on finite traces.
+        held: Each robot's first letter.
+        reading: The mission's team reading.
 
     Raises:
         BadInput: There is no robot.

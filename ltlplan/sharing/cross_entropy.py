@@ -89,7 +89,13 @@ class OnlineState:
 
 
 def beta(steps: NDArray[np.int64] | int, weight: float = 0.01, decay: float = 0.001) -> Floats:
-    """Return a exp(-b t), the share of news in Delta at step t (Section 6.4)."""
+    """Return a exp(-b t), the share of news in Delta at step t (Section 6.4).
+
+    Args:
+        steps: t.
+        weight: a.
+        decay: b.
+    """
     return weight * np.exp(-decay * np.asarray(steps, dtype=np.float64))
 
 
@@ -148,7 +154,16 @@ def ask(state: OnlineState, rng: Generator) -> Floats:
 
 
 def ask_all(state: OnlineState, rng: Generator, count: int) -> Floats:
-    """Sample several paths of one row. Shape (count, points, dimension)."""
+    """Sample several paths of one row.
+
+    Args:
+        state: Whose first row is sampled.
+        rng: Source of the samples.
+        count: How many.
+
+    Returns:
+        Shape (count, points, dimension).
+    """
     normal = rng.standard_normal((count, *state.mean.shape[1:]))
     return state.mean[0] + np.matmul(state.root[0], normal[..., None])[..., 0]
 

@@ -55,7 +55,13 @@ def in_order(mission: Mission, events: Iterable[WorldEvent]) -> tuple[WorldEvent
 
 
 def falls_on(mission: Mission, event: WorldEvent, positions: dict[str, Point]) -> str | None:
-    """Return a sentence where a region that moves comes onto a robot, or None."""
+    """Return a sentence where a region that moves comes onto a robot, or None.
+
+    Args:
+        mission: As it is before the event.
+        event: What changes.
+        positions: Of each robot in the air, m.
+    """
     if not isinstance(event, HoopMoves):
         return None
     region = event.apply(mission).all_regions[event.region]

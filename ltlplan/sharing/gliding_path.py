@@ -168,7 +168,13 @@ class GlidingPath:
 
 
 def gliding_path_of(plan: RobotPlan, spline: LeastSnapSpline | None = None, points: Floats | None = None) -> GlidingPath:
-    """Return the course through a plan's waypoints, or through other points of its path at times of their own."""
+    """Return the course through a plan's waypoints, or through other points of its path at times of their own.
+
+    Args:
+        plan: Whose visits are made.
+        spline: Through the other points, with their times.
+        points: m. Shape (points, 3).
+    """
     if spline is not None and points is not None:
         return GlidingPath(plan, spline.times, points, points, spline=spline)
     times = np.array(plan.times, dtype=np.float64)

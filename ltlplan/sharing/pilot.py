@@ -130,7 +130,13 @@ class Pilot:
         return move.letters if last and not self.leaves else (*move.letters, self.world.free_letter(move.internal))
 
     def take(self, task: RobotTask, plan: RobotPlan, rng: Generator) -> None:
-        """Begin a task along a plan that starts where the robot hovers."""
+        """Begin a task along a plan that starts where the robot hovers.
+
+        Args:
+            task: The visits to make.
+            plan: The way along them.
+            rng: Source of the samples for the search that begins.
+        """
         self.moves, self.leaves, self.shown, self.entered, self.stop = task.moves, task.leaves, 0, False, False
         starts_inside = task.where.inside is not None
         in_place = bool(self.moves) and self.moves[0].in_place

@@ -195,7 +195,16 @@ def places_aside(mission: Mission, start: Point, paths: Sequence[Floats], distan
 
 
 def way_aside(mission: Mission, robot: str, start: Point, inside: str | None, word: Word, place: Point) -> RobotPlan | None:
-    """Lay the way of a robot that steps aside; None where there is none."""
+    """Lay the way of a robot that steps aside; None where there is none.
+
+    Args:
+        mission: What to keep clear of.
+        robot: Who steps aside.
+        start: Where it hovers, m.
+        inside: The region that it is in, or None.
+        word: What it shows on the way.
+        place: Where it is to hover, m.
+    """
     agent = mission.agents[robot].model_copy(update={"start": start, "end": place})
     here = mission.model_copy(update={"agents": {robot: agent}})
     try:

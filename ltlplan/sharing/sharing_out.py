@@ -11,12 +11,14 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
+from ltlplan.mtac.admissible_heuristic import TeamModel
 from ltlplan.mtac.agent_moves import Move, RobotTask, World
 from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.optimality_gap import straight_line_costs
 from ltlplan.sharing.pilot import Pilot
 from verify.data import LtlplanError, Unsatisfiable, Visit
 from verify.data.mission_file import check_mission
+from verify.data.progress import silent
 
 if TYPE_CHECKING:
     from ltlplan.allocation import Itinerary
@@ -60,11 +62,12 @@ def _by_walks(team: OnlineTeam, blocked: set[tuple[str, tuple[Move, ...]]]) -> d
                 position = world.after(move).position
         return total
 
-    search = BeamSearch(
-        team.mission, world, team.reader, starts, begun=begun, takes_off=False, in_decomposition_set=partial(team.reader.in_decomposition_set, begun=begun),
-        metric=leg, price=price, holds=partial(_holds, team), options=Options(width=WIDTH),
+    robots = TeamModel(
+        world, team.reader, starts, begun=begun, takes_off=False,
+        in_decomposition_set=partial(team.reader.in_decomposition_set, begun=begun), metric=leg,
     )  # fmt: skip
-    best = search.search(lambda _sentence, _share: None)
+    search = BeamSearch(robots, price=price, holds=partial(_holds, team), options=Options(width=WIDTH))
+    best = search.search(silent)
     return None if best is None else dict(best.tasks)
 
 

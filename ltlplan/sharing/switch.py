@@ -61,7 +61,14 @@ def _part(world: World, robot: str, pilot: Pilot, moves: tuple[Move, ...]) -> Ro
 def better_hands(
     mission: Mission, world: World, pilots: Mapping[str, Pilot], allowed: Callable[[Handover], bool]
 ) -> Handover | None:
-    """Return the hand-over that saves most of those that are allowed (see `may_change`), or None."""
+    """Return the hand-over that saves most of those that are allowed (see `may_change`), or None.
+
+    Args:
+        mission: Gives the costs.
+        world: Moves.
+        pilots: The robots in the air.
+        allowed: Whether a hand-over may be.
+    """
     idle = [name for name, pilot in pilots.items() if pilot.done and pilot.arrived]
     if not idle:
         return None
@@ -86,6 +93,13 @@ def may_change(world: World, reader: Reader, belief: Belief, pilots: Mapping[str
 
     Nobody has begun it; its beginning is in the decomposition set of the automaton's present states; the taker carries what
     it needs and can go there; and the team can finish afterwards.
+
+    Args:
+        world: Moves.
+        reader: The formula.
+        belief: What was shown so far, and what it has led to.
+        pilots: The robots in the air.
+        handover: What would change hands.
     """
     giver, taker, kept = pilots[handover.giver], pilots[handover.taker], handover.kept
     if giver.entered or giver.detour or (giver.shown and not kept) or kept >= len(giver.moves):

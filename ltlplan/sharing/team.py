@@ -323,6 +323,11 @@ class OnlineTeam(TeamInFlight[Pilot]):
     def plan_for(self, pilot: Pilot, task: RobotTask, around: Iterable[Point] = ()) -> RobotPlan:
         """Lay the way of one robot from where it hovers, around places where others do.
 
+        Args:
+            pilot: The robot.
+            task: What it is to do.
+            around: Where others hover, m.
+
         Raises:
             Infeasible: There is none.
         """

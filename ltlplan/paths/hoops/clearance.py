@@ -167,7 +167,14 @@ def conflicts(coefficients: Floats, durations: Floats, where: Room, permitted: S
 
 
 def blocked(start: Floats, end: Floats, where: Room, permitted: Collection[str] = ()) -> Conflict | None:
-    """Return the first obstacle on the straight line between two points, or None."""
+    """Return the first obstacle on the straight line between two points, or None.
+
+    Args:
+        start: m. Shape (3,).
+        end: m. Shape (3,).
+        where: What there is to keep clear of.
+        permitted: Regions that the line may enter.
+    """
     line = np.zeros((1, 3, 8))
     line[0, :, 0], line[0, :, 1] = start, end - start
     found = conflicts(line, np.ones(1), where, [permitted])

@@ -67,7 +67,14 @@ class Legs:
         self._legs: dict[tuple[int, Side, int, Side], list[Stop]] = {}
 
     def length(self, i: int, left: Side, j: int, entered: Side) -> float:
-        """Length of the leg from one visit to the next by its primitives, in m."""
+        """Return the length of the leg from one visit to the next by its primitives, m.
+
+        Args:
+            i: Index of the visit that is left.
+            left: The side from which it was entered, so that it is left on the other.
+            j: Index of the visit that is flown to.
+            entered: The side from which that one is entered.
+        """
         first, exit_from = self._exit(i, left)
         stops = [*([] if exit_from is None else [exit_from]), first, *self._leg(i, left, j, entered)]
         return sum(p.length for p in primitives_between(stops)[0 if exit_from is None else 1 :])
@@ -288,7 +295,13 @@ def primitives_between(stops: Sequence[Stop]) -> list[Primitive]:
 
 
 def holds(mission: Mission, point: Floats, region: str) -> bool:
-    """Tell whether a point lies in a region."""
+    """Tell whether a point lies in a region.
+
+    Args:
+        mission: Whose region.
+        point: m. Shape (3,).
+        region: Its name.
+    """
     return bool(mission.all_regions[region].level(point) <= 1.0)
 
 

@@ -51,7 +51,13 @@ def primitives_figure(mission: Mission, plan: RobotPlan) -> go.Figure:
 
 
 def path_figure(mission: Mission, plan: RobotPlan, *, nominal: RobotPlan | None = None) -> go.Figure:
-    """Return one robot's path, prefix and cycle in two colours, with the path it was made from where given (Figs. 5, 7)."""
+    """Return one robot's path, prefix and cycle in two colours, with the path it was made from where given (Figs. 5, 7).
+
+    Args:
+        mission: The hoops.
+        plan: The path.
+        nominal: The path that it was made from.
+    """
     traces = _regions(mission)
     if nominal is not None and len(nominal.waypoints) > 1:
         traces.append(line(_path(nominal), "nominal path", "#888888", dash="dash", width=5))
@@ -77,6 +83,9 @@ def round_figure(
         positions: m, as `SampledPaths.position` has them; at most 200 paths are drawn. Shape (paths, instants, 3).
         counts: Which of them satisfy the specification. Shape (paths,).
         best: A path to draw on top.
+
+    Raises:
+        BadInput: The shapes do not fit.
     """
     good = np.asarray(counts, dtype=np.bool_)
     if positions.ndim != 3 or positions.shape[2] != 3 or good.shape != (len(positions),):

@@ -63,12 +63,24 @@ def straight(dist_x: float) -> float:
 
 
 def s_curve(dist_x: float, dist_yz: float, delta: float = DELTA) -> float:
-    """Length of two equal tangent arcs: 2 (2 h theta), with a plus under the root (see the module's note)."""
+    """Length of two equal tangent arcs: 2 (2 h theta), with a plus under the root (see the module's note).
+
+    Args:
+        dist_x: m along the hoop's normal.
+        dist_yz: m across it.
+        delta: The paper's factor of the arcs' chord.
+    """
     return _two_arcs(delta * math.hypot(dist_x, dist_yz), math.atan2(dist_yz, dist_x))
 
 
 def s_curve_as_printed(dist_x: float, dist_yz: float, delta: float = DELTA) -> float:
-    """S_CURVE's length with the paper's minus under the root; defined for dist_x >= dist_yz."""
+    """S_CURVE's length with the paper's minus under the root; defined for dist_x >= dist_yz.
+
+    Args:
+        dist_x: m along the hoop's normal.
+        dist_yz: m across it.
+        delta: The paper's factor of the arcs' chord.
+    """
     return _two_arcs(delta * math.sqrt(dist_x * dist_x - dist_yz * dist_yz), math.atan2(dist_yz, dist_x))
 
 

@@ -38,6 +38,18 @@ def choose_sides(
 ) -> list[Side]:
     """Return a side for each visit; None for plain regions and for a hoop in which the flight begins or ends.
 
+    There are more parameters than six because `legs`, which knows most of them, stands on this module.
+
+    Args:
+        mission: Hoops and what stands between them.
+        start: Where the flight begins, m. Shape (3,).
+        visits: In order.
+        cycle_visit: First visit of a lasso's cycle; None for a finite flight.
+        cost: Of a leg between two sides, m.
+        directions: Whether the nearest side is taken each time, or the cheapest sequence of sides.
+        inside_first: Whether the flight begins in the first region.
+        inside_last: Whether it ends in the last one.
+
     Raises:
         Blocked: No choice of sides reaches all visits; names the hoop in the way.
     """

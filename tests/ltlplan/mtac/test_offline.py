@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.mtac.admissible_heuristic import AdmissibleHeuristic
+from ltlplan.mtac.admissible_heuristic import AdmissibleHeuristic, TeamModel
 from ltlplan.mtac.agent_moves import RobotTask, World
 from ltlplan.mtac.beam_search import Options
 from ltlplan.mtac.offline import mtac_e, share_tasks
@@ -165,9 +165,11 @@ def test_the_outlook_is_a_lower_bound(seed):
     world = World(mission)
     reader = Reader(world)
     starts = {robot: world.start(robot) for robot in mission.agents}
-    heuristic = AdmissibleHeuristic(
-        world, reader, reader.in_decomposition_set, starts, straight_line_costs(mission), takes_off=True
-    )
+    team = TeamModel(
+        world, reader, starts, begun=frozenset({reader.initial}), takes_off=True,
+        in_decomposition_set=reader.in_decomposition_set, metric=straight_line_costs(mission),
+    )  # fmt: skip
+    heuristic = AdmissibleHeuristic(team)
     bound = heuristic.bound_at_start(frozenset({reader.initial}), frozenset(starts))
     assert bound <= assign(mission).cost + 1e-9
 
