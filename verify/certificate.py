@@ -196,7 +196,7 @@ def judge(
     mission = plan.mission
     asked = mission.margin if margin is None else margin
     for name, value in (("margin", asked), ("clock_error", clock_error)):
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 1e6:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 1e6:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
             raise BadInput(f"{name} must be a number from 0 to a million, not {str(value)[:40]}.")
     if tuple(plan.robots) != tuple(mission.agents):
         raise BadInput(f"The plan has robots {', '.join(plan.robots)}; the mission has {', '.join(mission.agents)}.")

@@ -78,7 +78,7 @@ def assert_satisfies(
         BadInput: Formula, regions or numbers are wrong.
     """
     __tracebackhide__ = True
-    if isinstance(margin, bool) or not isinstance(margin, int | float) or not 0 <= margin <= 1e6:
+    if isinstance(margin, bool) or not isinstance(margin, int | float) or not 0 <= margin <= 1e6:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput(f"margin must be a number of metres from 0 to a million, not {str(margin)[:40]}.")
     if isinstance(flight, Trajectory):
         mission = _mission(regions, flight.evaluate(0.0)[:3], Spec(formula=formula, trace=_trace(flight)))
@@ -125,7 +125,7 @@ def assert_within_limits(
         BadInput: There is no such vehicle or limit, or a value that is no limit.
     """
     __tracebackhide__ = True
-    if not isinstance(trajectory, Trajectory):
+    if not isinstance(trajectory, Trajectory):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput(f"Give a Trajectory, not {type(trajectory).__name__}.")
     if "legs" in limits:
         raise BadInput(
@@ -165,7 +165,7 @@ def _mission(
     regions: Regions, start: ArrayLike, spec: Spec, vehicle: str = "crazyflie-2.1", limits: Limits | None = None
 ) -> Mission:
     """Wrap what is asked into a mission of one robot in a wide world; `start` is x, y, z in m and perhaps a heading in rad."""
-    if not isinstance(regions, Mapping | Mission):
+    if not isinstance(regions, Mapping | Mission):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput(f"Regions are a mission, or a table of regions by name, not {type(regions).__name__}.")
     if isinstance(regions, Mission):
         regions = check_mission(regions, to_plan=False)

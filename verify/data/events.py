@@ -140,7 +140,7 @@ def load_events(path: str | Path) -> tuple[WorldEvent, ...]:
     value = parse_json(read_bytes(path, most=MAX_BYTES, what="list of events"), source)
     if not isinstance(value, dict) or set(value) != {"format", "events"} or not isinstance(value["events"], list):
         raise BadInput(f'{source} must be an object with "format": {EVENTS_FORMAT} and a list of "events".')
-    if value["format"] != EVENTS_FORMAT or isinstance(value["format"], bool):
+    if value["format"] != EVENTS_FORMAT or isinstance(value["format"], bool):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput(f'{source} must have "format": {EVENTS_FORMAT}, not {str(value["format"])[:40]}.')
     events = tuple(_event(entry, f"{source}, event {index}") for index, entry in enumerate(value["events"]))
     for before, after in itertools.pairwise(events):

@@ -190,7 +190,7 @@ def parse_formula(
         FormulaError: The text is no formula, or names something unknown; all unknown names are reported
             together, each with a caret under its place.
     """
-    if not isinstance(text, str):
+    if not isinstance(text, str):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput(f"A formula is a text, not {type(text).__name__}.")
     if len(text) > MAX_LENGTH:
         raise FormulaError(text[:60], [(0, f"The formula has {len(text)} characters; {MAX_LENGTH} is the most.")])
@@ -248,7 +248,7 @@ def check_formula(formula: Formula) -> Formula:
     seen: set[int] = set()
     while stack:
         node = stack.pop()
-        if not isinstance(node, Formula) or node.operator not in _ARGUMENTS or not isinstance(node.arguments, tuple):
+        if not isinstance(node, Formula) or node.operator not in _ARGUMENTS or not isinstance(node.arguments, tuple):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
             raise BadInput(f"A formula is made of Formula values with known operators; {node!r:.80} is none.")
         if len(node.arguments) != _ARGUMENTS[node.operator] or (node.operator == "name") != bool(node.name):
             raise BadInput(

@@ -148,7 +148,7 @@ def check_mission(mission: Mission, *, to_plan: bool = True) -> Mission:
         MissionError: All faults, with keys but without lines.
         BadInput: It is no mission at all.
     """
-    if not isinstance(mission, Mission):
+    if not isinstance(mission, Mission):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput(f"A mission is a Mission, not {type(mission).__name__}; `ltlplan.load_mission` reads one.")
     data = plain(mission)
     if data in _SOUND[to_plan]:

@@ -164,7 +164,7 @@ def check_plan(plan: Plan) -> Plan:
     Raises:
         BadInput: It is no plan, or it or its mission is not allowed; all faults are listed.
     """
-    if not isinstance(plan, Plan):
+    if not isinstance(plan, Plan):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput(f"A plan is a Plan, not {type(plan).__name__}; `ltlplan.plan` makes one, `ltlplan.load_plan` reads one.")
     mission = check_mission(getattr(plan, "mission", None), to_plan=False)  # type: ignore[arg-type]  # a plan that skipped its validation may have none
     data = plain(plan)

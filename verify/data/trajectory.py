@@ -155,11 +155,11 @@ def check_trajectories(team: Mapping[str, Trajectory]) -> dict[str, Trajectory]:
     Raises:
         BadInput: It is no table of trajectories, or their numbers are not allowed.
     """
-    if not isinstance(team, Mapping) or not team:
+    if not isinstance(team, Mapping) or not team:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput("A team is a table from each robot's name to its Trajectory.")
     checked: dict[str, Trajectory] = {}
     for name, trajectory in team.items():
-        if not isinstance(trajectory, Trajectory):
+        if not isinstance(trajectory, Trajectory):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
             raise BadInput(f"{name} must be given a Trajectory, not {type(trajectory).__name__}.")
         try:
             checked[name] = Trajectory(trajectory.durations, trajectory.coefficients, cycle=trajectory.cycle)

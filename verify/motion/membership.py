@@ -278,7 +278,7 @@ def _exactly(
         return "must" if level(exact.rational(place)) <= 0 else "no"
 
     if level.degree() < 1:  # constant: on the boundary or on one side throughout
-        _append(spans, segment.time(low), segment.time(high), "may" if level == 0 else mark_at(low))
+        _append(spans, segment.time(low), segment.time(high), "may" if level == 0 else mark_at(low))  # pyright: ignore[reportUnnecessaryComparison]  # flint's polynomials compare with numbers
         return
     place = low
     for root in exact.roots(level, low, high, (high - low) / 16):

@@ -76,7 +76,7 @@ class Asked:
             BadInput: A mission, the plan, a trajectory or a number is not sound.
         """
         for name, value in (("margin", self.margin), ("clock_error", self.clock_error)):
-            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
+            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
                 raise BadInput(f"{name} must be a number of at least 0, not {value!r:.40}.")
         self._require_order()
         checked = replace(
@@ -96,7 +96,7 @@ class Asked:
             *(("change of the world", w.since) for w in self.worlds),
             *(("leaving", t) for t in self.gone.values()),
         ]:
-            if isinstance(time, bool) or not isinstance(time, int | float) or not math.isfinite(time):
+            if isinstance(time, bool) or not isinstance(time, int | float) or not math.isfinite(time):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
                 raise BadInput(f"The time of a {what} must be a number of seconds, not {time!r:.40}.")
         for before, after in itertools.pairwise(self.worlds[1:]):
             if after.since < before.since:

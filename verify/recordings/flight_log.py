@@ -42,18 +42,18 @@ class Samples:
         Raises:
             BadInput: They are no arrays of real numbers.
         """
-        if not isinstance(self.positions, Mapping):
+        if not isinstance(self.positions, Mapping):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
             raise BadInput(
                 f"positions must be a table from each robot's name to an array, not {type(self.positions).__name__}."
             )
         places = {name: _real(table, f"positions of {name}") for name, table in self.positions.items()}
-        if self.internal is not None and not isinstance(self.internal, Mapping):
+        if self.internal is not None and not isinstance(self.internal, Mapping):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
             raise BadInput(
                 f"internal must be a table from each robot's name to sets of names, not {type(self.internal).__name__}."
             )
         for name, row in (self.internal or {}).items():
             for letter in row:
-                if isinstance(letter, str) or not isinstance(letter, Iterable):
+                if isinstance(letter, str) or not isinstance(letter, Iterable):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
                     raise BadInput(f"internal of {name} must be sets of names, one a sample, not {str(letter)[:40]!r}.")
         inner = None if self.internal is None else {name: tuple(map(frozenset, row)) for name, row in self.internal.items()}
         return Samples(_real(self.times, "times"), places, inner, self.rounding)

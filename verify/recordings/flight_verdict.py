@@ -113,7 +113,7 @@ def check_flight(
             propositions which neither the recording nor a plan shows.
     """
     for value, kind in ((samples, Samples), (asked, Asked)):
-        if not isinstance(value, kind):
+        if not isinstance(value, kind):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
             raise BadInput(
                 f"Give {kind.__name__}, not {type(value).__name__}: see `verify.load_flight_log` and `verify.asked_of`."
             )

@@ -318,7 +318,7 @@ def with_rounding(
 
 def require_error(error: float) -> None:
     """Refuse what is no bound on a measured position's error, m."""
-    if isinstance(error, bool) or not isinstance(error, int | float) or not 0 <= error <= _MOST:
+    if isinstance(error, bool) or not isinstance(error, int | float) or not 0 <= error <= _MOST:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput(f"error must be a length in m, from 0 to {_MOST:g}, not {str(error)[:40]}.")
 
 
@@ -326,7 +326,7 @@ def require_speed(max_speed: float | None) -> float:
     """Return a bound on the speed, m/s, or refuse what is none."""
     if max_speed is None:
         raise BadInput("A sampled path proves nothing without a speed bound: give max_speed (--max-speed) in m/s.")
-    if isinstance(max_speed, bool) or not isinstance(max_speed, int | float) or not 1 / _MOST <= max_speed <= _MOST:
+    if isinstance(max_speed, bool) or not isinstance(max_speed, int | float) or not 1 / _MOST <= max_speed <= _MOST:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput(
             f"max_speed must be a speed in m/s, from {1 / _MOST:g} (so above 0) to {_MOST:g}, not {str(max_speed)[:40]}."
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 
 import numpy as np
 
@@ -158,22 +159,15 @@ def separation_claims(tracks: Mapping[str, Track], mission: Mission) -> Iterable
         if start > stop:
             continue
         low, at, high, when = _nearest(tracks[a], tracks[b], start, stop, weight, limit)
-        options = {"robot": a, "other": b, "limit": limit}
+        claimed = partial(recorded_claim, "separation", robot=a, other=b, limit=limit)
         if low >= limit:
-            yield recorded_claim(
-                "separation",
-                "holds",
-                f"{a} and {b} stay {low:.4f} m apart; {limit:g} m are asked.",
-                bound=low,
-                time=at,
-                **options,
-            )
+            yield claimed("holds", f"{a} and {b} stay {low:.4f} m apart; {limit:g} m are asked.", bound=low, time=at)
         elif high < limit:
             sentence = f"{a} and {b} are within {high:.4f} m of each other at {when:.4f} s; {limit:g} m are asked."
-            yield recorded_claim("separation", "fails", sentence, bound=high, time=when, **options)
+            yield claimed("fails", sentence, bound=high, time=when)
         else:
             sentence = f"{a} and {b} may come within {low:.4f} m of each other at {at:.4f} s; {limit:g} m are asked."
-            yield recorded_claim("separation", "undecided", sentence, bound=low, time=at, **options)
+            yield claimed("undecided", sentence, bound=low, time=at)
 
 
 def _nearest(

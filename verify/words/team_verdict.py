@@ -58,7 +58,7 @@ def check_team(
     """
     if reading not in ("own", "joint"):
         raise BadInput(f'reading must be "own" or "joint", not {reading!r}.')
-    if not isinstance(words, Mapping) or not words:
+    if not isinstance(words, Mapping) or not words:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput('words must name at least one robot, such as {"quad0": [set(), {"a"}]}.')
     given = {str(name): as_word(word, owner=f"{name}'s word") for name, word in words.items()}
     formula = as_formula(formula, frozenset[str]().union(*(word.names() for word in given.values())))

@@ -55,7 +55,7 @@ def as_formula(formula: str | Formula, shown: Collection[str] = ()) -> Formula:
     """Return a formula from a text, which is held against words that show some names, or as it is."""
     if isinstance(formula, str):
         return parse_formula(formula, shown=shown)
-    if not isinstance(formula, Formula):
+    if not isinstance(formula, Formula):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput(f"A formula is a text or a Formula, not {type(formula).__name__}.")
     return check_formula(formula)
 
@@ -71,7 +71,7 @@ def as_word(word: Letters, cycle: Iterable[Iterable[str]] | None = None, *, owne
     for part in (word, cycle):
         if isinstance(part, str):
             raise BadInput(f'{owner} is a text; give a sequence of sets of names, such as [{{"a"}}, set()].')
-        if part is not None and not isinstance(part, Iterable):
+        if part is not None and not isinstance(part, Iterable):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
             raise BadInput(f"{owner} is no sequence of sets of names but {type(part).__name__}.")
     try:
         return _named(Word.of(word, cycle), owner)
@@ -81,13 +81,13 @@ def as_word(word: Letters, cycle: Iterable[Iterable[str]] | None = None, *, owne
 
 def _named(word: Word, owner: str) -> Word:
     for part in (word.prefix, word.cycle or ()):
-        if not isinstance(part, tuple) or not all(isinstance(letter, frozenset) for letter in part):
+        if not isinstance(part, tuple) or not all(isinstance(letter, frozenset) for letter in part):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
             raise BadInput(
                 f"{owner} is no sound Word: it must hold tuples of frozensets; `Word.of` makes one of any sets of names."
             )
     for letter in word.letters:
         for name in letter:
-            if not isinstance(name, str):
+            if not isinstance(name, str):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
                 raise BadInput(f"{owner} has a letter that holds {name!r}, which is no name.")
     return word
 

@@ -146,7 +146,7 @@ def _check_contents(target: Path, contents: Contents, written: Iterable[str] | N
         raise BadInput(f"{target} holds a certified flight, which would be lost; {_ELSEWHERE}.")
 
 
-@contextmanager
+@contextmanager  # pyright: ignore[reportDeprecated]  # of its annotation, not of the function
 def _fresh_folder(place: Path) -> Iterator[Path]:
     """Yield an empty folder beside the target, locked while this process lives; what is left of it at the end goes."""
     with _turn(place.parent) as ours:
@@ -316,7 +316,7 @@ def _own_alike(old: Path, new: Path) -> None:
         os.chown(new, old.stat().st_uid, old.stat().st_gid)
 
 
-@contextmanager
+@contextmanager  # pyright: ignore[reportDeprecated]  # of its annotation, not of the function
 def _turn(folder: Path) -> Iterator[bool]:
     """Let processes that write beside each other take turns in the short steps that another one must not see half done.
 
