@@ -236,3 +236,16 @@ def test_no_separation_is_kept_by_robots_that_meet():
     mission = started(pair_mission().model_copy(update={"separation": 0.0}), team)
     claim = claims(mission, team)["separation", "r0"]
     assert (claim.outcome, claim.bound, claim.margin) == ("holds", 0.0, 0.0)
+
+
+def test_a_step_between_pieces_is_taken_off_the_distance_once():
+    def still(*places):
+        coefficients = np.zeros((len(places), 4, 8))
+        coefficients[:, :3, 0] = places
+        return Trajectory(np.ones(len(places)), coefficients)
+
+    mission = small_mission(regions="", starts=((0, 0, 1), (2, 0, 1)))
+    team = {"r0": still((0, 0, 1), (0.125, 0, 1)), "r1": still((2, 0, 1), (2, 0, 1))}
+    (found,) = minimum_distances(pairwise_distances(read_team(mission, team)))
+    assert found.high == pytest.approx(1.875, abs=1e-9)
+    assert 1.75 - 1e-6 <= found.low <= 1.75
