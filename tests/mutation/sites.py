@@ -115,6 +115,9 @@ def _expressions(node: ast.AST, function: str, owner: str = "") -> Iterator[_Fou
             if isinstance(child, ast.ClassDef):
                 yield from _expressions(child, function, f"{owner}{child.name}.")
                 continue
+            if isinstance(child, ast.arguments) and isinstance(node, ast.FunctionDef) and function == f"{owner}{node.name}":
+                yield from _expressions(child, "", owner)  # defaults are made where the function is defined
+                continue
             if isinstance(child, ast.FunctionDef):
                 yield from _expressions(child, function or f"{owner}{child.name}", owner)
                 continue
