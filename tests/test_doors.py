@@ -18,7 +18,7 @@ from ltlplan.online.flight import fly_online
 from ltlplan.pipeline import certified_team
 from tests.helpers.flights import legs, plan_of, small_mission
 from verify.data import BadInput, Formula, Mission, Plan, Trajectory, Word, check_mission
-from verify.data.formula import TRUE
+from verify.data.language.formula import TRUE
 from verify.data.mission import Limits
 from verify.data.plan import RobotPlan, Visit, Waypoint
 from verify.testing import assert_satisfies

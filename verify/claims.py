@@ -13,8 +13,8 @@ from functools import cached_property
 from typing import Literal
 
 from verify.behaviour.timeline import Relations
+from verify.data.language.sequence import Passage, Sequence
 from verify.data.plan import Plan
-from verify.data.sequence import Passage, Sequence
 from verify.data.trajectory import Trajectory
 from verify.data.witness import Witness
 from verify.motion import limits as limit_module

@@ -33,10 +33,10 @@ from verify.claims import (
     workspace_claims,
 )
 from verify.data.errors import BadInput
+from verify.data.language.word import Word
 from verify.data.mission import Agent, Mission
 from verify.data.plan import Plan, RobotPlan, Waypoint
 from verify.data.trajectory import Trajectory
-from verify.data.word import Word
 from verify.logic.verdict import Verdict
 from verify.motion.leg_windows import ways
 from verify.motion.membership import Mark, Span, membership_polynomials, statuses

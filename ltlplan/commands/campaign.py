@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands.flight_options import (
+from ltlplan.commands.shared.flight_options import (
     FULL,
     GEOMETRIC,
     ControllerOption,
@@ -22,7 +22,7 @@ from ltlplan.commands.flight_options import (
     check_out,
     written,
 )
-from ltlplan.commands.options import JsonOption, SeedOption
+from ltlplan.commands.shared.options import JsonOption, SeedOption
 
 
 def command(
@@ -39,7 +39,7 @@ def command(
 ) -> None:
     """Fly a certified mission many times in simulation: which share of the flights kept tube and formula."""
     from flight import Conditions, campaign
-    from ltlplan.commands.progress import progress_bar
+    from ltlplan.commands.shared.progress import progress_bar
     from ltlplan.output import CAMPAIGN_FILES, write_plan_files
     from ltlplan.report.campaign import campaign_html
 

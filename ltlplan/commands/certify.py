@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ltlplan.commands.options import FolderArgument, JsonOption, MarginOption
+from ltlplan.commands.shared.options import FolderArgument, JsonOption, MarginOption
 
 if TYPE_CHECKING:
     from verify import Certificate
@@ -38,8 +38,8 @@ def command(
         return
     import json as json_text
 
-    from ltlplan.commands.progress import progress_bar
-    from ltlplan.commands.terminal import print_json
+    from ltlplan.commands.shared.progress import progress_bar
+    from ltlplan.commands.shared.terminal import print_json
     from ltlplan.report.summary import claim_lines
     from verify import certify
     from verify.data.storage.folders import PROOF
@@ -81,8 +81,8 @@ def _judge_recording(
 ) -> None:
     """Judge a recorded flight of the folder's mission, claim by claim, for all times between its samples too."""
     from flight import read_recording
-    from ltlplan.commands.progress import progress_bar
-    from ltlplan.commands.terminal import print_json
+    from ltlplan.commands.shared.progress import progress_bar
+    from ltlplan.commands.shared.terminal import print_json
     from ltlplan.report.summary import recorded_lines
     from verify import check_flight
     from verify.data import NotCertified

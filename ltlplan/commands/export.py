@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from flight.exports.target import EXPORT_TARGETS
-from ltlplan.commands.choices import choices
-from ltlplan.commands.options import FolderArgument, JsonOption
+from ltlplan.commands.shared.choices import choices
+from ltlplan.commands.shared.options import FolderArgument, JsonOption
 
 if TYPE_CHECKING:
     TargetName = str
@@ -43,8 +43,8 @@ def command(
     written with a certificate of its own. So are flights of one piece for crazyswarm2, whose loader needs a second.
     """
     from flight.exports.files import make_product
-    from ltlplan.commands.progress import progress_bar
-    from ltlplan.commands.terminal import print_json
+    from ltlplan.commands.shared.progress import progress_bar
+    from ltlplan.commands.shared.terminal import print_json
     from ltlplan.output import write_plan_files, write_trajectories
     from verify import certify, recheck
     from verify.data import BadInput

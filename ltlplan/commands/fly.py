@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, get_args
 import typer
 
 from flight.monitoring.reaction import Reaction
-from ltlplan.commands.choices import choices
-from ltlplan.commands.flight_options import (
+from ltlplan.commands.shared.choices import choices
+from ltlplan.commands.shared.flight_options import (
     FULL,
     GEOMETRIC,
     ControllerOption,
@@ -23,7 +23,7 @@ from ltlplan.commands.flight_options import (
     check_out,
     written,
 )
-from ltlplan.commands.options import JsonOption, SeedOption
+from ltlplan.commands.shared.options import JsonOption, SeedOption
 
 if TYPE_CHECKING:
     ReactionName = Reaction
@@ -47,7 +47,7 @@ def command(
 ) -> None:
     """Fly a certified mission once in simulation; exit code 5 where the flight left its tube or broke its formula."""
     from flight import Conditions, fly
-    from ltlplan.commands.progress import progress_bar
+    from ltlplan.commands.shared.progress import progress_bar
     from ltlplan.output import LOG_FILES, write_plan_files
 
     conditions = Conditions(wind, noise, model, controller)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands.options import JsonOption
+from ltlplan.commands.shared.options import JsonOption
 
 
 def command(
@@ -17,7 +17,7 @@ def command(
     json: JsonOption = False,
 ) -> None:
     """List the shipped missions."""
-    from ltlplan.commands.terminal import print_json
+    from ltlplan.commands.shared.terminal import print_json
     from ltlplan.missions import load_mission, shipped_mission_text, shipped_missions
 
     if new is not None:

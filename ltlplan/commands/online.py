@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands.flight_options import (
+from ltlplan.commands.shared.flight_options import (
     FULL,
     GEOMETRIC,
     ControllerOption,
@@ -19,7 +19,7 @@ from ltlplan.commands.flight_options import (
     check_out,
     written,
 )
-from ltlplan.commands.options import JsonOption, MissionArgument, SeedOption, read_mission
+from ltlplan.commands.shared.options import JsonOption, MissionArgument, SeedOption, read_mission
 
 
 def command(
@@ -41,8 +41,8 @@ def command(
     Nothing is certified in advance; with --certified each piece is, before it is flown. There is nothing to export.
     """
     from flight import Conditions
-    from ltlplan.commands.events import parse_events
-    from ltlplan.commands.progress import progress_bar
+    from ltlplan.commands.shared.events import parse_events
+    from ltlplan.commands.shared.progress import progress_bar
     from ltlplan.online.flight import fly_online
     from ltlplan.output import ONLINE_FILES
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands import options
+from ltlplan.commands.shared import options
 
 
 def command(
@@ -21,8 +21,8 @@ def command(
     json: options.JsonOption = False,
 ) -> None:
     """Plan, refine, certify, fly in simulation and export a mission."""
-    from ltlplan.commands.progress import progress_bar
-    from ltlplan.commands.terminal import print_json
+    from ltlplan.commands.shared.progress import progress_bar
+    from ltlplan.commands.shared.terminal import print_json
     from ltlplan.pipeline import run
     from ltlplan.report.summary import holds, shortfall, summary_data, summary_lines
 

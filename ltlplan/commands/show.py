@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands import options
+from ltlplan.commands.shared import options
 
 
 def command(
@@ -24,8 +24,8 @@ def command(
     json: options.JsonOption = False,
 ) -> None:
     """Draw control points, primitives, the sampled paths of a round and the optimised path."""
-    from ltlplan.commands.progress import progress_bar
-    from ltlplan.commands.terminal import print_json
+    from ltlplan.commands.shared.progress import progress_bar
+    from ltlplan.commands.shared.terminal import print_json
     from ltlplan.report.pictures import pictures_html
     from verify.data import BadInput
     from verify.data.storage.single_files import check_page, replace_page

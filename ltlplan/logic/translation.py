@@ -15,7 +15,7 @@ from ltlplan.logic.conjunction import Conjunction, conjunct_automata
 from ltlplan.logic.determinisation import intersection, minimise
 from ltlplan.logic.small_automata import small_automaton
 from verify.data import BadInput, Formula, parse_formula
-from verify.data.formula import check_formula
+from verify.data.language.formula import check_formula
 
 EXPLICIT_STATES = 1024  # products of conjuncts up to which `translate` writes one automaton down
 

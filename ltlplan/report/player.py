@@ -11,7 +11,7 @@ from typing import Any
 from flight.pictures import Floats, robot_colour
 from ltlplan.report.history import Spell
 from ltlplan.report.page import figure_place
-from verify.data.word import show_letter
+from verify.data.language.word import show_letter
 
 Todo = Sequence[tuple[float, Sequence[tuple[str, str]]]]
 """Rows of time in s and (part of the formula, how it stands)."""

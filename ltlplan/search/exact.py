@@ -29,8 +29,8 @@ from ltlplan.systems.region_labels import Layout
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import Cost, Node, TransitionSystem
 from verify.data import Formula, InternalError, Mission, Unsatisfiable, Visit, Word
-from verify.data.formula import FALSE
-from verify.data.word import stutter_free
+from verify.data.language.formula import FALSE
+from verify.data.language.word import stutter_free
 
 TIES = 1e-6  # m, more than the tiny amounts that break ties between equally dear plans add up to
 MOST_NAMES = 400  # in a formula: decision diagrams of its letters are as deep as that

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from ltlplan.systems.region_labels import Layout
 from verify.data import Formula, Mission, parse_formula
-from verify.data.formula import FREE
+from verify.data.language.formula import FREE
 
 FEW = 150
 """Regions up to which all of them are kept: where the way of a plan is blocked, it may lead through any of them."""

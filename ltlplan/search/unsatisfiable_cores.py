@@ -22,7 +22,7 @@ from ltlplan.search.team_search import cheapest_path
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Letter, Mission, Unsatisfiable, Word, parse_formula
-from verify.data.formula import FREE
+from verify.data.language.formula import FREE
 from verify.data.mission import Action, in_no_region
 
 BUDGET = Budget(states=200_000)

@@ -22,7 +22,7 @@ from typing import Literal
 
 from ltlplan.mtac.agent_moves import Accepting, State
 from verify.data import BadInput
-from verify.data.word import Letter
+from verify.data.language.word import Letter
 
 MAX_ORDERS = 500
 """Beginnings of serial orders that the gate looks at in vain at most; eight robots can be parted in 256 ways."""

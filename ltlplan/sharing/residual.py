@@ -15,7 +15,7 @@ from ltlplan.mtac.task_reader import Reader
 from ltlplan.sharing.belief import Reading, after_events, at_start
 from verify.data import Formula, Letter, Mission, NotCertified, Unsatisfiable
 from verify.data.events import changed
-from verify.data.formula import FALSE, TRUE
+from verify.data.language.formula import FALSE, TRUE
 from verify.data.mission import Agent
 
 

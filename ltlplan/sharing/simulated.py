@@ -27,8 +27,8 @@ from ltlplan.paths.sampled_paths import word_filter
 from ltlplan.sharing.team import OnlineTeam
 from ltlplan.sharing.team_in_flight import PERIOD
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Unsatisfiable, Visit, Word
+from verify.data.language.sequence import Direction
 from verify.data.mission import Hoop, Point
-from verify.data.sequence import Direction
 
 Floats = NDArray[np.float64]
 

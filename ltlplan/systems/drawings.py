@@ -12,7 +12,7 @@ import subprocess
 from typing import TYPE_CHECKING
 
 from verify.data import BadInput, MissingEngine, Mission
-from verify.data.word import show_letter
+from verify.data.language.word import show_letter
 
 if TYPE_CHECKING:
     from ltlplan.systems.products import PlanningAutomaton

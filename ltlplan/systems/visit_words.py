@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from verify.data import BadInput, Letter, Mission, Visit, Word
-from verify.data.word import stutter_free
+from verify.data.language.word import stutter_free
 
 
 def word_of(

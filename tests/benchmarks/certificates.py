@@ -27,10 +27,10 @@ from verify.behaviour.timeline import Timeline
 from verify.behaviour.word_claims import judge_formula
 from verify.certificate import judge
 from verify.claims import Evidence, limit_claims, rim_claims, separation_claims, workspace_claims
+from verify.data.language.word import Word
 from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import GRAVITY
-from verify.data.word import Word
 from verify.logic.semantics import satisfies
 from verify.motion.continuity import jumps
 from verify.motion.membership import changes, membership_polynomials, statuses

@@ -23,7 +23,7 @@ from ltlplan.sharing import cross_entropy as online
 from tests.benchmarks.mtac import race
 from verify import check_team
 from verify.data import Visit
-from verify.data.word import show_letter
+from verify.data.language.word import show_letter
 
 PAPER = Options(optimality_gap=False, every_robot=True)
 

@@ -9,11 +9,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ltlplan.missions import load_mission
+from verify.data.language.word import Word
 from verify.data.mission import Mission
 from verify.data.mission_file import parse_mission
 from verify.data.plan import Plan, RobotPlan, Visit, Waypoint
 from verify.data.trajectory import Trajectory
-from verify.data.word import Word
 
 REST_TO_REST = (35.0, -84.0, 70.0, -20.0)
 """Coefficients of s^4 to s^7 of the smooth step from 0 to 1 with three derivatives zero at both ends."""

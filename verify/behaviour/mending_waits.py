@@ -16,9 +16,9 @@ from verify.behaviour.inclusion import find_broken
 from verify.behaviour.robot_letters import ALWAYS, RobotBehaviour
 from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph
 from verify.behaviour.timeline import Timeline
-from verify.data.formula import Formula
+from verify.data.language.formula import Formula
+from verify.data.language.word import Letter
 from verify.data.mission import TeamReading
-from verify.data.word import Letter
 from verify.logic.progression import Normal, OutOfBudget, conjuncts, normal_form
 from verify.logic.verdict import Order
 

@@ -15,7 +15,7 @@ from verify.behaviour.inclusion import holds_for_all
 from verify.behaviour.robot_letters import RobotBehaviour, from_timeline
 from verify.behaviour.team_graph import JointGraph, OwnGraph
 from verify.behaviour.timeline import Relations, Timeline
-from verify.data.formula import Formula
+from verify.data.language.formula import Formula
 from verify.data.mission import TeamReading
 from verify.logic.progression import REFUTED, Automaton, Normal, OutOfBudget, conjuncts, normal_form
 

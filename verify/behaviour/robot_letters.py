@@ -19,7 +19,7 @@ from typing import Literal
 
 from verify.behaviour.timeline import InternalChange, Relations, Status, Timeline
 from verify.data.errors import InternalError
-from verify.data.word import Letter
+from verify.data.language.word import Letter
 from verify.logic.progression import OutOfBudget
 
 MAX_OPEN = 10

@@ -18,7 +18,7 @@ from functools import cached_property
 from typing import Any, Protocol
 
 from verify.behaviour.robot_letters import RobotBehaviour
-from verify.data.word import Letter
+from verify.data.language.word import Letter
 from verify.logic.progression import OutOfBudget
 
 MAX_TOGETHER = 12

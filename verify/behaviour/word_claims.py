@@ -21,9 +21,9 @@ from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph, WithO
 from verify.behaviour.timeline import Relations, Timeline
 from verify.behaviour.transitions import judge_transitions
 from verify.data.errors import BadInput, InternalError
-from verify.data.formula import FALSE, FREE, Formula, parse_formula
+from verify.data.language.formula import FALSE, FREE, Formula, parse_formula
+from verify.data.language.word import Letter, Word, show_letter
 from verify.data.mission import Mission
-from verify.data.word import Letter, Word, show_letter
 from verify.logic.explanation import Reason, Where, explain, show
 from verify.logic.progression import Normal, OutOfBudget, conjuncts, normal_form, to_formula
 from verify.logic.semantics import satisfies

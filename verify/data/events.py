@@ -17,8 +17,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from verify.data.errors import BadInput, did_you_mean
-from verify.data.inequalities import Point
 from verify.data.mission import Agent, Mission
+from verify.data.shapes.inequalities import Point
 from verify.data.storage.reading import parse_json, read_bytes
 
 EVENTS_FILE = "events.json"

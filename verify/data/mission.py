@@ -17,14 +17,14 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
 from verify.data.errors import BadInput
-from verify.data.formula import FREE, TRUE, Formula, parse_formula
-from verify.data.inequalities import Point
-from verify.data.region import Hoop, Region
-from verify.data.sequence import Sequence, parse_sequence
+from verify.data.language.formula import FREE, TRUE, Formula, parse_formula
+from verify.data.language.sequence import Sequence, parse_sequence
+from verify.data.language.word import Letter
+from verify.data.shapes.inequalities import Point
+from verify.data.shapes.region import Hoop, Region
 from verify.data.storage.file_names import MAX_LENGTH, name_fault
 from verify.data.value import Value
 from verify.data.vehicle import NotNegative, Number, Positive, Vehicle, load_vehicle
-from verify.data.word import Letter
 
 MISSION_FORMAT = 1
 _CHAIN = 40

@@ -33,8 +33,8 @@ from verify.data.mission import (
     Robot,
     Spec,
 )
-from verify.data.region_shapes import REGION_SHAPES
 from verify.data.rules.missions import broken_rules
+from verify.data.shapes.region_shapes import REGION_SHAPES
 from verify.data.storage.reading import read_text
 from verify.data.storage.strict_yaml import MAX_DEPTH, MAX_NODES, NotAccepted, load_tree
 from verify.data.value import FaultsWithin, Remembered, plain

@@ -6,8 +6,8 @@ import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from verify.data.formula import Formula
-from verify.data.word import Word
+from verify.data.language.formula import Formula
+from verify.data.language.word import Word
 from verify.logic.semantics import TruthTable, truth_table
 
 Where = Callable[[int], str]

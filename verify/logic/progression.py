@@ -16,8 +16,8 @@ from functools import cached_property
 from typing import Literal
 
 from verify.data.errors import LtlplanError
-from verify.data.formula import Formula
-from verify.data.word import Letter
+from verify.data.language.formula import Formula
+from verify.data.language.word import Letter
 
 State = int
 """What remains: a node of the automaton's decision diagram."""

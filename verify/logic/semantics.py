@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from verify.data.errors import BadInput
-from verify.data.formula import Formula
-from verify.data.word import Letter, Word
+from verify.data.language.formula import Formula
+from verify.data.language.word import Letter, Word
 
 MAX_CELLS = 50_000_000
 """Subformulas times letters that are still evaluated."""

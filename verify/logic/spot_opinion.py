@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from verify.data.errors import MissingEngine
-from verify.data.formula import Formula
-from verify.data.word import Letter
+from verify.data.language.formula import Formula
+from verify.data.language.word import Letter
 from verify.logic.progression import Normal, OutOfBudget, normal_form, to_formula
 from verify.logic.tableau_size import tableau_states
 

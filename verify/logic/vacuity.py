@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from verify.data.formula import Formula
-from verify.data.word import Word
+from verify.data.language.formula import Formula
+from verify.data.language.word import Word
 from verify.logic.explanation import show
 from verify.logic.semantics import truth_table
 

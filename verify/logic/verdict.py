@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from verify.data.language.word import Word, show_letter
 from verify.data.witness import Witness
-from verify.data.word import Word, show_letter
 
 Outcome = Literal["holds", "fails", "undecided"]
 

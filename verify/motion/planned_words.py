@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from verify.behaviour.timeline import Status, Timeline
+from verify.data.language.word import Letter, Word
 from verify.data.mission import Mission
 from verify.data.plan import Plan, RobotPlan
-from verify.data.word import Letter, Word
 from verify.motion.regions import relations
 
 

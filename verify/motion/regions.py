@@ -17,9 +17,9 @@ from flint import fmpq, fmpq_mat
 from verify.arithmetic.exact import rational
 from verify.behaviour.timeline import Relations
 from verify.data.errors import BadInput
-from verify.data.inequalities import Matrix, Point
 from verify.data.mission import Mission
-from verify.data.region import Region
+from verify.data.shapes.inequalities import Matrix, Point
+from verify.data.shapes.region import Region
 
 
 @dataclass(frozen=True, slots=True)

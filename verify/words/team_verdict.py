@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from verify.behaviour.inclusion import DEFAULT_BUDGET, LOOSE_BUDGET, find_broken, holds_loosely, letter_graph
 from verify.behaviour.team_graph import Observation, WithOthers
 from verify.data.errors import BadInput, InternalError
-from verify.data.formula import Formula
+from verify.data.language.formula import Formula
+from verify.data.language.word import Letter, Word, show_letter
 from verify.data.mission import TeamReading
-from verify.data.word import Letter, Word, show_letter
 from verify.logic.explanation import explain, show
 from verify.logic.progression import Normal, OutOfBudget, conjuncts, normal_form, to_formula
 from verify.logic.semantics import satisfies

@@ -10,8 +10,8 @@ import itertools
 from collections.abc import Hashable, Iterator, Sequence
 
 from verify.behaviour.team_graph import Observation, Step
+from verify.data.language.word import Letter
 from verify.data.mission import TeamReading
-from verify.data.word import Letter
 
 Letters = tuple[Letter, ...]
 

@@ -7,8 +7,8 @@ from collections.abc import Collection, Iterable
 from typing import Literal
 
 from verify.data.errors import BadInput
-from verify.data.formula import RESERVED_NAMES, Formula, check_formula, parse_formula
-from verify.data.word import Word, show_letter
+from verify.data.language.formula import RESERVED_NAMES, Formula, check_formula, parse_formula
+from verify.data.language.word import Word, show_letter
 from verify.logic.explanation import explain, show
 from verify.logic.semantics import satisfies
 from verify.logic.vacuity import vacuous_parts

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from verify.data.language.sequence import Direction
 from verify.data.mission import Hoop
-from verify.data.sequence import Direction
 
 Floats = NDArray[np.float64]
 

@@ -9,10 +9,10 @@ import pytest
 
 from tests.helpers.flights import changed, legs, plan_of, small_mission
 from tests.helpers.witnesses import ANY, Right, around, check, judged
+from verify.data.language.word import Word
 from verify.data.mission import Mission
 from verify.data.plan import Visit
 from verify.data.trajectory import Trajectory
-from verify.data.word import Word
 from verify.logic.semantics import satisfies
 
 # Grazes, bumps and other things that no sampler sees.

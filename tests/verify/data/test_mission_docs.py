@@ -7,7 +7,6 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel
 
 from verify.data import parse_mission
-from verify.data.inequalities import Inequality
 from verify.data.mission import (
     Action,
     Agent,
@@ -22,6 +21,7 @@ from verify.data.mission import (
     Robot,
     Spec,
 )
+from verify.data.shapes.inequalities import Inequality
 from verify.data.vehicle import Vehicle
 
 PAGE = Path(__file__).parents[3] / "docs" / "missions.md"

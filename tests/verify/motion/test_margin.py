@@ -5,8 +5,8 @@ import pytest
 
 from tests.helpers.flights import firefighting, legs, plan_of, small_mission
 from verify import certify, judge
+from verify.data.language.word import Word
 from verify.data.plan import Visit
-from verify.data.word import Word
 from verify.logic.semantics import satisfies
 
 

@@ -14,11 +14,11 @@ import typer
 
 from flight.control.controller import CONTROLLERS
 from flight.model.plant import AIRFRAME_MODELS
-from ltlplan.commands.choices import choices
-from ltlplan.commands.options import read_mission
+from ltlplan.commands.shared.choices import choices
+from ltlplan.commands.shared.options import read_mission
 
 if TYPE_CHECKING:
-    from ltlplan.commands.progress import Progress
+    from ltlplan.commands.shared.progress import Progress
     from verify import Certificate
     from verify.data import Plan, Trajectory
 
@@ -63,7 +63,7 @@ class Finish:
         Raises:
             NotCertified: There is a refusal.
         """
-        from ltlplan.commands.terminal import print_json
+        from ltlplan.commands.shared.terminal import print_json
         from verify.data import NotCertified
 
         if as_json:

@@ -1,6 +1,6 @@
 """Shapes of regions, by the key that mission files give them; other packages can bring more.
 
-A shape says what may stand under its key and compiles that to a body (`verify.data.inequalities`). Nothing else in the project knows
+A shape says what may stand under its key and compiles that to a body (`verify.data.shapes.inequalities`). Nothing else in the project knows
 shapes: pictures, bounding boxes, planning, refinement and the judge ask the body. It is written into the resolved mission, which is
 therefore read, flown and judged without the package that brought the shape.
 """
@@ -15,8 +15,8 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from verify.data.errors import BadInput
-from verify.data.inequalities import GREATEST_RADIUS, LEAST_RADIUS, Inequality, Matrix, quadratic_form
 from verify.data.registry import Registry
+from verify.data.shapes.inequalities import GREATEST_RADIUS, LEAST_RADIUS, Inequality, Matrix, quadratic_form
 from verify.data.value import FaultsWithin
 from verify.data.vehicle import Positive
 
@@ -65,7 +65,7 @@ ELLIPSOID = RegionShape(
 )
 
 REGION_SHAPES: Registry[RegionShape] = Registry(
-    "a shape of regions", "ltlplan.region_shapes", {"radii": "verify.data.region_shapes:ELLIPSOID"}, RegionShape
+    "a shape of regions", "ltlplan.region_shapes", {"radii": "verify.data.shapes.region_shapes:ELLIPSOID"}, RegionShape
 )
 """By the key in mission files."""
 

@@ -1,6 +1,6 @@
 """Regions of a mission: a body somewhere in the world, with a ring around it or without.
 
-A region is written with one shape: `radii`, or a key that `verify.data.region_shapes` knows. The shape is compiled once, here; what
+A region is written with one shape: `radii`, or a key that `verify.data.shapes.region_shapes` knows. The shape is compiled once, here; what
 it compiles to is kept in `matrix` where it is an ellipsoid and in `parts` otherwise, and is the region from then on.
 """
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from verify.data.errors import BadInput
-from verify.data.inequalities import (
+from verify.data.shapes.inequalities import (
     Inequality,
     Matrix,
     Parts,
@@ -25,7 +25,7 @@ from verify.data.inequalities import (
     semi_axes,
     turned,
 )
-from verify.data.region_shapes import REGION_SHAPES, compiled, ellipsoid_matrix
+from verify.data.shapes.region_shapes import REGION_SHAPES, compiled, ellipsoid_matrix
 from verify.data.value import FaultsWithin, Value
 from verify.data.vehicle import Number, Positive
 

@@ -15,22 +15,22 @@ from flight.shapes import region_shapes
 from tests.helpers.packages import install
 from verify.data import BadInput, MissionError, check_mission, load_mission_file, load_plan, mission_to_yaml, parse_mission
 from verify.data.events import HoopMoves
-from verify.data.inequalities import Inequality, quadratic_form, surface, turned
 from verify.data.mission import Mission
-from verify.data.region import Region
-from verify.data.region_shapes import REGION_SHAPES
+from verify.data.shapes.inequalities import Inequality, quadratic_form, surface, turned
+from verify.data.shapes.region import Region
+from verify.data.shapes.region_shapes import REGION_SHAPES
 from verify.motion.regions import Ellipsoid, extent
 from verify.testing import assert_satisfies
 
-PAGE = Path(__file__).parents[3] / "docs" / "extending.md"
+PAGE = Path(__file__).parents[4] / "docs" / "extending.md"
 GROUP = "ltlplan.region_shapes"
 SECTION = PAGE.read_text().partition("## A region shape\n")[2].partition("\n## ")[0]
 MODULE, MISSION = (re.findall(rf"```{language} \S+\n(.*?)```", SECTION, re.DOTALL)[0] for language in ("python", "yaml"))
 POINTS = {"spheroid": "round_shapes:SPHEROID"}
 
 MORE = """
-from verify.data.inequalities import Inequality, quadratic_form
-from verify.data.region_shapes import RegionShape
+from verify.data.shapes.inequalities import Inequality, quadratic_form
+from verify.data.shapes.region_shapes import RegionShape
 from verify.data.vehicle import Positive
 
 slab = RegionShape(float, lambda half, yaw: [[Inequality(linear=(0.0, 0.0, s), bound=half) for s in (1.0, -1.0)]], "m")
