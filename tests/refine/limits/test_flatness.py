@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flight.control.flatness import flat_state, lifted
+from flight.control.flatness import feed_forward, lifted
 from refine import Limits, minimum_snap
 from refine.limits.flatness import flat_samples
 from refine.limits.stretching import stretch_to_limits
@@ -59,7 +59,7 @@ def test_the_controllers_flatness_was_derived_apart_and_agrees(seed: int) -> Non
     rng = np.random.default_rng(seed)
     acceleration, jerk, snap = rng.normal(size=(3, 20, 3)) * np.array([3.0, 10.0, 40.0])[:, None, None]
     yaw = rng.normal(size=(3, 20))
-    ours, theirs = flat_samples(acceleration, jerk, snap, *yaw), flat_state(lifted(acceleration.T), jerk.T, snap.T, *yaw)
+    ours, theirs = flat_samples(acceleration, jerk, snap, *yaw), feed_forward(lifted(acceleration.T), jerk.T, snap.T, *yaw)
     clear = (ours.thrust > 2.0) & (
         np.abs(np.sum(ours.axes[:, 1] * np.stack([-np.sin(yaw[0]), np.cos(yaw[0]), 0 * yaw[0]], 1), 1)) > 0.2
     )
