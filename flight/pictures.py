@@ -16,7 +16,7 @@ from plotly.basedatatypes import BaseTraceType
 
 from flight.shapes import Floats, line, passage, points, region_shapes, tube
 from verify.data import Mission, Trajectory
-from verify.data.mission import Hoop, Region
+from verify.data.shapes.region import Hoop, Region
 
 CLEAR = "rgba(0,0,0,0)"
 """Background of every figure, so that the page's own shows through, dark or light."""

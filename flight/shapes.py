@@ -14,8 +14,8 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.basedatatypes import BaseTraceType
 
-from verify.data.mission import Hoop, Region
 from verify.data.shapes.inequalities import surface
+from verify.data.shapes.region import Hoop, Region
 
 Floats = NDArray[np.float64]
 

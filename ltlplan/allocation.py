@@ -15,8 +15,8 @@ from typing import Protocol
 from numpy.random import Generator
 
 from verify.data import Mission, RobotPlan, Visit, Word
-from verify.data.mission import Point
 from verify.data.progress import Progress, silent
+from verify.data.shapes.inequalities import Point
 
 Leg = tuple[str, "Point | str", str]
 """Robot, from a position (m) or a region, to a region."""

@@ -13,7 +13,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from verify.data.mission import Hoop, Region
+from verify.data.shapes.region import Hoop, Region
 
 Floats = NDArray[np.float64]
 

@@ -19,8 +19,8 @@ from ltlplan.pipeline import certified_team
 from tests.helpers.flights import legs, plan_of, small_mission
 from verify.data import BadInput, Formula, Mission, Plan, Trajectory, Word, check_mission
 from verify.data.language.formula import TRUE
-from verify.data.mission import Limits
 from verify.data.plan import RobotPlan, Visit, Waypoint
+from verify.data.sections import Limits
 from verify.testing import assert_satisfies
 
 REGIONS = "a: {center: [1.0, 0.0, 1.0], radii: [0.3, 0.3, 0.3]}"

@@ -14,10 +14,6 @@ PACKAGES = ("ltlplan", "refine", "flight", "verify")
 
 KNOWN: dict[str, tuple[frozenset[str], ...]] = {
     "ltlplan": (frozenset({"ltlplan.sharing.room_to_pass", "ltlplan.sharing.sharing_out", "ltlplan.sharing.team"}),),
-    "verify": (
-        frozenset({"verify.data.mission", "verify.data.mission_file"})
-        | {f"verify.data.rules.{name}" for name in ("agents", "missions", "spacing")},
-    ),
 }
 """Circles that are still to be undone; no other module may join them."""
 

@@ -34,8 +34,9 @@ from verify.claims import (
 )
 from verify.data.errors import BadInput
 from verify.data.language.word import Word
-from verify.data.mission import Agent, Mission
+from verify.data.mission import Mission
 from verify.data.plan import Plan, RobotPlan, Waypoint
+from verify.data.sections import Agent
 from verify.data.trajectory import Trajectory
 from verify.logic.verdict import Verdict
 from verify.motion.leg_windows import ways

@@ -28,9 +28,11 @@ from verify.behaviour.word_claims import judge_formula
 from verify.claims import Evidence, limit_claims
 from verify.data.errors import BadInput
 from verify.data.language.word import Word
-from verify.data.mission import Agent, Box, Limits, Mission, Region, Spec
-from verify.data.mission_file import MissionError, check_mission
+from verify.data.mission import Mission, check_mission
 from verify.data.plan import Plan, RobotPlan, Waypoint
+from verify.data.rules.faults import MissionError
+from verify.data.sections import Agent, Box, Limits, Spec
+from verify.data.shapes.region import Region
 from verify.data.trajectory import Trajectory
 from verify.logic.verdict import Verdict, show_readings
 from verify.motion.continuity import jumps

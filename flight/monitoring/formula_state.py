@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from typing import Literal
 
 from verify.data import Formula, Letter
-from verify.data.mission import TeamReading
+from verify.data.sections import TeamReading
 from verify.logic.explanation import show
 from verify.logic.progression import REFUTED, SETTLED, Automaton, OutOfBudget, conjuncts, normal_form, to_formula
 

@@ -16,7 +16,7 @@ from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.agent_moves import Accepting, AgentState, Move, States, World
 from ltlplan.search.best_first import distances
 from verify.data import Letter
-from verify.data.mission import Point
+from verify.data.shapes.inequalities import Point
 
 Metric = Callable[[str, Point, str], float]
 """Lower bound on the cost of a robot's way from a point to a region: (robot, m, region)."""

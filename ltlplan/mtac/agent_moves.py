@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from ltlplan.systems.transition_systems import Environment, environment_of
 from verify.data import BadInput, Letter, Mission, Visit
-from verify.data.mission import Action, Point
+from verify.data.sections import Action
+from verify.data.shapes.inequalities import Point
 
 State = Hashable
 """A state of the automaton, its dead state included."""

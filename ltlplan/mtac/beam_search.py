@@ -14,8 +14,8 @@ from dataclasses import dataclass, field, replace
 from ltlplan.mtac.admissible_heuristic import AdmissibleHeuristic, TeamModel
 from ltlplan.mtac.agent_moves import RobotTask, States
 from verify.data import BadInput
-from verify.data.mission import Hoop
 from verify.data.progress import Progress
+from verify.data.shapes.region import Hoop
 
 Tasks = Mapping[str, RobotTask]
 

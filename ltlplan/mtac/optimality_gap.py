@@ -8,7 +8,7 @@ import numpy as np
 
 from ltlplan.paths.costs import cost_of, team_cost
 from verify.data import Mission, Visit
-from verify.data.mission import Point
+from verify.data.shapes.inequalities import Point
 
 
 def straight_line_costs(mission: Mission) -> Callable[[str, Point, str], float]:

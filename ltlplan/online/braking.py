@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ltlplan.sharing.events import rim_distance
 from verify.claims import Claim
 from verify.data import Mission, Trajectory
-from verify.data.mission import LegLimits
+from verify.data.sections import LegLimits
 from verify.pieces import judge_stop
 
 Floats = NDArray[np.float64]

@@ -32,8 +32,9 @@ from ltlplan.sharing.gliding_path import ORDERS
 from ltlplan.sharing.team_in_flight import PERIOD, Desired, LocatedRobot, TeamInFlight
 from verify.data import LtlplanError, Mission, NotCertified, Plan, Trajectory
 from verify.data.events import WorldEvent
-from verify.data.mission import Agent, Point
-from verify.data.mission_file import check_mission
+from verify.data.mission import check_mission
+from verify.data.sections import Agent
+from verify.data.shapes.inequalities import Point
 from verify.pieces import Piece, approaches, judge_pieces
 
 Floats = NDArray[np.float64]

@@ -34,8 +34,9 @@ from verify.behaviour.word_claims import judge_formula
 from verify.data import BadInput, InternalError, Letter, Mission, NotCertified, Unsatisfiable, check_mission
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
 from verify.data.language.word import stutter_free
-from verify.data.mission import Agent, Point
 from verify.data.progress import Progress
+from verify.data.sections import Agent
+from verify.data.shapes.inequalities import Point
 from verify.logic.verdict import Verdict
 from verify.pieces import Piece
 

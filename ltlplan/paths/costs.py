@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from verify.data import BadInput, RobotPlan
 from verify.data.choices import COST_TERMS
-from verify.data.mission import Costs, Mission
+from verify.data.mission import Mission
+from verify.data.sections import Costs
 
 Floats = NDArray[np.float64]
 

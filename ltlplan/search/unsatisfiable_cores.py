@@ -23,7 +23,8 @@ from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Letter, Mission, Unsatisfiable, Word, parse_formula
 from verify.data.language.formula import FREE
-from verify.data.mission import Action, in_no_region
+from verify.data.mission import in_no_region
+from verify.data.sections import Action
 
 BUDGET = Budget(states=200_000)
 MAX_SUBSETS = 300

@@ -21,8 +21,10 @@ from verify.data.events import (
     require_known,
     unknown,
 )
-from verify.data.mission import Agent, Hoop, Point
-from verify.data.mission_file import check_mission
+from verify.data.mission import check_mission
+from verify.data.sections import Agent
+from verify.data.shapes.inequalities import Point
+from verify.data.shapes.region import Hoop
 
 
 def in_order(mission: Mission, events: Iterable[WorldEvent]) -> tuple[WorldEvent, ...]:

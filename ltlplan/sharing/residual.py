@@ -16,7 +16,7 @@ from ltlplan.sharing.belief import Reading, after_events, at_start
 from verify.data import Formula, Letter, Mission, NotCertified, Unsatisfiable
 from verify.data.events import changed
 from verify.data.language.formula import FALSE, TRUE
-from verify.data.mission import Agent
+from verify.data.sections import Agent
 
 
 @dataclass(frozen=True, slots=True)

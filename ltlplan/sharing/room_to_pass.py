@@ -18,7 +18,8 @@ from ltlplan.mtac.agent_moves import RobotTask
 from ltlplan.paths.hoops import route
 from ltlplan.sharing.belief import admits
 from verify.data import Infeasible, Mission, RobotPlan, Visit, Word
-from verify.data.mission import Point, Region
+from verify.data.shapes.inequalities import Point
+from verify.data.shapes.region import Region
 
 if TYPE_CHECKING:
     from ltlplan.sharing.team import OnlineTeam

@@ -17,7 +17,7 @@ from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.optimality_gap import straight_line_costs
 from ltlplan.sharing.pilot import Pilot
 from verify.data import LtlplanError, Unsatisfiable, Visit
-from verify.data.mission_file import check_mission
+from verify.data.mission import check_mission
 from verify.data.progress import silent
 
 if TYPE_CHECKING:

@@ -28,7 +28,8 @@ from ltlplan.sharing.team import OnlineTeam
 from ltlplan.sharing.team_in_flight import PERIOD
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Unsatisfiable, Visit, Word
 from verify.data.language.sequence import Direction
-from verify.data.mission import Hoop, Point
+from verify.data.shapes.inequalities import Point
+from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
 

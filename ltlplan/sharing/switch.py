@@ -19,7 +19,7 @@ from ltlplan.mtac.task_reader import Reader
 from ltlplan.sharing.belief import Belief, can_finish
 from ltlplan.sharing.pilot import Pilot
 from verify.data import Mission
-from verify.data.mission import Point
+from verify.data.shapes.inequalities import Point
 
 SWITCH_GAIN = 0.1
 """A task changes hands when that is cheaper by this share of its cost."""

@@ -37,7 +37,7 @@ from ltlplan.sharing.switch import Handover, better_hands, may_change
 from ltlplan.sharing.team_in_flight import PERIOD, Desired, TeamInFlight
 from verify.data import Infeasible, Letter, Mission, RobotPlan, Unsatisfiable, Word
 from verify.data.events import HoopMoves, RobotJoins, WorldEvent
-from verify.data.mission import Point
+from verify.data.shapes.inequalities import Point
 
 Floats = NDArray[np.float64]
 

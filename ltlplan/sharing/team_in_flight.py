@@ -22,7 +22,8 @@ from ltlplan.sharing.belief import Belief, after_events, at_start
 from ltlplan.sharing.residual import mission_left
 from verify.data import BadInput, Letter, LtlplanError, Mission
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
-from verify.data.mission import Agent, Point
+from verify.data.sections import Agent
+from verify.data.shapes.inequalities import Point
 
 Floats = NDArray[np.float64]
 

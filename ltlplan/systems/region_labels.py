@@ -16,7 +16,8 @@ from functools import cached_property
 import numpy as np
 
 from verify.data import Letter, Mission
-from verify.data.mission import Hoop, Point, Region
+from verify.data.shapes.inequalities import Point
+from verify.data.shapes.region import Hoop, Region
 
 
 @dataclass(frozen=True, slots=True)

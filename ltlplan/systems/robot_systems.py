@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from ltlplan.systems.region_labels import Layout, Location
 from ltlplan.systems.transition_systems import Cost, Node, TransitionSystem, environment_of
 from verify.data import BadInput, Letter, Mission
-from verify.data.mission import Agent, Point
+from verify.data.sections import Agent
+from verify.data.shapes.inequalities import Point
 
 _HOOP_STAY = 2e-9  # ties are broken in favour of flying out of hoops and staying in plain regions
 _REGION_LEAVE = 1e-9

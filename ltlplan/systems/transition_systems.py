@@ -14,7 +14,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from verify.data import BadInput, Letter, Mission
-from verify.data.mission import Action, Point
+from verify.data.sections import Action
+from verify.data.shapes.inequalities import Point
 
 if TYPE_CHECKING:
     import networkx

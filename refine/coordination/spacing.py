@@ -16,8 +16,8 @@ from refine.corridor.sampled_stays import stays
 from refine.feedback import Feedback
 from refine.single.values import Problem, RobotFlight
 from verify.data import Plan
-from verify.data.mission import Point
 from verify.data.rules.spacing import Spacing, spacing_of
+from verify.data.shapes.inequalities import Point
 
 
 def spacing_for(plan: Plan, feedback: Feedback) -> Spacing:

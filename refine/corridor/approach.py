@@ -16,8 +16,8 @@ from refine.bodies import Disc, blocking, opening
 from refine.corridor.detours import Barriers, detour
 from refine.corridor.legs import Bodies, Cylinder, Leg, Space, TimedWaypoint, refused, show, trimmed
 from verify.data import Mission
-from verify.data.mission import Hoop
 from verify.data.rules.spacing import ROUNDING
+from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
 

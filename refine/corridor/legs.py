@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from refine.bodies import Ball, Disc, Obstacle, grown_region, ring, within
 from verify.data import Infeasible, Mission, RobotPlan, Witness
-from verify.data.mission import Hoop
 from verify.data.plan import Role, Waypoint
 from verify.data.rules.passage_room import room_in_opening, room_in_region
 from verify.data.rules.spacing import ROUNDING
+from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
 Body = TypeVar("Body", Ball, Disc)

@@ -30,7 +30,7 @@ from refine.corridor.legs import (
 from refine.corridor.points import without_crowding
 from refine.corridor.values import Corridor
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Witness
-from verify.data.mission import Region
+from verify.data.shapes.region import Region
 
 Floats = NDArray[np.float64]
 

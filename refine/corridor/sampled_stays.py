@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from refine.spline.values import Spline
 from verify.data import Mission, RobotPlan, Witness
-from verify.data.mission import Region
+from verify.data.shapes.region import Region
 
 Floats = NDArray[np.float64]
 

@@ -25,8 +25,8 @@ from ltlplan.paths.hoops import route, route_sequence
 from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.search.exact import assign
 from verify.data import Mission, RobotPlan
-from verify.data.mission import Hoop
-from verify.data.mission_file import check_mission
+from verify.data.mission import check_mission
+from verify.data.shapes.region import Hoop
 
 LIMIT = 5.0
 """m for prefix and suffix each (2019 paper, Scenario 4.3)."""

@@ -25,7 +25,7 @@ from ltlplan.sharing.team import OnlineTeam
 from ltlplan.sharing.team_in_flight import PERIOD
 from tests.helpers.random_missions import random_mission
 from verify.data import Mission
-from verify.data.mission import Agent
+from verify.data.sections import Agent
 
 Rows = list[str]
 """Lines of the tables in docs/."""

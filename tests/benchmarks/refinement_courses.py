@@ -10,8 +10,8 @@ from refine import Limits, Spline, quantise
 from refine.spline.rounding import exact_end
 from verify.claims import Claim, Evidence, limit_claims
 from verify.data import GRAVITY, Mission, Plan, RobotPlan, Trajectory, Vehicle, Word, load_vehicle
-from verify.data.mission import Agent, Box
 from verify.data.plan import Waypoint
+from verify.data.sections import Agent, Box
 
 HOOP6 = np.array([(1, 0, 0.8), (2, 1, 1), (0.5, 2, 1.3), (-1, 1, 1.1), (-0.6, -0.8, 0.9), (1, 0, 0.8)], dtype=np.float64)
 """Six points and back to the start, m. Ours. With each leg's time its length over 1 m/s the least integral of |snap|^2 is

@@ -6,8 +6,9 @@ import numpy as np
 
 from ltlplan.paths.hoops import route_sequence
 from verify.data import BadInput, Infeasible, Mission, RobotPlan
-from verify.data.mission import Agent, Box, Hoop, Planner, Spec
-from verify.data.mission_file import check_mission
+from verify.data.mission import check_mission
+from verify.data.sections import Agent, Box, Planner, Spec
+from verify.data.shapes.region import Hoop
 from verify.data.vehicle import load_vehicle
 
 

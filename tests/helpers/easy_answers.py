@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from tests.helpers.dense_sampler import Flight, quantities
 from verify.data import Mission, Plan, RobotPlan
-from verify.data.mission import Hoop, Region
+from verify.data.shapes.region import Hoop, Region
 
 RATE = 40.0
 """Samples per second of flights that are judged."""

@@ -11,8 +11,9 @@ import itertools
 import numpy as np
 
 from verify.data import BadInput, Mission, Plan, RobotPlan, Visit, Waypoint, Word
-from verify.data.mission import Agent, Box, Hoop, LegLimits, Limits, Region, Spec
-from verify.data.mission_file import check_mission
+from verify.data.mission import check_mission
+from verify.data.sections import Agent, Box, LegLimits, Limits, Spec
+from verify.data.shapes.region import Hoop, Region
 from verify.data.vehicle import load_vehicle
 
 HIGH = 2.2

@@ -10,7 +10,8 @@ from fractions import Fraction
 
 from flint import fmpq, fmpq_poly
 
-from verify.data.mission import Mission, Region
+from verify.data.mission import Mission
+from verify.data.shapes.region import Region
 from verify.data.trajectory import Trajectory
 from verify.motion.membership import membership_polynomials, statuses
 from verify.motion.paths import read_team

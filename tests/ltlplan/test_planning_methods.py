@@ -15,7 +15,9 @@ from ltlplan.search.method import exact
 from tests.helpers.random_missions import random_mission
 from verify.data import BadInput, Mission, NotCertified, Plan, mission_to_yaml, parse_mission
 from verify.data.choices import COST_TERMS, PLANNING_METHODS
-from verify.data.mission_file import MissionError, check_mission, load_mission_file
+from verify.data.mission import check_mission
+from verify.data.mission_file import load_mission_file
+from verify.data.rules.faults import MissionError
 
 MODULE = '''
 import numpy as np

@@ -11,8 +11,9 @@ import verify
 from refine import on_grid, refine
 from tests.refine.test_team import ball, patrol_plan, robot_plan, room, straight
 from verify.data import BadInput, Infeasible, Plan, Visit, Waypoint
-from verify.data.mission import Agent, Hoop
 from verify.data.plan import Role
+from verify.data.sections import Agent
+from verify.data.shapes.region import Hoop
 
 POINTS = ((-1.5, 0, 1), (0, 0, 1), (1.0, 1.0, 1))
 

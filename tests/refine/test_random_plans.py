@@ -13,7 +13,7 @@ from tests.helpers.easy_answers import easy_answer, faults, sampled
 from tests.helpers.random_plans import random_plan
 from tests.refine.test_team import ball, room, straight
 from verify.data import DoesNotFit, Infeasible, Plan, Witness
-from verify.data.mission import Agent
+from verify.data.sections import Agent
 
 ROUNDS = 6
 """As many attempts as the pipeline makes."""

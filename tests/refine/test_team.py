@@ -23,8 +23,9 @@ from refine.spline.least_snap import minimum_snap
 from refine.spline.values import Spline
 from tests.helpers.random_missions import random_mission
 from verify.data import DoesNotFit, Infeasible, Mission, Plan, RobotPlan, Visit, Waypoint, Witness, Word
-from verify.data.mission import Agent, Box, Hoop, LegLimits, Limits, Region, Spec
 from verify.data.plan import Precedence
+from verify.data.sections import Agent, Box, LegLimits, Limits, Spec
+from verify.data.shapes.region import Hoop, Region
 from verify.data.vehicle import load_vehicle
 
 

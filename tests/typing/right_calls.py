@@ -13,7 +13,7 @@ import flight
 import ltlplan
 import refine
 import verify
-from verify.data.mission import Limits
+from verify.data.sections import Limits
 
 # the README's chain
 mission = assert_type(ltlplan.load_mission("firefighting"), ltlplan.Mission)

@@ -8,8 +8,8 @@ import verify
 from tests.helpers.flights import REST_TO_REST, changed, firefighting, legs, plan_of, small_mission
 from verify import certify, judge
 from verify.data.errors import BadInput, NotCertified
-from verify.data.mission import Action
 from verify.data.plan import Plan, Visit
+from verify.data.sections import Action
 from verify.data.trajectory import Trajectory
 from verify.motion.continuity import jumps
 from verify.motion.paths import read_team

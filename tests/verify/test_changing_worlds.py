@@ -15,8 +15,8 @@ from tests.helpers.recordings import claims, dense, refused
 from verify import Asked, Samples, asked_of, check_flight
 from verify.data import BadInput, mission_to_yaml
 from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, events_to_json, load_events
-from verify.data.mission import Agent
 from verify.data.plan import Visit
+from verify.data.sections import Agent
 from verify.recordings.asked import World, of_events
 
 ELSEWHERE = (0.0, 3.0, 1.0)

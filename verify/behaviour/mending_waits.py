@@ -18,7 +18,7 @@ from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph
 from verify.behaviour.timeline import Timeline
 from verify.data.language.formula import Formula
 from verify.data.language.word import Letter
-from verify.data.mission import TeamReading
+from verify.data.sections import TeamReading
 from verify.logic.progression import Normal, OutOfBudget, conjuncts, normal_form
 from verify.logic.verdict import Order
 

@@ -16,7 +16,7 @@ from verify.behaviour.robot_letters import RobotBehaviour, from_timeline
 from verify.behaviour.team_graph import JointGraph, OwnGraph
 from verify.behaviour.timeline import Relations, Timeline
 from verify.data.language.formula import Formula
-from verify.data.mission import TeamReading
+from verify.data.sections import TeamReading
 from verify.logic.progression import REFUTED, Automaton, Normal, OutOfBudget, conjuncts, normal_form
 
 _Readings = frozenset[tuple[int, int]]

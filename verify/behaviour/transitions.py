@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from verify.behaviour.robot_letters import RobotBehaviour, from_timeline
 from verify.behaviour.timeline import Relations, Timeline
 from verify.data.language.word import Letter
-from verify.data.mission import Environment, Mission
+from verify.data.mission import Mission
+from verify.data.sections import Environment
 from verify.logic.progression import OutOfBudget
 from verify.logic.verdict import Verdict
 

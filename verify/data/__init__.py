@@ -13,9 +13,10 @@ from verify.data.errors import (
 from verify.data.language.formula import Formula, FormulaError, parse_formula
 from verify.data.language.sequence import Passage, Sequence, SequenceError, parse_sequence
 from verify.data.language.word import Letter, Word
-from verify.data.mission import Mission
-from verify.data.mission_file import MissionError, check_mission, load_mission_file, mission_to_yaml, parse_mission
+from verify.data.mission import Mission, check_mission
+from verify.data.mission_file import load_mission_file, mission_to_yaml, parse_mission
 from verify.data.plan import Plan, RobotPlan, Visit, Waypoint, check_plan, load_plan
+from verify.data.rules.faults import MissionError
 from verify.data.trajectory import Trajectory, check_trajectories
 from verify.data.vehicle import GRAVITY, Vehicle, load_vehicle, shipped_vehicles
 from verify.data.witness import Witness

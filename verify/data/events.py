@@ -17,7 +17,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from verify.data.errors import BadInput, did_you_mean
-from verify.data.mission import Agent, Mission
+from verify.data.mission import Mission
+from verify.data.sections import Agent
 from verify.data.shapes.inequalities import Point
 from verify.data.storage.reading import parse_json, read_bytes
 

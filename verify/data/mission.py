@@ -1,8 +1,6 @@
-"""The mission: what was asked, as one frozen value (format 1 of the mission file).
+"""The mission: what was asked, as one frozen value (format 1 of the mission file), and the check of one that code has made.
 
-The classes here are the file's schema; `mission_file` reads YAML into them with line numbers and checks what
-spans several keys. Lengths are m, times s, angles rad; keys of the file that end in `_deg` are degrees, with a
-property beside them that gives radians.
+`sections` holds the types of its parts, `rules` what must hold between them; `mission_file` reads YAML.
 """
 
 from __future__ import annotations
@@ -14,160 +12,24 @@ from collections.abc import Collection, Mapping
 from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from verify.data.errors import BadInput
 from verify.data.language.formula import FREE, TRUE, Formula, parse_formula
 from verify.data.language.sequence import Sequence, parse_sequence
 from verify.data.language.word import Letter
-from verify.data.shapes.inequalities import Point
+from verify.data.rules.faults import Fault, MissionError, sound_sections
+from verify.data.rules.missions import broken_rules
+from verify.data.sections import Agent, Box, EffectiveLimits, Environment, Limits, Planner, Robot, Spec
 from verify.data.shapes.region import Hoop, Region
 from verify.data.storage.file_names import MAX_LENGTH, name_fault
-from verify.data.value import Value
-from verify.data.vehicle import NotNegative, Number, Positive, Vehicle, load_vehicle
+from verify.data.value import Remembered, Value, plain
+from verify.data.vehicle import NotNegative, Vehicle, load_vehicle
 
 MISSION_FORMAT = 1
 _CHAIN = 40
 """Terms of a conjunction that are joined one after another; more are halved."""
-
-ChoiceName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]{0,99}$")]
-"""Name of something that another package may bring: which there are is known by `verify.data.choices`."""
-Costs = dict[ChoiceName, NotNegative]
-Trace = Literal["finite", "infinite"]
-TeamReading = Literal["own", "joint"]
-Count = Annotated[int, Field(strict=True, ge=1)]
-
-
-class Spec(Value):
-    """What must hold."""
-
-    formula: str | None = Field(default=None, description="LTL without X over regions, internal propositions and `free`")
-    trace: Trace = Field(default="finite", description="finite: LTLf until the mission ends; infinite: LTL over a lasso")
-    team: TeamReading = Field(
-        default="own", description="own: each robot's letters by themselves; joint: unions of all robots' letters"
-    )
-    repeat: Count = Field(default=1, description="laps of the cycle that are flown, for infinite traces")
-
-
-class Environment(Value):
-    """Which regions can be reached from which (2022 paper, Def. 4.2)."""
-
-    start: str = Field(default="robot", description="vertex where robots are before their first visit; left, never entered")
-    edges: tuple[tuple[str, str], ...] = Field(description="pairs of regions")
-    directed: bool = Field(default=False, strict=True, description="whether edges lead one way only")
-
-
-class Action(Value):
-    """A change of the internal state, made inside one region."""
-
-    source: str = Field(alias="from", description="internal state before")
-    target: str = Field(alias="to", description="internal state after")
-    at: str = Field(description="region in which it is permitted")
-
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, serialize_by_alias=True)
-
-
-class Robot(Value):
-    """The internal transition system, the same for every agent (2022 paper, Def. 4.1)."""
-
-    initial: str = Field(default="idle", description="internal state at time 0")
-    states: dict[str, tuple[str, ...]] = Field(default_factory=lambda: {"idle": ()}, description="state: its propositions")
-    actions: tuple[Action, ...] = Field(default=(), description="changes of the internal state")
-
-
-class Agent(Value):
-    """One quadcopter."""
-
-    start: Point = Field(description="m, hovering there at time 0")
-    yaw_deg: Number = Field(default=0.0, description="deg, heading at the start")
-    heading: Literal["fixed", "path"] | Point = Field(
-        default="fixed", description="fixed, along the path, or towards a point (m)"
-    )
-    end: Point | None = Field(default=None, description="m, where it must finish")
-    internal: str | None = Field(default=None, description="internal state at time 0, instead of `robot.initial`")
-    visited: str | None = Field(
-        default=None, description="region visited last before time 0, instead of the environment's start vertex"
-    )
-    cost: Costs | None = Field(default=None, description="weights of its own, instead of the planner's")
-
-    @property
-    def yaw(self) -> float:
-        """Start heading in rad."""
-        return math.radians(self.yaw_deg)
-
-
-class LegLimits(Value):
-    """Limits that hold while a robot flies to one region, from its previous visit to this one."""
-
-    speed: Positive | None = Field(default=None, description="m/s")
-    acceleration: Positive | None = Field(default=None, description="m/s^2")
-
-
-class Limits(Value):
-    """Tightens the vehicle's own limits."""
-
-    speed: Positive | None = Field(default=None, description="m/s")
-    acceleration: Positive | None = Field(default=None, description="m/s^2")
-    thrust_min: Positive | None = Field(default=None, description="N, collective")
-    thrust_max: Positive | None = Field(default=None, description="N, collective")
-    tilt_deg: Positive | None = Field(default=None, description="deg")
-    body_rate_deg: Positive | None = Field(default=None, description="deg/s, roll and pitch together")
-    yaw_rate_deg: Positive | None = Field(default=None, description="deg/s, about the body's z")
-    legs: dict[str, LegLimits] = Field(default_factory=dict, description="region: limits on the way there")
-
-
-class Box(Value):
-    """An axis-aligned box, closed."""
-
-    min: Point = Field(description="m, lower corner")
-    max: Point = Field(description="m, upper corner")
-
-    @model_validator(mode="after")
-    def _not_empty(self) -> Box:
-        if any(low >= high for low, high in zip(self.min, self.max, strict=True)):
-            raise ValueError(f"min {list(self.min)} must be below max {list(self.max)} on every axis")
-        return self
-
-    def holds(self, point: Point) -> bool:
-        """Tell whether a point lies in the box."""
-        return all(low <= x <= high for low, x, high in zip(self.min, point, self.max, strict=True))
-
-
-class Planner(Value):
-    """How to plan."""
-
-    method: ChoiceName = Field(
-        default="exact",
-        description="how robots and words are chosen: `exact`, `mtac-e`, `online-mtac-e`, or by another package",
-    )
-    objective: Literal["sum", "longest"] = Field(default="sum", description="sum of the robots' costs, or the dearest robot's")
-    cost: Costs = Field(
-        default_factory=lambda: {"length": 1.0},
-        description="weights of `length`, `effort`, `time`, `snap`, `energy`, or of terms that other packages bring",
-    )
-    speed: Positive = Field(default=0.45, description="m/s, nominal speed along the path")
-    directions: Literal["nearest", "cheapest"] = Field(default="nearest", description="how sides of hoops are chosen")
-    samples: Annotated[int, Field(strict=True, ge=2, le=100_000)] = Field(
-        default=50, description="cross-entropy: paths a round"
-    )
-    elite: Annotated[Number, Field(gt=0, lt=1)] = Field(default=0.1, description="cross-entropy: share of elite paths")
-    iterations: Annotated[int, Field(strict=True, ge=0, le=10_000)] = Field(default=12, description="cross-entropy: rounds")
-    target: NotNegative = Field(default=0.0, description="cross-entropy: a cost that is good enough")
-    seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="source of every draw")
-
-
-class EffectiveLimits(Value):
-    """What the flight must keep: the vehicle's limits, tightened by the mission. SI units, radians."""
-
-    speed: float
-    acceleration: float
-    thrust_min: float
-    thrust_max: float
-    rotor_thrust_min: float
-    rotor_thrust_max: float
-    tilt: float
-    body_rate: float
-    yaw_rate: float
 
 
 def _named_vehicle(value: object) -> object:
@@ -227,8 +89,6 @@ class Mission(Value):
         Raises:
             BadInput: There is no such field, or the new mission is not allowed; all faults are listed, each with its keys.
         """
-        from verify.data.mission_file import check_mission  # it imports this module
-
         self._require_fields(fields)
         return check_mission(self.model_copy(update=fields))
 
@@ -304,6 +164,46 @@ class Mission(Value):
         """Return the SHA-256 of the resolved mission, in hexadecimal."""
         text = json.dumps(self.resolved(), sort_keys=True, allow_nan=False, separators=(",", ":"))
         return hashlib.sha256(text.encode()).hexdigest()
+
+
+_SOUND = {to_plan: Remembered() for to_plan in (False, True)}
+
+
+def check_mission(mission: Mission, *, to_plan: bool = True) -> Mission:
+    """Return the mission after the same checks that a file undergoes, for missions built or changed in code.
+
+    What is returned is the mission that its fields say, whatever was put into it behind its back.
+
+    Args:
+        mission: What claims to be one.
+        to_plan: Whether it is to be planned. A flight that is there already can be judged and flown by a mission that asks
+            for nothing, whose starts, ends and hoops leave no room, or whose planning method is not installed.
+
+    Raises:
+        MissionError: All faults, with keys but without lines.
+        BadInput: It is no mission at all.
+    """
+    if not isinstance(mission, Mission):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
+        raise BadInput(f"A mission is a Mission, not {type(mission).__name__}; `ltlplan.load_mission` reads one.")
+    data = plain(mission)
+    if data in _SOUND[to_plan]:
+        return mission.model_copy()
+    data = _without_none(data)
+    values, faults = sound_sections(data, Mission.model_fields)
+    with np.errstate(all="ignore"):
+        broken = broken_rules(values, data, to_plan=to_plan, installed=to_plan)
+        found = [Fault(keys, None, reason) for keys, reason in [*faults, *broken]]
+    if found:
+        name = data.get("name")
+        raise MissionError(name if isinstance(name, str) and name else "mission", found)
+    sound = Mission.model_validate(values)
+    _SOUND[to_plan].add(plain(sound))
+    return sound
+
+
+def _without_none(value: Any) -> Any:
+    """Leave out what is None: in a mission that says the same as leaving it out."""
+    return {key: _without_none(part) for key, part in value.items() if part is not None} if isinstance(value, dict) else value
 
 
 def in_no_region(regions: Collection[str]) -> Formula:

@@ -15,8 +15,9 @@ from pydantic import Field, ValidationError
 from verify.data.errors import BadInput
 from verify.data.language.sequence import Direction
 from verify.data.language.word import Word
-from verify.data.mission import Action, Mission, Point
-from verify.data.mission_file import check_mission
+from verify.data.mission import Mission, check_mission
+from verify.data.sections import Action
+from verify.data.shapes.inequalities import Point
 from verify.data.storage.reading import parse_json, read_text
 from verify.data.value import Remembered, Value, faults_of, plain
 from verify.data.vehicle import NotNegative, Number

@@ -20,7 +20,7 @@ from flint import fmpq_poly
 from verify.arithmetic import exact
 from verify.arithmetic.balls import Balls, concatenate, dot, raised, restricted
 from verify.arithmetic.bounds import Peaks, peaks
-from verify.data.mission import LegLimits
+from verify.data.sections import LegLimits
 from verify.data.vehicle import GRAVITY
 from verify.motion.paths import Segment, TeamPaths
 from verify.motion.rotors import rotor_peaks, yaw_rate_peaks

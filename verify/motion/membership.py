@@ -21,7 +21,7 @@ from verify.arithmetic import exact
 from verify.arithmetic.balls import Balls, Floats, constants, dot, gamma, halves, nearest
 from verify.arithmetic.bounds import Indices
 from verify.behaviour.timeline import Change, Enclosure, Status
-from verify.data.mission import Region
+from verify.data.shapes.region import Region
 from verify.motion.paths import Segment, TeamPaths
 from verify.motion.regions import Ellipsoid, extent
 

@@ -24,7 +24,7 @@ import numpy as np
 from verify.arithmetic.balls import Balls, Floats, constants, dot, gamma, halves
 from verify.arithmetic.bounds import search
 from verify.arithmetic.intervals import Interval, interval
-from verify.data.mission import Hoop
+from verify.data.shapes.region import Hoop
 from verify.motion.paths import TeamPaths
 
 Way = Literal["F", "R", None]

@@ -18,8 +18,9 @@ import numpy as np
 from verify.arithmetic.intervals import Interval
 from verify.behaviour.timeline import Status
 from verify.claims import Claim, Outcome
-from verify.data.mission import Hoop, Mission
+from verify.data.mission import Mission
 from verify.data.plan import RobotPlan
+from verify.data.shapes.region import Hoop
 from verify.motion.visits import match, stays
 from verify.recordings.asked import World
 from verify.recordings.space import recorded_claim, seen_from

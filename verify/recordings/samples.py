@@ -22,8 +22,8 @@ from verify.behaviour.refutation import every_behaviour_breaks
 from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
 from verify.behaviour.word_claims import judge_formula
 from verify.data.errors import BadInput
-from verify.data.mission import Mission, Region
-from verify.data.mission_file import check_mission
+from verify.data.mission import Mission, check_mission
+from verify.data.shapes.region import Region
 from verify.logic.progression import OutOfBudget
 from verify.logic.verdict import Verdict
 from verify.motion.regions import Ellipsoid, extent, relations

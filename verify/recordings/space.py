@@ -11,7 +11,8 @@ import numpy as np
 from verify.arithmetic.intervals import Interval, interval
 from verify.claims import Claim, Outcome
 from verify.data.errors import BadInput
-from verify.data.mission import Hoop, Mission
+from verify.data.mission import Mission
+from verify.data.shapes.region import Hoop
 from verify.data.witness import Witness
 from verify.motion.passages import rim_distance, unit_normal
 from verify.recordings.tracks import Cells, Floats, Track, Value, least

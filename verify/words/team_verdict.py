@@ -18,7 +18,7 @@ from verify.behaviour.team_graph import Observation, WithOthers
 from verify.data.errors import BadInput, InternalError
 from verify.data.language.formula import Formula
 from verify.data.language.word import Letter, Word, show_letter
-from verify.data.mission import TeamReading
+from verify.data.sections import TeamReading
 from verify.logic.explanation import explain, show
 from verify.logic.progression import Normal, OutOfBudget, conjuncts, normal_form, to_formula
 from verify.logic.semantics import satisfies

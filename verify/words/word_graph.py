@@ -11,7 +11,7 @@ from collections.abc import Hashable, Iterator, Sequence
 
 from verify.behaviour.team_graph import Observation, Step
 from verify.data.language.word import Letter
-from verify.data.mission import TeamReading
+from verify.data.sections import TeamReading
 
 Letters = tuple[Letter, ...]
 

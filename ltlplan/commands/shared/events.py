@@ -31,7 +31,7 @@ def parse_events(texts: Sequence[str]) -> tuple[WorldEvent, ...]:
 
 def _event(text: str) -> WorldEvent:
     from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves
-    from verify.data.mission import Agent
+    from verify.data.sections import Agent
 
     first, _, rest = text.strip().partition(" ")
     try:

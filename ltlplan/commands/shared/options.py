@@ -59,7 +59,7 @@ def read_mission(
         BadInput: There is no such mission, its file is at fault, or a replacement does not fit it.
     """
     from ltlplan.missions import load_mission
-    from verify.data.mission_file import check_mission
+    from verify.data.mission import check_mission
 
     mission = load_mission(source)
     changes: dict[str, object] = {}

@@ -19,8 +19,9 @@ from ltlplan.paths.hoops.clearance import Room, blocked, conflicts
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.search.best_first import BestFirst
 from verify.data import Infeasible
-from verify.data.mission import Hoop, Mission
+from verify.data.mission import Mission
 from verify.data.plan import Role
+from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
 

@@ -14,8 +14,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from verify.data.mission import Hoop, Mission
+from verify.data.mission import Mission
 from verify.data.rules.passage_room import room_in_opening, room_in_region
+from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
 

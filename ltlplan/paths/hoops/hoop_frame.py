@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verify.data.language.sequence import Direction
-from verify.data.mission import Hoop
+from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
 

@@ -19,8 +19,8 @@ from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.primitives import Primitive, choose
 from ltlplan.paths.hoops.sides import Side
 from verify.data import BadInput, Infeasible, Mission, Visit
-from verify.data.mission import Hoop
 from verify.data.plan import Role
+from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
 

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from ltlplan.paths.hoops.avoidance import Blocked
 from ltlplan.paths.hoops.hoop_frame import control_points
 from verify.data.language.sequence import Direction
-from verify.data.mission import Hoop, Mission
+from verify.data.mission import Mission
 from verify.data.plan import Visit
+from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
 Directions = Literal["nearest", "cheapest"]

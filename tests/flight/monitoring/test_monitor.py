@@ -23,7 +23,7 @@ from tests.helpers.stand_ins import mission, rest_to_rest, stand_in
 from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Timeline
 from verify.behaviour.word_claims import judge_formula
 from verify.data import BadInput, Trajectory, load_vehicle
-from verify.data.mission import Spec
+from verify.data.sections import Spec
 from verify.recordings.planned_paths import planned_paths
 
 FORMULAS = (

@@ -19,7 +19,7 @@ from tests.helpers import dense_sampler
 from verify import check_samples, check_word
 from verify.data import BadInput, Trajectory, parse_mission
 from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves
-from verify.data.mission import Agent
+from verify.data.sections import Agent
 from verify.pieces import judge_stop
 
 WATER = "F loc1 & F loc2 & G(smoke -> carrying) & F water"

@@ -20,8 +20,8 @@ from ltlplan.report.pictures import pictures_html
 from tests.helpers.random_missions import random_mission
 from verify import check_word, recheck
 from verify.data import Infeasible, Mission, Visit, mission_to_yaml
-from verify.data.mission import Hoop
-from verify.data.mission_file import check_mission
+from verify.data.mission import check_mission
+from verify.data.shapes.region import Hoop
 
 
 def asking(formula: str, trace: str = "infinite", **changes: object) -> Mission:

@@ -13,7 +13,7 @@ from ltlplan.sharing.team_in_flight import PERIOD
 from tests.helpers.random_missions import random_mission
 from verify import check_team
 from verify.data import BadInput, Mission, Unsatisfiable
-from verify.data.mission import Planner
+from verify.data.sections import Planner
 
 
 def by_online(mission: Mission, method: str = "online-mtac-e", **spec: object) -> Mission:

@@ -17,7 +17,7 @@ from tests.helpers.random_missions import random_mission
 from verify import check_team
 from verify.data import BadInput, Mission, Unsatisfiable, parse_mission
 from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, changed
-from verify.data.mission import Agent
+from verify.data.sections import Agent
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from ltlplan.systems.transition_systems import TransitionSystem, environment_of,
 from ltlplan.systems.visit_words import word_of
 from tests.helpers.worlds import world
 from verify.data import BadInput, Visit, parse_mission
-from verify.data.mission import Region
+from verify.data.shapes.region import Region
 
 
 def visits(*regions: str) -> list[Visit]:

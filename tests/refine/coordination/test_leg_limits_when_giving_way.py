@@ -11,7 +11,7 @@ import verify
 from refine import refine
 from tests.helpers.random_plans import random_plan
 from verify.data import Infeasible, Plan
-from verify.data.mission import LegLimits
+from verify.data.sections import LegLimits
 
 
 def limited(seed: int) -> Plan:

@@ -15,9 +15,9 @@ from refine.single.flight import robot_flight
 from refine.single.values import Problem, RefinementOptions
 from tests.refine.test_team import ball, room, straight
 from verify.data import BadInput, Mission, Plan
-from verify.data.mission import Agent
 from verify.data.plan import Precedence
 from verify.data.rules.spacing import spacing_of
+from verify.data.sections import Agent
 
 A, B = (-2.0, 1.0, 1.0), (-2.0, -1.0, 1.0)
 REGIONS = {"r0": ball(-1, 1, 0.2), "r1": ball(0.5, 1, 0.2), "s0": ball(-1, -1, 0.2), "s1": ball(2, -1, 0.2)}

@@ -12,7 +12,8 @@ from refine.corridor.fitting import fit
 from refine.corridor.planned import corridor_of
 from tests.refine.test_team import ball, straight
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Trajectory
-from verify.data.mission import Agent, Box, Region, Spec
+from verify.data.sections import Agent, Box, Spec
+from verify.data.shapes.region import Region
 from verify.data.vehicle import load_vehicle
 
 ASKED = 0.4

@@ -17,8 +17,9 @@ from refine.single.values import Problem, RefinementOptions, RobotFlight
 from tests.helpers.random_plans import random_plan
 from tests.refine.test_team import ball, robot_plan, room, straight, through
 from verify.data import Infeasible, Plan, Waypoint
-from verify.data.mission import Agent, Hoop
 from verify.data.rules.spacing import Spacing
+from verify.data.sections import Agent
+from verify.data.shapes.region import Hoop
 
 SPACING = Spacing(0.4, 1.0)
 WAITS = np.arange(12) * 4 * GRID

@@ -10,7 +10,8 @@ from refine import refine
 from refine.corridor.planned import corridor_of
 from tests.refine.test_team import ball, robot_plan, room, straight, through
 from verify.data import Infeasible, Mission, Plan, Visit, Waypoint
-from verify.data.mission import Agent, Hoop
+from verify.data.sections import Agent
+from verify.data.shapes.region import Hoop
 
 GATE = Hoop(center=(0.0, 0.0, 1.2), radii=(0.05, 0.05, 0.05), opening=0.4, rim=0.02)  # flown through along x
 

@@ -12,7 +12,7 @@ from refine import refine
 from refine.corridor.relocation import moved_apart
 from tests.refine.test_team import ball, room, straight
 from verify.data import Infeasible, Plan
-from verify.data.mission import Agent
+from verify.data.sections import Agent
 
 
 def meeting(radius: float) -> Plan:

@@ -11,7 +11,7 @@ from refine.spline.parts import rests
 from refine.spline.values import Spline
 from tests.refine.test_team import ball, room, sequence_plan, straight
 from verify.data import BadInput, DoesNotFit, Plan, Trajectory
-from verify.data.mission import Agent
+from verify.data.sections import Agent
 
 LEGS = ((0, 5), (5, 6), (6, 12), (12, 15))
 POINTS = np.array([[-2 + 0.25 * i, 0.3 * (-1) ** i, 1 + 0.02 * i] for i in range(16)])

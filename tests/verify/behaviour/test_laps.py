@@ -15,8 +15,9 @@ from verify.certificate import Certificate, payload_digest
 from verify.data.errors import BadInput, NotCertified
 from verify.data.language.sequence import Sequence, parse_sequence
 from verify.data.mission import Mission
-from verify.data.mission_file import MissionError, mission_to_yaml, parse_mission
+from verify.data.mission_file import mission_to_yaml, parse_mission
 from verify.data.plan import Plan, Visit
+from verify.data.rules.faults import MissionError
 from verify.data.trajectory import Trajectory
 from verify.data.trajectory_csv import write_csv
 from verify.run_folder import recheck

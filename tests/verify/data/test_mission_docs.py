@@ -7,21 +7,10 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel
 
 from verify.data import parse_mission
-from verify.data.mission import (
-    Action,
-    Agent,
-    Box,
-    Environment,
-    Hoop,
-    LegLimits,
-    Limits,
-    Mission,
-    Planner,
-    Region,
-    Robot,
-    Spec,
-)
+from verify.data.mission import Mission
+from verify.data.sections import Action, Agent, Box, Environment, LegLimits, Limits, Planner, Robot, Spec
 from verify.data.shapes.inequalities import Inequality
+from verify.data.shapes.region import Hoop, Region
 from verify.data.vehicle import Vehicle
 
 PAGE = Path(__file__).parents[3] / "docs" / "missions.md"

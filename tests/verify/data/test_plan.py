@@ -4,8 +4,8 @@ import pytest
 
 from ltlplan.missions import load_mission
 from verify.data import BadInput, Plan, RobotPlan, Visit, Waypoint, Word
-from verify.data.mission import Action
 from verify.data.plan import plan_from_json
+from verify.data.sections import Action
 
 
 def firefighting_plan() -> Plan:

@@ -11,8 +11,8 @@ import pytest
 from tests.helpers.flights import legs, plan_of, quantised, small_mission
 from tests.helpers.witnesses import Right, around, check, judged
 from verify.data.mission import Mission
-from verify.data.mission_file import MissionError
 from verify.data.plan import Plan, Visit
+from verify.data.rules.faults import MissionError
 from verify.data.trajectory import Trajectory
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from tests.helpers.flights import legs, quantised, small_mission
 from tests.helpers.limited_quantities import sampled
-from verify.data.mission import LegLimits
+from verify.data.sections import LegLimits
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import GRAVITY, load_vehicle
 from verify.motion.limits import UNITS, extremes, leg_extremes

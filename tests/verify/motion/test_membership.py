@@ -6,7 +6,7 @@ import pytest
 
 from tests.helpers.flights import legs, plan_of, quantised, small_mission, wandering
 from tests.helpers.second_reading import compare, crossings, inside, membership
-from verify.data.mission import Region
+from verify.data.shapes.region import Region
 from verify.data.trajectory import Trajectory
 from verify.motion.membership import changes, membership_polynomials, statuses
 from verify.motion.paths import read_team

@@ -12,8 +12,8 @@ from verify import certify, recheck
 from verify.certificate import payload_digest
 from verify.data import NotCertified
 from verify.data.language.word import Word
-from verify.data.mission import Action
 from verify.data.plan import Visit
+from verify.data.sections import Action
 
 TANK = "robot: {initial: dry, states: {dry: [], wet: [wet]}, actions: [{from: dry, to: wet, at: a}]}"
 REGIONS = "a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}\nb: {center: [-1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}"

@@ -9,8 +9,8 @@ import pytest
 
 from tests.helpers.flights import legs, plan_of, small_mission, through
 from tests.helpers.witnesses import ANY, PLAN, TEAM, Right, around, check, judged
-from verify.data.mission import Action
 from verify.data.plan import Plan, Visit
+from verify.data.sections import Action
 from verify.data.trajectory import Trajectory
 
 # Smooth paths that are not the planned ones: hoops missed, taken from the wrong side, or not left.

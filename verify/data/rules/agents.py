@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from verify.data.errors import did_you_mean
-from verify.data.mission import Agent, Hoop, Point, Region, Robot, Spec
+from verify.data.rules.faults import Finding
 from verify.data.rules.spacing import ROUNDING, crowded, needed, spacing
+from verify.data.sections import Agent, Robot, Spec
+from verify.data.shapes.inequalities import Point
+from verify.data.shapes.region import Hoop, Region
 from verify.data.vehicle import Vehicle
-
-Finding = tuple[tuple[str | int, ...], str]
 
 
 def broken_by_agents(

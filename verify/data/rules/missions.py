@@ -15,8 +15,9 @@ from verify.data.choices import COST_TERMS, PLANNING_METHODS
 from verify.data.errors import did_you_mean
 from verify.data.language.formula import FREE, NAME, RESERVED_NAMES, FormulaError, parse_formula
 from verify.data.language.sequence import SequenceError, parse_sequence
-from verify.data.mission import Agent, Box, Environment, Limits, Planner, Robot, Spec
-from verify.data.rules.agents import Finding, broken_by_agents, unknown_region
+from verify.data.rules.agents import broken_by_agents, unknown_region
+from verify.data.rules.faults import Finding
+from verify.data.sections import Agent, Box, Environment, Limits, Planner, Robot, Spec
 from verify.data.storage.file_names import robot_name_fault
 from verify.data.vehicle import Vehicle
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from verify.data.mission import Hoop
+from verify.data.shapes.region import Hoop
 
 _ANGLES = np.arange(64) * (np.pi / 32)
 _AHEAD = 1e-3

@@ -12,9 +12,10 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
-from verify.data.mission import Agent, Mission, Point
+from verify.data.sections import Agent
+from verify.data.shapes.inequalities import Point
 
 ROUNDING = 1e-4
 """m on top of the margin that a start or an end keeps from walls, borders and rims."""
@@ -58,7 +59,26 @@ def spacing(separation: float, separation_z: float | None, margin: float) -> Spa
     return Spacing(separation + 2 * margin * max(1.0, z_scale) + _FLOWN, z_scale)
 
 
-def spacing_of(mission: Mission) -> Spacing:
+class Separated(Protocol):
+    """What says how far robots keep apart, as a mission does."""
+
+    @property
+    def separation(self) -> float:
+        """m, between centres."""
+        ...
+
+    @property
+    def separation_z(self) -> float | None:
+        """m, taller clearance in z; None for the same in all directions."""
+        ...
+
+    @property
+    def margin(self) -> float:
+        """M."""
+        ...
+
+
+def spacing_of(mission: Separated) -> Spacing:
     """Return how far a mission's robots keep apart."""
     return spacing(mission.separation, mission.separation_z, mission.margin)
 

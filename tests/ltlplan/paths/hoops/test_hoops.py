@@ -12,7 +12,7 @@ from ltlplan.paths.hoops.clearance import blocked, room
 from ltlplan.paths.least_snap_spline import nominal_trajectory
 from tests.helpers.courses import courses
 from verify.data import BadInput, Infeasible, Mission, Visit, Word, parse_mission
-from verify.data.mission import Hoop, Region
+from verify.data.shapes.region import Hoop, Region
 
 SHIPPED = ("hoops-sequence", "hoops-published")
 

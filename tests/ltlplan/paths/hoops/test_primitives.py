@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from ltlplan.paths.hoops import choose, control_points
 from ltlplan.paths.hoops.primitives import s_curve, s_curve_as_printed, straight, turn, u_turn
-from verify.data.mission import Hoop
+from verify.data.shapes.region import Hoop
 
 # Control points
 

@@ -9,7 +9,7 @@ import ltlplan
 from ltlplan.paths.hoops import route_sequence
 from refine import jumps, refine
 from verify.data import Infeasible, Mission, Plan
-from verify.data.mission_file import check_mission
+from verify.data.mission import check_mission
 
 
 def flying(name: str, sequence: str) -> Mission:

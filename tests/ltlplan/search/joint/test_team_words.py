@@ -21,7 +21,7 @@ from tests.helpers.worlds import world
 from tests.strategies import formulas
 from verify import check_team
 from verify.data import Formula, Visit, Word
-from verify.data.mission import TeamReading
+from verify.data.sections import TeamReading
 
 NEAR = {"a": (0.0, 0.0), "b": (2.0, 0.0)}
 

@@ -1,0 +1,181 @@
+"""Faults of missions: where each stands, what is wrong and what would be right; first of all those of single sections.
+
+Every section is validated on its own, so that one mistake does not hide the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import BaseModel, TypeAdapter, ValidationError
+from pydantic.fields import FieldInfo
+
+from verify.data.errors import BadInput, did_you_mean
+from verify.data.sections import Action, Agent, Box, Environment, LegLimits, Limits, Planner, Robot, Spec
+from verify.data.shapes.region import Hoop, Region
+from verify.data.shapes.region_shapes import REGION_SHAPES
+from verify.data.value import FaultsWithin
+from verify.data.vehicle import Vehicle
+
+KeyPath = tuple[str | int, ...]
+Finding = tuple[KeyPath, str]
+
+_SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
+    ("spec",): Spec,
+    ("hoops", "*"): Hoop,
+    ("regions", "*"): Region,
+    ("environment",): Environment,
+    ("robot",): Robot,
+    ("robot", "actions", "*"): Action,
+    ("agents", "*"): Agent,
+    ("vehicle",): Vehicle,
+    ("limits",): Limits,
+    ("limits", "legs", "*"): LegLimits,
+    ("workspace",): Box,
+    ("planner",): Planner,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One mistake in a mission file.
+
+    Attributes:
+        keys: Where, as keys and indices.
+        line: Line of the file, from 1; None where the mission did not come from a file.
+        reason: What is wrong and what would be right.
+    """
+
+    keys: KeyPath
+    line: int | None
+    reason: str
+
+
+class MissionError(BadInput):
+    """A mission that cannot be accepted; carries all its faults."""
+
+    def __init__(self, source: str, faults: list[Fault]) -> None:
+        self.source = source
+        self.faults = tuple(sorted(faults, key=lambda f: (f.line or 0, [str(k) for k in f.keys])))
+        lines = []
+        for fault in self.faults:
+            where = source if fault.line is None else f"{source}:{fault.line}"
+            keys = ".".join(map(str, fault.keys))
+            lines.append(f"{where}: {keys + ': ' if keys else ''}{fault.reason}")
+        super().__init__("\n".join(lines))
+
+
+def sound_sections(data: Mapping[str, Any], fields: Mapping[str, FieldInfo]) -> tuple[dict[str, Any], list[Finding]]:
+    """Validate each section, and each entry of a table of entries, by itself.
+
+    Args:
+        data: The mission as plain data, by key.
+        fields: The mission's fields, by key.
+
+    Returns:
+        The sound sections, and what is wrong with the others.
+    """
+    faults: list[Finding] = []
+    values: dict[str, Any] = {}
+    for key in data:
+        if key not in fields:
+            faults.append(((key,), f"unknown key.{did_you_mean(key, fields)} Known here: {', '.join(fields)}."))
+    for name in ("format", *(n for n, field in fields.items() if field.is_required())):
+        if name not in data:
+            faults.append(((name,), f"missing: {fields[name].description or 'required'}."))
+    for key, field in fields.items():
+        if key not in data:
+            continue
+        if key in ("hoops", "regions", "agents") and isinstance(data[key], dict) and data[key]:
+            entry_type = field.annotation.__args__[1]  # type: ignore[union-attr]  # dict[str, entry]
+            adapter: TypeAdapter[Any] = TypeAdapter(entry_type)
+            values[key] = {}
+            for name, raw in data[key].items():
+                _validate(adapter, raw, (key, name), values[key], name, faults)
+        else:
+            whole: TypeAdapter[Any] = TypeAdapter(Annotated[field.annotation, field])  # pyright: ignore[reportArgumentType, reportInvalidTypeForm]  # built at run time
+            _validate(whole, data[key], (key,), values, key, faults)
+    return values, faults
+
+
+def _validate(
+    adapter: TypeAdapter[Any], raw: Any, keys: KeyPath, into: dict[str, Any], name: str, faults: list[Finding]
+) -> None:
+    try:
+        into[name] = adapter.validate_python(raw)
+    except ValidationError as error:
+        faults.extend(_readable(error, keys))
+
+
+def _readable(error: ValidationError, keys: KeyPath) -> Iterator[Finding]:
+    """Turn pydantic's findings into sentences."""
+    seen: set[Finding] = set()
+    for item in error.errors():
+        where = (*keys, *(part for part in item["loc"] if not _is_type_name(part)))
+        message, value = item["msg"], item.get("input")
+        within = item.get("ctx", {}).get("error")
+        if isinstance(within, FaultsWithin) and not isinstance(within.found, str):
+            yield from _readable(within.found, (*where[:-1], within.key))
+            continue
+        match item["type"]:
+            case "extra_forbidden":
+                known = _known_keys(where[:-1])
+                reason = f"unknown key.{did_you_mean(str(where[-1]), known)}" + (
+                    f" Known here: {', '.join(known)}." if known else ""
+                )
+            case "missing":
+                reason = "missing: this key is required."
+            case "value_error":
+                where = (*where[:-1], within.key) if isinstance(within, FaultsWithin) else where
+                reason = message.removeprefix("Value error, ").rstrip(".") + "."
+            case "too_long" | "too_short" if isinstance(value, list | tuple | dict):
+                limits = item.get("ctx", {})
+                most, least = limits.get("max_length"), limits.get("min_length")
+                wanted = f"at least {least}" if most is None else f"{most}"
+                reason = (
+                    f"must have {wanted} {'entry' if wanted.endswith(' 1') else 'entries'}, not {len(value)}: {_short(value)}."
+                )
+            case "tuple_type" | "list_type" | "dict_type" | "model_type" | "string_type" | "bool_type" as kind:
+                reason = f"must be {_WANTED[kind]}, not {_short(value)}."
+            case "string_pattern_mismatch" if keys[-1] == "name":
+                reason = (
+                    f"must begin with a letter or digit and hold letters, digits, `_ . -` and spaces only, not {_short(value)}."
+                )
+            case _:
+                reason = f"{message[0].lower()}{message[1:]}, not {_short(value)}."
+        if (where, reason) not in seen:
+            seen.add((where, reason))
+            yield where, reason
+
+
+_WANTED = {
+    "tuple_type": "a list, such as [1, 2]",
+    "list_type": "a list, such as [1, 2]",
+    "dict_type": "a table of keys, such as {key: value}",
+    "model_type": "a table of keys, such as {key: value}",
+    "string_type": "text (in quotes, where YAML would read a number or a truth value)",
+    "bool_type": "true or false",
+}
+
+
+def _is_type_name(part: str | int) -> bool:
+    """Tell whether a location part is pydantic's name of a union member rather than a key."""
+    return isinstance(part, str) and (part.startswith(("tuple[", "literal[", "function-", "lax-or-strict")))
+
+
+def _known_keys(where: KeyPath) -> tuple[str, ...]:
+    """Return the keys that the section at `where` accepts."""
+    for pattern, model in _SECTIONS.items():
+        if len(pattern) == len(where) and all(p in ("*", k) for p, k in zip(pattern, where, strict=True)):
+            known = tuple(field.alias or name for name, field in model.model_fields.items())
+            return (*known, *(key for key in REGION_SHAPES.names() if key not in known)) if issubclass(model, Region) else known
+    if len(where) == 3 and where[0] in ("hoops", "regions") and where[2] in REGION_SHAPES.names():
+        return tuple(getattr(REGION_SHAPES.find(str(where[2])).schema, "model_fields", ()))
+    return ()
+
+
+def _short(value: Any) -> str:
+    text = {None: "nothing", True: "true", False: "false"}[value] if value is None or isinstance(value, bool) else repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
