@@ -250,7 +250,13 @@ def separation_limit(evidence: Evidence, margin: Fraction) -> Fraction:
 
 
 def separation_claims(evidence: Evidence, margin: Fraction, drifts: Mapping[str, Fraction]) -> Iterable[Claim]:
-    """Robots keep their separation in the tube, whatever their clocks' errors make them drift."""
+    """Robots keep their separation in the tube, whatever their clocks' errors make them drift.
+
+    Args:
+        evidence: What is known of the team's paths.
+        margin: delta, m, exact.
+        drifts: For each robot, how far at most its clock's error moves it, m, exact.
+    """
     stretch = stretch_of(evidence.paths)
     for pair, near in enumerate(evidence.minimum_distances):
         in_tube = separation_limit(evidence, margin)
@@ -315,7 +321,13 @@ def rim_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
 
 
 def visit_claim(robot: str, matching: Matching, actions: ActionFault | None) -> Claim:
-    """The k-th planned visit is the k-th stay, and its actions are permitted there."""
+    """The k-th planned visit is the k-th stay, and its actions are permitted there.
+
+    Args:
+        robot: Name.
+        matching: The robot's planned visits and their stays, or why they do not match.
+        actions: Why one of its actions cannot be placed; None where all can.
+    """
     if matching.fault:
         fault, visit, region, time = matching.fault, matching.visit, matching.region, matching.time
     elif actions is not None:
@@ -336,7 +348,16 @@ def passage_claim(
     found: tuple[Crossing, ...],
     margin: Fraction,
 ) -> Claim:
-    """The robot passes exactly the planned openings, in order, each within its visit."""
+    """The robot passes exactly the planned openings, in order, each within its visit.
+
+    Args:
+        evidence: What is known of the team's paths.
+        robot: Name.
+        matching: The robot's planned visits and their stays.
+        spans: For each region, when the path is in it for sure, perhaps or not.
+        found: When the robot may be near an opening, in order of time.
+        margin: delta, m, exact.
+    """
     plan = evidence.plan.robots[robot]
     wanted = [(i, Passage(v.region, v.direction)) for i, v in enumerate(plan.visits) if v.direction is not None]
     cycle = evidence.paths.trajectories[evidence.paths.robots.index(robot)].cycle

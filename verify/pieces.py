@@ -87,6 +87,11 @@ def judge_pieces(mission: Mission, pieces: Sequence[Piece]) -> list[Verdict]:
 
     Returns:
         The verdict on the formula, then one on the transitions of each robot.
+
+    Raises:
+        BadInput: There is no piece, pieces are not in order of time, or the mission's trace is infinite.
+        InternalError: Our progression and Spot disagree: a bug of ours.
+        MissingEngine: Spot is absent.
     """
     if not pieces or any(b.since < a.since for a, b in itertools.pairwise(pieces)):
         raise BadInput("A flight has at least one piece, and its pieces are given in order of time.")
@@ -281,7 +286,17 @@ def _steps(time: Fraction, before: Mapping[str, Status], after: Mapping[str, Sta
 
 
 def torn(old: Mission, new: Mission, before: Mapping[str, Status], after: Mapping[str, Status]) -> str:
-    """Say where a region that jumps and another one's edge come together: then two letters change with none between."""
+    """Say where a region that jumps and another one's edge come together: then two letters change with none between.
+
+    Args:
+        old: The world before.
+        new: The world after, with the same regions.
+        before: A robot's status in each region just before the change.
+        after: Its status in each region just after.
+
+    Returns:
+        A sentence without its end; empty where they do not come together.
+    """
     jumped = [
         name
         for name, region in new.all_regions.items()

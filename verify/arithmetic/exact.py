@@ -42,7 +42,16 @@ def polynomial(coefficients: Sequence[float]) -> fmpq_poly:
 
 
 def nonnegative(p: fmpq_poly, start: Fraction, stop: Fraction) -> bool:
-    """Decide whether p(t) >= 0 for all t in [start, stop]."""
+    """Decide whether p(t) >= 0 for all t in [start, stop].
+
+    Args:
+        p: In t, exact.
+        start: First t, exact.
+        stop: Last t, exact; not below `start`.
+
+    Raises:
+        AssertionError: A polynomial has more roots than its degree, which no arithmetic of ours may say.
+    """
     if p.degree() < 1 or start == stop:
         return p(rational(start)) >= 0
     unit = on_unit_interval(p, start, stop)
@@ -60,6 +69,15 @@ def roots(p: fmpq_poly, start: Fraction, stop: Fraction, width: Fraction) -> tup
     """Isolate the real roots in [start, stop], in order, in intervals no wider than `width` and without common points.
 
     A polynomial that is zero everywhere has no isolated roots and is refused.
+
+    Args:
+        p: In t, exact.
+        start: First t, exact.
+        stop: Last t, exact; above `start`.
+        width: Above 0, in the unit of t, exact.
+
+    Raises:
+        ValueError: The polynomial is zero everywhere.
     """
     if p.degree() < 0:
         raise ValueError("the zero polynomial has no isolated roots")
@@ -71,7 +89,13 @@ def roots(p: fmpq_poly, start: Fraction, stop: Fraction, width: Fraction) -> tup
 
 
 def on_unit_interval(p: fmpq_poly, start: Fraction, stop: Fraction) -> fmpq_poly:
-    """Return p as a polynomial in u in [0, 1], where t = start + (stop - start) u."""
+    """Return p as a polynomial in u in [0, 1], where t = start + (stop - start) u.
+
+    Args:
+        p: In t, exact.
+        start: t at u = 0, exact.
+        stop: t at u = 1, exact.
+    """
     return p(fmpq_poly([rational(start), rational(stop - start)]))
 
 

@@ -41,6 +41,11 @@ def find_broken(graph: TeamGraph, normal: Normal, budget: int = DEFAULT_BUDGET) 
 
     Where the budget does not suffice for that, words are tried in depth, which often finds a longer one.
 
+    Args:
+        graph: The team's words.
+        normal: The formula, in normal form.
+        budget: Configurations that may be met in breadth; a quarter of them each time in depth.
+
     Raises:
         OutOfBudget: More than `budget` configurations were met, and none of them breaks the formula.
     """
@@ -139,6 +144,11 @@ def holds_for_all(graph: OwnGraph | JointGraph, normal: Normal, budget: int = DE
     Flights whose times differ but whose events can come in the same orders have the same team words: an answer is
     kept for them, which is what makes the search for the largest margin quick.
 
+    Args:
+        graph: The team's words, under either reading.
+        normal: The formula, in normal form.
+        budget: Configurations that may be met.
+
     Raises:
         OutOfBudget: More than `budget` configurations were met.
         InternalError: The two answers differ, or there is no word at all: a bug of ours.
@@ -190,6 +200,15 @@ def letter_graph(graph: TeamGraph, propositions: Iterable[str], budget: int = DE
     """Return the graph with silent steps removed and letters cut down to some propositions.
 
     State 0 is the beginning, before any reading. A final state is one from which silent steps alone lead to an end.
+
+    Args:
+        graph: The team's words.
+        propositions: Names that letters are cut down to.
+        budget: Configurations of the team that may be met; readings and silent steps may be 20 times as many.
+
+    Raises:
+        OutOfBudget: There are more than `budget` configurations, or more than 20 times as many readings.
+        InternalError: There is no team word at all: a bug of ours.
     """
     cut = _Cutter(frozenset(propositions))
     index: dict[Hashable, int] = {}

@@ -52,6 +52,11 @@ class _Edge:
 def find_broken_run(robot: RobotBehaviour, normal: Normal, budget: int) -> BrokenRun | None:
     """Return a lasso of the robot that breaks the formula, or None; Spot must agree.
 
+    Args:
+        robot: All that the robot may do, with the steps that begin a lap.
+        normal: The formula, in normal form.
+        budget: Configurations of robot and formula that may be met.
+
     Raises:
         OutOfBudget: More than `budget` configurations were met.
         InternalError: The two answers differ.
@@ -81,7 +86,17 @@ def _letters(robot: RobotBehaviour, normal: Normal) -> LetterGraph:
 
 
 def search_run(robot: RobotBehaviour, normal: Normal, budget: int) -> BrokenRun | None:
-    """Return a lasso of the robot that breaks the formula, or None, by our own search alone."""
+    """Return a lasso of the robot that breaks the formula, or None, by our own search alone.
+
+    Args:
+        robot: All that the robot may do, with the steps that begin a lap.
+        normal: The formula, in normal form.
+        budget: Configurations of robot and formula that may be met.
+
+    Raises:
+        OutOfBudget: More than `budget` configurations were met.
+        InternalError: What was found cannot be put together to a lasso: a bug of ours.
+    """
     tableau = Tableau(normal_form(to_formula(normal), negated=True))
     lap_mark = 1 << len(tableau.eventualities)
     every = lap_mark * 2 - 1

@@ -47,7 +47,14 @@ class _Robot:
 
 
 def mending_waits(formula: Formula, reading: TeamReading, timelines: Mapping[str, Timeline], budget: int = BUDGET) -> Order:
-    """Return waits under which every team word of the nominal words satisfies the formula; empty where none are found."""
+    """Return waits under which every team word of the nominal words satisfies the formula; empty where none are found.
+
+    Args:
+        formula: What every team word is to satisfy.
+        reading: Whether letters are the robots' own or joint.
+        timelines: One for each robot, by name.
+        budget: Configurations that may be met each time that some waits are tried.
+    """
     robots = _busy([_nominal(timeline) for timeline in timelines.values()])
     parts = conjuncts(normal_form(formula))
     try:

@@ -30,8 +30,17 @@ def every_behaviour_breaks(
 
     False means only that this was not proved (a conjunction is refuted by one of its parts alone).
 
+    Args:
+        formula: What each team word is held against.
+        timelines: One for each robot, by name.
+        relations: What is proved of the regions at large.
+        reading: Whether letters are the robots' own or joint.
+        budget: Configurations that each part of the formula may take.
+
     Raises:
         OutOfBudget: More than `budget` configurations were met.
+        InternalError: Our progression and Spot disagree, or there is no word at all: a bug of ours.
+        MissingEngine: Spot is not there to be asked.
     """
     robots = [from_timeline(timeline, relations) for timeline in timelines.values()]
     if reading == "joint" or len(robots) == 1:

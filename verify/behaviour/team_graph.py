@@ -179,7 +179,11 @@ class JointGraph(_TeamGraph):
                 yield self._observation(nodes), nodes
 
     def steps(self, state: tuple[int, ...]) -> Iterator[Step]:
-        """Read again, let one robot move on in silence, or change the letters of some robots together."""
+        """Read again, let one robot move on in silence, or change the letters of some robots together.
+
+        Raises:
+            OutOfBudget: More robots than `MAX_TOGETHER` can change their letters at one instant.
+        """
         here = self._observation(state)
         yield here, state
         options: list[tuple[int, ...]] = []

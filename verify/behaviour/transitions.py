@@ -25,6 +25,11 @@ _State = tuple[int, str, str]  # node, vertex of E, internal state
 def judge_transitions(mission: Mission, timelines: Mapping[str, Timeline], relations: Relations) -> list[Verdict]:
     """Decide for each robot whether all its words are traces of its transition system.
 
+    Args:
+        mission: Carries the transition system, and where each robot begins.
+        timelines: One for each robot to be judged.
+        relations: What is proved of the regions at large.
+
     Returns:
         One verdict for each timeline, for the claim "transitions".
     """
@@ -35,6 +40,11 @@ def no_word_is_a_trace(mission: Mission, timeline: Timeline, relations: Relation
     """Tell whether each word of a robot breaks its transition system, whatever the timeline leaves open.
 
     False means only that this was not proved.
+
+    Args:
+        mission: Carries the transition system, and where each robot begins.
+        timeline: What is known of one robot.
+        relations: What is proved of the regions at large.
     """
     if timeline.internal != mission.initial_letter(timeline.robot):
         return True

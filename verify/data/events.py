@@ -168,7 +168,13 @@ def require_known(mission: Mission, event: WorldEvent) -> None:
 
 
 def unknown(name: str, what: str, known: Iterable[str]) -> str:
-    """Say that a name is not known, with the nearest one and all that are."""
+    """Say that a name is not known, with the nearest one and all that are.
+
+    Args:
+        name: What was written.
+        what: What it should name, such as "region".
+        known: The names that there are.
+    """
     return f"'{name}' is not a {what}.{did_you_mean(name, known)} There are: {', '.join(known) or '(none)'}."
 
 

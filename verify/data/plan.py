@@ -183,6 +183,11 @@ def check_plan(plan: Plan) -> Plan:
 def plan_from_json(text: str, mission: Mission, source: str = PLAN_FILE) -> Plan:
     """Read plan.json again; `source` names it in messages.
 
+    Args:
+        text: The file's text.
+        mission: The one that the plan was made for.
+        source: Names the text in messages.
+
     Raises:
         BadInput: It is no plan of format 1, or was made for another mission.
     """

@@ -109,6 +109,9 @@ class Trajectory:
 
         Returns:
             Shape (*times.shape, 4), in m and rad per s**derivative.
+
+        Raises:
+            BadInput: A time is not finite or before zero, or the derivative is negative.
         """
         at = np.asarray(times, dtype=np.float64)
         if not np.all(np.isfinite(at)) or np.any(at < 0):
@@ -140,6 +143,9 @@ class Trajectory:
         """Return what is flown: the prefix and `laps` copies of the cycle, as a finite flight.
 
         A finite flight is returned as it is.
+
+        Raises:
+            BadInput: There is no lap.
         """
         if laps < 1:
             raise BadInput(f"laps must be at least 1, not {laps}.")

@@ -32,7 +32,16 @@ class Reason:
 
 
 def explain(formula: Formula, word: Word, where: Where) -> Reason:
-    """Say why `word` does not satisfy `formula` (which it must not)."""
+    """Say why `word` does not satisfy `formula` (which it must not).
+
+    Args:
+        formula: What is broken.
+        word: What breaks it.
+        where: Names a position of the word for a person.
+
+    Raises:
+        BadInput: Formula and word together are too large to evaluate.
+    """
     table = truth_table(formula, word)
     part = next(conjunct for conjunct in _conjuncts(formula) if not table.at(conjunct))
     position, because = _why_not(part, 0, table, where)

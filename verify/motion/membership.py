@@ -292,7 +292,13 @@ def _exactly(
 
 
 def exact_level(paths: TeamPaths, index: int, region: Region) -> fmpq_poly:
-    """Return q of one segment and region as an exact polynomial in u, from 0 to 1."""
+    """Return q of one segment and region as an exact polynomial in u, from 0 to 1.
+
+    Args:
+        paths: The team.
+        index: Of the segment, among all of the team's.
+        region: The region; q is at most 1 in it.
+    """
     offset = [p - exact.rational(c) for p, c in zip(paths.exact_position(index), region.center, strict=True)]
     matrix = region.quadratic
     total = fmpq_poly([0])

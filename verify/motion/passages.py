@@ -164,7 +164,21 @@ def _roots(squares: Balls) -> Interval:
 def rim_distance(
     d_low: Floats, d_high: Floats, p_low: Floats, p_high: Floats, opening: Floats, rim: Floats
 ) -> tuple[Floats, Floats]:
-    """Bound the distance to the solid ring from below and above, m, given bounds on d and p and the ring's two lengths."""
+    """Bound the distance to the solid ring from below and above, m, given bounds on d and p and the ring's two lengths.
+
+    All arrays have one shape.
+
+    Args:
+        d_low: Lower bounds on the signed distances from the hoops' planes, m.
+        d_high: Upper bounds on them, m.
+        p_low: Lower bounds on the distances from the hoops' axes, m.
+        p_high: Upper bounds on them, m.
+        opening: Radii of the openings, m.
+        rim: Widths of the rings across and along the axes, m.
+
+    Returns:
+        Lower and upper bounds, m, of the same shape.
+    """
     d, p = Interval(d_low, d_high).magnitude(), Interval(p_low, p_high)
     inner = interval(opening)
     beside = (d - interval(rim / 2)).at_least_zero()

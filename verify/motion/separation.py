@@ -68,7 +68,13 @@ def walls(paths: TeamPaths) -> list[MinimumDistance]:
 
 
 def wall_exactly(paths: TeamPaths, robot: int, margin: Fraction) -> bool:
-    """Decide without rounding whether a robot's path stays at least `margin` from the walls."""
+    """Decide without rounding whether a robot's path stays at least `margin` from the walls.
+
+    Args:
+        paths: The team.
+        robot: Index of the robot in it.
+        margin: m, exact.
+    """
     box = paths.mission.workspace
     for index in np.flatnonzero(paths.owner == robot):
         for axis, position in enumerate(paths.exact_position(int(index))):
@@ -229,7 +235,13 @@ def minimum_distances(found: PairwiseDistances) -> list[MinimumDistance]:
 
 
 def distance_exactly(found: PairwiseDistances, pair: int, limit: Fraction) -> bool:
-    """Decide without rounding whether a pair stays at least `limit` apart between its steps."""
+    """Decide without rounding whether a pair stays at least `limit` apart between its steps.
+
+    Args:
+        found: Distances of all pairs.
+        pair: Index of the pair among them.
+        limit: m, exact, not negative; distances in z count as they do in `found`.
+    """
     weight = exact.rational(z_weight(found.paths))
     for row, interval in enumerate(found.intervals):
         least = float(found.squares.low[row].min())

@@ -48,7 +48,14 @@ class Action:
 
 
 def planned_actions(asked: Asked, robot: str, rows: Mapping[str, Row], alignment: Alignment) -> list[Action]:
-    """Return a robot's planned actions at every instant that the alignment allows, all laps of a cycle included."""
+    """Return a robot's planned actions at every instant that the alignment allows, all laps of a cycle included.
+
+    Args:
+        asked: What was planned, with its proved actions.
+        robot: Name.
+        rows: The robot's regions.
+        alignment: When the flight began, on the recording's clock.
+    """
     found: list[Action] = []
     for action in _instants(asked, robot):
         shifted = replace(action, low=action.low + Fraction(alignment.low), high=action.high + Fraction(alignment.high))
@@ -157,6 +164,12 @@ def internal_changes(actions: Sequence[Action], mission: Mission, zero: Fraction
     """Return the changes of the internal state that count, on a clock that is 0 at `zero`, within [0, `end`].
 
     Actions that were surely made elsewhere do not count, nor do those that need the state that these would have led to.
+
+    Args:
+        actions: One robot's, in order of time.
+        mission: Propositions of the internal states.
+        zero: s of the recording, exact.
+        end: s on the new clock, exact.
     """
     made: list[InternalChange] = []
     state = actions[0].source if actions else ""
@@ -176,6 +189,13 @@ def unplanned(
     """Return a broken action where a log's actions are not the planned ones, in their order; none where they are.
 
     What is due after `until`, the log's last row, may have been made.
+
+    Args:
+        robot: Name.
+        made: Actions that the log shows, in order of time.
+        planned: Actions that are planned, in order of time.
+        mission: Propositions of the internal states.
+        until: s of the recording, exact.
     """
     states = mission.robot.states
     due = [a for a in planned if frozenset(states[a.source]) != frozenset(states[a.target])]

@@ -63,7 +63,13 @@ class Asked:
 
     @classmethod
     def of_certificate(cls, certificate: Certificate, team: Mapping[str, Trajectory], plan: Plan | None = None) -> Asked:
-        """Ask what a certificate claims; its actions must have been judged, not read."""
+        """Ask what a certificate claims; its actions must have been judged, not read.
+
+        Args:
+            certificate: What was claimed.
+            team: Trajectories that it is about, by robot.
+            plan: Visits and passages that were planned; None leaves them out.
+        """
         return cls(
             (World(0.0, certificate.mission),), team, plan, float(certificate.margin),
             float(getattr(certificate, "clock_error", 0.0)), tuple(certificate.actions),

@@ -81,6 +81,11 @@ def load_flight_log(path: str | os.PathLike[str], mission: Mission) -> Samples:
 def read_flight_log(text: str, source: str, mission: Mission) -> Samples:
     """Read a flight log from its text; `source` names it in messages.
 
+    Args:
+        text: The log's text.
+        source: Names it in messages.
+        mission: Names the robots and the internal propositions.
+
     Raises:
         BadInput: As `load_flight_log`.
     """

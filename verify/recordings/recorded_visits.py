@@ -249,6 +249,11 @@ def crossings(track: Track, worlds: Sequence[World], margin: float) -> list[Reco
     """Return the times at which a robot may be in an opening, in order of their starts.
 
     A hoop that moves or turns stands somewhere else from then on: it is not flown through by that.
+
+    Args:
+        track: The robot's samples.
+        worlds: In order of time, with the same hoops.
+        margin: delta, m.
     """
     found: list[RecordedCrossing] = []
     for name in worlds[0].mission.hoops:

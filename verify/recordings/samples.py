@@ -120,8 +120,16 @@ def check_samples(
 def check_recording(source: str | Path, mission: Mission, *, max_speed: float | None = None, error: float = 0.0) -> Verdict:
     """Hold a flight log in the form of `flight.csv` against a mission's formula: `check_samples` of what it holds.
 
+    Args:
+        source: The log.
+        mission: Carries the formula and the regions.
+        max_speed: Bound on the speed at all times, m/s.
+        error: Bound on the distance between logged and true position, m.
+
     Raises:
-        BadInput: The file is no such log, or does not fit the mission.
+        BadInput: The file is no such log, or does not fit the mission; and as `check_samples`.
+        InternalError: Our progression and Spot disagree: a bug of ours.
+        MissingEngine: Spot is absent.
     """
     log = load_flight_log(source, mission)
     return check_samples(
@@ -165,7 +173,19 @@ def _judged(tracks: Sequence[_Track], mission: Mission, related: Relations, spee
 def judge_timelines(
     mission: Mission, timelines: Mapping[str, Timeline], related: Relations, budget: int = DEFAULT_BUDGET
 ) -> Verdict:
-    """Decide the formula on timelines that samples give: satisfied or violated whatever happened in between, or undecided."""
+    """Decide the formula on timelines that samples give: satisfied or violated whatever happened in between, or undecided.
+
+    Args:
+        mission: Carries the formula and the reading.
+        timelines: One for each robot.
+        related: What is proved of the regions at large.
+        budget: Configurations that each part of the formula may take.
+
+    Raises:
+        BadInput: There is no timeline, or the mission's trace is infinite.
+        InternalError: Our progression and Spot disagree, or the timelines contradict themselves.
+        MissingEngine: Spot is absent.
+    """
     verdict = judge_formula(mission, timelines, related, budget=budget, mending=False)[0]
     formula = f"`{mission.spec.formula}`"
     if verdict.outcome == "holds":
@@ -305,6 +325,16 @@ def with_rounding(
 ) -> float:
     """Return the error with what times and positions lost in digits and floats: a time off by s is a position off by speed s.
 
+    Args:
+        error: Bound on the distance between measured and true position, m.
+        speed: Bound on the speed, m/s.
+        rounding: How far times (s) and positions (m) may be off.
+        times: s. Shape (n,).
+        positions: m, of at least one robot; NaN where it was not seen. Shape (n, 3) each.
+
+    Returns:
+        m.
+
     Raises:
         BadInput: The rounding is no time and length.
     """
@@ -317,13 +347,21 @@ def with_rounding(
 
 
 def require_error(error: float) -> None:
-    """Refuse what is no bound on a measured position's error, m."""
+    """Refuse what is no bound on a measured position's error, m.
+
+    Raises:
+        BadInput: It is no number, negative, or too large.
+    """
     if isinstance(error, bool) or not isinstance(error, int | float) or not 0 <= error <= _MOST:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput(f"error must be a length in m, from 0 to {_MOST:g}, not {str(error)[:40]}.")
 
 
 def require_speed(max_speed: float | None) -> float:
-    """Return a bound on the speed, m/s, or refuse what is none."""
+    """Return a bound on the speed, m/s, or refuse what is none.
+
+    Raises:
+        BadInput: There is none, or it is no number, not above 0, or too large.
+    """
     if max_speed is None:
         raise BadInput("A sampled path proves nothing without a speed bound: give max_speed (--max-speed) in m/s.")
     if isinstance(max_speed, bool) or not isinstance(max_speed, int | float) or not 1 / _MOST <= max_speed <= _MOST:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types

@@ -38,7 +38,21 @@ def recorded_claim(
     visit: int | None = None,
     what: str = "",
 ) -> Claim:
-    """Return a claim about a recorded flight, with its witness where it does not hold; bound and limit are lengths in m."""
+    """Return a claim about a recorded flight, with its witness where it does not hold; bound and limit are lengths in m.
+
+    Args:
+        name: Of the claim.
+        verdict: Its outcome.
+        sentence: For a person.
+        robot: Name of the robot concerned.
+        other: Name of the other one, for a claim about two.
+        bound: What the samples show, m.
+        limit: What is asked, m.
+        time: When, s of the recording.
+        region: Name of the region concerned.
+        visit: Index of the planned visit concerned.
+        what: What the bound measures.
+    """
     witness = None
     if verdict != "holds":
         witness = Witness(

@@ -95,7 +95,16 @@ class Track:
         return np.linalg.norm(np.diff(self.positions, axis=0), axis=1)
 
     def spread(self, gap: NDArray[np.intp], low: Floats, high: Floats) -> Floats:
-        """Bound the distance from the chord's point at the same instant, between two shares of gaps, m."""
+        """Bound the distance from the chord's point at the same instant, between two shares of gaps, m.
+
+        Args:
+            gap: Indices of gaps; gap i is between samples i and i + 1. Shape (m,).
+            low: Where in each gap the stretch begins, 0 to 1. Shape (m,).
+            high: Where it ends, 0 to 1. Shape (m,).
+
+        Returns:
+            Shape (m,), m.
+        """
         reach, chord = self.bounds.speed * self.gaps[gap] * (1 + _SLACK), self.chords[gap] * (1 - _SLACK)
         open_ = np.maximum(reach * reach + 4 * reach * self.bounds.error - chord * chord, 0.0) + _SLACK * reach * reach
         nearest = np.clip(0.5, low, high)

@@ -61,7 +61,13 @@ def region_rows(track: Track, worlds: Sequence[World]) -> dict[str, Row]:
 
 
 def statuses_within(row: Row, low: Fraction, high: Fraction) -> set[Status]:
-    """Return all statuses that a region has at some time from `low` to `high`, ends included."""
+    """Return all statuses that a region has at some time from `low` to `high`, ends included.
+
+    Args:
+        row: A region's statuses.
+        low: s of the recording, exact.
+        high: s of the recording, exact.
+    """
     ends = [*(time for time, _ in row[1:]), None]
     found: set[Status] = set()
     for (since, status), until in zip(row, ends, strict=True):
@@ -71,7 +77,13 @@ def statuses_within(row: Row, low: Fraction, high: Fraction) -> set[Status]:
 
 
 def spans_of(row: Row, start: Fraction, stop: Fraction) -> tuple[Span, ...]:
-    """Return a row as the spans that visits are read from, time counted from `start`."""
+    """Return a row as the spans that visits are read from, time counted from `start`.
+
+    Args:
+        row: A region's statuses.
+        start: s of the recording, exact.
+        stop: s of the recording, exact, at which the last status ends.
+    """
     ends = [*(time for time, _ in row[1:]), stop]
     return tuple(Span(since - start, until - start, status) for (since, status), until in zip(row, ends, strict=True))
 
@@ -88,6 +100,14 @@ def recorded_timeline(
     """Put together what is known of one robot, its time from `start` to `stop` counted from 0.
 
     What a robot showed last it goes on showing where it was judged for a shorter time than the team.
+
+    Args:
+        track: The robot's samples.
+        rows: The robot's regions.
+        start: s of the recording.
+        stop: s of the recording.
+        internal: Internal propositions at `start`.
+        actions: Changes of the internal state, s from `start`.
     """
     zero, end = Fraction(start), Fraction(stop) - Fraction(start)
     changes = [
@@ -147,7 +167,13 @@ def _until(row: Row, time: Fraction) -> Status:
 
 
 def transition_claim(worlds: Sequence[World], timeline: Timeline, *, zero: float) -> Claim:
-    """Every word of a robot is a trace of its transition system."""
+    """Every word of a robot is a trace of its transition system.
+
+    Args:
+        worlds: In order of time; the last one's transition system is asked.
+        timeline: What is known of the robot.
+        zero: Time of the timeline's 0, s of the recording.
+    """
     mission, known = worlds[-1].mission, common_relations(worlds)
     (verdict,) = judge_transitions(mission, {timeline.robot: timeline}, known)
     if verdict.outcome == "fails" and not no_word_is_a_trace(mission, timeline, known):
@@ -180,5 +206,11 @@ def common_relations(worlds: Sequence[World]) -> Relations:
 
 
 def within(times: Floats, start: float, stop: float) -> np.ndarray:
-    """Return the indices of times in a closed span."""
+    """Return the indices of times in a closed span.
+
+    Args:
+        times: s. Shape (n,).
+        start: First time, s.
+        stop: Last time, s.
+    """
     return np.flatnonzero((times >= start) & (times <= stop))

@@ -21,6 +21,11 @@ def find_bad_order(normal: Normal, graph: InTurn, budget: int) -> tuple[int, ...
 
     Among bad orders one is chosen after whose shortest beginning every continuation is bad.
 
+    Args:
+        normal: The formula, in normal form.
+        graph: Kinds of robots and how many there are of each.
+        budget: Configurations of waiting robots and formula that may be met.
+
     Raises:
         OutOfBudget: More than `budget` configurations were met.
     """

@@ -31,7 +31,13 @@ class InTurn:
         self.joint = reading == "joint"
 
     def observation(self, waiting: tuple[int, ...], kind: int, index: int) -> Observation:
-        """Return the reading while a robot of one kind flies and `waiting` have still to fly."""
+        """Return the reading while a robot of one kind flies and `waiting` have still to fly.
+
+        Args:
+            waiting: How many of each kind have still to fly, the one that flies left out.
+            kind: Which kind flies.
+            index: Of the letter that it has come to.
+        """
         letter = self.kinds[kind][index]
         if self.joint:
             for other, letters in enumerate(self.kinds):

@@ -52,7 +52,12 @@ def check_word(formula: str | Formula, word: Letters, cycle: Iterable[Iterable[s
 
 
 def as_formula(formula: str | Formula, shown: Collection[str] = ()) -> Formula:
-    """Return a formula from a text, which is held against words that show some names, or as it is."""
+    """Return a formula from a text, which is held against words that show some names, or as it is.
+
+    Raises:
+        BadInput: It is neither a text nor a sound formula.
+        FormulaError: The text is no formula.
+    """
     if isinstance(formula, str):
         return parse_formula(formula, shown=shown)
     if not isinstance(formula, Formula):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
@@ -61,7 +66,16 @@ def as_formula(formula: str | Formula, shown: Collection[str] = ()) -> Formula:
 
 
 def as_word(word: Letters, cycle: Iterable[Iterable[str]] | None = None, *, owner: str = "The word") -> Word:
-    """Return a `Word` from what a user gives; refuse strings, which are no sequences of sets of names."""
+    """Return a `Word` from what a user gives; refuse strings, which are no sequences of sets of names.
+
+    Args:
+        word: A word, or the letters of its prefix.
+        cycle: The letters of its cycle; None for a finite word or one that has its cycle.
+        owner: Names the word in messages.
+
+    Raises:
+        BadInput: It is no word, or its cycle is given twice.
+    """
     if isinstance(word, Word):
         if cycle is None:
             return _named(word, owner)

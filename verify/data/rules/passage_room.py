@@ -12,7 +12,13 @@ _AHEAD = 1e-3
 
 
 def room_in_opening(hoop: Hoop, radius: float, margin: float) -> float:
-    """Return how far from the axis a vehicle's centre may be for its sphere to pass the opening, in m; not positive without room."""
+    """Return how far from the axis a vehicle's centre may be for its sphere to pass the opening, in m; not positive without room.
+
+    Args:
+        hoop: The hoop.
+        radius: The vehicle's, m.
+        margin: delta, m.
+    """
     return hoop.opening - margin - radius
 
 

@@ -111,7 +111,13 @@ def crowded(agents: Mapping[str, Agent], kept: Spacing) -> Iterator[Crowded]:
 
 
 def needed(kept: Spacing, separation: float, margin: float) -> str:
-    """Return how far apart robots must be and what that is the sum of, for messages."""
+    """Return how far apart robots must be and what that is the sum of, for messages.
+
+    Args:
+        kept: The rule, with the margin in it.
+        separation: m, between centres.
+        margin: m.
+    """
     stretch = max(1.0, kept.z_scale)
     twice = f"{2 * stretch:g} times the margin {margin:g} m" if stretch > 1.0 else f"twice the margin {margin:g} m"
     counts = "" if kept.z_scale == 1.0 else f", where a distance in z counts {kept.z_scale:g} times"

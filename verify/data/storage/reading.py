@@ -41,6 +41,11 @@ def read_bytes(path: str | os.PathLike[str], *, most: int, what: str) -> bytes:
 def begins_with(path: str | os.PathLike[str], text: bytes, what: str) -> bool:
     """Tell whether a regular file begins so, a byte order mark aside, without reading on.
 
+    Args:
+        path: The file.
+        text: What it may begin with.
+        what: Names what was expected in messages, such as "mission file".
+
     Raises:
         BadInput: It is missing, no regular file, or unreadable.
     """
@@ -50,6 +55,11 @@ def begins_with(path: str | os.PathLike[str], text: bytes, what: str) -> bool:
 def read_text(path: str | os.PathLike[str], *, most: int, what: str) -> str:
     """Read a regular file of UTF-8 text, without the mark that some programs put before it.
 
+    Args:
+        path: The file.
+        most: Bytes that it may have.
+        what: Names what was expected in messages, such as "mission file".
+
     Raises:
         BadInput: As `read_bytes`, or it is no UTF-8 text.
     """
@@ -58,6 +68,11 @@ def read_text(path: str | os.PathLike[str], *, most: int, what: str) -> str:
 
 def decoded(data: bytes, source: str, what: str) -> str:
     """Return UTF-8 text; `source` and `what` name it in messages.
+
+    Args:
+        data: The bytes; a byte order mark before the text is left out.
+        source: Names them in messages.
+        what: Names what was expected, such as "mission file".
 
     Raises:
         BadInput: It is no UTF-8 text.

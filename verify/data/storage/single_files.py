@@ -23,6 +23,14 @@ _STAMP = "<!-- written by ltlplan; SHA-256 of all above: "
 def replace_listed(folder: Path, name: str, text: str) -> Path:
     """Write a file into a folder, over one that the folder's manifest lists and that is as we left it, and list it there.
 
+    Args:
+        folder: Where the file and the manifest stand.
+        name: Of the file, in the folder.
+        text: Its contents, which are written as UTF-8.
+
+    Returns:
+        The file's path.
+
     Raises:
         BadInput: There is a file of that name that is the user's, or it cannot be written.
     """
@@ -77,6 +85,11 @@ def replace_page(path: Path, text: str) -> None:
 
 def write_single(path: Path, content: bytes, *, overwrite: bool = False) -> None:
     """Write a file, whole or not at all; one that is there is kept unless `overwrite` says otherwise or it is the same.
+
+    Args:
+        path: The file.
+        content: Its bytes.
+        overwrite: Whether another file of that name may be replaced.
 
     Raises:
         BadInput: There is another file of that name, or it cannot be written.

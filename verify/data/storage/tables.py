@@ -171,7 +171,13 @@ def counted(numbers: Sequence[Decimal], unit: int = 0) -> tuple[list[int], int]:
 
 
 def since(counts: Sequence[int], power: int, zero: Fraction) -> list[float]:
-    """Return times in s from `zero` (in s), each rounded once, of what `counted` gave."""
+    """Return times in s from `zero` (in s), each rounded once, of what `counted` gave.
+
+    Args:
+        counts: Times as whole multiples of 10**power s.
+        power: 0 or less.
+        zero: s, exact.
+    """
     scale = 10**-power
     begin = zero * scale  # whole where `zero` is one of the times
     return [(count * begin.denominator - begin.numerator) / (scale * begin.denominator) for count in counts]
