@@ -112,7 +112,7 @@ class Certificate:
         """Tell whether every claim is proved of exactly these trajectories, bit for bit."""
         return self.holds and {name: trajectory.digest() for name, trajectory in team.items()} == self.trajectories
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:  # of any type: JSON nests
         """Return certificate.json as plain data, its digest included."""
         data = self._payload()
         return {**data, "digest": payload_digest(data)}
@@ -431,7 +431,7 @@ def _finite(value: float | None) -> float | None:
     return None if value is None or not math.isfinite(value) else float(value)
 
 
-def payload_digest(data: Mapping[str, Any]) -> str:
+def payload_digest(data: Mapping[str, object]) -> str:
     """Return the SHA-256 of certificate.json's contents without their digest, in hexadecimal."""
     text = json.dumps(data, sort_keys=True, allow_nan=False, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()

@@ -176,7 +176,7 @@ def _end_value(trajectory: Trajectory, order: int) -> np.ndarray:
     return (trajectory.derivative_coefficients(order)[-1, :3] * powers).sum(-1)
 
 
-def read_certificate(path: Path) -> dict[str, Any]:
+def read_certificate(path: Path) -> dict[str, Any]:  # of any type: JSON nests
     """Read certificate.json as plain data of the right shape; `recheck` proves what it says.
 
     Raises:
@@ -188,7 +188,7 @@ def read_certificate(path: Path) -> dict[str, Any]:
     return certificate_from_json(data, str(path))
 
 
-def certificate_from_json(data: str | bytes, source: str = "certificate.json") -> dict[str, Any]:
+def certificate_from_json(data: str | bytes, source: str = "certificate.json") -> dict[str, Any]:  # of any type: JSON nests
     """Read certificate.json as plain data; `recheck` proves what it says.
 
     Raises:

@@ -44,7 +44,7 @@ from verify.recordings.samples import check_samples, sampled_timeline
 Samples = tuple[ArrayLike, ArrayLike]
 """Times in s, shape (n,), and positions in m, shape (n, 3)."""
 
-Regions = Mission | Mapping[str, Any]
+Regions = Mission | Mapping[str, Region | tuple[ArrayLike, ArrayLike]]
 """A mission, or regions by name: a `Region`, (centre, radius) or (centre, (a, b, c)), in m."""
 
 ROBOT = "robot"

@@ -44,15 +44,15 @@ class TeamGraph(Protocol):
         """Yield the first states, each with the reading that leads there (or None)."""
         ...
 
-    def steps(self, state: Any) -> Iterable[Step]:
+    def steps(self, state: Any) -> Iterable[Step]:  # of any type: each graph has states of its own
         """Yield what can come next."""
         ...
 
-    def is_final(self, state: Any) -> bool:
+    def is_final(self, state: Any) -> bool:  # of any type: each graph has states of its own
         """Tell whether the team word may end here."""
         ...
 
-    def stronger(self, state: Any) -> tuple[Hashable, int]:
+    def stronger(self, state: Any) -> tuple[Hashable, int]:  # of any type: each graph has states of its own
         """Return (key, bits): of two states with equal keys the one with more bits can do all that the other can."""
         ...
 
@@ -227,17 +227,17 @@ class WithOthers:
         """Yield every way to begin."""
         return [(None, False)] if self.graph is None else self.graph.initial()
 
-    def steps(self, state: Any) -> Iterator[Step]:
+    def steps(self, state: Any) -> Iterator[Step]:  # of any type: each graph has states of its own
         """Read any of the others' letters, or go on as the robots that are followed do."""
         for letter in self.letters:
             yield Observation(None, letter, ()), True if self.graph is None else state
         if self.graph is not None:
             yield from self.graph.steps(state)
 
-    def is_final(self, state: Any) -> bool:
+    def is_final(self, state: Any) -> bool:  # of any type: each graph has states of its own
         """Tell whether the team word may end here; it has at least one reading."""
         return state if self.graph is None else self.graph.is_final(state)
 
-    def stronger(self, state: Any) -> tuple[Hashable, int]:
+    def stronger(self, state: Any) -> tuple[Hashable, int]:  # of any type: each graph has states of its own
         """Compare as the robots that are followed do."""
         return (state, 0) if self.graph is None else self.graph.stronger(state)

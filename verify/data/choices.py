@@ -11,7 +11,7 @@ from typing import Any
 
 from verify.data.registry import Registry
 
-Function = Callable[..., Any]
+Function = Callable[..., Any]  # of any type: each choice has its own
 """What is registered are functions; their types are said where they are called (`ltlplan.allocation`, `ltlplan.paths.costs`)."""
 
 PLANNING_METHODS: Registry[Function] = Registry(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -121,7 +121,7 @@ class NewFormula:
 WorldEvent = HoopMoves | RobotLeaves | RobotJoins | NewFormula
 
 
-def changed(mission: Mission, **parts: Any) -> Mission:
+def changed(mission: Mission, **parts: Any) -> Mission:  # of any type: pydantic looks at them
     """Return a mission with other parts, built anew so that nothing that was computed from the old ones stays."""
     return Mission.model_validate({**{name: getattr(mission, name) for name in Mission.model_fields}, **parts})
 
@@ -212,7 +212,7 @@ def _is_number(value: Any) -> bool:
 
 
 _KINDS: dict[type, str] = {HoopMoves: "moves", RobotLeaves: "leaves", RobotJoins: "joins", NewFormula: "formula"}
-_SHAPE: dict[str, tuple[Any, str]] = {
+_SHAPE: dict[str, tuple[Callable[[Any], bool], str]] = {  # tests of any type: what a file may hold
     "time": (lambda v: _is_number(v) and v >= 0, "a number of seconds, at least 0"),
     "region": (lambda v: isinstance(v, str), "a name"),
     "robot": (lambda v: isinstance(v, str), "a name"),

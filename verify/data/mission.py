@@ -83,7 +83,7 @@ class Mission(Value):
     planner: Planner = Field(default_factory=lambda: Planner())
     sequence: str | None = Field(default=None, description="hoop passages to fly exactly, such as `hoop0F (hoop1R)*`")
 
-    def changed(self, **fields: Any) -> Mission:
+    def changed(self, **fields: Any) -> Mission:  # of any type: pydantic looks at them
         """Return a mission with some fields replaced, which has passed every check that a mission file undergoes.
 
         Raises:
@@ -92,7 +92,7 @@ class Mission(Value):
         self._require_fields(fields)
         return check_mission(self.model_copy(update=fields))
 
-    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:  # as pydantic declares it
         """Return a copy with changed fields; what is computed from fields is computed anew."""
         copied = super().model_copy(update=update, deep=deep)
         for name in ("formula", "passages", "effective_limits"):
@@ -156,7 +156,7 @@ class Mission(Value):
         """Propositions of one agent's internal state at time 0."""
         return frozenset(self.robot.states[self.initial_internal(agent)])
 
-    def resolved(self) -> dict[str, Any]:
+    def resolved(self) -> dict[str, Any]:  # of any type: JSON nests
         """Return the mission as plain data with every default, matrix and vehicle number written out."""
         return self.model_dump(mode="json", by_alias=True, exclude_none=True)
 

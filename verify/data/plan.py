@@ -127,7 +127,7 @@ class Plan(Value):
     complete: bool = False
     notes: tuple[str, ...] = ()
 
-    def changed(self, **fields: Any) -> Plan:
+    def changed(self, **fields: Any) -> Plan:  # of any type: pydantic looks at them
         """Return a plan with some fields replaced, which is sound as a whole, its mission included.
 
         Raises:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import OrderedDict
+from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -41,7 +42,7 @@ class Value(BaseModel):
     computed_from: ClassVar[dict[str, tuple[str, ...]]] = {}
     """Fields that are computed where they are not given, and the fields that they are computed from."""
 
-    def changed(self, **fields: Any) -> Self:
+    def changed(self, **fields: Any) -> Self:  # of any type: pydantic looks at them
         """Return a new value with some fields replaced, validated like any other; what is computed from them is computed anew.
 
         Raises:
@@ -81,7 +82,7 @@ def faults_of(error: ValidationError, owner: str) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def plain(value: BaseModel) -> dict[str, Any]:
+def plain(value: BaseModel) -> dict[str, Any]:  # of any type: what fields may hold
     """Return what a value holds, whatever that is, as plain data under the names of its file format.
 
     Raises:
@@ -99,20 +100,20 @@ class Remembered:
     def __init__(self) -> None:
         self._digests: OrderedDict[bytes, None] = OrderedDict()
 
-    def __contains__(self, data: dict[str, Any]) -> bool:
+    def __contains__(self, data: Mapping[str, object]) -> bool:
         digest = _digest(data)
         if digest not in self._digests:
             return False
         self._digests.move_to_end(digest)
         return True
 
-    def add(self, data: dict[str, Any]) -> None:
+    def add(self, data: Mapping[str, object]) -> None:
         """Remember contents."""
         self._digests[_digest(data)] = None
         while len(self._digests) > _REMEMBERED:
             self._digests.popitem(last=False)
 
 
-def _digest(data: dict[str, Any]) -> bytes:
+def _digest(data: Mapping[str, object]) -> bytes:
     """Tell contents apart with the types of all their parts: a list is no tuple here, and NaN no number."""
     return hashlib.sha256(repr(data).encode("utf-8", "backslashreplace")).digest()

@@ -78,7 +78,7 @@ class Verdict:
             return tuple((self.robot or "", letter) for letter in self.counterexample.letters)
         return self.counterexample
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:  # of any type: JSON nests
         """Return the verdict as plain data for JSON."""
         word = self.counterexample
         cycle = word.cycle if isinstance(word, Word) else None
@@ -113,7 +113,7 @@ class TeamVerdict:
     def __bool__(self) -> bool:
         return bool(self.sequential) and bool(self.parallel)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:  # of any type: JSON nests
         """Return both verdicts as plain data for JSON."""
         return {"sequential": self.sequential.to_dict(), "parallel": self.parallel.to_dict()}
 

@@ -70,7 +70,7 @@ class FlightVerdict:
     def __bool__(self) -> bool:
         return self.outcome == "holds"
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:  # of any type: JSON nests
         """Return the verdict as plain data for JSON."""
         return {
             "outcome": self.outcome,

@@ -18,7 +18,11 @@ from verify.data.vehicle import Vehicle
 
 
 def broken_by_agents(
-    values: Mapping[str, Any], robot: Robot | None, regions: list[str], *, to_plan: bool = True
+    values: Mapping[str, Any],  # of any type: each section has its own
+    robot: Robot | None,
+    regions: list[str],
+    *,
+    to_plan: bool = True,
 ) -> Iterator[Finding]:
     """Yield what is wrong with a mission's agents.
 

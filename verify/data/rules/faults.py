@@ -67,7 +67,10 @@ class MissionError(BadInput):
         super().__init__("\n".join(lines))
 
 
-def sound_sections(data: Mapping[str, Any], fields: Mapping[str, FieldInfo]) -> tuple[dict[str, Any], list[Finding]]:
+def sound_sections(
+    data: Mapping[str, Any],  # of any type: what a mission file may hold
+    fields: Mapping[str, FieldInfo],
+) -> tuple[dict[str, Any], list[Finding]]:  # of any type: each section has its own
     """Validate each section, and each entry of a table of entries, by itself.
 
     Args:

@@ -26,7 +26,11 @@ COARSEST = 1e-4
 
 
 def broken_rules(
-    values: Mapping[str, Any], data: Mapping[str, Any], *, to_plan: bool = True, installed: bool = True
+    values: Mapping[str, Any],  # of any type: each section has its own
+    data: Mapping[str, Any],  # of any type: what a mission file may hold
+    *,
+    to_plan: bool = True,
+    installed: bool = True,
 ) -> Iterator[Finding]:
     """Yield what is wrong with a mission.
 

@@ -70,7 +70,7 @@ REGION_SHAPES: Registry[RegionShape] = Registry(
 """By the key in mission files."""
 
 
-def compiled(key: str, raw: Any, yaw: float) -> list[list[dict[str, Any]]]:
+def compiled(key: str, raw: object, yaw: float) -> list[list[dict[str, object]]]:
     """Return the body of what stands under a shape's key, as plain data for the schema to look at.
 
     Args:

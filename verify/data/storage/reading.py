@@ -83,7 +83,7 @@ def decoded(data: bytes, source: str, what: str) -> str:
         raise BadInput(f"{source} is not UTF-8 text (byte {error.start}); a {what} is text.") from None
 
 
-def parse_json(text: str | bytes, source: str) -> Any:
+def parse_json(text: str | bytes, source: str) -> Any:  # of any type: what JSON may hold
     """Read JSON in which every name and number has one meaning.
 
     Args:

@@ -20,7 +20,7 @@ _MERGE = "tag:yaml.org,2002:merge"
 _NUMBERS = ("tag:yaml.org,2002:int", "tag:yaml.org,2002:float")
 
 
-def load_tree(text: str) -> Any:
+def load_tree(text: str) -> Any:  # ruamel's nodes have no common type
     """Return ruamel's tree of a YAML 1.2 text, which knows the line of every key.
 
     Raises:
