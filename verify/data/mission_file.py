@@ -1,7 +1,7 @@
 """Mission files: YAML in, `Mission` out, with every fault at once and each at its line.
 
-Two passes. Every section, and every entry of a table of entries, is validated on its own, so one mistake does
-not hide the next; then whatever is sound is held against the rest (names, starts, edges, limits).
+Two passes, both of `verify.data.rules`: every section, and every entry of a table of entries, is validated on its own, so one
+mistake does not hide the next; then whatever is sound is held against the rest (names, starts, edges, limits).
 """
 
 from __future__ import annotations
