@@ -12,11 +12,6 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("ltlplan", "refine", "flight", "verify")
 
-KNOWN: dict[str, tuple[frozenset[str], ...]] = {
-    "ltlplan": (frozenset({"ltlplan.sharing.room_to_pass", "ltlplan.sharing.sharing_out", "ltlplan.sharing.team"}),),
-}
-"""Circles that are still to be undone; no other module may join them."""
-
 
 def modules_of(package: str) -> dict[str, Path]:
     """Return a package's modules by their dotted names; a package's own name is that of its `__init__`."""
@@ -52,15 +47,7 @@ def circles(package: str) -> list[frozenset[str]]:
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_no_modules_import_each_other_in_a_circle(package: str) -> None:
-    new = [sorted(circle) for circle in circles(package) if not any(circle <= known for known in KNOWN.get(package, ()))]
-    assert not new
-
-
-@pytest.mark.parametrize("package", PACKAGES)
-def test_circles_that_were_undone_are_off_the_list(package: str) -> None:
-    found = circles(package)
-    undone = [sorted(known) for known in KNOWN.get(package, ()) if not any(circle <= known for circle in found)]
-    assert not undone, "take it off the list"
+    assert [sorted(circle) for circle in circles(package)] == []
 
 
 def test_imports_are_read_at_every_level(tmp_path: Path) -> None:

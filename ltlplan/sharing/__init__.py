@@ -3,12 +3,12 @@
 | module | what it holds |
 |---|---|
 | `simulated` | the planning method: a team flown in simulated time until the formula is satisfied, and what came of it as a plan |
-| `team_in_flight`, `team` | what is known of a team however it is led; Algorithm 5, one step at a time |
+| `team_in_flight`, `piloted_team`, `team` | what is known of a team however it is led; of one with pilots; Algorithm 5, step by step |
 | `pilot`, `gliding_path` | one robot: what it still has to do, and the way that it flies while that changes |
 | `belief`, `residual` | where the letters flown so far may have led, which may come next, and what is left of the formula |
 | `sharing_out` | the run that the team begins with, and its tasks for each robot |
 | `switch` | which task should change hands |
-| `room_to_pass` | ways around robots that hover, and idle robots that step aside |
+| `room_to_pass`, `detours` | robots that are led around others or step aside; the ways that they fly then |
 | `events` | what can change in the world (`verify.data.events`), checked before take-off |
 | `cross_entropy` | Algorithm 4 |
 

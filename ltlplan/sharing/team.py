@@ -20,8 +20,7 @@ is the checker's, afterwards.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.random import Generator
@@ -30,12 +29,12 @@ from numpy.typing import NDArray
 from ltlplan.mtac.agent_moves import Move, RobotTask
 from ltlplan.sharing.belief import admits, can_finish
 from ltlplan.sharing.cross_entropy import OnlineSettings
-from ltlplan.sharing.pilot import Pilot
-from ltlplan.sharing.room_to_pass import led_around, make_way
+from ltlplan.sharing.piloted_team import PilotedTeam
+from ltlplan.sharing.room_to_pass import make_way
 from ltlplan.sharing.sharing_out import share_out
 from ltlplan.sharing.switch import Handover, better_hands, may_change
-from ltlplan.sharing.team_in_flight import PERIOD, Desired, TeamInFlight
-from verify.data import Infeasible, Letter, Mission, RobotPlan, Unsatisfiable, Word
+from ltlplan.sharing.team_in_flight import PERIOD, Desired
+from verify.data import Infeasible, Mission, Unsatisfiable
 from verify.data.events import HoopMoves, RobotJoins, WorldEvent
 from verify.data.shapes.inequalities import Point
 
@@ -57,7 +56,7 @@ STUCK = 12.0
 """s without any motion after which a team that has something left to do gives up."""
 
 
-class OnlineTeam(TeamInFlight[Pilot]):
+class OnlineTeam(PilotedTeam):
     """A team in flight under online MTAC-E. It changes with each step."""
 
     def __init__(
@@ -80,8 +79,7 @@ class OnlineTeam(TeamInFlight[Pilot]):
         chosen = settings or OnlineSettings(
             elite=mission.planner.elite, trajectories=mission.planner.samples, window=WINDOW, floor=FLOOR
         )
-        super().__init__(mission, lambda asked, world, name, where: Pilot(asked, world, name, where, chosen))
-        self.rng, self.every_order = rng, every_order
+        super().__init__(mission, chosen, rng=rng, every_order=every_order)
         self._handover: Handover | None = None
         self._stuck: dict[str, float] = {}
         self._first: list[str] = list(self.pilots)
@@ -92,11 +90,6 @@ class OnlineTeam(TeamInFlight[Pilot]):
         self.allocate()
 
     @property
-    def distance(self) -> float:
-        """M between robots' centres that they keep in flight, from where they should be."""
-        return self.mission.separation + CLEARANCE
-
-    @property
     def cost(self) -> float:
         """The summed cost of the best paths that are known for all robots."""
         return float(sum(pilot.best_cost for pilot in self.pilots.values()))
@@ -104,10 +97,7 @@ class OnlineTeam(TeamInFlight[Pilot]):
     @property
     def complete(self) -> bool:
         """Whether every robot has a path for all that is left, and that satisfies the formula."""
-        return self.holding is None and can_finish(self.belief, self._ahead())
-
-    def _ahead(self) -> dict[str, tuple[Letter, ...]]:
-        return {name: pilot.ahead for name, pilot in self.pilots.items()}
+        return self.holding is None and can_finish(self.belief, self.ahead())
 
     def allocate(self) -> None:
         """Make a satisfying run from where the team is and give its tasks to the cheapest robots (lines 1 to 4).
@@ -190,17 +180,6 @@ class OnlineTeam(TeamInFlight[Pilot]):
         super().give_up(reason)
         self._handover = None
 
-    def rests(self, pilot: Pilot, now: float) -> bool:
-        """Tell whether a robot hovers, so that it can begin another course."""
-        if self.waits_to_share and pilot.entered and not pilot.stop and not pilot.arrived:
-            return False
-        return (pilot.arrived or pilot.clock.resting) and not pilot.course.gliding(now)
-
-    def root(self, pilot: Pilot, now: float) -> None:
-        """Let a robot's state be where it hovers, so that its next course begins without a jump."""
-        x, y, z = (float(v) for v in pilot.course.flat(pilot.clock, now)[0])
-        pilot.where = replace(pilot.where, position=(x, y, z))
-
     # -- what was flown ------------------------------------------------------------------------------------
 
     def _see(self, now: float, positions: Mapping[str, Point]) -> None:
@@ -214,13 +193,9 @@ class OnlineTeam(TeamInFlight[Pilot]):
         for name in unforeseen:
             self.pilots[name].surprised(inside[name])
         # what was foreseen was asked for at the gate
-        if unforeseen and self.holding is None and not can_finish(self.belief, self._ahead()):
+        if unforeseen and self.holding is None and not can_finish(self.belief, self.ahead()):
             seen_by = ", ".join(unforeseen)
             self.hold(f"at {now:.2f} s {seen_by} showed letters after which the plan cannot be finished")
-
-    def acts(self, pilot: Pilot) -> str | None:
-        """Return the internal state that a robot's planned action leads to, once it is at its region's centre."""
-        return pilot.wants_to_act()
 
     # -- who may go ----------------------------------------------------------------------------------------
 
@@ -302,12 +277,6 @@ class OnlineTeam(TeamInFlight[Pilot]):
 
     # -- who does what -------------------------------------------------------------------------------------
 
-    def keeps(self, ahead: Mapping[str, tuple[Letter, ...]]) -> bool:
-        """Tell whether the team can finish by these letters: in some order from now on, or if asked, in every order from the start."""
-        if not self.every_order:
-            return can_finish(self.belief, ahead)
-        return self.reader.holds_in_every_order({robot: (*self.word(robot), *letters) for robot, letters in ahead.items()})
-
     def _laid(self, tasks: Mapping[str, RobotTask]) -> tuple[str, tuple[Move, ...]] | None:
         """Give robots their tasks and courses; return a task that has no way, if there is one."""
         plans = {}
@@ -320,26 +289,11 @@ class OnlineTeam(TeamInFlight[Pilot]):
             self.pilots[name].take(task, plans[name], self.rng)
         return None
 
-    def plan_for(self, pilot: Pilot, task: RobotTask, around: Iterable[Point] = ()) -> RobotPlan:
-        """Lay the way of one robot from where it hovers, around places where others do.
-
-        Args:
-            pilot: The robot.
-            task: What it is to do.
-            around: Where others hover, m.
-
-        Raises:
-            Infeasible: There is none.
-        """
-        word = Word((self.world.letter(pilot.where), *task.ahead(self.world)))
-        visits = task.visits if task.moves else ()
-        return led_around(self.mission, pilot.name, pilot.where.position, visits, word, around, self.distance)
-
     def _may_change(self, handover: Handover) -> bool:
         if not may_change(self.world, self.reader, self.belief, self.pilots, handover):
             return False
         tasks = handover.tasks(self.world, self.pilots) if self.every_order else {}
-        return not tasks or self.keeps({**self._ahead(), **{name: task.ahead(self.world) for name, task in tasks.items()}})
+        return not tasks or self.keeps({**self.ahead(), **{name: task.ahead(self.world) for name, task in tasks.items()}})
 
     def _switch(self, now: float) -> tuple[str, ...]:
         """Let a task that nobody has begun change hands where that is clearly cheaper (lines 15 to 17)."""
@@ -369,9 +323,6 @@ class OnlineTeam(TeamInFlight[Pilot]):
 
 WINDOW, FLOOR = 12, 0.2
 """Elites that a row's Gaussian is fitted to, and the least standard deviation of its coordinates (the first one is 1)."""
-
-CLEARANCE = 0.08
-"""m that robots keep beyond the mission's separation, for what the vehicles do not follow."""
 
 MAX_ATTEMPTS = 20
 """Ways to share what is left that are tried when some way between hoops is blocked."""

@@ -1,0 +1,124 @@
+"""Ways around robots that hover, and to places where nobody is in the way: geometry only, whatever the team does.
+
+| function | what it finds |
+|---|---|
+| `led_around` | a robot's way to its regions, around places where others hover |
+| `places_aside` | places in free flight that are off some paths |
+| `way_aside` | a robot's way to such a place |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ltlplan.paths.hoops import route
+from verify.data import Infeasible, Mission, RobotPlan, Visit, Word
+from verify.data.shapes.inequalities import Point
+from verify.data.shapes.region import Region
+
+Floats = NDArray[np.float64]
+
+_SPARE = 0.03
+"""m beyond the distance that robots keep, by which a way leads around one that hovers."""
+_NEAR = 0.05
+"""m beyond the margin that a way's start keeps from what it leads around."""
+_GRID = 0.15
+"""m between places to step aside to."""
+_LEAST = 0.02
+"""m; radius of the smallest body that is led around."""
+
+
+@dataclass(frozen=True, slots=True)
+class WayAhead:
+    """What a robot that hovers is to fly.
+
+    Attributes:
+        robot: Who flies.
+        start: m, where it hovers.
+        visits: What it visits, with its start region first where it begins inside.
+        word: The letters that it will show.
+    """
+
+    robot: str
+    start: Point
+    visits: tuple[Visit, ...]
+    word: Word
+
+    def route(self, mission: Mission, end: Point | None = None) -> RobotPlan:
+        """Lay the way in a mission, as if the robot were alone.
+
+        Args:
+            mission: What to keep clear of.
+            end: m, where the robot is to hover at last; by default where the mission says.
+
+        Raises:
+            Infeasible: There is none.
+        """
+        changes = {"start": self.start} if end is None else {"start": self.start, "end": end}
+        agent = mission.agents[self.robot].model_copy(update=changes)
+        return route(mission.model_copy(update={"agents": {self.robot: agent}}), self.robot, self.visits, word=self.word)
+
+
+def led_around(mission: Mission, way: WayAhead, hovering: Iterable[Point], distance: float) -> RobotPlan:
+    """Lay one robot's way around places where others hover, as far from them as `distance`, or as the start allows.
+
+    Args:
+        mission: What is asked.
+        way: What the robot is to fly.
+        hovering: m, where others hover.
+        distance: m.
+
+    Raises:
+        Infeasible: There is no way around, or somebody hovers where the robot is to go.
+    """
+    bodies: dict[str, Region] = {}
+    for index, place in enumerate(hovering):
+        away = float(np.linalg.norm(np.array(place) - np.array(way.start)))
+        radius = min(distance + _SPARE, away - _NEAR) - mission.margin
+        if radius > _LEAST:
+            bodies[f" robot {index} "] = Region(center=place, radii=(radius, radius, radius))
+    return way.route(mission.model_copy(update={"regions": {**mission.regions, **bodies}}))
+
+
+def places_aside(mission: Mission, start: Point, paths: Sequence[Floats], distance: float) -> list[Point]:
+    """Return places in free flight that are as far as `distance` from some paths, the nearest to a start first.
+
+    Args:
+        mission: Regions, margin and workspace.
+        start: m.
+        paths: m, where nobody may be. Each of shape (n, 3).
+        distance: m.
+    """
+    inset = mission.margin + 0.1
+    low, high = np.array(mission.workspace.min) + inset, np.array(mission.workspace.max) - inset
+    axes = [np.arange(a, b, _GRID) if b > a else np.array([(a + b) / 2.0]) for a, b in zip(low, high, strict=True)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    for region in mission.all_regions.values():
+        reach = region.outer_radius
+        grid = grid[np.linalg.norm(grid - np.array(region.center), axis=1) > reach * (1.0 + inset / region.inner_radius)]
+    for hoop in mission.hoops.values():
+        ring = hoop.opening + hoop.rim + inset + mission.vehicle.radius
+        grid = grid[np.linalg.norm(grid - np.array(hoop.center), axis=1) > ring]
+    for path in paths:
+        if len(grid):
+            grid = grid[np.linalg.norm(grid[:, None] - path[None], axis=2).min(axis=1) > distance]
+    order = np.argsort(np.linalg.norm(grid - np.array(start), axis=1), kind="stable")
+    return [(float(x), float(y), float(z)) for x, y, z in grid[order]]
+
+
+def way_aside(mission: Mission, way: WayAhead, place: Point) -> RobotPlan | None:
+    """Lay the way of a robot that steps aside; None where there is none.
+
+    Args:
+        mission: What to keep clear of.
+        way: What the robot visits and shows before it hovers aside.
+        place: Where it is to hover, m.
+    """
+    try:
+        return way.route(mission, place)
+    except Infeasible:
+        return None
