@@ -26,6 +26,7 @@ from flight.monitoring.letters import PlannedAction, RegionMasks, planned_action
 from flight.monitoring.tube import relative_acceleration, stray_at_joints
 from flight.processes import shared
 from verify.data import BadInput, Mission, Plan, Trajectory, check_plan, check_trajectories
+from verify.data.progress import Progress
 from verify.recordings.planned_paths import planned_paths
 
 MAX_RUNS = 100_000
@@ -33,8 +34,6 @@ _BATCH = 500
 """Runs that are simulated side by side: enough to drown the cost of a call, few enough for the cache."""
 LEAST_SHARE = 400
 """Fewest runs that a process of their own is worth: half as many take hardly less time, and starting one takes a second."""
-
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, slots=True)

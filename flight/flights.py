@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, Unpack
 
 import numpy as np
@@ -20,9 +20,8 @@ from flight.monitoring.letters import PlannedAction, RegionMasks, internal_lette
 from flight.monitoring.monitor import Monitor
 from flight.monitoring.reaction import LANDING_TIME, Reaction, Stop
 from verify.data import BadInput, Mission, Plan, Trajectory, check_plan, check_trajectories
+from verify.data.progress import Progress
 from verify.recordings.planned_paths import PlannedPath, planned_paths
-
-Progress = Callable[[str, float], None]
 
 
 def fly(

@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 from flight.pictures import robot_colour
 from flight.shapes import Floats
 from ltlplan.report.bars import Bar, bars_html
-from ltlplan.report.history import Reading, Spell, truth_spells
+from ltlplan.report.history import LetterInterval, ReadLetter, truth_intervals
 from ltlplan.report.over_time import over_time
 
 if TYPE_CHECKING:
@@ -23,7 +23,9 @@ _INTERNAL = "#6b7280"
 _TRUE = "#2f8d57"
 
 
-def label_chart(certificate: Certificate, letters: Mapping[str, Sequence[Spell]], end: float, cycle: float | None) -> str:
+def label_chart(
+    certificate: Certificate, letters: Mapping[str, Sequence[LetterInterval]], end: float, cycle: float | None
+) -> str:
     """Draw regions by robot: what must be and what may be, from the certificate's timelines.
 
     Args:
@@ -49,11 +51,15 @@ def label_chart(certificate: Certificate, letters: Mapping[str, Sequence[Spell]]
                 if status != "no":
                     colour = robot_colour(index) + ("" if status == "must" else "66")
                     bars.append(Bar(row, start, stop, colour, f"{robot} {status} be in {region}"))
-        held = [(spell, spell.letter - set(regions)) for spell in letters[robot] if spell.letter - set(regions)]
+        held = [(interval, interval.letter - set(regions)) for interval in letters[robot] if interval.letter - set(regions)]
         for name in sorted(frozenset[str]().union(*(names for _, names in held))):
             row = f"{robot} {name}"
             rows.append(row)
-            bars += [Bar(row, spell.start, spell.end, _INTERNAL, f"{robot}: {name}") for spell, names in held if name in names]
+            bars += [
+                Bar(row, interval.start, interval.end, _INTERNAL, f"{robot}: {name}")
+                for interval, names in held
+                if name in names
+            ]
     return bars_html("labels", bars, rows, end, "Chart: which region each robot must be in and may be in, over time.")
 
 
@@ -70,7 +76,7 @@ def _laps(
     return repeated
 
 
-def shown_chart(mission: Mission, letters: Mapping[str, Sequence[Spell]], end: float) -> str:
+def shown_chart(mission: Mission, letters: Mapping[str, Sequence[LetterInterval]], end: float) -> str:
     """Draw what each robot showed: regions and propositions of its internal states, as they were seen.
 
     Args:
@@ -81,17 +87,19 @@ def shown_chart(mission: Mission, letters: Mapping[str, Sequence[Spell]], end: f
     bars: list[Bar] = []
     rows: list[str] = []
     for index, (robot, mine) in enumerate(letters.items()):
-        seen = frozenset[str]().union(*(spell.letter for spell in mine))
+        seen = frozenset[str]().union(*(interval.letter for interval in mine))
         for name in (*(region for region in mission.all_regions if region in seen), *sorted(seen - set(mission.all_regions))):
             rows.append(f"{robot} {name}")
             colour = robot_colour(index) if name in mission.all_regions else _INTERNAL
             bars += [
-                Bar(rows[-1], spell.start, spell.end, colour, f"{robot}: {name}") for spell in mine if name in spell.letter
+                Bar(rows[-1], interval.start, interval.end, colour, f"{robot}: {name}")
+                for interval in mine
+                if name in interval.letter
             ]
     return bars_html("labels", bars, rows, end, "Chart: which region each robot was seen in, over time.")
 
 
-def truth_chart(formula: Formula, readings: list[Reading], end: float, cycle: float | None) -> str:
+def truth_chart(formula: Formula, readings: list[ReadLetter], end: float, cycle: float | None) -> str:
     """Draw when each sub-formula holds, on the readings of the team.
 
     Args:
@@ -100,8 +108,10 @@ def truth_chart(formula: Formula, readings: list[Reading], end: float, cycle: fl
         end: s, when the drawn flight ends.
         cycle: s, when the cycle begins, where there is one.
     """
-    truth = truth_spells(formula, readings, end, cycle)
-    bars = [Bar(name, spell.start, spell.end, _TRUE, f"{name} holds") for name, mine in truth.items() for spell in mine]
+    truth = truth_intervals(formula, readings, end, cycle)
+    bars = [
+        Bar(name, interval.start, interval.end, _TRUE, f"{name} holds") for name, mine in truth.items() for interval in mine
+    ]
     return bars_html("truth", bars, list(truth), end, "Chart: when each sub-formula holds, over time.")
 
 

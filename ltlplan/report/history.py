@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Spell:
+class LetterInterval:
     """A letter or a value that lasts from `start` to `end`, in s."""
 
     start: float
@@ -28,7 +28,7 @@ class Spell:
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class ReadLetter:
     """One position of the team word: a robot's new letter, and when it appeared, in s."""
 
     time: float
@@ -36,9 +36,9 @@ class Reading:
     letter: Letter
 
 
-def letter_spells(
+def letter_intervals(
     mission: Mission, robot: str, times: Floats, path: Floats, actions: Sequence[tuple[float, str]]
-) -> list[Spell]:
+) -> list[LetterInterval]:
     """Return a robot's letters over time.
 
     Args:
@@ -49,7 +49,7 @@ def letter_spells(
         actions: (time in s, new internal state), sorted by time.
     """
     inside = {name: region.level(path[:, :3]) <= 1.0 for name, region in mission.all_regions.items()}
-    spells: list[Spell] = []
+    intervals: list[LetterInterval] = []
     for index, time in enumerate(times):
         internal = mission.initial_letter(robot)
         for instant, state in actions:
@@ -57,27 +57,31 @@ def letter_spells(
                 internal = frozenset(mission.robot.states[state])
         letter = internal | {name for name, level in inside.items() if level[index]}
         end = float(times[min(index + 1, len(times) - 1)])
-        if spells and spells[-1].letter == letter:
-            spells[-1] = Spell(spells[-1].start, end, letter)
+        if intervals and intervals[-1].letter == letter:
+            intervals[-1] = LetterInterval(intervals[-1].start, end, letter)
         else:
-            spells.append(Spell(float(time), end, letter))
-    return spells
+            intervals.append(LetterInterval(float(time), end, letter))
+    return intervals
 
 
-def team_readings(spells: Mapping[str, Sequence[Spell]], *, joint: bool) -> list[Reading]:
+def team_readings(intervals: Mapping[str, Sequence[LetterInterval]], *, joint: bool) -> list[ReadLetter]:
     """Return the readings of the team in order of time; under `joint`, unions of what all robots hold."""
     if not joint:
-        readings = [Reading(spell.start, robot, spell.letter) for robot, mine in spells.items() for spell in mine]
+        readings = [
+            ReadLetter(interval.start, robot, interval.letter) for robot, mine in intervals.items() for interval in mine
+        ]
         return sorted(readings, key=lambda reading: reading.time)
     readings = []
-    for time in sorted({spell.start for mine in spells.values() for spell in mine}):
-        held = [next(s.letter for s in reversed(mine) if s.start <= time) for mine in spells.values()]
-        readings.append(Reading(time, "team", frozenset().union(*held)))
+    for time in sorted({interval.start for mine in intervals.values() for interval in mine}):
+        held = [next(s.letter for s in reversed(mine) if s.start <= time) for mine in intervals.values()]
+        readings.append(ReadLetter(time, "team", frozenset().union(*held)))
     return readings
 
 
-def truth_spells(formula: Formula, readings: Sequence[Reading], end: float, cycle: float | None) -> dict[str, list[Spell]]:
-    """Return, for each sub-formula that is more than a name, when it is true: spells with a letter {"true"}.
+def truth_intervals(
+    formula: Formula, readings: Sequence[ReadLetter], end: float, cycle: float | None
+) -> dict[str, list[LetterInterval]]:
+    """Return, for each sub-formula that is more than a name, when it is true: intervals with a letter {"true"}.
 
     Args:
         formula: The mission's formula.
@@ -92,22 +96,22 @@ def truth_spells(formula: Formula, readings: Sequence[Reading], end: float, cycl
         split = next((i for i, reading in enumerate(readings) if reading.time >= cycle), len(letters) - 1)
         word = Word(tuple(letters[:split]), tuple(letters[split:]))
     table = truth_table(formula, word)
-    result: dict[str, list[Spell]] = {}
+    result: dict[str, list[LetterInterval]] = {}
     seen: list[Formula] = []
     for node in (formula, *formula.walk()):
         if node.operator in ("name", "true", "false") or node in seen:
             continue
         seen.append(node)
-        row, spells = table.row(node), list[Spell]()
+        row, intervals = table.row(node), list[LetterInterval]()
         for index, reading in enumerate(readings):
             until = readings[index + 1].time if index + 1 < len(readings) else end
             if row[index] and until > reading.time:
-                spells.append(Spell(reading.time, until, frozenset({"true"})))
-        result[str(node)] = spells
+                intervals.append(LetterInterval(reading.time, until, frozenset({"true"})))
+        result[str(node)] = intervals
     return result
 
 
-def still_to_do(formula: Formula, readings: Sequence[Reading]) -> list[tuple[float, list[tuple[str, str]]]]:
+def still_to_do(formula: Formula, readings: Sequence[ReadLetter]) -> list[tuple[float, list[tuple[str, str]]]]:
     """Return, at each reading, how each part of the topmost conjunction stands: its time in s, and (part, how)."""
     parts = formula.conjuncts()
     automata = [Automaton(normal_form(part)) for part in parts]

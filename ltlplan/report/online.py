@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from flight.pictures import scene
 from ltlplan.report.charts import shown_chart, truth_chart
-from ltlplan.report.history import Spell, still_to_do, team_readings
+from ltlplan.report.history import LetterInterval, still_to_do, team_readings
 from ltlplan.report.page import listed, page_html, section, warning
 from ltlplan.report.player import Playing, player_data, player_section
 
@@ -34,7 +34,7 @@ _TRUTH = (
 def online_html(flown: OnlineFlight) -> str:
     """Return one self-contained page for a flight flown online."""
     log, mission = flown.log, flown.mission
-    letters = {name: _spells(log.times.tolist(), [row[k] for row in log.letters]) for k, name in enumerate(log.robots)}
+    letters = {name: _intervals(log.times.tolist(), [row[k] for row in log.letters]) for k, name in enumerate(log.robots)}
     readings = team_readings(letters, joint=mission.spec.team == "joint")
     end = float(log.times[-1])
     answer = flown.sentences()
@@ -64,13 +64,13 @@ def online_html(flown: OnlineFlight) -> str:
     )
 
 
-def _spells(times: list[float], letters: list[Letter]) -> list[Spell]:
-    """Return the letters of one robot's entries as spells; each lasts until another one is seen."""
-    spells: list[Spell] = []
+def _intervals(times: list[float], letters: list[Letter]) -> list[LetterInterval]:
+    """Return the letters of one robot's entries as intervals; each lasts until another one is seen."""
+    intervals: list[LetterInterval] = []
     for i, (time, letter) in enumerate(zip(times, letters, strict=True)):
         end = times[min(i + 1, len(times) - 1)]
-        if spells and spells[-1].letter == letter:
-            spells[-1] = Spell(spells[-1].start, end, letter)
+        if intervals and intervals[-1].letter == letter:
+            intervals[-1] = LetterInterval(intervals[-1].start, end, letter)
         else:
-            spells.append(Spell(time, end, letter))
-    return spells
+            intervals.append(LetterInterval(time, end, letter))
+    return intervals

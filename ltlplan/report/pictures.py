@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,13 +15,13 @@ from ltlplan.paths.improvement import improved_path
 from ltlplan.planner import generators, make_plan
 from ltlplan.report.page import figure_place, listed, page_html, section
 from verify.data import BadInput
+from verify.data.progress import Progress
 
 if TYPE_CHECKING:
     from ltlplan.paths.path_problem import PathProblem
     from verify.data import Mission
 
 Floats = NDArray[np.float64]
-Progress = Callable[[str, float], None]
 
 _NOTES = {
     "control points": "Each hoop has five: in front of it, in its centre, behind it, and two beside it to fly around it.",

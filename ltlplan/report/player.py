@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from flight.pictures import Floats, robot_colour
-from ltlplan.report.history import Spell
+from ltlplan.report.history import LetterInterval
 from ltlplan.report.page import figure_place
 from verify.data.language.word import show_letter
 
@@ -32,7 +32,7 @@ class Playing:
 
     times: Floats
     paths: Mapping[str, Floats]
-    letters: Mapping[str, Sequence[Spell]]
+    letters: Mapping[str, Sequence[LetterInterval]]
     todo: Todo
     tasks: Mapping[str, str]
     happened: Sequence[tuple[float, str]] = ()
@@ -44,7 +44,7 @@ def player_data(playing: Playing) -> dict[str, Any]:
         "robots": list(playing.paths),
         "paths": [[[round(float(v), 4) for v in row[:3]] for row in path] for path in playing.paths.values()],
         "step": float(playing.times[1] - playing.times[0]),
-        "letters": [[[spell.start, _show(spell)] for spell in playing.letters[name]] for name in playing.paths],
+        "letters": [[[interval.start, _show(interval)] for interval in playing.letters[name]] for name in playing.paths],
         "todo": [[time, [list(part) for part in parts]] for time, parts in playing.todo],
         "happened": [list(event) for event in playing.happened],
     }
@@ -82,5 +82,5 @@ def player_section(playing: Playing, label: str, note: str) -> str:
 </section>"""
 
 
-def _show(spell: Spell) -> str:
-    return show_letter(spell.letter) if spell.letter else "{} (in no region)"
+def _show(interval: LetterInterval) -> str:
+    return show_letter(interval.letter) if interval.letter else "{} (in no region)"

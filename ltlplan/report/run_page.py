@@ -14,7 +14,7 @@ import plotly.graph_objects as go
 from flight.pictures import sample_paths, scene
 from flight.shapes import Floats
 from ltlplan.report.charts import error_chart, label_chart, rotor_chart, truth_chart
-from ltlplan.report.history import Reading, Spell, letter_spells, still_to_do, team_readings
+from ltlplan.report.history import LetterInterval, ReadLetter, letter_intervals, still_to_do, team_readings
 from ltlplan.report.page import figure_place, listed, page_html, section, table, warning
 from ltlplan.report.player import Playing, Todo, player_data, player_section
 from ltlplan.report.summary import (
@@ -147,11 +147,13 @@ def _tasks(result: Result) -> dict[str, str]:
     return {name: visits_text(robot) for name, robot in result.plan.robots.items()}
 
 
-def _letters(mission: Mission, certificate: Certificate, times: Floats, paths: dict[str, Floats]) -> dict[str, list[Spell]]:
-    result: dict[str, list[Spell]] = {}
+def _letters(
+    mission: Mission, certificate: Certificate, times: Floats, paths: dict[str, Floats]
+) -> dict[str, list[LetterInterval]]:
+    result: dict[str, list[LetterInterval]] = {}
     for name, path in paths.items():
         actions = sorted((action.time, action.target) for action in certificate.actions if action.robot == name)
-        result[name] = letter_spells(mission, name, times, path, actions)
+        result[name] = letter_intervals(mission, name, times, path, actions)
     return result
 
 
@@ -160,7 +162,7 @@ def _cycle_start(result: Result) -> float | None:
     return None if first.cycle is None else float(first.knots[first.cycle])
 
 
-def _todo(mission: Mission, readings: list[Reading]) -> Todo:
+def _todo(mission: Mission, readings: list[ReadLetter]) -> Todo:
     if mission.spec.formula is None:
         return [(0.0, [("", "the sequence's passages, in order")])]
     if mission.spec.trace == "infinite":

@@ -18,11 +18,11 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 from ltlplan.mtac.agent_moves import Accepting, State
 from verify.data import BadInput
 from verify.data.language.word import Letter
+from verify.data.sections import TeamReading
 
 MAX_ORDERS = 500
 """Beginnings of serial orders that the gate looks at in vain at most; eight robots can be parted in 256 ways."""
@@ -33,7 +33,6 @@ MAX_TOGETHER = 4
 MAX_GRID = 600
 """Interleavings of letters that are looked at before robots may enter regions side by side; beyond, one waits."""
 
-Reading = Literal["own", "joint"]
 Pair = tuple[State, frozenset[Letter]]
 Ahead = Mapping[str, Sequence[Letter]]
 
@@ -50,7 +49,7 @@ class Belief:
     """
 
     automaton: Accepting
-    reading: Reading
+    reading: TeamReading
     held: Mapping[str, Letter]
     pairs: frozenset[Pair]
 
@@ -118,7 +117,7 @@ class Belief:
         return replace(self, held=held, pairs=_closure(self.automaton, pairs, frozenset(held.values())))
 
 
-def at_start(automaton: Accepting, held: Mapping[str, Letter], *, reading: Reading) -> Belief:
+def at_start(automaton: Accepting, held: Mapping[str, Letter], *, reading: TeamReading) -> Belief:
     """Return the belief at take-off, each robot in its first letter.
 
     Args:

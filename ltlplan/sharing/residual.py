@@ -12,11 +12,11 @@ from typing import Literal
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.task_reader import Reader
-from ltlplan.sharing.belief import Reading, after_events, at_start
+from ltlplan.sharing.belief import after_events, at_start
 from verify.data import Formula, Letter, Mission, NotCertified, Unsatisfiable
 from verify.data.events import changed
 from verify.data.language.formula import FALSE, TRUE
-from verify.data.sections import Agent
+from verify.data.sections import Agent, TeamReading
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ def formula_left(
     first: Mapping[str, Letter],
     shown: Sequence[tuple[float, Mapping[str, Letter]]],
     *,
-    reading: Reading,
+    reading: TeamReading,
 ) -> Formula:
     """Return what must hold of the rest of a team's word, however the letters so far are read.
 

@@ -18,9 +18,9 @@ from ltlplan.commands.shared.choices import choices
 from ltlplan.commands.shared.options import read_mission
 
 if TYPE_CHECKING:
-    from ltlplan.commands.shared.progress import Progress
     from verify import Certificate
     from verify.data import Plan, Trajectory
+    from verify.data.progress import Progress
 
     ModelName = ControllerName = str
 else:

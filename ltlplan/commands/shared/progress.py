@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 
 import typer
 
-Progress = Callable[[str, float], None]
+from verify.data.progress import Progress
 
 _EVERY = 2.0
 """s after which there is another line at the latest, with how long the work has lasted where nothing else is known."""
