@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from refine.spline.basis import HERMITE, ORDER, SIZE, bernstein_matrix, derivative_weights
 from refine.spline.values import Spline
-from verify.data import DoesNotFit, InternalError, Trajectory
+from verify.data import BadInput, DoesNotFit, InternalError, Trajectory
 
 Floats = NDArray[np.float64]
 
@@ -38,8 +38,14 @@ def quantise(path: Spline, *, cycle: int | None = None) -> Trajectory:
         cycle: Piece at which the cycle begins; the last node repeats that piece's start.
 
     Raises:
+        BadInput: The spline has other axes than four.
         InternalError: A cycle's joint stays open by more than float32 accounts for.
     """
+    wanted = (len(path) + 1, ORDER, 4)
+    if path.states.shape != wanted:
+        raise BadInput(
+            f"a flight has four axes: x, y, z and yaw; the spline's states have shape {path.states.shape}, wanted is {wanted}."
+        )
     durations = round32(path.durations)
     nodes = round32(path.states / _FACTORIALS[:, None])  # c0..c3 at every node
     turns = 0.0

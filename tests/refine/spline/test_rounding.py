@@ -15,7 +15,7 @@ from refine.solvers.qp import Programme, rest_to_rest, solve
 from refine.spline.basis import derivative_weights
 from refine.spline.rounding import exact_end
 from tests.benchmarks.refinement_courses import HOOP6
-from verify.data import DoesNotFit, Trajectory
+from verify.data import BadInput, DoesNotFit, Trajectory
 
 
 def rounding(flight: Trajectory, derivative: int) -> float:
@@ -64,6 +64,13 @@ def test_a_lap_closes() -> None:
     np.testing.assert_allclose(end[:3], points[1], atol=1e-6)
     gap = end[3] - flight.coefficients[1, 3, 0]
     assert abs(gap - 2 * np.pi) < 1e-6
+
+
+def test_a_spline_without_a_heading_is_no_flight() -> None:
+    path = minimum_snap(np.array([[0.0, 0, 1], [1, 0, 1], [1, 1, 1]]), np.array([0.0, 1.0, 2.0]))
+    message = r"four axes: x, y, z and yaw; the spline's states have shape \(3, 4, 3\), wanted is \(3, 4, 4\)"
+    with pytest.raises(BadInput, match=message):
+        quantise(path)
 
 
 def test_hover_pieces_stay_exactly_put() -> None:
