@@ -133,6 +133,7 @@ class OnlineFlight:
         return " ".join([*self.log.notes, *self.sentences()])
 
 
+# as many parameters as `ltlplan online` has choices: each may be made alone, by its keyword
 def fly_online(
     mission: Mission,
     *,

@@ -112,6 +112,7 @@ def minimise(
     return state.best, tuple(history)
 
 
+# ten parameters: four say what is searched, the rest are settings of the search that a caller names one at a time
 def improve(
     mission: Mission,
     robot: str,

@@ -12,6 +12,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,10 +100,11 @@ def route(
     if word is None:
         leaves = mission.agents[robot].end is not None and cycle_visit is None and not _ends_at_last(mission, robot, visits)
         word = word_of(mission, robot, visits, cycle_visit, stays=False if leaves else None)
+    asked = _Asked(robot, visits, cycle_visit, word)
     problem: Infeasible | None = None
     for slack in _SLACKS:
         try:
-            return _route(mission, robot, visits, cycle_visit, directions or mission.planner.directions, word, slack)
+            return _route(mission, asked, directions or mission.planner.directions, slack)
         except Infeasible as error:
             problem = problem or error
     assert problem is not None
@@ -132,15 +134,18 @@ def segments(mission: Mission, plan: RobotPlan) -> tuple[Primitive, ...]:
     return tuple(primitives_between(stops))
 
 
-def _route(
-    mission: Mission,
-    robot: str,
-    visits: tuple[Visit, ...],
-    cycle_visit: int | None,
-    directions: Directions,
-    word: Word,
-    slack: float,
-) -> RobotPlan:
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """What one robot is to visit, and the word that it shows by that."""
+
+    robot: str
+    visits: tuple[Visit, ...]
+    cycle_visit: int | None
+    word: Word
+
+
+def _route(mission: Mission, asked: _Asked, directions: Directions, slack: float) -> RobotPlan:
+    robot, visits, cycle_visit, word = asked.robot, asked.visits, asked.cycle_visit, asked.word
     where = room(mission, slack)
     inside_last = _ends_inside(mission, robot, visits, cycle_visit, word)
     legs = Legs(mission, robot, visits, where, inside_last)
