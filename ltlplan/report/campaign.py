@@ -39,7 +39,7 @@ def campaign_html(found: Campaign) -> str:
     }
     sentences = [sentence[:1].upper() + sentence[1:] for sentence in found.sentences]
     return page_html(
-        f"{found.mission}: {len(found.seeds)} flights",
+        f"{found.mission}: {len(found.seeds)} flight{'s' * (len(found.seeds) != 1)}",
         header=listed(sentences),
         sections=[
             section(heading, figure_place(name, f"{heading}. {note}"), note=note) for name, (heading, note) in _NOTES.items()

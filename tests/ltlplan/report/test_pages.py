@@ -13,9 +13,11 @@ import pytest
 from plotly.offline import get_plotlyjs
 
 import ltlplan
+from flight.campaigns import campaign
 from flight.pictures import COLOURS, REGION_COLOURS
 from ltlplan.missions import shipped_missions
 from ltlplan.report.bars import Bar, bars_html, tick_step
+from ltlplan.report.campaign import campaign_html
 from ltlplan.report.inline import packed
 from ltlplan.report.over_time import over_time
 from ltlplan.report.pictures import pictures_html
@@ -113,3 +115,8 @@ def test_bars_stand_where_they_last_and_touching_ones_are_joined() -> None:
     assert re.findall(r"<b style=\"left:([0-9.]+)%\">([0-9.]+)</b>", page) == [
         (f"{10 * k}.000", str(k)) for k in range(0, 11, 2)
     ]
+
+
+def test_one_flight_is_not_called_flights(shipped_run) -> None:
+    run = shipped_run("firefighting")
+    assert "<h1>firefighting: 1 flight</h1>" in campaign_html(campaign(run.plan, run.team, run.certificate, runs=5, seed=0))
