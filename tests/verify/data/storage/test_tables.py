@@ -1,10 +1,11 @@
 """What the digits of a table say of its numbers."""
 
 import math
+from fractions import Fraction
 
 import pytest
 
-from verify.data.storage.tables import decimal, rounding
+from verify.data.storage.tables import Decimal, counted, decimal, rounding
 
 
 def half(texts: list[str], unit: int = 0) -> float:
@@ -37,3 +38,16 @@ def test_coarse_numbers_are_taken_as_meant():
     assert half(["3", "4"]) == 0.0
     assert half([]) == 0.0
     assert rounding([None, None]) == 0.0
+
+
+def test_a_number_is_the_decimal_that_was_written() -> None:
+    number = Decimal(125, -2)
+    assert (number.exact(), number.float()) == (Fraction(5, 4), 1.25)
+    assert (number.exact(3), number.float(3)) == (1250, 1250.0)
+    assert (number.exact(-3), number.float(-3)) == (Fraction(1, 800), 0.00125)
+
+
+def test_numbers_are_counted_in_one_power_of_ten() -> None:
+    numbers = [Decimal(1, 0), Decimal(125, -2), Decimal(3, 1)]
+    assert counted(numbers) == ([100, 125, 3000], -2)
+    assert counted(numbers, 3) == ([1000, 1250, 30000], 0)
