@@ -133,12 +133,24 @@ class World:
         Raises:
             BadInput: The point lies in two regions at once.
         """
-        inside = [n for n, r in self.mission.all_regions.items() if float(r.level(np.array(position))) <= 1.0]
+        inside = self._holding(position)
         if len(inside) > 1:
             raise BadInput(f"{where} in {' and '.join(inside)} at once; these regions overlap there.")
         if inside:
             return AgentState(position, inside[0], inside[0], internal)
         return AgentState(position, None, self.environment.start if vertex is None else vertex, internal)
+
+    def start_in_overlap(self) -> str | None:
+        """Return a sentence about the first robot that starts in several regions at once, where moves are not known; or None."""
+        for robot, agent in self.mission.agents.items():
+            inside = self._holding(agent.start)
+            if len(inside) > 1:
+                return f"{robot} starts in {' and '.join(inside)} at once"
+        return None
+
+    def _holding(self, position: Point) -> list[str]:
+        """Return the regions that hold a point, in the mission's order."""
+        return [n for n, r in self.mission.all_regions.items() if float(r.level(np.array(position))) <= 1.0]
 
     def regions_at(self, positions: NDArray[np.float64]) -> list[str | None]:
         """Return the region that each point is in, or None; of several the first. Shape (n, 3)."""

@@ -64,7 +64,8 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
     """Share a mission among its robots so that the team's cost is low; the paths that words were priced by come with it.
 
     Handover is tried only in states of the decomposition set, where the rest of the mission may be done by another robot
-    (2022 paper, Algorithm 2, lines 8 to 14). Where the beam finishes no words, those of the exact search are returned, without paths.
+    (2022 paper, Algorithm 2, lines 8 to 14). Where the beam finishes no words, or a robot starts
+    in several regions at once, the words of the exact search are returned, without paths.
 
     Args:
         mission: What is asked; `planner` gives objective, costs and the numbers of cross-entropy.
@@ -74,6 +75,7 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
     Raises:
         BadInput: The trace is infinite.
         Unsatisfiable: No assignment satisfies the formula; the message says why.
+        TooLarge: The exact search was asked, and used up its budget before it had an answer.
     """
     chosen = options or Options()
     found = None if context.blocked else share_tasks(mission, rng=context.rng, progress=context.progress, options=chosen)
@@ -81,7 +83,9 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
         from ltlplan.search.method import exact
 
         answer = exact(mission, context)
-        return replace(answer, notes=("MTAC-E finished no words; these are the exact search's.", *answer.notes))
+        overlap = World(mission).start_in_overlap()
+        reason = "finished no words" if overlap is None else f"shares nothing where {overlap}"
+        return replace(answer, notes=(f"MTAC-E {reason}; these are the exact search's.", *answer.notes))
     plans = {name: path.plan for name, path in found.paths.items()}
     notes = [f"MTAC-E optimised {found.tried} paths; handed over in the order {', '.join(found.order) or 'of nobody'}."]
     bound = None
@@ -106,7 +110,7 @@ def share_tasks(
         options: How to search.
 
     Returns:
-        None where the beam finished no words.
+        None where the beam finished no words, or a robot starts in several regions at once.
 
     Raises:
         BadInput: The trace is infinite.
@@ -114,6 +118,8 @@ def share_tasks(
     if mission.spec.trace == "infinite":
         raise BadInput("MTAC-E shares tasks that end; an infinite trace belongs to one robot: use `method: exact`.")
     world = World(mission)
+    if world.start_in_overlap() is not None:
+        return None
     starts = {robot: world.start(robot) for robot in mission.agents}
     reader = Reader(world)
     paths = _Paths(mission, world, int(rng.integers(2**63)))

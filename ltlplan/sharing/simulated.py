@@ -11,12 +11,13 @@ because a robot can be made to wait; a plan promises no times.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.allocation import Allocation, Context, Itinerary
+from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.optimality_gap import optimality_gap
 from ltlplan.paths.costs import Sampling, WeightedCost, cost_of, plan_cost, team_cost
 from ltlplan.paths.hoops import route
@@ -46,6 +47,8 @@ _STILL = 1e-7
 def online_mtac_e(mission: Mission, context: Context) -> Allocation:
     """Share a mission by online MTAC-E in simulated time, and return who did what with the paths that were flown.
 
+    Where a robot starts in several regions at once, the words of the exact search are returned, without paths.
+
     Args:
         mission: What is asked; `planner` gives costs and the numbers of online cross-entropy.
         context: Source of draws, progress.
@@ -54,9 +57,17 @@ def online_mtac_e(mission: Mission, context: Context) -> Allocation:
         BadInput: The trace is infinite.
         Unsatisfiable: No words that these robots can fly satisfy the formula in every order; the message says why.
         Infeasible: No way between the hoops was found, or robots had no way past each other.
+        TooLarge: The exact search was asked, and used up its budget before it had an answer.
     """
     if mission.spec.trace == "infinite":
         raise BadInput("MTAC-E shares tasks that end; an infinite trace belongs to one robot: use `method: exact`.")
+    overlap = World(mission).start_in_overlap()
+    if overlap is not None:
+        from ltlplan.search.method import exact
+
+        answer = exact(mission, context)
+        note = f"Online MTAC-E shares nothing where {overlap}; these are the exact search's."
+        return replace(answer, notes=(note, *answer.notes))
     say = context.progress
     say("sharing the tasks", 0.05)
     try:
