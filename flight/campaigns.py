@@ -25,6 +25,7 @@ from flight.monitoring.formula_state import FormulaState
 from flight.monitoring.letters import PlannedAction, RegionMasks, planned_actions, region_letters
 from flight.monitoring.tube import relative_acceleration, stray_at_joints
 from flight.processes import shared
+from verify.certificate import Certificate
 from verify.data import BadInput, Mission, Plan, Trajectory, check_plan, check_trajectories
 from verify.data.progress import Progress
 from verify.recordings.planned_paths import planned_paths
@@ -151,7 +152,7 @@ class Campaign:
             found.append("BUG: the run stayed inside the tube and broke the formula.")
         return tuple(found)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:  # of any type: JSON nests
         """Return the findings as plain data, a row for each run included."""
         inside = [None] * len(self.seeds) if self.inside is None else self.inside.tolist()
         rows = zip(
@@ -182,7 +183,7 @@ class Campaign:
 def campaign(
     plan: Plan,
     team: Mapping[str, Trajectory],
-    cert: Any = None,
+    cert: Certificate | None = None,
     *,
     runs: int = 100,
     seed: int = 0,

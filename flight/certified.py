@@ -6,10 +6,11 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from verify.certificate import Certificate
 from verify.data import BadInput, Mission, NotCertified, Plan, Trajectory, check_mission
 
 
-def certified_mission(cert: Any) -> Mission:
+def certified_mission(cert: Any) -> Mission:  # of any type: whether it is a certificate is found out here
     """Return the mission that a certificate is of, after every check that a mission's file undergoes.
 
     Raises:
@@ -28,7 +29,7 @@ def certified_mission(cert: Any) -> Mission:
     return check_mission(mission, to_plan=False)
 
 
-def require_certificate(cert: Any, plan: Plan, team: Mapping[str, Trajectory]) -> None:
+def require_certificate(cert: Certificate, plan: Plan, team: Mapping[str, Trajectory]) -> None:
     """Refuse a certificate that is not of this plan's mission and these trajectories, or leaves no tube to fly in.
 
     Args:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from flight.monitoring.formula_state import FormulaVerdict
 from flight.monitoring.letters import certified_actions
 from flight.monitoring.monitor import Monitor
 from flight.monitoring.tube import TubeVerdict, relative_acceleration
+from verify.certificate import Certificate
 from verify.data import BadInput, Mission, NotCertified, Plan, Trajectory, check_trajectories
 from verify.recordings.asked import Asked
 from verify.recordings.flight_log import Samples
@@ -75,7 +75,7 @@ class Comparison:
 
 def compare(
     log: FlightLog | Recording,
-    cert: Any,
+    cert: Certificate | None,
     team: Mapping[str, Trajectory] | None = None,
     *,
     plan: Plan | None = None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Unpack
+from typing import Unpack
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
 from flight.monitoring.letters import PlannedAction, RegionMasks, internal_letters, planned_actions, region_letters
 from flight.monitoring.monitor import Monitor
 from flight.monitoring.reaction import LANDING_TIME, Reaction, Stop
+from verify.certificate import Certificate
 from verify.data import BadInput, Mission, Plan, Trajectory, check_plan, check_trajectories
 from verify.data.progress import Progress
 from verify.recordings.planned_paths import PlannedPath, planned_paths
@@ -27,7 +28,7 @@ from verify.recordings.planned_paths import PlannedPath, planned_paths
 def fly(
     plan: Plan,
     team: Mapping[str, Trajectory],
-    cert: Any = None,
+    cert: Certificate | None = None,
     *,
     seed: int = 0,
     conditions: Conditions = CALM,
@@ -91,7 +92,7 @@ class _Watcher:
         mission: Mission,
         reference: Reference,
         actions: tuple[PlannedAction, ...],
-        cert: Any,
+        cert: Certificate | None,
         sensor: MotionCapture | None,
         reaction: Reaction,
         planned: Mapping[str, PlannedPath],
@@ -156,7 +157,7 @@ def _log(
     reference: Reference,
     actions: tuple[PlannedAction, ...],
     entries: list[Snapshot],
-    cert: Any,
+    cert: Certificate | None,
     events: tuple[Event, ...],
     notes: list[str],
     seed: int,

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -107,7 +106,7 @@ def scene(
     return figure.update_layout(scene_layout(mission, [*paths.values(), *(flown or {}).values()]))
 
 
-def scene_layout(mission: Mission, paths: Sequence[Floats] = ()) -> dict[str, Any]:
+def scene_layout(mission: Mission, paths: Sequence[Floats] = ()) -> dict[str, object]:
     """Return the layout of every scene: the workspace's axes, to scale, and the legend above.
 
     Args:

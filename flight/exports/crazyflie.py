@@ -130,7 +130,7 @@ def _quiet() -> Generator[None]:
         logger.removeHandler(handler)
 
 
-def write_entry(memory: Any, entry: Entry) -> bool:
+def write_entry(memory: Any, entry: Entry) -> bool:  # of any type: cflib has none
     """Write an entry's bytes through cflib's trajectory memory element, and tell whether it succeeded."""
 
     class _Bytes:

@@ -11,6 +11,7 @@ from typing import Any
 from flight.certified import certified_mission
 from flight.exports.notes import readme
 from flight.exports.target import EXPORT_TARGETS, NOTE, ExportTarget, Product, Request
+from verify.certificate import Certificate
 from verify.data import Mission, NotCertified, Trajectory, check_trajectories
 from verify.data.storage.folders import write_files
 
@@ -41,7 +42,7 @@ def formats() -> tuple[str, ...]:
 
 def export(
     team: Mapping[str, Trajectory],
-    cert: Any,
+    cert: Certificate,
     out: str | os.PathLike[str],
     format: ExportTarget | str = "crazyswarm2",  # noqa: A002  # the name that users type
     *,
@@ -79,7 +80,7 @@ def export(
 
 def make_product(
     team: Mapping[str, Trajectory],
-    cert: Any,
+    cert: Certificate,
     format: ExportTarget | str,  # noqa: A002  # the name that users type
     *,
     vehicle: str | None = None,
@@ -110,7 +111,7 @@ def make_product(
     return Product({**product.files, NOTE: readme(request, target, product.notes).encode()}, product.notes)
 
 
-def require_certified(team: Mapping[str, Trajectory], cert: Any, vehicle: str | None = None) -> Mission:
+def require_certified(team: Mapping[str, Trajectory], cert: Certificate | None, vehicle: str | None = None) -> Mission:
     """Return the certificate's mission; refuse a team that it does not cover, bit for bit, or another airframe.
 
     Args:

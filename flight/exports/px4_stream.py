@@ -18,6 +18,7 @@ import os
 import struct
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,7 @@ class Refused(Exception):
 class Robot:
     """One vehicle: its link, its setpoints, and what it last said of itself."""
 
-    def __init__(self, name: str, entry: dict[str, Any], folder: Path, address: str) -> None:
+    def __init__(self, name: str, entry: dict[str, Any], folder: Path, address: str) -> None:  # of any type: JSON
         from pymavlink import mavutil
 
         self.name, self.system = name, entry["system"]
@@ -79,7 +80,7 @@ class Robot:
         self.command(SET_MODE, CUSTOM_MODE, *mode)
 
 
-def read_setpoints(log: bytes) -> list[Any]:
+def read_setpoints(log: bytes) -> list[Any]:  # pymavlink's messages have no types
     """Return the setpoints of a telemetry log: eight bytes of time, then a MAVLink 2 frame, and so on."""
     from pymavlink.dialects.v20 import common
 
@@ -94,7 +95,7 @@ def read_setpoints(log: bytes) -> list[Any]:
     return setpoints
 
 
-def wait(robots: list[Robot], until: float, ready: Any = None, sending: float | None = None) -> bool:
+def wait(robots: list[Robot], until: float, ready: Callable[[Robot], bool] | None = None, sending: float | None = None) -> bool:
     """Listen until a time (of `time.monotonic`) or until `ready` holds of every robot; send first setpoints at a rate.
 
     Args:

@@ -47,7 +47,7 @@ def _product(request: Request) -> Product:
     )
 
 
-def message(store: Any, name: str, path: Trajectory, rate: float, duration: float) -> Any:
+def message(store: Any, name: str, path: Trajectory, rate: float, duration: float) -> Any:  # rosbags makes its types as it runs
     """Return one robot's MultiDOFJointTrajectory as rosbags builds it, until the whole team has finished at `duration` s.
 
     Args:

@@ -103,7 +103,7 @@ class ExportTarget:
     prepare: Callable[[Mapping[str, Trajectory], int], Mapping[str, Trajectory]] | None = None
     send: Sender | None = None
 
-    def require_options(self, options: Mapping[str, Any]) -> None:
+    def require_options(self, options: Mapping[str, object]) -> None:
         """Refuse options that the target does not have.
 
         Raises:

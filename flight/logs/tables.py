@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from flight.logs.log import COLUMNS, MEASURED_COLUMNS, ROTOR_COLUMNS, Event, FlightLog
+from flight.model.attitude import Floats
 from verify.data import BadInput, Letter, MissingEngine
 from verify.data.storage.reading import decoded, parse_json, read_bytes
 from verify.data.storage.single_files import write_single
@@ -145,7 +146,7 @@ def _assembled(columns: Mapping[str, Sequence[Any]], kept: Mapping[str, Any], so
     )
 
 
-def require_forward(times: Any, source: str) -> None:
+def require_forward(times: Floats, source: str) -> None:
     """Refuse times that stand still or go back.
 
     Raises:

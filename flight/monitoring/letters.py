@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flight.model.attitude import Floats
+from verify.certificate import Certificate
 from verify.data import Letter, Mission, Plan, Trajectory
 
 SAMPLE_STEP = 0.002
@@ -48,11 +49,11 @@ class RegionMasks:
         self._reaches = np.array([region.outer_radius for region in regions]) * (1 + 1e-9)
         self._type: type = np.int64 if len(regions) <= _BITS else object
 
-    def none(self, count: int) -> NDArray[Any]:
+    def none(self, count: int) -> NDArray[Any]:  # integers of 64 bits, or Python's as objects
         """Return masks of so many positions in no region."""
         return np.zeros(count, dtype=self._type)
 
-    def of(self, positions: Floats) -> NDArray[Any]:
+    def of(self, positions: Floats) -> NDArray[Any]:  # integers of 64 bits, or Python's as objects
         """Return the mask of each position.
 
         Args:
@@ -105,7 +106,9 @@ def internal_letters(mission: Mission, robot: str, actions: Sequence[PlannedActi
     return [states[i] for i in index]
 
 
-def planned_actions(plan: Plan, team: Mapping[str, Trajectory], certificate: Any = None) -> tuple[PlannedAction, ...]:
+def planned_actions(
+    plan: Plan, team: Mapping[str, Trajectory], certificate: Certificate | None = None
+) -> tuple[PlannedAction, ...]:
     """Return when each planned action happens, all laps of a cycle included, sorted by time.
 
     Args:
@@ -119,7 +122,7 @@ def planned_actions(plan: Plan, team: Mapping[str, Trajectory], certificate: Any
     return _all_laps(plan.mission, first, team)
 
 
-def certified_actions(certificate: Any, team: Mapping[str, Trajectory] | None) -> tuple[PlannedAction, ...]:
+def certified_actions(certificate: Certificate, team: Mapping[str, Trajectory] | None) -> tuple[PlannedAction, ...]:
     """Return when each planned action happens by its certificate, all laps of a cycle included, sorted by time.
 
     Without the trajectories a mission with a cycle shows its first lap only.

@@ -34,9 +34,9 @@ class Accepting(Protocol):
     def initial(self) -> Hashable: ...  # noqa: D102
 
     @property
-    def accepting(self) -> Container[Any]: ...  # noqa: D102
+    def accepting(self) -> Container[Any]: ...  # noqa: D102  # of any type: each automaton has states of its own
 
-    def successor(self, state: Any, letter: Letter, /) -> Hashable: ...  # noqa: D102
+    def successor(self, state: Any, letter: Letter, /) -> Hashable: ...  # noqa: D102  # of any type: likewise
 
 
 @dataclass(frozen=True, slots=True)

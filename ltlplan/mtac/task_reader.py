@@ -48,7 +48,7 @@ class Reader:
         """What `state in reader.accepting` asks."""
         return self
 
-    def __contains__(self, state: Any) -> bool:
+    def __contains__(self, state: Any) -> bool:  # of any type: each automaton has states of its own
         return state != DEAD and self._automaton.is_accepting(state)
 
     @property
@@ -57,7 +57,7 @@ class Reader:
         parts = self._automaton.parts if isinstance(self._automaton, Conjunction) else (self._automaton,)
         return math.prod(len(part.states) for part in parts)
 
-    def successor(self, state: Any, letter: Letter) -> Any:
+    def successor(self, state: Any, letter: Letter) -> Any:  # of any type: each automaton has states of its own
         """Return the state after a letter, or `DEAD`."""
         if state == DEAD:
             return DEAD

@@ -40,7 +40,7 @@ def plotly_script() -> str:
     return packed(get_plotlyjs())
 
 
-def figures_data(figures: Mapping[str, go.Figure]) -> dict[str, Any]:
+def figures_data(figures: Mapping[str, go.Figure]) -> dict[str, object]:
     """Return figures as plain data: each trace once, however many figures show it, and no template of plotly's.
 
     Args:
@@ -59,6 +59,6 @@ def figures_data(figures: Mapping[str, go.Figure]) -> dict[str, Any]:
     return {"traces": [json.loads(text) for text in places], "figures": shown}
 
 
-def script_data(data: dict[str, Any]) -> str:
+def script_data(data: dict[str, object]) -> str:
     """Return data as JSON, packed."""
     return packed(json.dumps(data, allow_nan=False, separators=(",", ":")))

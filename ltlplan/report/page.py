@@ -9,7 +9,6 @@ from __future__ import annotations
 import html
 from collections.abc import Mapping, Sequence
 from string import Template
-from typing import Any
 
 import plotly.graph_objects as go
 
@@ -22,7 +21,7 @@ def page_html(
     header: str,
     sections: Sequence[str],
     figures: Mapping[str, go.Figure],
-    player: Mapping[str, Any] | None = None,
+    player: Mapping[str, object] | None = None,
     footer: str = "",
 ) -> str:
     """Return the page. The same arguments give the same bytes.

@@ -6,7 +6,6 @@ import html
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from flight.pictures import Floats, robot_colour
 from ltlplan.report.history import LetterInterval
@@ -38,7 +37,7 @@ class Playing:
     happened: Sequence[tuple[float, str]] = ()
 
 
-def player_data(playing: Playing) -> dict[str, Any]:
+def player_data(playing: Playing) -> dict[str, object]:
     """Return what `player.js` reads."""
     return {
         "robots": list(playing.paths),

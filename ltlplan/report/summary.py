@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ltlplan.result import Result
@@ -154,7 +154,7 @@ def shortfall(result: Result) -> str:
     return "; ".join([*refused, *left, *broken])
 
 
-def summary_data(result: Result) -> dict[str, Any]:
+def summary_data(result: Result) -> dict[str, object]:
     """Return the summary as plain data."""
     certificate = result.certificate
     return {

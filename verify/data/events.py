@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -167,7 +167,7 @@ def require_known(mission: Mission, event: WorldEvent) -> None:
             pass
 
 
-def unknown(name: str, what: str, known: Iterable[str]) -> str:
+def unknown(name: str, what: str, known: Collection[str]) -> str:
     """Say that a name is not known, with the nearest one and all that are.
 
     Args:

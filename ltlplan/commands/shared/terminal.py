@@ -6,12 +6,11 @@ import json
 import os
 import sys
 import traceback
-from typing import Any
 
 from verify.data.errors import BadInput, InternalError, LtlplanError
 
 
-def print_json(data: Any) -> None:
+def print_json(data: object) -> None:
     """Print one JSON document on standard output."""
     sys.stdout.write(json.dumps(data, indent=1, allow_nan=False) + "\n")
 
