@@ -2,7 +2,8 @@
 
 `flights` flies once and `campaigns` many times, both in `conditions` (wind, sensors, model, controller) and by `closed_loop`, which lets
 `control` steer what `model` moves. `monitoring` judges while flying, `logs` keeps what happened, `comparison` holds it against a
-certificate, and `exports` writes for real vehicles.
+certificate, `exports` writes for real vehicles, and
+`pictures` draws (over `shapes`). `certified` is asked at every door; `processes` shares work.
 """
 
 from flight.campaigns import Campaign, Share, campaign

@@ -3,6 +3,9 @@
 `refine(plan)` serves missions. Whoever has points and no mission takes `minimum_snap` (points and times), `time_optimal`
 (points and limits) or `retime` (a path and limits), a heading from `heading_spline` or `least_spin`, and `quantise`; `split`
 cuts a flight that is too long for the vehicle's memory.
+
+Read `team`, then `single` (one robot as if alone) and `coordination` (all of them), over `corridor`, `solvers`, `heading`, `limits`,
+`spline` and `bodies`; `feedback` is what the judge's witnesses ask for.
 """
 
 from refine.heading.spin import least_spin, with_least_spin

@@ -2,6 +2,10 @@
 
 `verify` imports nothing of the planner, of refinement or of flight, and shares with them only the plain data of
 `verify.data`.
+
+Read `certificate` (the door) and `claims`, then `motion` (polynomials), `behaviour` (words over time) and `logic` (what a formula
+says), over `arithmetic`. `words` judges words alone, `recordings` flights that were flown, `pieces` flights in changing worlds;
+`run_folder` proves again from files, `testing` is for other people's tests.
 """
 
 from verify.certificate import ActionInstant, Certificate, certify, judge

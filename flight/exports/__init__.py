@@ -3,6 +3,8 @@
 `files` is the door; `target` says what a target is and lists them. Each has a file of its own that turns a team into the contents of
 files; nothing is written before all of them are made. Every export carries the certificate's digest and a note (`notes`) of what
 would void it.
+`fits`, `memory` and `compressed` serve those for Crazyflies; `crazyswarm_script` and `px4_stream` are scripts that are exported
+along.
 """
 
 from flight.exports.compressed import quantised

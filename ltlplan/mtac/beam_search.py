@@ -73,7 +73,7 @@ class BeamSearch:
 
     Attributes:
         consulted: The costs that were compared, round by round: (robot, region) and the robot's cost up to it.
-        heuristic: The guide.
+        heuristic: What is surely left to fly, a lower bound.
     """
 
     def __init__(

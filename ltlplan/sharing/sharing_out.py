@@ -1,7 +1,7 @@
 """The satisfying run that online MTAC-E begins with, and its tasks for each robot (Algorithm 5, lines 1 to 4), by straight lines.
 
 Walks of one robot after another over the team automaton find it, as offline. Where there are so many sets of robots and states that
-their guide would take long, and for what no such walk leads to (two places that are to be held at once), the exact search does.
+their heuristic would take long, and for what no such walk leads to (two places that are to be held at once), the exact search does.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ltlplan.allocation import Itinerary
 
 MOST_WALKED = 512
-"""States of the automaton, times sets of robots that may still go on, up to which a run is made by walks: their guide knows each."""
+"""States of the automaton, times sets of robots that may still go on, up to which a run is made by walks: their heuristic knows each."""
 
 WIDTH = 8
 """Walks side by side; by straight lines they cost next to nothing."""

@@ -1,6 +1,6 @@
 """What a refusal must say: the right claim, robot, region, visit, time and amount; held against every witness of a certificate.
 
-For the tests that break flights in every way (`tests/verify/test_refused_*.py`): each names the witness that it wants as a
+For the tests that break flights in every way (`test_refused_*.py` in `tests/verify/motion` and `behaviour`): each names the witness that it wants as a
 `Right`, and `check` fails unless the certificate has it. Times and amounts are computed there from the broken path itself, read
 by `Trajectory.evaluate`, which the judge never calls.
 """

@@ -415,7 +415,7 @@ def test_detours_do_not_pile_up() -> None:
             assert body.plane(fewer.points[index], fewer.points[index + 1]) is not None
 
 
-def test_troubles_name_the_region_that_was_entered() -> None:
+def test_violations_name_the_region_that_was_entered() -> None:
     mission = room({"a": ball(0, 0)}, {"q": Agent(start=(-1.5, 0.0, 1.0))})
     path = minimum_snap([[-1.5, 0, 1], [1.5, 0, 1]], [0.0, 5.0])
     found = violations(path, mission, "q", straight((-1.5, 0, 1), (1.5, 0, 1)))

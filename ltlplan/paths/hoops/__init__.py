@@ -1,4 +1,9 @@
-"""Hoops: control points, motion primitives, avoidance, and the sequence-of-hoops planner."""
+"""Hoops: control points, motion primitives, avoidance, and the sequence-of-hoops planner.
+
+Read `sequencer` (the door), then what it asks: `sides` (from which side a hoop is flown), `legs` (stop by stop), `avoidance`
+(past hoops in the way) and `primitives`, over the control points in `hoop_frame`. `clearance` says for all times whether a path
+keeps clear; `pictures` draws the 2019 paper's figures.
+"""
 
 from ltlplan.paths.hoops.avoidance import Blocked, avoid
 from ltlplan.paths.hoops.hoop_frame import ControlPoints, control_points

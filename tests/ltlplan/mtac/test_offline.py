@@ -160,7 +160,7 @@ def test_a_robot_in_a_forbidden_region_is_refused_at_once():
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_outlook_is_a_lower_bound(seed):
+def test_the_heuristic_is_a_lower_bound(seed):
     mission = random_mission(seed)
     world = World(mission)
     reader = Reader(world)

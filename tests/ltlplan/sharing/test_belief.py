@@ -69,7 +69,7 @@ flights = st.lists(st.tuples(st.sampled_from(["x", "y"]), letters_), max_size=6)
 
 @given(formulas(size=6), letters_, letters_, flights)
 @settings(max_examples=80, deadline=None)
-def test_a_standing_accepts_just_what_all_team_words_accept(formula, first, second, events):
+def test_a_belief_accepts_just_what_all_team_words_accept(formula, first, second, events):
     table = Table(formula)
     belief = at_start(table, {"x": first, "y": second}, reading="own")
     for name, letter in events:

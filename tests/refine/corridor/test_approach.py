@@ -63,7 +63,7 @@ def test_the_control_points_of_a_short_reach_lie_in_the_bay_of_their_own_hoop() 
     assert_certified(mission, Plan(mission=mission, robots={"q": through(mission, "q", [("gate", "F")])}))
 
 
-def test_a_passage_between_two_bays_that_meet() -> None:
+def test_a_passage_between_two_approach_corridors_that_meet() -> None:
     """Three gates in a row, so near each other that the passage of the middle one is all in the approach corridors of the others."""
     gates = {
         name: Hoop(center=(x, 0.0, 1.2), radii=(0.018, 0.018, 0.018), opening=0.4, rim=0.02, reach=0.06)

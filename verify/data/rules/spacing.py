@@ -1,4 +1,4 @@
-"""How far robots keep from each other, and how much given points keep on top of a margin: one rule for mission files, planner
+"""How far robots keep from each other, and how much given points keep on top of a margin: one rule for mission files
 and refinement.
 
 A certificate at margin m asks that nominal paths, hovers included, keep `separation` and 2 m, where with `separation_z` distances
