@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import os
 import signal
@@ -44,6 +45,7 @@ def main() -> NoReturn:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         sys.stderr.write("interrupted; no file was left half-written.\n")
         sys.stderr.flush()
+        gc.collect()  # semaphores that were shared with processes go with their last user, else their tracker complains
         os._exit(INTERRUPTED)  # the interpreter's own end may turn it into a death by signal, if a library was being loaded
     sys.exit(code)
 
