@@ -6,7 +6,7 @@ Run k has seed `seed + k`, and `fly(..., seed=seed + k)` is, bit for bit, that r
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Unpack
 
@@ -14,17 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import betaincinv
 
+from flight.batches import Job, simulate
 from flight.certified import require_certificate
-from flight.closed_loop import Setup, steps
+from flight.closed_loop import Setup
 from flight.conditions import CALM, ConditionKeywords, Conditions
 from flight.model.airframe import airframe_of
 from flight.model.attitude import Floats
-from flight.model.reference import Reference, flown, sample_reference
+from flight.model.reference import flown, sample_reference
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
-from flight.monitoring.formula_state import FormulaState
-from flight.monitoring.letters import PlannedAction, RegionMasks, planned_actions, region_letters
+from flight.monitoring.letters import planned_actions
 from flight.monitoring.tube import relative_acceleration, stray_at_joints
-from flight.processes import shared
 from verify.certificate import Certificate
 from verify.data import BadInput, Mission, Plan, Trajectory, check_plan, check_trajectories
 from verify.data.progress import Progress
@@ -180,6 +179,7 @@ class Campaign:
         }
 
 
+# as many parameters as `ltlplan campaign` has choices: each may be made alone, by its keyword
 def campaign(
     plan: Plan,
     team: Mapping[str, Trajectory],
@@ -221,21 +221,14 @@ def campaign(
     mission = plan.mission
     reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1))
     setup = Setup(conditions.airframe or airframe_of(mission.vehicle), reference, conditions)
-    job = _Job(mission, reference, setup, planned_actions(plan, team, cert))
+    job = Job(mission, reference, setup, planned_actions(plan, team, cert))
     varied = conditions.varies
     flown_runs = runs if varied else 1
     processes = max(min(workers, flown_runs // LEAST_SHARE), 1)
-    count = -(-flown_runs // (_BATCH * processes)) * processes  # as many batches for each
-    size = -(-flown_runs // count)
-    batches = [range(seed + first, seed + min(first + size, flown_runs)) for first in range(0, flown_runs, size)]
-    parts = _many(job, batches, processes, progress) if processes > 1 else _one_by_one(job, batches, progress)
+    parts = simulate(job, _batches(seed, flown_runs, processes), workers=processes, progress=progress)
     peaks = np.concatenate([part.peaks for part in parts])
     errors = np.concatenate([part.errors for part in parts])
-    # Between two steps of the dynamics a robot strays from the chord of its error by at most A h^2 / 8, and where pieces meet.
-    paths = planned_paths(mission, team)
-    pushed = relative_acceleration(mission.vehicle, max(path.acceleration for path in paths.values())) * STEP * STEP / 8.0
-    between = pushed + max(stray_at_joints(path, time - STEP, time + STEP) for path in paths.values() for time in path.joints)
-    worst = np.max(peaks, axis=1) + between
+    worst = np.max(peaks, axis=1) + _between_steps(mission, team)
     return Campaign(
         mission=mission.name,
         robots=reference.robots,
@@ -255,99 +248,21 @@ def campaign(
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Job:
-    mission: Mission
-    reference: Reference
-    setup: Setup
-    actions: tuple[PlannedAction, ...]
+def _batches(seed: int, runs: int, processes: int) -> list[range]:
+    """Return the seeds of runs that are simulated side by side, as many batches for each process."""
+    count = -(-runs // (_BATCH * processes)) * processes
+    size = -(-runs // count)
+    return [range(seed + first, seed + min(first + size, runs)) for first in range(0, runs, size)]
 
 
-@dataclass(frozen=True, slots=True)
-class _Part:
-    """Findings of a batch: peaks (runs, robots), errors of the worst robot (runs, samples), verdicts (runs,)."""
+def _between_steps(mission: Mission, team: Mapping[str, Trajectory]) -> float:
+    """Return how much farther from its plan a robot may be between two steps of the dynamics than at them, m.
 
-    peaks: Floats
-    errors: NDArray[np.float32]
-    satisfied: NDArray[np.bool_]
-
-
-def _one_by_one(job: _Job, batches: Sequence[range], progress: Progress | None) -> list[_Part]:
-    def part_of(index: int) -> Callable[[float], None] | None:
-        if progress is None:
-            return None
-        said = progress
-        return lambda share: said(_sentence(batches), (index + share) / len(batches))
-
-    return [_batch(job, seeds, part_of(index)) for index, seeds in enumerate(batches)]
-
-
-def _many(job: _Job, batches: Sequence[range], workers: int, progress: Progress | None) -> list[_Part]:
-    """Share the batches among processes."""
-    say = None if progress is None else lambda share: progress(_sentence(batches), share)
-    return shared(_batch, job, batches, workers=workers, progress=say)
-
-
-def _batch(job: _Job, seeds: range, report: Callable[[float], None] | None) -> _Part:
-    """Simulate runs side by side and note when which robot's regions change."""
-    reference = job.reference
-    robots, runs = len(reference.robots), len(seeds)
-    samples = (len(reference.times) - 1) * SUBSTEPS // FRAME_STEPS + 1
-    errors = np.empty((runs, samples), dtype=np.float32)
-    regions = RegionMasks(job.mission)
-    masks = regions.none(robots * runs)
-    changes: list[list[tuple[int, int, int]]] = [[] for _ in range(runs)]  # of each run: sample, robot, regions
-    peak = np.zeros(robots * runs)
-    for sample, entry in enumerate(steps(job.setup, seeds)):
-        away = (entry.position.reshape(3, runs, robots) - reference.fine[entry.step][:, None]).astype(np.float64)
-        errors[:, sample] = np.sqrt(np.max(away[0] * away[0] + away[1] * away[1] + away[2] * away[2], axis=1))
-        now = regions.of(entry.position)
-        for vehicle in np.flatnonzero(now != masks) if sample else range(robots * runs):
-            changes[vehicle // robots].append((sample, int(vehicle % robots), int(now[vehicle])))
-        masks, peak = now, entry.peak
-        if report is not None and sample % 100 == 0:
-            report(sample / samples)
-    judge = _Judge(job, reference.robots)
-    satisfied = np.array([judge.satisfied(found) for found in changes], dtype=np.bool_)
-    if report is not None:
-        report(1.0)
-    return _Part(peak.reshape(runs, robots), errors, satisfied)
-
-
-class _Judge:
-    """Judges words of runs; runs whose letters change in the same order share one verdict."""
-
-    def __init__(self, job: _Job, robots: tuple[str, ...]) -> None:
-        self._mission, self._table = job.mission, region_letters(job.mission)
-        self._actions = sorted(
-            (int(np.ceil(round(action.time / (FRAME_STEPS * STEP), 6))), robots.index(action.robot), action.propositions)
-            for action in job.actions
-        )
-        self._count, self._robots = len(robots), robots
-        self._known: dict[tuple[tuple[tuple[int, frozenset[str]], ...], ...], bool] = {}
-
-    def satisfied(self, changes: list[tuple[int, int, int]]) -> bool:
-        regions: list[frozenset[str]] = [frozenset()] * self._count
-        inner = [self._mission.initial_letter(name) for name in self._robots]
-        events: dict[int, dict[int, frozenset[str]]] = {}
-        entries = [(sample, 1, robot, self._table[mask]) for sample, robot, mask in changes]
-        entries += [(sample, 0, robot, letter) for sample, robot, letter in self._actions]
-        for sample, kind, robot, letter in sorted(entries, key=lambda entry: entry[:3]):
-            (regions if kind else inner)[robot] = letter
-            events.setdefault(sample, {})[robot] = regions[robot] | inner[robot]
-        word = tuple(tuple(sorted(change.items(), key=lambda item: item[0])) for _, change in sorted(events.items()))
-        if word not in self._known:
-            first, *rest = word
-            state = FormulaState(self._mission.formula, self._mission.spec.team, [letter for _, letter in first])
-            for change in rest:
-                state.change(dict(change))
-            finite = self._mission.spec.trace == "finite"
-            self._known[word] = state.end(finite=finite) in (("satisfied",) if finite else ("satisfied", "open"))
-        return self._known[word]
-
-
-def _sentence(batches: Sequence[range]) -> str:
-    return f"simulating {sum(map(len, batches))} runs"
+    It strays from the chord of its error by at most A h^2 / 8, and where pieces meet.
+    """
+    paths = planned_paths(mission, team)
+    pushed = relative_acceleration(mission.vehicle, max(path.acceleration for path in paths.values())) * STEP * STEP / 8.0
+    return pushed + max(stray_at_joints(path, time - STEP, time + STEP) for path in paths.values() for time in path.joints)
 
 
 def _share(share: Share) -> dict[str, float]:

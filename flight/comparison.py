@@ -73,6 +73,7 @@ class Comparison:
         return (*errors, *(f"{event.time:.2f} s: {event.sentence}" for event in self.events))
 
 
+# as many parameters as a recording may need to be told of; each may be given alone, by its keyword
 def compare(
     log: FlightLog | Recording,
     cert: Certificate | None,
@@ -114,11 +115,7 @@ def compare(
         raise NotCertified("the certificate does not cover these trajectories.")
     order = [log.robots.index(name) for name in mission.agents]
     position = log.position[:, order]
-    shortest = longest = float(cert.duration)
-    if team is not None:
-        shortest = longest = max(path.duration for path in flown(mission, team).values())
-    elif mission.spec.repeat > 1:  # how much of it is the lap is not known without the trajectories
-        longest *= mission.spec.repeat
+    shortest, longest = _durations(cert, mission, team)
     _require_sense(log.times - (start or 0.0), position, mission, shortest, longest)
     judged, shift = None, start or 0.0
     if team is not None:
@@ -154,6 +151,15 @@ def compare(
         events=(*monitor.events, *said),
         judged=judged,
     )
+
+
+def _durations(cert: Certificate, mission: Mission, team: Mapping[str, Trajectory] | None) -> tuple[float, float]:
+    """Return how long the flight lasts at least and at most, s."""
+    if team is not None:
+        shortest = max(path.duration for path in flown(mission, team).values())
+        return shortest, shortest
+    shortest = float(cert.duration)
+    return shortest, shortest * mission.spec.repeat  # how much of it is the lap is not known without the trajectories
 
 
 def _judged(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Unpack
 
 import numpy as np
@@ -11,10 +12,9 @@ from flight.certified import require_certificate
 from flight.closed_loop import Setup, Snapshot, steps
 from flight.conditions import CALM, ConditionKeywords, Conditions
 from flight.logs.log import Event, FlightLog
-from flight.model.airframe import airframe_of
+from flight.model.airframe import Airframe, airframe_of
 from flight.model.attitude import Floats, euler
 from flight.model.reference import Reference, flown, sample_reference
-from flight.model.sensing import MotionCapture
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
 from flight.monitoring.letters import PlannedAction, RegionMasks, internal_letters, planned_actions, region_letters
 from flight.monitoring.monitor import Monitor
@@ -25,6 +25,7 @@ from verify.data.progress import Progress
 from verify.recordings.planned_paths import PlannedPath, planned_paths
 
 
+# as many parameters as `ltlplan fly` has choices: each may be made alone, by its keyword
 def fly(
     plan: Plan,
     team: Mapping[str, Trajectory],
@@ -58,59 +59,95 @@ def fly(
     mission = plan.mission
     if cert is not None:
         require_certificate(cert, plan, team)
-    frame = conditions.airframe or airframe_of(mission.vehicle)
-    reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1))
-    actions = planned_actions(plan, team, cert)
-    chosen: Reaction = mission.reaction if reaction is None else reaction
-    watcher = _Watcher(mission, reference, actions, cert, conditions.noise, chosen, planned_paths(mission, team))
-    setup = Setup(frame, watcher, conditions)
+    flight = _Flight(
+        mission=mission,
+        cert=cert,
+        airframe=conditions.airframe or airframe_of(mission.vehicle),
+        reference=sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1)),
+        actions=planned_actions(plan, team, cert),
+        paths=planned_paths(mission, team),
+        conditions=conditions,
+        reaction=mission.reaction if reaction is None else reaction,
+        seed=seed,
+    )
+    watcher = _Watcher(flight)
+    setup = Setup(flight.airframe, watcher, conditions)
     entries: list[Snapshot] = []
-    count = (len(reference.times) - 1) * SUBSTEPS // FRAME_STEPS
+    count = (len(flight.reference.times) - 1) * SUBSTEPS // FRAME_STEPS
     for entry in steps(setup, [seed]):
         entries.append(entry)
         if watcher.over(entry):
             break
         if progress is not None and len(entries) % 100 == 0:
             progress("simulating the flight", min(len(entries) / (count + 1), 1.0))
-    watcher.monitor.finish(reference.duration)
-    notes = [] if frame.known else [f"no airframe is known for '{mission.vehicle.name}'; lag, drag and gains are estimates."]
-    if cert is None:
-        notes.append(
-            "this flight has no certificate; planned actions happen in the middle of their visits on the sampled path."
-        )
-    monitor = watcher.monitor
-    verdict = {"satisfied": True, "violated": False}.get(monitor.formula)
-    events = tuple(monitor.events)
-    return _log(mission, watcher.reference, actions, entries, cert, events, notes, seed, verdict, monitor.tube)
+    watcher.monitor.finish(flight.reference.duration)
+    return _log(flight, watcher, entries)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Flight:
+    """One flight before it happens.
+
+    Attributes:
+        mission: Whose formula is watched.
+        cert: The certificate, or None.
+        airframe: What flies.
+        reference: The plan, sampled.
+        actions: When internal states change.
+        paths: The plan's paths, with bounds for all times.
+        conditions: What it flies in and with.
+        reaction: What the team does after an alarm.
+        seed: Of every random number.
+    """
+
+    mission: Mission
+    cert: Certificate | None
+    airframe: Airframe
+    reference: Reference
+    actions: tuple[PlannedAction, ...]
+    paths: Mapping[str, PlannedPath]
+    conditions: Conditions
+    reaction: Reaction
+    seed: int
+
+    @property
+    def margin(self) -> float | None:
+        """The tube's radius, m; None without a certificate."""
+        return None if self.cert is None else float(self.cert.margin)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the log says of the flight as a whole."""
+        notes: list[str] = []
+        if not self.airframe.known:
+            notes.append(f"no airframe is known for '{self.mission.vehicle.name}'; lag, drag and gains are estimates.")
+        if self.cert is None:
+            notes.append(
+                "this flight has no certificate; planned actions happen in the middle of their visits on the sampled path."
+            )
+        return tuple(notes)
 
 
 class _Watcher:
     """The monitor at work during a simulation, and what the team flies: its plan, and another one after the monitor's alarm."""
 
-    def __init__(
-        self,
-        mission: Mission,
-        reference: Reference,
-        actions: tuple[PlannedAction, ...],
-        cert: Certificate | None,
-        sensor: MotionCapture | None,
-        reaction: Reaction,
-        planned: Mapping[str, PlannedPath],
-    ) -> None:
-        if reaction not in ("carry_on", "hold", "land"):
-            raise BadInput(f"reaction must be 'carry_on', 'hold' or 'land', not {reaction!r}.")
-        self._mission = mission
-        self._reaction: Reaction = reaction
+    def __init__(self, flight: _Flight) -> None:
+        reference, sensor = flight.reference, flight.conditions.noise
+        if flight.reaction not in ("carry_on", "hold", "land"):
+            raise BadInput(f"reaction must be 'carry_on', 'hold' or 'land', not {flight.reaction!r}.")
+        self._mission = flight.mission
+        self._reaction: Reaction = flight.reaction
         self._delay = 0 if sensor is None else int(np.ceil(sensor.delay / CONTROL_STEP))
         self._ticks = len(reference.times) - 1
-        self.reference = reference.extended(LANDING_TIME, CONTROL_STEP, SUBSTEPS) if reaction == "land" else reference
+        landing = flight.reaction == "land"
+        self.reference = reference.extended(LANDING_TIME, CONTROL_STEP, SUBSTEPS) if landing else reference
         self.monitor = Monitor(
-            mission,
-            actions,
-            margin=None if cert is None else float(cert.margin),
+            flight.mission,
+            flight.actions,
+            margin=flight.margin,
             measurement=0.0 if sensor is None else sensor.bound,
-            planned_acceleration=max(path.acceleration for path in planned.values()),
-            planned=planned,
+            planned_acceleration=max(path.acceleration for path in flight.paths.values()),
+            planned=flight.paths,
         )
         self._alarm: int | None = None
         self._stop: Stop | None = None
@@ -152,19 +189,9 @@ class _Watcher:
         return self._stop.flat(time)
 
 
-def _log(
-    mission: Mission,
-    reference: Reference,
-    actions: tuple[PlannedAction, ...],
-    entries: list[Snapshot],
-    cert: Certificate | None,
-    events: tuple[Event, ...],
-    notes: list[str],
-    seed: int,
-    satisfied: bool | None,
-    tube: str | None,
-) -> FlightLog:
-    """Put the log together from the simulation's entries."""
+def _log(flight: _Flight, watcher: _Watcher, entries: list[Snapshot]) -> FlightLog:
+    """Put the log together from the simulation's entries and what the monitor said of them."""
+    mission, reference, monitor = flight.mission, watcher.reference, watcher.monitor
     steps_taken = np.array([entry.step for entry in entries])
     times, robots = steps_taken * STEP, range(len(reference.robots))
     position = _stacked([entry.position for entry in entries])
@@ -172,7 +199,7 @@ def _log(
     table = region_letters(mission)
     regions = RegionMasks(mission)
     masks = [regions.of(position[:, j].T).tolist() for j in robots]
-    inner = [internal_letters(mission, robot, actions, times) for robot in reference.robots]
+    inner = [internal_letters(mission, robot, flight.actions, times) for robot in reference.robots]
     first, sensed = entries[0], entries[0].measured is not None
     return FlightLog(
         mission=mission.name,
@@ -189,13 +216,13 @@ def _log(
         measured=_stacked([_known(entry.measured) for entry in entries]) if sensed else None,
         estimated=_stacked([entry.estimated for entry in entries]) if sensed else None,
         peak=entries[-1].peak,
-        margin=None if cert is None else float(cert.margin),
-        events=events,
-        satisfied=satisfied,
-        tube=tube,
-        seed=seed,
-        certificate=None if cert is None else cert.digest(),
-        notes=tuple(notes),
+        margin=flight.margin,
+        events=tuple(monitor.events),
+        satisfied={"satisfied": True, "violated": False}.get(monitor.formula),
+        tube=monitor.tube,
+        seed=flight.seed,
+        certificate=None if flight.cert is None else flight.cert.digest(),
+        notes=flight.notes,
     )
 
 

@@ -1,0 +1,135 @@
+"""Runs of a campaign, simulated side by side and each judged by the words that it flew."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flight.closed_loop import Setup, steps
+from flight.model.attitude import Floats
+from flight.model.reference import Reference
+from flight.model.timing import FRAME_STEPS, STEP, SUBSTEPS
+from flight.monitoring.formula_state import FormulaState
+from flight.monitoring.letters import PlannedAction, RegionMasks, region_letters
+from flight.processes import shared
+from verify.data import Mission
+from verify.data.progress import Progress
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What all runs of a campaign have in common.
+
+    Attributes:
+        mission: Whose formula is judged.
+        reference: The plan, sampled.
+        setup: The simulation, but for seeds.
+        actions: When internal states change.
+    """
+
+    mission: Mission
+    reference: Reference
+    setup: Setup
+    actions: tuple[PlannedAction, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Findings of a batch.
+
+    Attributes:
+        peaks: Each robot's largest distance from the plan at any step, m. Shape (runs, robots).
+        errors: Distance of the robot that is farthest from its plan, m. Shape (runs, samples).
+        satisfied: Whether the flown path, at samples, satisfies the formula. Shape (runs,).
+    """
+
+    peaks: Floats
+    errors: NDArray[np.float32]
+    satisfied: NDArray[np.bool_]
+
+
+def simulate(job: Job, batches: Sequence[range], *, workers: int, progress: Progress | None) -> list[Part]:
+    """Simulate batches of runs and return what each found, in order.
+
+    Args:
+        job: What all runs have in common.
+        batches: Seeds of the runs that are simulated side by side, a batch each.
+        workers: Processes; one does all in this process.
+        progress: Told a sentence and the share done, 0 to 1.
+
+    Raises:
+        BadInput: A process was ended from outside.
+    """
+    sentence = f"simulating {sum(map(len, batches))} runs"
+    if workers > 1:
+        say = None if progress is None else lambda share: progress(sentence, share)
+        return shared(_batch, job, batches, workers=workers, progress=say)
+
+    def part_of(index: int) -> Callable[[float], None] | None:
+        if progress is None:
+            return None
+        said = progress
+        return lambda share: said(sentence, (index + share) / len(batches))
+
+    return [_batch(job, seeds, part_of(index)) for index, seeds in enumerate(batches)]
+
+
+def _batch(job: Job, seeds: range, report: Callable[[float], None] | None) -> Part:
+    """Simulate runs side by side and note when which robot's regions change."""
+    reference = job.reference
+    robots, runs = len(reference.robots), len(seeds)
+    samples = (len(reference.times) - 1) * SUBSTEPS // FRAME_STEPS + 1
+    errors = np.empty((runs, samples), dtype=np.float32)
+    regions = RegionMasks(job.mission)
+    masks = regions.none(robots * runs)
+    changes: list[list[tuple[int, int, int]]] = [[] for _ in range(runs)]  # of each run: sample, robot, regions
+    peak = np.zeros(robots * runs)
+    for sample, entry in enumerate(steps(job.setup, seeds)):
+        away = (entry.position.reshape(3, runs, robots) - reference.fine[entry.step][:, None]).astype(np.float64)
+        errors[:, sample] = np.sqrt(np.max(away[0] * away[0] + away[1] * away[1] + away[2] * away[2], axis=1))
+        now = regions.of(entry.position)
+        for vehicle in np.flatnonzero(now != masks) if sample else range(robots * runs):
+            changes[vehicle // robots].append((sample, int(vehicle % robots), int(now[vehicle])))
+        masks, peak = now, entry.peak
+        if report is not None and sample % 100 == 0:
+            report(sample / samples)
+    judge = _Judge(job, reference.robots)
+    satisfied = np.array([judge.satisfied(found) for found in changes], dtype=np.bool_)
+    if report is not None:
+        report(1.0)
+    return Part(peak.reshape(runs, robots), errors, satisfied)
+
+
+class _Judge:
+    """Judges words of runs; runs whose letters change in the same order share one verdict."""
+
+    def __init__(self, job: Job, robots: tuple[str, ...]) -> None:
+        self._mission, self._table = job.mission, region_letters(job.mission)
+        self._actions = sorted(
+            (int(np.ceil(round(action.time / (FRAME_STEPS * STEP), 6))), robots.index(action.robot), action.propositions)
+            for action in job.actions
+        )
+        self._count, self._robots = len(robots), robots
+        self._known: dict[tuple[tuple[tuple[int, frozenset[str]], ...], ...], bool] = {}
+
+    def satisfied(self, changes: list[tuple[int, int, int]]) -> bool:
+        regions: list[frozenset[str]] = [frozenset()] * self._count
+        inner = [self._mission.initial_letter(name) for name in self._robots]
+        events: dict[int, dict[int, frozenset[str]]] = {}
+        entries = [(sample, 1, robot, self._table[mask]) for sample, robot, mask in changes]
+        entries += [(sample, 0, robot, letter) for sample, robot, letter in self._actions]
+        for sample, kind, robot, letter in sorted(entries, key=lambda entry: entry[:3]):
+            (regions if kind else inner)[robot] = letter
+            events.setdefault(sample, {})[robot] = regions[robot] | inner[robot]
+        word = tuple(tuple(sorted(change.items(), key=lambda item: item[0])) for _, change in sorted(events.items()))
+        if word not in self._known:
+            first, *rest = word
+            state = FormulaState(self._mission.formula, self._mission.spec.team, [letter for _, letter in first])
+            for change in rest:
+                state.change(dict(change))
+            finite = self._mission.spec.trace == "finite"
+            self._known[word] = state.end(finite=finite) in (("satisfied",) if finite else ("satisfied", "open"))
+        return self._known[word]
