@@ -1,17 +1,23 @@
-"""What a run writes into its folder, and under which names; `verify.data.storage.folders` puts it there whole or not at all."""
+"""What a run, a flight or a campaign writes into its folder, and under which names.
+
+`verify.data.storage.folders` puts it there whole or not at all.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from verify.data import Mission, Plan, Trajectory, mission_to_yaml
-from verify.data.events import EVENTS_FILE
+from verify.data.events import EVENTS_FILE, events_to_json
 from verify.data.storage.folders import PROOF, write_folder
 from verify.data.trajectory_csv import write_csv
 
 if TYPE_CHECKING:
+    from flight import Campaign, FlightLog
+    from ltlplan.online.flight import OnlineFlight
     from ltlplan.result import Result
 
 PLAN_FILES = ("mission.yaml", "plan.json")
@@ -48,6 +54,50 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
         (folder / "report.html").write_text(report_html(result), encoding="utf-8")
 
     return write_folder(target, write)
+
+
+def write_flight(plan: Plan, log: FlightLog, folder: Path) -> None:
+    """Write `LOG_FILES`: what was planned, and one flight of it.
+
+    Args:
+        plan: What was flown.
+        log: The flight.
+        folder: Where; it exists.
+    """
+    write_plan_files(plan, folder)
+    (folder / "flight.csv").write_text(log.to_csv(), encoding="utf-8")
+
+
+def write_campaign(plan: Plan, found: Campaign, folder: Path) -> None:
+    """Write `CAMPAIGN_FILES`: what was planned, and what many flights of it showed, as data and as a page.
+
+    Args:
+        plan: What was flown.
+        found: The findings.
+        folder: Where; it exists.
+    """
+    from ltlplan.report.campaign import campaign_html
+
+    write_plan_files(plan, folder)
+    (folder / "campaign.json").write_text(json.dumps(found.to_dict(), indent=1) + "\n", encoding="utf-8")
+    (folder / "campaign.html").write_text(campaign_html(found), encoding="utf-8")
+
+
+def write_online(flown: OnlineFlight, lines: Sequence[str], folder: Path) -> None:
+    """Write `ONLINE_FILES`: the mission as it was at take-off, what changed, and what was flown.
+
+    Args:
+        flown: The flight.
+        lines: What is said of it, a sentence each.
+        folder: Where; it exists.
+    """
+    from ltlplan.report.online import online_html
+
+    (folder / "mission.yaml").write_text(mission_to_yaml(flown.asked), encoding="utf-8")
+    (folder / EVENTS_FILE).write_text(events_to_json(flown.events), encoding="utf-8")
+    (folder / "flight.csv").write_text(flown.log.to_csv(), encoding="utf-8")
+    (folder / "report.html").write_text(online_html(flown), encoding="utf-8")
+    (folder / "summary.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def write_plan_files(plan: Plan, folder: Path) -> None:

@@ -2,63 +2,47 @@
 
 from __future__ import annotations
 
-import json as json_format
-from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ltlplan.commands.shared.flight_options import (
-    FULL,
-    GEOMETRIC,
-    ControllerOption,
-    Finish,
-    ModelOption,
-    NoiseOption,
-    OutOption,
-    TeamArgument,
-    WindOption,
-    certified,
-    check_out,
-    written,
-)
-from ltlplan.commands.shared.options import JsonOption, SeedOption
+from ltlplan.commands.shared import flight_options, options
+from ltlplan.commands.shared.simulation import Outcome, certified, simulating, written
+from verify.data.progress import part_of
+
+if TYPE_CHECKING:
+    from flight import Campaign
 
 
 def command(
-    source: TeamArgument,
+    source: flight_options.TeamArgument,
     runs: Annotated[int, typer.Option("--runs", min=1, help="How many flights.")] = 100,
     workers: Annotated[int, typer.Option("--workers", min=1, help="Processes; findings do not depend on it.")] = 1,
-    out: OutOption = None,
-    seed: SeedOption = None,
-    wind: WindOption = None,
-    noise: NoiseOption = None,
-    model: ModelOption = FULL,
-    controller: ControllerOption = GEOMETRIC,
-    json: JsonOption = False,
+    out: flight_options.OutOption = None,
+    seed: options.SeedOption = None,
+    wind: flight_options.WindOption = None,
+    noise: flight_options.NoiseOption = None,
+    model: flight_options.ModelOption = flight_options.FULL,
+    controller: flight_options.ControllerOption = flight_options.GEOMETRIC,
+    json: options.JsonOption = False,
 ) -> None:
     """Fly a certified mission many times in simulation: which share of the flights kept tube and formula."""
     from flight import Conditions, campaign
-    from ltlplan.commands.shared.progress import progress_bar
-    from ltlplan.output import CAMPAIGN_FILES, write_plan_files
-    from ltlplan.report.campaign import campaign_html
+    from ltlplan.output import CAMPAIGN_FILES, write_campaign
 
     conditions = Conditions(wind, noise, model, controller)
-    with progress_bar(quiet=json) as progress:
-        check_out(out, CAMPAIGN_FILES)
-        plan, team, certificate = certified(source, progress)
+    with simulating(out, CAMPAIGN_FILES, quiet=json) as progress:
+        plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
         found = campaign(
             plan, team, certificate, runs=runs, seed=plan.seed if seed is None else seed, conditions=conditions, workers=workers,
-            progress=lambda sentence, share: progress(sentence, 0.5 + 0.5 * share),
+            progress=part_of(progress, 0.5, 1.0),
         )  # fmt: skip
+        files = written(out, lambda folder: write_campaign(plan, found, folder))
+    _outcome(found).show(files, as_json=json)
 
-        def write(folder: Path) -> None:
-            write_plan_files(plan, folder)
-            (folder / "campaign.json").write_text(json_format.dumps(found.to_dict(), indent=1) + "\n", encoding="utf-8")
-            (folder / "campaign.html").write_text(campaign_html(found), encoding="utf-8")
 
-        files = written(out, write)
+def _outcome(found: Campaign) -> Outcome:
     refusal = None
     if found.contradictions:
         refusal = f"Seeds {found.contradictions[:5]} flew inside the tube and broke the formula: a bug of the certificate."
-    Finish(list(found.sentences), {"mission": plan.mission.name, **found.to_dict()}, refusal, files).show(json)
+    return Outcome(list(found.sentences), found.to_dict(), refusal)
