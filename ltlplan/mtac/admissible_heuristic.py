@@ -174,7 +174,7 @@ class AdmissibleHeuristic:
         for rest in (states, left):
             if starts and DEAD not in rest and self._decomposition_set(rest):
                 yield (rest,), 0.0, False
-        where = AgentState(self._regions[vertex], vertex, vertex, internal)
+        where = AgentState(self._regions[vertex], frozenset({vertex}), vertex, internal)
         for move in world.moves(where):
             after = self.read(states, world.shown(where, move))
             if DEAD not in after and (after, move.visit.region, move.internal) != node:

@@ -45,19 +45,20 @@ class AgentState:
 
     Attributes:
         position: m.
-        inside: The region that it is in, or None.
+        inside: The regions that it is in.
         vertex: Vertex of the environment: the region that it visited last, or the start vertex.
         internal: Its internal state.
     """
 
     position: Point
-    inside: str | None
+    inside: frozenset[str]
     vertex: str
     internal: str
 
-    def seen_in(self, region: str | None) -> AgentState:
-        """Return the state of the robot where it is seen in a region, or in none."""
-        return replace(self, inside=region, vertex=region or self.vertex)
+    def seen_in(self, regions: frozenset[str]) -> AgentState:
+        """Return the state of the robot where it is seen in some regions, or in none."""
+        entered = regions - self.inside
+        return replace(self, inside=regions, vertex=min(entered, default=self.vertex))
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +111,7 @@ class World:
 
     def letter(self, where: AgentState) -> Letter:
         """Return the letter that a robot shows now."""
-        return self.free_letter(where.internal) | (frozenset() if where.inside is None else {where.inside})
+        return self.free_letter(where.internal) | where.inside
 
     def start(self, robot: str) -> AgentState:
         """Return where a robot is at time 0.
@@ -137,8 +138,8 @@ class World:
         if len(inside) > 1:
             raise BadInput(f"{where} in {' and '.join(inside)} at once; these regions overlap there.")
         if inside:
-            return AgentState(position, inside[0], inside[0], internal)
-        return AgentState(position, None, self.environment.start if vertex is None else vertex, internal)
+            return AgentState(position, frozenset(inside), inside[0], internal)
+        return AgentState(position, frozenset(), self.environment.start if vertex is None else vertex, internal)
 
     def start_in_overlap(self) -> str | None:
         """Return a sentence about the first robot that starts in several regions at once, where moves are not known; or None."""
@@ -152,15 +153,15 @@ class World:
         """Return the regions that hold a point, in the mission's order."""
         return [n for n, r in self.mission.all_regions.items() if float(r.level(np.array(position))) <= 1.0]
 
-    def regions_at(self, positions: NDArray[np.float64]) -> list[str | None]:
-        """Return the region that each point is in, or None; of several the first. Shape (n, 3)."""
+    def regions_at(self, positions: NDArray[np.float64]) -> list[frozenset[str]]:
+        """Return the regions that each point is in. Shape (n, 3)."""
         names = list(self.mission.all_regions)
         if not names:
-            return [None] * len(positions)
+            return [frozenset()] * len(positions)
         centres, shapes = self._shapes
         offset = positions[:, None] - centres
         inside = np.einsum("nri,rij,nrj->nr", offset, shapes, offset) <= 1.0
-        return [names[int(np.argmax(row))] if row.any() else None for row in inside]
+        return [frozenset(names[k] for k in np.flatnonzero(row)) for row in inside]
 
     @cached_property
     def _shapes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -172,17 +173,17 @@ class World:
         key = (where.vertex, where.internal)
         if key not in self._moves:
             self._moves[key] = tuple(self._all_moves(*key))
-        if not first or where.inside is None:
+        if not first or not where.inside:
             return self._moves[key]
-        here = frozenset({where.inside})
         acts = [
             Move(
-                Visit(region=where.inside, actions=actions),
-                tuple(here | self.free_letter(a.target) for a in actions),
+                Visit(region=region, actions=actions),
+                tuple(where.inside | self.free_letter(a.target) for a in actions),
                 reached,
                 True,
             )
-            for actions, reached in self._chains(where.inside, where.internal)
+            for region in sorted(where.inside)
+            for actions, reached in self._chains(region, where.internal)
             if actions
         ]
         return (*acts, *self._moves[key])
@@ -190,11 +191,11 @@ class World:
     def after(self, move: Move) -> AgentState:
         """Return where a robot is once it has made its visit's last action, still inside."""
         region = move.visit.region
-        return AgentState(self.mission.all_regions[region].center, region, region, move.internal)
+        return AgentState(self.mission.all_regions[region].center, frozenset({region}), region, move.internal)
 
     def shown(self, where: AgentState, move: Move) -> tuple[Letter, ...]:
         """Return the letters of a move, the leaving of the region where the robot is first."""
-        if where.inside is None or move.in_place:
+        if not where.inside or move.in_place:
             return move.letters
         return (self.free_letter(where.internal), *move.letters)
 
@@ -236,9 +237,9 @@ class RobotTask:
     def visits(self) -> tuple[Visit, ...]:
         """Regions and actions; a robot that begins inside a region begins with a visit of it."""
         visits = tuple(move.visit for move in self.moves)
-        if self.where.inside is None or (self.moves and self.moves[0].in_place):
+        if not self.where.inside or (self.moves and self.moves[0].in_place):
             return visits
-        return (Visit(region=self.where.inside), *visits)
+        return (*(Visit(region=region) for region in sorted(self.where.inside)), *visits)
 
     def then(self, move: Move, leaves: bool) -> RobotTask:
         """Return the task with one more visit."""

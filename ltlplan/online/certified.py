@@ -33,7 +33,7 @@ from ltlplan.sharing.team_in_flight import PERIOD, Desired, LocatedRobot, TeamIn
 from verify.data import LtlplanError, Mission, NotCertified, Plan, Trajectory
 from verify.data.events import WorldEvent
 from verify.data.mission import check_mission
-from verify.data.sections import Agent
+from verify.data.sections import Action, Agent
 from verify.data.shapes.inequalities import Point
 from verify.pieces import Piece, approaches, judge_pieces
 
@@ -216,7 +216,7 @@ class CertifiedTeam(TeamInFlight[LocatedRobot]):
         if events:
             self.note(now, events)
 
-    def acts(self, pilot: LocatedRobot) -> str | None:  # noqa: ARG002
+    def acts(self, pilot: LocatedRobot) -> Action | None:  # noqa: ARG002
         """Return None: actions are made at the instants that were certified, whatever is seen."""
         return None
 

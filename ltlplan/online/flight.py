@@ -198,10 +198,9 @@ class _Loop:
     entries: list[Snapshot] = field(default_factory=list)
     desired: list[Floats] = field(default_factory=list)
     letters: list[dict[str, Letter]] = field(default_factory=list)
-    inside: list[dict[str, str | None]] = field(default_factory=list)
     actions: dict[str, list[InternalChange]] = field(default_factory=dict)
     internal: dict[str, str] = field(default_factory=dict)
-    landed: dict[str, tuple[float, Point, Letter, str | None]] = field(default_factory=dict)
+    landed: dict[str, tuple[float, Point, Letter]] = field(default_factory=dict)
     said: list[Event] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
     earlier: list[tuple[float, Mission]] = field(default_factory=list)
@@ -250,7 +249,7 @@ class _Loop:
             self._take_note(desired)
         else:
             self.held_since = self.now if self.held_since is None else self.held_since
-        for name, (when, at, _, _) in self.landed.items():
+        for name, (when, at, _) in self.landed.items():
             height = max(at[2] - SINK * (self.now - when), FLOOR)
             flat[0, :3, self.robots.index(name)] = (at[0], at[1], height)
         if self.held_since is not None and self.now - self.held_since > GIVE_UP and not self.pending:
@@ -278,11 +277,13 @@ class _Loop:
         if desired.finished and not self.pending:
             self.over = True
 
-    def _acted(self, name: str, target: str, region: str | None) -> None:
+    def _acted(self, name: str, target: str, inside: frozenset[str]) -> None:
         source, self.internal[name] = self.internal[name], target
+        actions = self.team.mission.robot.actions
+        region = next((a.at for a in actions if (a.source, a.target) == (source, target) and a.at in inside), "")
         propositions = frozenset(self.mission.robot.states[target])
         done = self.actions.setdefault(name, [])
-        done.append(InternalChange(_exact(self.now), source, target, region or "", len(done), propositions))
+        done.append(InternalChange(_exact(self.now), source, target, region, len(done), propositions))
 
     def _happens(self, event: WorldEvent, positions: Mapping[str, Point]) -> None:
         """Let the world change; a hoop on a robot ends the mission in a hover."""
@@ -290,10 +291,9 @@ class _Loop:
         trouble = falls_on(self.team.mission, event, flying)
         self.said.append(Event(self.now, getattr(event, "robot", None), "note", f"{event}."))
         if isinstance(event, RobotLeaves):
-            letter, inside = self.team.belief.held[event.robot], self.team.pilots[event.robot].where.inside
-            if self.letters:  # from the very first moment on, what was seen last
-                letter, inside = self.letters[-1][event.robot], self.inside[-1][event.robot]
-            self.landed[event.robot] = (self.now, positions[event.robot], letter, inside)
+            # from the very first moment on, what was seen last
+            letter = self.letters[-1][event.robot] if self.letters else self.team.belief.held[event.robot]
+            self.landed[event.robot] = (self.now, positions[event.robot], letter)
         self.earlier.append((self.now, self.team.mission))
         self.happened.append(replace(event, time=self.now))
         self.team.change(event, self.now)
@@ -316,10 +316,9 @@ class _Loop:
         """Label one entry of the log by where the robots really are, in the world as it is now."""
         self.entries.append(entry)
         letters: dict[str, Letter] = {}
-        inside: dict[str, str | None] = {}
         for j, name in enumerate(self.robots):
             if name in self.landed:
-                _, _, letters[name], inside[name] = self.landed[name]
+                _, _, letters[name] = self.landed[name]
                 continue
             held = frozenset(self.mission.robot.states[self.internal[name]])
             here = [
@@ -327,9 +326,8 @@ class _Loop:
                 for region, shape in self.team.mission.all_regions.items()
                 if float(shape.level(entry.position[:, j])) <= 1.0
             ]
-            letters[name], inside[name] = held.union(here), next(iter(here), None)
+            letters[name] = held.union(here)
         self.letters.append(letters)
-        self.inside.append(inside)
 
     def _result(self, seed: int) -> OnlineFlight:
         mission = self.team.mission

@@ -22,6 +22,7 @@ from ltlplan.sharing import cross_entropy
 from ltlplan.sharing.cross_entropy import OnlineSettings, OnlineState
 from ltlplan.sharing.gliding_path import GLIDE, Clock, gliding_path_of
 from verify.data import Letter, Mission, RobotPlan
+from verify.data.sections import Action
 
 Floats = NDArray[np.float64]
 
@@ -138,7 +139,7 @@ class Pilot:
             rng: Source of the samples for the search that begins.
         """
         self.moves, self.leaves, self.shown, self.entered, self.stop = task.moves, task.leaves, 0, False, False
-        starts_inside = task.where.inside is not None
+        starts_inside = bool(task.where.inside)
         in_place = bool(self.moves) and self.moves[0].in_place
         self.visit = 0 if in_place or not starts_inside else 1
         self.detour = () if in_place or not starts_inside or not self.moves else (self.world.free_letter(self.where.internal),)
@@ -156,7 +157,7 @@ class Pilot:
         self._look()
         self._search_anew(rng)
 
-    def observe(self, letter: Letter, inside: str | None) -> bool:
+    def observe(self, letter: Letter, inside: frozenset[str]) -> bool:
         """Take note of a new letter; return whether it was the one that was to come next."""
         expected = self.chain[0] if self.chain else None
         self.where = self.where.seen_in(inside)
@@ -171,29 +172,29 @@ class Pilot:
             self.visit += 1
         return True
 
-    def surprised(self, inside: str | None) -> None:
+    def surprised(self, inside: frozenset[str]) -> None:
         """Put what an unforeseen letter makes necessary before what was planned: to leave, or to come again."""
         free = self.world.free_letter(self.where.internal)
-        if inside is not None and self.moves and inside == self.moves[0].visit.region and self.shown:
+        if self.moves and self.moves[0].visit.region in inside and self.shown:
             return  # it is where it should be; its letter differs by what it carries, which the plan already knows
-        self.detour = (free,) if inside is not None and (self.moves or self.leaves) else ()
-        if inside is None and self.shown:
+        self.detour = (free,) if inside and (self.moves or self.leaves) else ()
+        if not inside and self.shown:
             self.shown = 0  # it has left too early and comes again
-        self.entered = inside is not None
+        self.entered = bool(inside)
 
-    def wants_to_act(self) -> str | None:
-        """Return the internal state that the present visit's next action leads to, once the robot is at the centre."""
+    def wants_to_act(self) -> Action | None:
+        """Return the present visit's next action, once the robot is at the centre."""
         if self.detour or not self.moves:
             return None
         move = self.moves[0]
         entering = 0 if move.in_place else 1
         acted = self.shown - entering
         actions = move.visit.actions
-        if not 0 <= acted < len(actions) or self.where.inside != move.visit.region:
+        if not 0 <= acted < len(actions) or move.visit.region not in self.where.inside:
             return None
         if self.visit < len(self.passages) and self.clock.time < self.passages[self.visit].centre - 1e-9:
             return None
-        return actions[acted].target
+        return actions[acted]
 
     def comes_to_region(self, dt: float) -> bool:
         """Tell whether the robot must decide now whether to enter the next region: later it could not stop before it."""
@@ -333,5 +334,4 @@ def _hover(where: AgentState) -> RobotPlan:
     """Return the plan of a robot that stays where it is."""
     from verify.data import Waypoint, Word
 
-    letter = frozenset() if where.inside is None else frozenset({where.inside})
-    return RobotPlan(word=Word((letter,)), waypoints=(Waypoint(position=where.position, role="start"),), times=(0.0,))
+    return RobotPlan(word=Word((where.inside,)), waypoints=(Waypoint(position=where.position, role="start"),), times=(0.0,))

@@ -18,6 +18,7 @@ from ltlplan.sharing.detours import WayAhead, led_around
 from ltlplan.sharing.pilot import Pilot
 from ltlplan.sharing.team_in_flight import TeamInFlight
 from verify.data import Letter, Mission, RobotPlan, Word
+from verify.data.sections import Action
 from verify.data.shapes.inequalities import Point
 
 CLEARANCE = 0.08
@@ -88,6 +89,6 @@ class PilotedTeam(TeamInFlight[Pilot], ABC):
         x, y, z = (float(v) for v in pilot.course.flat(pilot.clock, now)[0])
         pilot.where = replace(pilot.where, position=(x, y, z))
 
-    def acts(self, pilot: Pilot) -> str | None:
-        """Return the internal state that a robot's planned action leads to, once it is at its region's centre."""
+    def acts(self, pilot: Pilot) -> Action | None:
+        """Return a robot's next planned action, once it is at its region's centre."""
         return pilot.wants_to_act()

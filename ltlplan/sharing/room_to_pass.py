@@ -90,7 +90,7 @@ def _steps_aside(team: PilotedTeam, name: str, passing: str, now: float) -> bool
     pilot = team.pilots[name]
     team.root(pilot, now)
     where = pilot.where
-    letters = () if where.inside is None else (team.world.free_letter(where.internal),)
+    letters = () if not where.inside else (team.world.free_letter(where.internal),)
     ahead = team.ahead()
     inside = {n: p.chain for n, p in team.pilots.items() if p.entered}
     rest = {n: p.rest if n in inside else p.ahead for n, p in team.pilots.items()}
@@ -98,7 +98,7 @@ def _steps_aside(team: PilotedTeam, name: str, passing: str, now: float) -> bool
         return False
     others = [_at(team, other, now)[None] for other in team.pilots if other != name]
     ways = [_ahead(team, other) for other, p in team.pilots.items() if other != name and not p.arrived]
-    visits = () if where.inside is None else (Visit(region=where.inside),)
+    visits = tuple(Visit(region=region) for region in sorted(where.inside))
     way = WayAhead(name, where.position, visits, Word((team.world.letter(where), *letters)))
     for place in places_aside(team.mission, where.position, [*others, *ways, _ahead(team, passing)], team.distance)[:_PLACES]:
         plan = way_aside(team.mission, way, place)

@@ -104,11 +104,11 @@ def _part(world: World, pilot: Pilot, itinerary: Itinerary) -> RobotTask:
     where = pilot.where
     moves: list[Move] = []
     for index, visit in enumerate(itinerary.visits):
-        here = index == 0 and where.inside is not None  # it begins there, and does something there or not
+        here = index == 0 and bool(where.inside)  # it begins there, and does something there or not
         if here and not visit.actions:
             continue
         wanted = Visit(region=visit.region, actions=visit.actions)
         move = next(m for m in world.moves(where, first=here) if m.visit == wanted and m.in_place == here)
         moves.append(move)
         where = world.after(move)
-    return RobotTask(pilot.where, tuple(moves), where.inside is None or where.inside not in itinerary.word.letters[-1])
+    return RobotTask(pilot.where, tuple(moves), not where.inside or not where.inside <= itinerary.word.letters[-1])

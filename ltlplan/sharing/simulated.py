@@ -106,20 +106,22 @@ class _Flown:
     points: list[Point] = field(default_factory=list)
     visits: list[Visit] = field(default_factory=list)
     entered: list[int] = field(default_factory=list)
-    inside: str | None = None
+    inside: frozenset[str] = frozenset()
     internal: str | None = None
 
     def __post_init__(self) -> None:
         self.points.append(self.start)
 
-    def see(self, inside: str | None, internal: str, mission: Mission) -> None:
+    def see(self, inside: frozenset[str], internal: str, mission: Mission) -> None:
         """Take note of where the robot is seen, and of what it has done there."""
-        if inside is not None and inside != self.inside:
-            self.visits.append(Visit(region=inside))
+        for region in sorted(inside - self.inside):
+            self.visits.append(Visit(region=region))
             self.entered.append(len(self.points) - 1)
-        if self.internal is not None and internal != self.internal and inside is not None:
-            done = next(a for a in mission.robot.actions if (a.source, a.target, a.at) == (self.internal, internal, inside))
-            self.visits[-1] = Visit(region=inside, actions=(*self.visits[-1].actions, done))
+        if self.internal is not None and internal != self.internal and inside:
+            change = (self.internal, internal)
+            done = next(a for a in mission.robot.actions if (a.source, a.target) == change and a.at in inside)
+            last = max(k for k, visit in enumerate(self.visits) if visit.region == done.at)
+            self.visits[last] = Visit(region=done.at, actions=(*self.visits[last].actions, done))
         self.inside, self.internal = inside, internal
 
     @property

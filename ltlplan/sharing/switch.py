@@ -54,7 +54,7 @@ def _part(world: World, robot: str, pilot: Pilot, moves: tuple[Move, ...]) -> Ro
     leaves = True
     if moves and moves[-1].visit.region not in mission.hoops:
         end = mission.agents[robot].end
-        leaves = end is not None and world.regions_at(np.array([end], dtype=np.float64)) != [moves[-1].visit.region]
+        leaves = end is not None and world.regions_at(np.array([end], dtype=np.float64)) != [{moves[-1].visit.region}]
     return RobotTask(pilot.where, moves, leaves)
 
 

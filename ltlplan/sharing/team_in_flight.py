@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
@@ -22,7 +22,7 @@ from ltlplan.sharing.belief import Belief, after_events, at_start
 from ltlplan.sharing.residual import mission_left
 from verify.data import BadInput, Letter, LtlplanError, Mission
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
-from verify.data.sections import Agent
+from verify.data.sections import Action, Agent
 from verify.data.shapes.inequalities import Point
 
 Floats = NDArray[np.float64]
@@ -138,8 +138,8 @@ class TeamInFlight(ABC, Generic[Robot]):
         """Let a robot's state be where it hovers, so that its next course begins without a jump."""
 
     @abstractmethod
-    def acts(self, pilot: Robot) -> str | None:
-        """Return the internal state that a robot goes to now, inside the region where it is; None where it does not act."""
+    def acts(self, pilot: Robot) -> Action | None:
+        """Return the action that a robot is to make now, where it is in the action's region; None where it does not act."""
 
     # -- what was flown ------------------------------------------------------------------------------------
 
@@ -153,22 +153,19 @@ class TeamInFlight(ABC, Generic[Robot]):
         self.shown.append((now, events))
         self.belief = after_events(self.belief, events)
 
-    def labelled(self, positions: Mapping[str, Point]) -> tuple[dict[str, Letter], dict[str, str | None]]:
-        """Return the letters that have changed, and the region that each robot is in; planned actions happen here."""
+    def labelled(self, positions: Mapping[str, Point]) -> tuple[dict[str, Letter], dict[str, frozenset[str]]]:
+        """Return the letters that have changed, and the regions that each robot is in; planned actions happen here."""
         events: dict[str, Letter] = {}
-        inside: dict[str, str | None] = {}
+        inside: dict[str, frozenset[str]] = {}
         where = self.world.regions_at(np.array([positions[name] for name in self.pilots], dtype=np.float64).reshape(-1, 3))
         for (name, pilot), here in zip(self.pilots.items(), where, strict=True):
             x, y, z = (float(v) for v in positions[name])
             inside[name] = here
-            target = self.acts(pilot) if here is not None else None
-            pilot.where = AgentState(
-                (x, y, z),
-                here if target is not None else pilot.where.inside,
-                pilot.where.vertex,
-                pilot.where.internal if target is None else target,
-            )
-            letter = self.world.free_letter(pilot.where.internal) | (frozenset() if here is None else {here})
+            pilot.where = replace(pilot.where, position=(x, y, z))
+            action = self.acts(pilot) if here else None
+            if action is not None and action.at in here:
+                pilot.where = replace(pilot.where, internal=action.target)
+            letter = self.world.free_letter(pilot.where.internal) | here
             if letter != self.belief.held[name]:
                 events[name] = letter
         return events, inside
@@ -241,7 +238,7 @@ class TeamInFlight(ABC, Generic[Robot]):
     def agent(self, pilot: Robot) -> Agent:
         """Return a robot as it hovers now, with what it brings from before."""
         where = pilot.where
-        been = where.vertex if where.inside is None and where.vertex in self.mission.all_regions else None
+        been = where.vertex if not where.inside and where.vertex in self.mission.all_regions else None
         return self.mission.agents[pilot.name].model_copy(
             update={"start": where.position, "internal": where.internal, "visited": been}
         )
