@@ -27,6 +27,7 @@ from tests.helpers.stand_ins import flight as made_flight
 from tests.helpers.stand_ins import stand_in
 from tests.strategies.files import Recorded, certificates, missions, plans, recordings, trajectories
 from tests.strategies.mutants import mutated_bytes, mutated_json, no_hang
+from tests.verify.data.test_mission_file import GOOD
 from tests.verify.test_run_folder import write_folder
 from verify import certify, recheck
 from verify.certificate import payload_digest
@@ -132,20 +133,7 @@ class Seeds:
         return flight.read_log(self.path.with_suffix(".parquet"))
 
 
-BY_HAND = """\
-format: 1
-name: test
-spec: {formula: F a & G !b}
-hoops:
-  a: {center: [0.5, 0.0, 1.0], radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}
-regions:
-  b: {center: [-0.5, 0.5, 1.0], radii: [0.2, 0.3, 0.2], yaw_deg: 30}
-environment: {edges: [[robot, a], [a, b]]}
-agents:
-  quad0: {start: [1.2, 0.0, 0.8]}
-vehicle: crazyflie-2.1
-workspace: {min: [-1.6, -1.3, 0.2], max: [1.6, 1.3, 1.8]}
-"""
+BY_HAND = "".join(line for line in GOOD.splitlines(keepends=True) if not line.startswith(("robot:", "  quad1:")))
 
 
 def _text(data: bytes) -> str:

@@ -6,7 +6,6 @@ formulas that are translated in a process of their own: wall-clock seconds), the
 
 from __future__ import annotations
 
-import itertools
 import math
 import sys
 import time
@@ -29,7 +28,7 @@ from ltlplan.search.reduced_graph import Team
 from ltlplan.search.team_search import plan_team
 from ltlplan.systems.robot_systems import Systems
 from tests.helpers.team_automaton import TeamAutomaton, full_product, full_product_size
-from tests.helpers.worlds import world
+from tests.helpers.worlds import office_grid, world
 from verify import check_team
 from verify.data import Formula, Mission, parse_formula
 
@@ -173,19 +172,6 @@ GRID_FORMULAS = (
     f"{GRID_GOALS} & F(n3_3 & F n12_1) & (!n9_3 U n10_6)",
     f"{GRID_GOALS} & F(n3_3 & F(n12_1 & F n3_3)) & (!n9_3 U n10_6) & (F n5_5 -> F(n5_5 & F n2_2))",
 )
-
-
-def office_grid(formula: str) -> Mission:
-    """Return a mission of six robots on a grid of 112 places with walls."""
-    width, height = 14, 8
-    regions = {f"n{x}_{y}": (float(x), float(y)) for x in range(width) for y in range(height)}
-    edges = [f"[home, n{x}_0]" for x in range(0, width, 3)]
-    for x, y in itertools.product(range(width), range(height)):
-        edges += [f"[n{x}_{y}, n{x + 1}_{y}]"] if x + 1 < width and not (x == 6 and y not in (0, 5)) else []
-        edges += [f"[n{x}_{y}, n{x}_{y + 1}]"] if y + 1 < height else []
-    starts = tuple((float(x), -1.0) for x in range(0, 18, 3))
-    extra = f"environment: {{start: home, edges: [{', '.join(edges)}]}}"
-    return world(formula, robots=6, regions=regions, starts=starts, extra=extra)
 
 
 def test_office_grid() -> None:

@@ -8,6 +8,19 @@ import numpy as np
 
 from verify.data.vehicle import GRAVITY
 
+LIMITS = (
+    "speed",
+    "acceleration",
+    "thrust_max",
+    "thrust_min",
+    "tilt",
+    "body_rate",
+    "yaw_rate",
+    "rotor_thrust_max",
+    "rotor_thrust_min",
+)
+"""What is limited in each mission, as its claims call it after `limits.`."""
+
 
 def rotation(trajectory, times):
     """Rz(yaw) Ry(pitch) Rx(roll) from thrust direction and yaw, by angles: not the judge's formulas. Shape (n, 3, 3)."""

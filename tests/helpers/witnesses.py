@@ -1,7 +1,7 @@
 """What a refusal must say: the right claim, robot, region, visit, time and amount; held against every witness of a certificate.
 
 For the tests that break flights in every way (`test_refused_*.py` in `tests/verify/motion` and `behaviour`): each names the witness that it wants as a
-`Right`, and `check` fails unless the certificate has it. Times and amounts are computed there from the broken path itself, read
+`Right`, and `assert_refused` fails unless the certificate has it. Times and amounts are computed there from the broken path itself, read
 by `Trajectory.evaluate`, which the judge never calls.
 """
 
@@ -64,7 +64,7 @@ def refused(certificate: Certificate) -> list[Claim]:
     return found
 
 
-def check(certificate: Certificate, *wanted: Right) -> list[Claim]:
+def assert_refused(certificate: Certificate, *wanted: Right) -> list[Claim]:
     """Fail unless each wanted witness is there; return the claims that they belong to."""
     found = refused(certificate)
     return [_matching(found, right) for right in wanted]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import ltlplan
 import verify
 from ltlplan.allocation import Allocation, Context
 from ltlplan.search.method import exact
+from tests.helpers.packages import install
 from tests.helpers.random_missions import random_mission
 from verify.data import BadInput, Mission, NotCertified, Plan, mission_to_yaml, parse_mission
 from verify.data.choices import COST_TERMS, PLANNING_METHODS
@@ -41,25 +41,16 @@ def climb(paths):
 def scalar(paths):
     return 1.0
 '''
-ENTRY_POINTS = """
-[ltlplan.planning_methods]
-last-robot = brings_methods:last_robot
-[ltlplan.cost_terms]
-climb = brings_methods:climb
-scalar = brings_methods:scalar
-"""
+POINTS = {
+    "ltlplan.planning_methods": {"last-robot": "brings_methods:last_robot"},
+    "ltlplan.cost_terms": {"climb": "brings_methods:climb", "scalar": "brings_methods:scalar"},
+}
 
 
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another package that brings a planning method and cost terms."""
-    (tmp_path / "brings_methods.py").write_text(MODULE)
-    folder = tmp_path / "brings_methods-1.0.dist-info"
-    folder.mkdir()
-    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: brings-methods\nVersion: 1.0\n")
-    (folder / "entry_points.txt").write_text(ENTRY_POINTS)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.delitem(sys.modules, "brings_methods", raising=False)
+    install(tmp_path, monkeypatch, "brings_methods", MODULE, POINTS)
 
 
 @pytest.fixture
@@ -159,11 +150,11 @@ def test_a_cost_term_of_another_package_is_weighed(package: None, mission: Missi
         ltlplan.plan(parse_mission(asking(mission, "length: 1.0", "scalar: 1.0")))
 
 
-def test_what_was_planned_is_judged_without_the_package(tmp_path: Path, mission: Mission, request: pytest.FixtureRequest):
+def test_what_was_planned_is_judged_without_the_package(tmp_path: Path, mission: Mission):
     with pytest.MonkeyPatch.context() as patch:
         site = tmp_path / "site"
         site.mkdir()
-        package.__wrapped__(site, patch)  # type: ignore[attr-defined]  # the fixture's function
+        install(site, patch, "brings_methods", MODULE, POINTS)
         run = ltlplan.run(parse_mission(asking(mission, "method: mtac-e", "method: last-robot")), tmp_path / "out")
         assert run.certificate.holds
     assert not PLANNING_METHODS.knows("last-robot")

@@ -6,6 +6,7 @@ import pytest
 
 import verify
 from tests.helpers.flights import REST_TO_REST, changed, firefighting, legs, plan_of, small_mission
+from tests.helpers.limited_quantities import LIMITS
 from verify import certify, judge
 from verify.data.errors import BadInput, NotCertified
 from verify.data.plan import Plan, Visit
@@ -13,18 +14,6 @@ from verify.data.sections import Action
 from verify.data.trajectory import Trajectory
 from verify.motion.continuity import jumps
 from verify.motion.paths import read_team
-
-LIMITS = {
-    "speed",
-    "acceleration",
-    "thrust_max",
-    "thrust_min",
-    "tilt",
-    "body_rate",
-    "yaw_rate",
-    "rotor_thrust_max",
-    "rotor_thrust_min",
-}
 
 
 @pytest.fixture(scope="module")

@@ -189,7 +189,7 @@ def rim_distance(
 
 
 @dataclass(frozen=True, slots=True)
-class _Part:
+class OpeningPart:
     """A part of a segment that may be near an opening, with bounds on d at both ends and the greatest p^2."""
 
     segment: int
@@ -200,9 +200,9 @@ class _Part:
     across: float
 
 
-def _joined(parts: list[_Part]) -> Iterator[list[_Part]]:
+def _joined(parts: list[OpeningPart]) -> Iterator[list[OpeningPart]]:
     """Group parts that follow each other without a gap."""
-    group: list[_Part] = []
+    group: list[OpeningPart] = []
     for part in parts:
         if group:
             before = group[-1]
@@ -216,7 +216,7 @@ def _joined(parts: list[_Part]) -> Iterator[list[_Part]]:
         yield group
 
 
-def _crossing(frames: HoopFrames, robot: str, column: int, parts: list[_Part], margin: Fraction) -> Crossing:
+def _crossing(frames: HoopFrames, robot: str, column: int, parts: list[OpeningPart], margin: Fraction) -> Crossing:
     paths, name, hoop = frames.paths, frames.names[column], frames.hoop(column)
     first, last = parts[0], parts[-1]
     start, stop = paths.segments[first.segment].time(first.start), paths.segments[last.segment].time(last.stop)
@@ -234,7 +234,7 @@ def _crossing(frames: HoopFrames, robot: str, column: int, parts: list[_Part], m
     elif way is None:
         back = (first.first[1] < 0 and last.last[1] < 0) or (first.first[0] > 0 and last.last[0] > 0)
         reason = "the path enters the opening and turns back" if back else "the path leaves the opening sideways"
-    elif _goes_back(parts, bound if way == "F" else -bound):
+    elif goes_back(parts, bound if way == "F" else -bound):
         way, reason = None, "the path passes the opening and comes back through it"
     elif not (
         math.isfinite(off_axis)
@@ -246,7 +246,7 @@ def _crossing(frames: HoopFrames, robot: str, column: int, parts: list[_Part], m
     return Crossing(robot, name, start, stop, way, off_axis, reason)
 
 
-def _goes_back(parts: list[_Part], bound: float) -> bool:
+def goes_back(parts: list[OpeningPart], bound: float) -> bool:
     """Tell whether a path that was beyond the margin behind the plane is at some joint of parts surely before it again."""
     sign = 1.0 if bound > 0 else -1.0
     passed = False
@@ -260,7 +260,7 @@ def _goes_back(parts: list[_Part], bound: float) -> bool:
     return False
 
 
-def _position(paths: TeamPaths, part: _Part) -> Literal["start", "end", ""]:
+def _position(paths: TeamPaths, part: OpeningPart) -> Literal["start", "end", ""]:
     """Tell whether a part touches the start or the end of its robot's path."""
     segment = paths.segments[part.segment]
     if segment.start == 0 and part.start == 0.0 and segment.kind == "step":
@@ -270,10 +270,10 @@ def _position(paths: TeamPaths, part: _Part) -> Literal["start", "end", ""]:
     return "end" if is_last and part.stop == 1.0 else ""
 
 
-def _near(frames: HoopFrames, margin: Fraction) -> dict[tuple[int, int], list[_Part]]:
+def _near(frames: HoopFrames, margin: Fraction) -> dict[tuple[int, int], list[OpeningPart]]:
     """Find for each robot and hoop the parts of segments where the opening may be within the margin, in order."""
     paths, hoops = frames.paths, len(frames.names)
-    found: dict[tuple[int, int], list[_Part]] = {}
+    found: dict[tuple[int, int], list[OpeningPart]] = {}
     if not hoops:
         return found
     column = np.tile(np.arange(hoops), len(paths.segments))
@@ -293,7 +293,7 @@ def _near(frames: HoopFrames, margin: Fraction) -> dict[tuple[int, int], list[_P
         surely |= open_ & (np.bincount(items[open_], minlength=len(column))[items] > MAX_OPEN)
         for index in np.flatnonzero(surely & ~far):
             segment, hoop = divmod(int(items[index]), hoops)
-            part = _Part(
+            part = OpeningPart(
                 segment,
                 float(starts[index]),
                 float(starts[index] + width),

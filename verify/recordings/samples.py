@@ -233,7 +233,7 @@ def _statuses(times: Floats, positions: Floats, region: Region, speed: float, er
     if len(times) == 1:
         return [(0.0, _at_sample(level[0], size[0], scale * error))]
     step = np.diff(positions, axis=0)
-    gap = _gaps(times)
+    gap = longest_gaps(times)
     length = np.maximum(speed * gap + 2 * error, np.linalg.norm(step, axis=1)) * (1 + _SLACK)
     wide = np.sqrt(np.maximum(length**2 - np.einsum("ij,ij->i", step, step), 0.0) / 4 + 1e-14 * length**2)
     reach = scale * wide * (1 + _SLACK)
@@ -274,7 +274,7 @@ def _statuses(times: Floats, positions: Floats, region: Region, speed: float, er
     return row
 
 
-def _gaps(times: Floats) -> Floats:
+def longest_gaps(times: Floats) -> Floats:
     """Return upper bounds on the times between samples, whose clock was set to 0 with one rounding each."""
     return np.nextafter(np.diff(times), np.inf) + np.spacing(times[1:])
 
@@ -439,7 +439,7 @@ def _array(values: ArrayLike, name: str) -> Floats:
 
 def _refuse_jumps(track: _Track, speed: float, error: float) -> None:
     step = np.linalg.norm(np.diff(track.positions, axis=0), axis=1)
-    allowed = (speed * _gaps(track.times) + 2 * error) * (1 + 1e-9)
+    allowed = (speed * longest_gaps(track.times) + 2 * error) * (1 + 1e-9)
     if np.any(step > allowed):
         k = int(np.argmax(step > allowed))
         digits = next((n for n in range(4, 17) if f"{step[k]:.{n}g}" != f"{allowed[k]:.{n}g}"), 17)

@@ -16,7 +16,7 @@ from tests.verify.test_run_folder import write_folder
 from verify import certify
 
 
-def refused(ltlplan: Command, arguments: list[str], code: int, says: str, cwd: Path) -> None:
+def assert_refused(ltlplan: Command, arguments: list[str], code: int, says: str, cwd: Path) -> None:
     before = sorted(cwd.rglob("*"))
     done = ltlplan(*arguments, cwd=cwd)
     assert done.returncode == code, done.stderr
@@ -43,7 +43,7 @@ def refused(ltlplan: Command, arguments: list[str], code: int, says: str, cwd: P
 def test_damaged_missions(old: str, new: str, code: int, says: str, ltlplan: Command, tmp_path: Path) -> None:
     assert old in GOOD
     (tmp_path / "m.yaml").write_text(GOOD.replace(old, new, 1))
-    refused(ltlplan, ["run", "m.yaml"], code, says, tmp_path)
+    assert_refused(ltlplan, ["run", "m.yaml"], code, says, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -58,21 +58,21 @@ def test_damaged_missions(old: str, new: str, code: int, says: str, ltlplan: Com
 )
 def test_files_that_are_no_mission(content: bytes, says: str, ltlplan: Command, tmp_path: Path) -> None:
     (tmp_path / "m.yaml").write_bytes(content)
-    refused(ltlplan, ["run", "m.yaml"], 2, says, tmp_path)
+    assert_refused(ltlplan, ["run", "m.yaml"], 2, says, tmp_path)
 
 
 def test_unknown_missions_and_folders(ltlplan: Command, tmp_path: Path) -> None:
-    refused(ltlplan, ["run", "firefightin"], 2, "Did you mean 'firefighting'?", tmp_path)
-    refused(ltlplan, ["run", "nowhere.yaml"], 2, "cannot be read", tmp_path)
-    refused(ltlplan, ["recheck", "nowhere"], 2, "nowhere", tmp_path)
+    assert_refused(ltlplan, ["run", "firefightin"], 2, "Did you mean 'firefighting'?", tmp_path)
+    assert_refused(ltlplan, ["run", "nowhere.yaml"], 2, "cannot be read", tmp_path)
+    assert_refused(ltlplan, ["recheck", "nowhere"], 2, "nowhere", tmp_path)
     (tmp_path / "delivery.yaml").write_text(GOOD)
-    refused(ltlplan, ["plan", "delivery"], 2, "Did you mean 'delivery.yaml'?", tmp_path)
+    assert_refused(ltlplan, ["plan", "delivery"], 2, "Did you mean 'delivery.yaml'?", tmp_path)
 
 
 def test_mistakes_in_the_commands_words(ltlplan: Command, tmp_path: Path) -> None:
-    refused(ltlplan, ["rum", "firefighting"], 2, "Did you mean 'run'?", tmp_path)
-    refused(ltlplan, ["run", "firefighting", "--sed", "3"], 2, "--seed", tmp_path)
-    refused(ltlplan, ["run", "firefighting", "--margin", "-1"], 2, "--margin", tmp_path)
+    assert_refused(ltlplan, ["rum", "firefighting"], 2, "Did you mean 'run'?", tmp_path)
+    assert_refused(ltlplan, ["run", "firefighting", "--sed", "3"], 2, "--seed", tmp_path)
+    assert_refused(ltlplan, ["run", "firefighting", "--margin", "-1"], 2, "--margin", tmp_path)
     told = ltlplan("plan", "firefighting", "--seed", "many", "--json", cwd=tmp_path)
     assert told.returncode == 2
     assert json.loads(told.stdout)["exit_code"] == 2
@@ -99,7 +99,7 @@ def test_version_and_completion(ltlplan: Command, tmp_path: Path) -> None:
 def test_a_folder_of_somebody_else_is_not_touched(ltlplan: Command, tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.txt").write_text("years of work")
-    refused(ltlplan, ["run", "firefighting", "--out", "mine"], 2, "ltlplan did not write it", tmp_path)
+    assert_refused(ltlplan, ["run", "firefighting", "--out", "mine"], 2, "ltlplan did not write it", tmp_path)
 
 
 def test_a_mission_to_start_from(ltlplan: Command, tmp_path: Path) -> None:
@@ -131,4 +131,4 @@ def test_a_pipe_is_never_waited_for(name: str, ltlplan: Command, tmp_path: Path)
     (folder / name).unlink(missing_ok=True)
     os.mkfifo(folder / name)
     commands = {"flight.csv": ["certify", str(folder), "--flight", str(folder / name), "--max-speed", "1"]}
-    refused(ltlplan, commands.get(name, ["recheck", str(folder)]), 2, "no file but a pipe", tmp_path)
+    assert_refused(ltlplan, commands.get(name, ["recheck", str(folder)]), 2, "no file but a pipe", tmp_path)

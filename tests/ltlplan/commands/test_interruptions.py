@@ -136,6 +136,14 @@ def test_an_output_without_room(tmp_path: Path) -> None:
     assert (running.returncode, said) == (2, "bad input: The output cannot be read or written: No space left on device.\n")
 
 
+def interrupted(code: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """Return how a process ended that runs a piece of code which interrupts itself."""
+    return subprocess.run(
+        [sys.executable, "-c", code], cwd=cwd, env={**os.environ, "PYTHONPATH": str(ROOT)},
+        preexec_fn=heed_interrupts, capture_output=True, text=True, check=False, timeout=300,
+    )  # fmt: skip
+
+
 INTERRUPTED_WHILE_LOADING = """
 import os, signal, sys
 
@@ -153,11 +161,7 @@ main()
 
 @pytest.mark.parametrize("module", ["ltlplan.cli", "typer", "ltlplan.commands.missions", "verify.data", "numpy"])
 def test_ctrl_c_while_the_command_line_itself_is_loaded(module: str, tmp_path: Path) -> None:
-    code = INTERRUPTED_WHILE_LOADING.replace("sys.argv[1]", repr(module))
-    running = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(ROOT)},
-        preexec_fn=heed_interrupts, capture_output=True, text=True, timeout=300,
-    )  # fmt: skip
+    running = interrupted(INTERRUPTED_WHILE_LOADING.replace("sys.argv[1]", repr(module)), tmp_path)
     assert (running.returncode, running.stderr) == (130, "interrupted; no file was left half-written.\n")
 
 
@@ -190,11 +194,7 @@ main()
 
 @pytest.mark.parametrize("how", ["callback", "try"])
 def test_ctrl_c_that_a_library_drops_is_raised_again(how: str, tmp_path: Path) -> None:
-    code = INTERRUPTED_UNHEARD.replace("HOW", repr(how))
-    running = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(ROOT)},
-        preexec_fn=heed_interrupts, capture_output=True, text=True, timeout=300,
-    )  # fmt: skip
+    running = interrupted(INTERRUPTED_UNHEARD.replace("HOW", repr(how)), tmp_path)
     assert (running.returncode, running.stderr.splitlines()[-1:]) == (130, ["interrupted; no file was left half-written."])
     assert "Traceback" not in running.stderr
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []

@@ -8,6 +8,7 @@ from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.conjunction import Conjunction
 from ltlplan.logic.decomposition import decomposes, decomposition_set
 from ltlplan.logic.translation import translate
+from tests.helpers.actions import actions_of_words
 from tests.strategies import formulas
 from verify.data import BadInput, Formula
 
@@ -55,18 +56,9 @@ def test_nothing_decomposes_where_nothing_can_be_accepted() -> None:
 def test_against_what_all_words_do(formula: Formula) -> None:
     automaton = translate(formula)
     assert isinstance(automaton, Automaton)
-    steps = {tuple(automaton.successor(s, letter) for s in automaton.states) for letter in automaton.letters}
-    size = len(automaton.states)
-    does = {tuple(range(size))}  # what each word does to each state, of all words, however long
-    waiting = list(does)
-    for word in waiting:
-        for step in steps:
-            longer = tuple(DEAD if at == DEAD else step[at] for at in word)
-            if longer not in does:
-                does.add(longer)
-                waiting.append(longer)
-        if len(does) > 400:
-            return
+    does = actions_of_words(automaton)
+    if does is None:
+        return
     start = automaton.initial
     found = decomposition_set(automaton)
     for state in automaton.states:

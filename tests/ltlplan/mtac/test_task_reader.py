@@ -13,6 +13,7 @@ from ltlplan.logic.translation import translate
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.sharing.belief import at_start
+from tests.helpers.actions import actions_of_words
 from tests.ltlplan.mtac.test_offline import ROW, small
 from tests.strategies import formulas
 from verify.data import Formula
@@ -21,22 +22,6 @@ from verify.data import Formula
 def automaton_of(formula):
     found = translate(formula)
     assert isinstance(found, Automaton)
-    return found
-
-
-def all_actions(automaton, most=400):
-    """What each word does to each state, of all words, however long; None where there are too many."""
-    steps = {tuple(automaton.successor(s, letter) for s in automaton.states) for letter in automaton.letters}
-    found = {tuple(automaton.states)}
-    waiting = list(found)
-    for word in waiting:
-        for step in steps:
-            longer = tuple(DEAD if at == DEAD else step[at] for at in word)
-            if longer not in found:
-                found.add(longer)
-                waiting.append(longer)
-        if len(found) > most:
-            return None
     return found
 
 
@@ -58,7 +43,7 @@ def divides_by_all_words(automaton, does, begun, states):
 @given(formulas(size=4), st.data())
 def test_where_a_mission_divides_seen_from_any_states_against_all_words(formula: Formula, data):
     automaton = automaton_of(formula)
-    does = all_actions(automaton)
+    does = actions_of_words(automaton)
     if does is None:
         return
     for begun, state in itertools.product(automaton.states, repeat=2):

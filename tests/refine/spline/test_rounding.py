@@ -31,6 +31,12 @@ def rounding(flight: Trajectory, derivative: int) -> float:
     return 1.01 * 2.0**-24 * float((ends[: len(after)] + sizes[after, :, 0]).max(initial=0.0))
 
 
+def lap_end(flight: Trajectory, axis: int) -> tuple[float, Fraction]:
+    """Return where a lap from the second piece on begins, and how far from there it ends, exactly."""
+    begin = float(flight.coefficients[1, axis, 0])
+    return begin, abs(exact_end(flight.coefficients[-1, axis], float(flight.durations[-1])) - Fraction(begin))
+
+
 @given(st.integers(2, 12), st.integers(0, 2**32 - 1))
 @settings(max_examples=20, deadline=None)
 @example(5, 24661)
@@ -113,8 +119,7 @@ def test_laps_of_long_pieces_close_too(seed: int) -> None:
     flight = quantise(Spline(durations, np.concatenate([path.states, np.zeros((5, 4, 1))], axis=2)), cycle=1)
     assert flight.is_float32
     for axis in range(4):
-        begin = float(flight.coefficients[1, axis, 0])
-        gap = abs(exact_end(flight.coefficients[-1, axis], float(flight.durations[-1])) - Fraction(begin))
+        begin, gap = lap_end(flight, axis)
         assert gap <= max(float(np.spacing(np.float32(abs(begin)))) / 2, 1e-9)
     np.testing.assert_allclose(flight.evaluate(flight.knots[:-1] + 5.0)[:, :3], _at(path, 5.0), atol=2e-4)
 
@@ -133,8 +138,7 @@ def test_a_lap_whose_last_piece_lasts_a_power_of_two_closes_as_well_as_float32_c
     flight = quantise(Spline(durations, np.concatenate([path.states, np.zeros((4, 4, 1))], axis=2)), cycle=1)
     assert flight.is_float32
     for axis in range(4):
-        begin = float(flight.coefficients[1, axis, 0])
-        gap = abs(exact_end(flight.coefficients[-1, axis], float(flight.durations[-1])) - Fraction(begin))
+        _, gap = lap_end(flight, axis)
         largest = np.abs(flight.coefficients[-1, axis] * last ** np.arange(8)).max()
         assert gap <= max(float(np.spacing(np.float32(largest))), 1e-9)
     for derivative, jump in enumerate(dataclasses.astuple(jumps(flight))[2:], 1):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.flights import legs, plan_of, small_mission
-from tests.helpers.witnesses import Right, check, judged
+from tests.helpers.witnesses import Right, assert_refused, judged
 from verify import certify, judge
 from verify.certificate import Certificate, payload_digest
 from verify.data.errors import BadInput, NotCertified
@@ -87,7 +87,7 @@ def sequenced(sequence: str, prefix: list[str], lap: list[str], cycle_visit: int
 )
 def test_a_sequence_is_the_one_that_is_flown_for_ever(sequence, prefix, lap):
     found = sequenced(sequence, prefix.split(), lap.split())
-    (claim,) = check(found, Right("passages", "r0", says=f"not the mission's sequence `{sequence}`"))
+    (claim,) = assert_refused(found, Right("passages", "r0", says=f"not the mission's sequence `{sequence}`"))
     assert all(other.outcome == "holds" for other in found.claims if other is not claim)
 
 
@@ -162,7 +162,7 @@ def test_only_the_visit_with_which_a_lap_begins_certifies(points, cycle, visits,
         if cycle_visit == right:
             assert certificate.holds
             continue
-        (claim,) = check(certificate, Right("visits", "r0", says="planned is"))
+        (claim,) = assert_refused(certificate, Right("visits", "r0", says="planned is"))
         assert all(other.outcome == "holds" for other in certificate.claims if other is not claim)
 
 
@@ -198,7 +198,7 @@ def test_a_leg_over_the_seam_is_limited_whatever_the_plan_says(cycle_visit):
     kept = [0, 1, 2, 3, 4, 6]
     team = {"r0": Trajectory(durations[kept], coefficients[kept], cycle=0)}
     certificate = judged(lap_plan(mission, [Visit(region=region) for region in "abab"], cycle_visit), team)
-    check(certificate, Right("limits.legs.speed", "r0", "a", 0, says="1.75 m/s"))
+    assert_refused(certificate, Right("limits.legs.speed", "r0", "a", 0, says="1.75 m/s"))
     refused = {claim.name for claim in certificate.claims if claim.outcome != "holds"}
     assert refused == {"limits.legs.speed"} | ({"visits"} if cycle_visit else set())
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.flights import changed, legs, plan_of, small_mission
-from tests.helpers.witnesses import ANY, Right, around, check, judged
+from tests.helpers.witnesses import ANY, Right, around, assert_refused, judged
 from verify.data.language.word import Word
 from verify.data.mission import Mission
 from verify.data.plan import Visit
@@ -36,7 +36,7 @@ def test_a_graze_breaks_never(direction, depth):
             continue
         half = math.sqrt(2 * 0.2 * depth) / (2.1875 * 0.45)  # s, at the leg's greatest speed
         window = around(path.duration / 2, 1.05 * half)
-        formula, _ = check(
+        formula, _ = assert_refused(
             certificate,
             Right("formula", "r0", "a", None, window, says="it must not hold: `a`"),
             Right("visits", "r0", "a", None, window, says="not planned"),
@@ -66,7 +66,7 @@ def test_an_exit_and_a_re_entry_between_two_samples(formula):
     mission = small_mission(formula, starts=[[1.19, 0.0, 1.0]])
     sampled = path.evaluate(np.arange(0, 1, 0.01))[:, :3]
     assert np.all(mission.all_regions["a"].level(sampled) <= 1)
-    (claim,) = check(judged(plan_of(mission, {"r0": [Visit(region="a")]}), {"r0": path}), Right("formula", "r0"))
+    (claim,) = assert_refused(judged(plan_of(mission, {"r0": [Visit(region="a")]}), {"r0": path}), Right("formula", "r0"))
     outside = [when for (_, letter), when in zip(claim.witness.word, claim.witness.times, strict=True) if not letter]
     assert outside
     for low, high in outside:
@@ -78,7 +78,7 @@ def test_a_limit_passed_by_a_millionth_for_a_millisecond():
     path = bumped("speed")
     mission = small_mission(regions="", extra="limits: {speed: 1.0}")
     assert np.linalg.norm(path.evaluate(np.linspace(0, 1, 101), 1)[:, :3], axis=1).max() <= 1.0
-    check(
+    assert_refused(
         judged(plan_of(mission, {}), {"r0": path}),
         Right("limits.speed", "r0", None, None, (0.5, 0.501), off=(0.999e-6, 1.001e-6), says="1.000001 m/s"),
     )
@@ -88,7 +88,7 @@ def test_visiting_once_is_provable_without_a_margin_only():
     mission = small_mission("F a & G(a -> (a U G !a))")
     path, plan = {"r0": legs([[0, 0, 1], [2, 0, 1]])}, plan_of(mission, {"r0": [Visit(region="a")]})
     assert judged(plan, path, margin=0.0).holds
-    (claim,) = check(judged(plan, path, margin=0.01), Right("formula", "r0"))
+    (claim,) = assert_refused(judged(plan, path, margin=0.01), Right("formula", "r0"))
     word = [letter for _, letter in claim.witness.word]
     assert word[-2:] == [frozenset(), frozenset("a")] or frozenset("a") in word[word.index(frozenset("a")) + 2 :]
 
@@ -129,7 +129,7 @@ def test_counterexamples(formula, reading, holds, robot, region, says, margin):
     certificate = judged(plan_of(mission, {}), team, margin=margin)
     if next(c for c in certificate.claims if c.name == "formula").outcome == "holds":
         pytest.fail("this formula was to be broken")
-    (claim,) = check(certificate, Right("formula", robot, region, says=says))
+    (claim,) = assert_refused(certificate, Right("formula", robot, region, says=says))
     witness = claim.witness
     assert not satisfies(mission.formula, Word(tuple(letter for _, letter in witness.word)))
     assert len(witness.times) == len(witness.word)
@@ -170,7 +170,7 @@ def test_one_robot_flown_at_another_time_breaks_the_order_of_the_team(hold):
     plan = plan_of(mission, visits)
     assert judged(plan, late).holds
     arrives = (team["r1"].knots[-2], team["r1"].knots[-1])
-    (claim,) = check(judged(plan, team), Right("formula", "r1", "b", 0, arrives))
+    (claim,) = assert_refused(judged(plan, team), Right("formula", "r1", "b", 0, arrives))
     assert claim.witness.order == ((("r0", 1), ("r1", 0)),)  # c lies in a and is over before it: the shorter wait
     assert ("r1", frozenset("b")) in claim.witness.word
     assert ("r0", frozenset("a")) not in claim.witness.word[: claim.witness.word.index(("r1", frozenset("b")))]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import sys
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 
 import pytest
 
+from tests.helpers.packages import install
 from verify.data import BadInput
 from verify.data.registry import Registry
 
@@ -24,26 +25,17 @@ def fractions() -> Registry[Fraction]:
 
 
 HALF = Fraction(1, 2)
+Bring = Callable[..., None]
 
 
 @pytest.fixture
-def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the metadata folder of a package that is found on the path and brings fractions."""
-    (tmp_path / "brings_fractions.py").write_text(MODULE)
-    folder = tmp_path / "brings_fractions-1.0.dist-info"
-    folder.mkdir()
-    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: brings-fractions\nVersion: 1.0\n")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.delitem(sys.modules, "brings_fractions", raising=False)
-    return folder
+def bring(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bring:
+    """Return a way to put a package on the path that brings fractions by these names."""
+    return lambda **points: install(tmp_path, monkeypatch, "brings_fractions", MODULE, {"tests.fractions": points})
 
 
-def named(folder: Path, *lines: str) -> None:
-    (folder / "entry_points.txt").write_text("\n".join(["[tests.fractions]", *lines]))
-
-
-def test_names_are_found_here_and_in_other_packages(package: Path) -> None:
-    named(package, "third = brings_fractions:third")
+def test_names_are_found_here_and_in_other_packages(bring: Bring) -> None:
+    bring(third="brings_fractions:third")
     assert fractions().names() == ("half", "third")
     assert fractions().find("half") == Fraction(1, 2)
     assert fractions().find("third") == Fraction(1, 3)
@@ -52,17 +44,17 @@ def test_names_are_found_here_and_in_other_packages(package: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("lines", "name", "says"),
+    ("points", "name", "says"),
     [
-        ((), "hald", "'hald' is not a fraction. Did you mean 'half'? Names: half."),
-        (("half = brings_fractions:third",), "half", "several packages: brings-fractions (brings_fractions:third), ltlplan"),
-        (("text = brings_fractions:text",), "text", "is not a fraction: a str, not a Fraction"),
-        (("lost = brings_fractions:lost",), "lost", "cannot be loaded: AttributeError"),
-        (("lost = nowhere:lost",), "lost", "cannot be loaded: ModuleNotFoundError"),
+        ({}, "hald", "'hald' is not a fraction. Did you mean 'half'? Names: half."),
+        ({"half": "brings_fractions:third"}, "half", "several packages: brings-fractions (brings_fractions:third), ltlplan"),
+        ({"text": "brings_fractions:text"}, "text", "is not a fraction: a str, not a Fraction"),
+        ({"lost": "brings_fractions:lost"}, "lost", "cannot be loaded: AttributeError"),
+        ({"lost": "nowhere:lost"}, "lost", "cannot be loaded: ModuleNotFoundError"),
     ],
 )
-def test_what_is_wrong_is_said(package: Path, lines: tuple[str, ...], name: str, says: str) -> None:
-    named(package, *lines)
+def test_what_is_wrong_is_said(bring: Bring, points: dict[str, str], name: str, says: str) -> None:
+    bring(**points)
     with pytest.raises(BadInput) as refused:
         fractions().find(name)
     assert says in str(refused.value)

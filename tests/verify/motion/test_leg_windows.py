@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.flights import legs, plan_of, quantised, small_mission
-from tests.helpers.witnesses import Right, around, check, judged
+from tests.helpers.witnesses import Right, around, assert_refused, judged
 from verify.data.mission import Mission
 from verify.data.plan import Plan, Visit
 from verify.data.rules.faults import MissionError
@@ -49,7 +49,7 @@ def test_a_house_around_a_region_ends_no_way_there(inside):
     fast, slow = (0.2, 0.8) if inside else (0.8, 0.2)
     team = {"r0": joined(legs(points[:2], speed=fast), legs(points[1:], speed=slow))}
     peak = 2.1875 * 0.8
-    check(
+    assert_refused(
         judged(limited_plan(world(NESTED, "a: {speed: 0.5}"), "ha"), team),
         Right("limits.legs.speed", "r0", "a", 1, off=around(peak - 0.5, 1e-3), says="1.75"),
     )
@@ -61,7 +61,7 @@ def test_within_a_house_a_way_begins_where_the_room_before_ends():
     plan = limited_plan(world(NESTED, "b: {speed: 0.5}"), "hab")
     assert judged(plan, {"r0": joined(to_a, to_b)}).holds
     swift = legs([[3, 0, 1], [4.2, 0, 1]], speed=0.3)
-    check(judged(plan, {"r0": joined(to_a, swift)}), Right("limits.legs.speed", "r0", "b", 2, off=around(0.156, 1e-2)))
+    assert_refused(judged(plan, {"r0": joined(to_a, swift)}), Right("limits.legs.speed", "r0", "b", 2, off=around(0.156, 1e-2)))
 
 
 @pytest.mark.parametrize("gap", [-0.1, -0.001, 0.0, 0.02, 0.05])
@@ -71,7 +71,7 @@ def test_regions_that_overlap_or_come_within_the_margin_hide_no_way(gap):
 b: {{center: [{2.5 + gap}, 0.0, 1.0], radii: [0.5, 0.5, 0.5]}}"""
     team = {"r0": joined(legs([[0, 0, 1], [1.5, 0, 1]], speed=0.8), legs([[1.5, 0, 1], [2.6, 0, 1]], speed=0.2))}
     plan = limited_plan(world(regions, "b: {speed: 0.5}"), "ab")
-    check(judged(plan, team), Right("limits.legs.speed", "r0", "b", 1, around(0.94, 0.1), off=around(1.25, 1e-3)))
+    assert_refused(judged(plan, team), Right("limits.legs.speed", "r0", "b", 1, around(0.94, 0.1), off=around(1.25, 1e-3)))
     apart = regions.replace(str(2.5 + gap), "2.57")
     assert judged(limited_plan(world(apart, "b: {speed: 0.5}"), "ab"), team).holds
 
@@ -99,7 +99,7 @@ def test_an_excursion_within_the_margin_is_on_the_way(limited, depth, seconds):
     middle = float(before.duration + seconds)
     plan = limited_plan(world(AB, f"{limited}: {{acceleration: 8.0}}"), "ab")
     visit = "ab".index(limited)
-    (claim,) = check(
+    (claim,) = assert_refused(
         judged(plan, team), Right("limits.legs.acceleration", "r0", limited, visit, (middle - seconds, middle + seconds))
     )
     out = np.linspace(middle - seconds, middle + seconds, 4001)
@@ -129,7 +129,7 @@ def test_an_excursion_just_after_the_seam_is_on_the_way_that_began_in_the_lap_be
     """The robot starts in a, which is no visit; the visit of a lasts from one lap into the next, where the hurry is."""
     team = {"r0": hurried_start_of_a_lap()}
     plan = limited_plan(lap_world("a: {acceleration: 8.0}"), "ba", 0)
-    check(judged(plan, team), Right("limits.legs.acceleration", "r0", "a", 1, (3.0, 3.3)))
+    assert_refused(judged(plan, team), Right("limits.legs.acceleration", "r0", "a", 1, (3.0, 3.3)))
     assert kept(limited_plan(lap_world("a: {acceleration: 40.0}"), "ba", 0), team)
     # before the first lap begins, and with it the stay that is no visit, nothing is on the way
     jolt = joined(
@@ -151,7 +151,9 @@ def test_a_second_dip_that_is_not_deep_enough_to_be_sure_is_on_the_way():
     """In a for sure, out by 0.02 m, back in by 0.02 m, and away: the nominal path comes back, which no tube proves."""
     hurry = legs([[1.1, 0, 1], [1.22, 0, 1], [1.18, 0, 1]], speed=0.8)
     team = {"r0": joined(legs([[0, 0, 1], [1.1, 0, 1]], speed=0.1), hurry, legs([[1.18, 0, 1], [2, 0, 1]], speed=0.1))}
-    check(judged(limited_plan(world(A, "a: {acceleration: 2.0}"), "a"), team), Right("limits.legs.acceleration", "r0", "a", 0))
+    assert_refused(
+        judged(limited_plan(world(A, "a: {acceleration: 2.0}"), "a"), team), Right("limits.legs.acceleration", "r0", "a", 0)
+    )
     straight = joined(legs([[0, 0, 1], [1.1, 0, 1]], speed=0.1), legs([[1.1, 0, 1], [2, 0, 1]], speed=0.8))
     assert judged(limited_plan(world(A, "a: {speed: 0.5}"), "a"), {"r0": straight}).holds
 
@@ -164,7 +166,7 @@ def test_who_starts_in_a_region_is_not_on_the_way_there():
     (said,) = (claim.sentence for claim in certificate.claims if claim.name == "limits.legs")
     assert "in 'a' from its start on" in said
     back = {"r0": joined(team["r0"], legs([[3, 0, 1], [1, 0, 1]], speed=0.8))}
-    check(judged(limited_plan(mission, "aba"), back), Right("limits.legs.speed", "r0", "a", 2, says="1.75"))
+    assert_refused(judged(limited_plan(mission, "aba"), back), Right("limits.legs.speed", "r0", "a", 2, says="1.75"))
 
 
 def test_a_region_that_nobody_visits_is_said_to_bind_none():

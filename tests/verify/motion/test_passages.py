@@ -6,7 +6,7 @@ import pytest
 from tests.helpers.flights import legs, plan_of, small_mission, through
 from verify import judge
 from verify.data.plan import Visit
-from verify.motion.passages import _goes_back, _Part, clearances, crossings, hoop_frames
+from verify.motion.passages import OpeningPart, clearances, crossings, goes_back, hoop_frames
 from verify.motion.paths import read_team
 
 RING = "h: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2], opening: 0.3, rim: 0.05}"
@@ -245,9 +245,9 @@ def test_through_the_opening_thrice_is_two_passages_too_many():
 
 def test_parts_that_could_not_be_told_from_the_opening_hide_no_way_back():
     def part(first, last):
-        return _Part(0, 0.0, 1.0, (first, first), (last, last), 0.0)
+        return OpeningPart(0, 0.0, 1.0, (first, first), (last, last), 0.0)
 
-    assert not _goes_back([part(-0.1, 0.0), part(0.0, 0.04), part(0.04, 0.1)], 0.05)
-    assert _goes_back([part(-0.1, 0.1), part(0.1, -0.1), part(-0.1, 0.1)], 0.05)
-    assert _goes_back([part(0.1, -0.1), part(-0.1, 0.1), part(0.1, -0.1)], -0.05)
-    assert not _goes_back([part(0.1, 0.0), part(0.0, -0.1)], -0.05)
+    assert not goes_back([part(-0.1, 0.0), part(0.0, 0.04), part(0.04, 0.1)], 0.05)
+    assert goes_back([part(-0.1, 0.1), part(0.1, -0.1), part(-0.1, 0.1)], 0.05)
+    assert goes_back([part(0.1, -0.1), part(-0.1, 0.1), part(0.1, -0.1)], -0.05)
+    assert not goes_back([part(0.1, 0.0), part(0.0, -0.1)], -0.05)

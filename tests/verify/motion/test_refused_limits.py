@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from tests.helpers.flights import changed, legs, plan_of, small_mission
-from tests.helpers.witnesses import PLAN, TEAM, Right, around, check, judged, refused
+from tests.helpers.limited_quantities import LIMITS
+from tests.helpers.witnesses import PLAN, TEAM, Right, around, assert_refused, judged, refused
 from verify.data.mission import Mission
 from verify.data.plan import Visit
 from verify.data.trajectory import Trajectory
@@ -37,19 +38,6 @@ def quantity(name: str, path: Trajectory, time: float) -> float:
     return float({**values, "body_rate": np.linalg.norm(turning)}.get(name, mass * size))
 
 
-LIMITS = [
-    "speed",
-    "acceleration",
-    "thrust_max",
-    "thrust_min",
-    "tilt",
-    "body_rate",
-    "yaw_rate",
-    "rotor_thrust_max",
-    "rotor_thrust_min",
-]
-
-
 @pytest.mark.parametrize("name", LIMITS)
 @pytest.mark.parametrize("share", [1e-2, 1e-5])
 def test_every_limit_passed_by_a_little(name, share):
@@ -64,7 +52,7 @@ def test_every_limit_passed_by_a_little(name, share):
     if name in ("yaw_rate", "rotor_thrust_max", "rotor_thrust_min"):
         share = max(share, 3e-3)  # these are bounded to a thousandth
     broken = PLAN.model_copy(update={"mission": limited(name, worst.bound * (1 + share if least else 1 - share))})
-    (claim,) = check(judged(broken, team), Right(worst.name, worst.robot, None, None))
+    (claim,) = assert_refused(judged(broken, team), Right(worst.name, worst.robot, None, None))
     off = abs(claim.bound - claim.limit) / worst.bound
     assert off == pytest.approx(share, rel=0.6, abs=2e-5)
     if name in ("speed", "acceleration", "thrust_max", "thrust_min", "tilt", "body_rate"):
@@ -102,7 +90,7 @@ def test_thrust_through_zero():
     values[0, :3, 0] = [0, 0, 1]
     values[0, 2, 3] = -20 / 6
     path, zero = Trajectory([1.0], values), GRAVITY / 20
-    found = check(
+    found = assert_refused(
         judged(plan_of(small_mission(regions=""), {}), {"r0": path}),
         Right("limits.thrust_min", "r0", None, None, around(zero, 0.02), says="falls to"),
         Right("limits.tilt", "r0"),
@@ -125,7 +113,7 @@ def test_a_wall_passed_by_a_millionth(axis, side, gap):
     box = mission.workspace.model_copy(update={"min": tuple(-c for c in corner), "max": tuple(corner)})
     mission = mission.model_copy(update={"workspace": box})
     path = legs([[0, 0, 1], target, [0, 0, 1]], speed=0.3)
-    check(
+    assert_refused(
         judged(plan_of(mission, {}), {"r0": path}),
         Right("workspace", "r0", None, None, around(path.knots[1], 0.4), off=around(gap, 3e-7),
               what=f"wall {'xyz'[axis]} {'max' if side > 0 else 'min'}"),
@@ -144,7 +132,7 @@ def test_robots_too_near_by_a_millionth(gap, third):
     values = team["r1"].coefficients.copy()
     values[0, 1, 0] = near
     team["r1"] = changed(team["r1"], coefficients=values)
-    (claim,) = check(
+    (claim,) = assert_refused(
         judged(plan_of(mission, {}), team),
         Right("separation", "r0", time=around(team["r0"].duration / 2, 0.4), off=around(gap, 5e-7), other="r1"),
     )
@@ -158,6 +146,6 @@ def test_the_limit_of_a_leg(limit):
     path = {"r0": legs([[0, 0, 1], [1, 0, 1]])}  # peaks at 2.1875 x 0.45 m/s in the middle
     plan = plan_of(mission, {"r0": [Visit(region="a")]})
     off = around(2.1875 * 0.45 - limit, 1e-5)
-    check(judged(plan, path), Right("limits.legs.speed", "r0", "a", 0, around(path["r0"].duration / 2, 1e-2), off=off))
+    assert_refused(judged(plan, path), Right("limits.legs.speed", "r0", "a", 0, around(path["r0"].duration / 2, 1e-2), off=off))
     away = {"r0": legs([[0, 0, 1], [0, 1, 1]])}
-    check(judged(plan, away), Right("limits.legs", "r0", "a", 0, says="cannot be told"))
+    assert_refused(judged(plan, away), Right("limits.legs", "r0", "a", 0, says="cannot be told"))

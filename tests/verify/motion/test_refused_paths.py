@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.flights import changed, legs, plan_of, quantised, small_mission
-from tests.helpers.witnesses import PLAN, TEAM, Right, around, check, judged
+from tests.helpers.witnesses import PLAN, TEAM, Right, around, assert_refused, judged
 from verify.data.plan import Visit
 from verify.data.trajectory import Trajectory
 from verify.motion.continuity import HEADINGS, JUMPS, QUANTITIES
@@ -25,7 +25,7 @@ def test_a_waypoint_moved_tears_the_path_at_both_ends_of_its_piece(robot, piece,
     values[piece, :3, 0] += offset
     broken = quantised(changed(TEAM[robot], coefficients=values))
     size = float(np.linalg.norm(offset))
-    (claim,) = check(
+    (claim,) = assert_refused(
         judged(PLAN, {**TEAM, robot: broken}),
         Right("continuity", robot, what="position", off=(size - 1.1e-4, size)),
     )
@@ -38,7 +38,7 @@ def test_a_piece_dropped_leaves_a_gap_as_long_as_it(robot, piece):
     keep = [i for i in range(len(path)) if i != piece]
     broken = Trajectory(path.durations[keep], path.coefficients[keep])
     gap = float(np.linalg.norm(path.evaluate(path.knots[piece + 1])[:3] - path.evaluate(path.knots[piece])[:3]))
-    check(
+    assert_refused(
         judged(PLAN, {**TEAM, robot: broken}),
         Right("continuity", robot, time=around(path.knots[piece], 1e-6), off=around(gap, 2e-4), what="position"),
     )
@@ -48,7 +48,7 @@ def test_a_piece_dropped_leaves_a_gap_as_long_as_it(robot, piece):
 def test_a_last_piece_dropped_leaves_out_the_last_visit(robot, hoop, visit):
     path = TEAM[robot]
     broken = Trajectory(path.durations[:-1], path.coefficients[:-1])
-    _, _, formula = check(
+    _, _, formula = assert_refused(
         judged(PLAN, {**TEAM, robot: broken}),
         Right("visits", robot, hoop, visit, None, says=f"visit {visit} of '{hoop}' does not happen"),
         Right("passages", robot, hoop, visit, None, says=f"{hoop}F does not happen"),
@@ -64,7 +64,7 @@ def test_two_pieces_swapped_tear_the_path_where_they_meet(robot, index):
     a, b = index % len(order), (index + 1) % len(order)
     order[a], order[b] = order[b], order[a]
     broken = Trajectory(path.durations[order], path.coefficients[order])
-    (claim,) = check(judged(PLAN, {**TEAM, robot: broken}), Right("continuity", robot, what="position"))
+    (claim,) = assert_refused(judged(PLAN, {**TEAM, robot: broken}), Right("continuity", robot, what="position"))
     before = np.array([PLAN.mission.agents[robot].start, *(broken.evaluate(k - 1e-9)[:3] for k in broken.knots[1:-1])])
     sizes = np.linalg.norm(broken.coefficients[:, :3, 0] - before, axis=1)
     assert claim.time == pytest.approx(broken.knots[int(np.argmax(sizes))], abs=1e-9)
@@ -78,7 +78,7 @@ def test_one_duration_changed_tears_the_path_behind_it(index, factor):
     durations[index] *= factor
     broken = quantised(changed(TEAM["quad0"], durations=durations))
     where = "at the end" if index == 5 else f"between pieces {index} and {index + 1}"
-    check(
+    assert_refused(
         judged(PLAN, {**TEAM, "quad0": broken}),
         Right("continuity", "quad0", time=around(broken.knots[index + 1], 1e-6), what=where),
     )
@@ -90,7 +90,7 @@ def test_one_duration_changed_tears_the_path_behind_it(index, factor):
 def test_a_coefficient_changed_by_much_tears_the_path_by_as_much(axis, power, piece):
     values, path = TEAM["quad0"].coefficients.copy(), TEAM["quad0"]
     values[piece, axis, power] += 0.5 / float(path.durations[piece]) ** power
-    (claim,) = check(
+    (claim,) = assert_refused(
         judged(PLAN, {**TEAM, "quad0": changed(path, coefficients=values)}), Right("continuity", "quad0", off=(0.499, 0.501))
     )
     ends = [path.knots[piece + 1]] if power else path.knots[[piece, piece + 1]]
@@ -112,14 +112,14 @@ def test_a_jump_of_any_derivative_is_named(axis, order):
     names = QUANTITIES if axis < 3 else HEADINGS
     what = f"{names[order]} between pieces 2 and 3"
     off = around(2 * JUMPS[order], 0.6 * JUMPS[order])
-    check(certificate, Right("continuity", "quad0", time=around(path.knots[3], 1e-6), what=what, off=off))
+    assert_refused(certificate, Right("continuity", "quad0", time=around(path.knots[3], 1e-6), what=what, off=off))
 
 
 @pytest.mark.parametrize("yaw", [1e-3, 0.5, math.pi, -2.0])
 def test_a_heading_that_is_not_the_agents_is_refused_at_the_start(yaw):
     broken = changed(TEAM["quad1"], coefficients=_turned(TEAM["quad1"], yaw))
     size = abs(yaw)
-    check(
+    assert_refused(
         judged(PLAN, {**TEAM, "quad1": broken}),
         Right("continuity", "quad1", time=(0, 0), what="heading at the start", off=around(size, 2e-4)),
     )
@@ -141,7 +141,7 @@ def test_a_lap_that_does_not_close_is_refused_at_its_end(end):
         update={"robots": {"r0": plan.robots["r0"].model_copy(update={"cycle_visit": 0, "cycle_waypoint": 0})}}
     )
     lap = legs([[0, 0, 1], [1, 0, 1], [end, 0, 1]], cycle=0)
-    check(
+    assert_refused(
         judged(plan, {"r0": lap}),
         Right("continuity", "r0", time=around(lap.duration, 1e-6), what="position at the end", off=around(end, 2e-4)),
     )
@@ -162,7 +162,7 @@ def test_two_robots_swapped(pair):
     a, b = pair
     first, second = PLAN.robots[a].visits, PLAN.robots[b].visits
     apart = math.dist(PLAN.mission.agents[a].start, PLAN.mission.agents[b].start)
-    check(
+    assert_refused(
         judged(PLAN, {**TEAM, a: TEAM[b], b: TEAM[a]}),
         *(Right("continuity", r, time=(0, 0), what="position at the start", off=around(apart, 2e-4)) for r in pair),
         wrong_visits(a, first, second),
@@ -170,4 +170,4 @@ def test_two_robots_swapped(pair):
     )
     visits = {**PLAN.robots, a: PLAN.robots[b], b: PLAN.robots[a]}
     swapped = PLAN.model_copy(update={"robots": visits})
-    check(judged(swapped, TEAM), wrong_visits(a, second, first), wrong_visits(b, first, second))
+    assert_refused(judged(swapped, TEAM), wrong_visits(a, second, first), wrong_visits(b, first, second))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.flights import legs, plan_of, small_mission, through
-from tests.helpers.witnesses import ANY, PLAN, TEAM, Right, around, check, judged
+from tests.helpers.witnesses import ANY, PLAN, TEAM, Right, around, assert_refused, judged
 from verify.data.plan import Plan, Visit
 from verify.data.sections import Action
 from verify.data.trajectory import Trajectory
@@ -46,9 +46,9 @@ def test_a_hoop_missed_by_a_smooth_path(robot, pair, hoop, visit, height):
     knots = path.knots if robot == "quad0" else path.knots[1:]
     window = (knots[pair[0]], knots[pair[1]])
     if abs(height) == 0.15:
-        check(certificate, Right("passages", robot, hoop, visit, window, says="off the axis", off=around(0.02, 1e-3)))
+        assert_refused(certificate, Right("passages", robot, hoop, visit, window, says="off the axis", off=around(0.02, 1e-3)))
     elif abs(height) == 0.25:
-        check(
+        assert_refused(
             certificate,
             Right("rims", robot, hoop, time=window, off=around(0.12, 1e-3)),
             Right("passages", robot, hoop, time=window),
@@ -60,7 +60,7 @@ def test_a_hoop_missed_by_a_smooth_path(robot, pair, hoop, visit, height):
             reached = Right("formula", "quad0", "smoke", says="`carrying` does not")
         if hoop == "smoke":
             reached = Right("transitions", "quad0", "loc2", 1, says="straight from water")
-        check(certificate, Right("visits", robot, ANY, visit), reached)
+        assert_refused(certificate, Right("visits", robot, ANY, visit), reached)
 
 
 RING = "h: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2], opening: 0.3, rim: 0.05}"
@@ -98,7 +98,7 @@ def test_passages(visits, points, right):
     path = legs(points)
     agents = {"r0": mission.agents["r0"].model_copy(update={"start": tuple(map(float, points[0]))})}
     mission = mission.model_copy(update={"agents": agents})
-    (claim,) = check(judged(plan_of(mission, {"r0": visits}), {"r0": path}), right)
+    (claim,) = assert_refused(judged(plan_of(mission, {"r0": visits}), {"r0": path}), right)
     if claim.time is not None and "passes 'h' (R)" not in claim.sentence:
         assert abs(path.evaluate(claim.time)[0] - 1) <= 0.13  # there it is near the plane of the ring
 
@@ -159,7 +159,7 @@ def with_visits(visits: list[Visit]) -> Plan:
 
 @pytest.mark.parametrize(("visits", "right"), [row[1:] for row in VISITS], ids=[row[0] for row in VISITS])
 def test_visits_and_actions_that_the_path_does_not_make(visits, right):
-    check(judged(with_visits(visits), TEAM), right)
+    assert_refused(judged(with_visits(visits), TEAM), right)
 
 
 def test_around_the_smoke_to_loc2():
@@ -167,7 +167,7 @@ def test_around_the_smoke_to_loc2():
     mission = PLAN.mission
     start = np.array(mission.agents["quad0"].start)
     path = legs([start, *through(mission, "water"), [0.1, -0.4, 1.5], [-1.0, 0.0, 1.5], *through(mission, "loc2")])
-    (claim,) = check(
+    (claim,) = assert_refused(
         judged(with_visits([WATER, LOC2]), {**TEAM, "quad0": path}),
         Right("transitions", "quad0", "loc2", 1, (path.knots[-2], path.knots[-1]), says="straight from water"),
     )
@@ -179,7 +179,7 @@ def test_around_the_smoke_to_loc2():
 def test_smoke_without_water():
     start = np.array(PLAN.mission.agents["quad0"].start)
     path = legs([start, [0.2, -0.5, 1.4], *through(PLAN.mission, "smoke"), *through(PLAN.mission, "loc2")])
-    (claim,) = check(
+    (claim,) = assert_refused(
         judged(with_visits([SMOKE, LOC2]), {**TEAM, "quad0": path}),
         Right("formula", "quad0", "smoke", 0, (path.knots[2], path.knots[3]), says="`carrying` does not"),
     )
@@ -193,7 +193,7 @@ def test_an_action_where_the_region_may_be_missed(depth):
     mission = small_mission("F wet", starts=[[0.0, 0.2 - depth, 1.0]], margin=0.06, extra=extra)
     fill = Action.model_validate({"from": "dry", "to": "wet", "at": "a"})
     path = legs([[0, 0.2 - depth, 1], [2, 0.2 - depth, 1]])
-    check(
+    assert_refused(
         judged(plan_of(mission, {"r0": [Visit(region="a", actions=(fill,))]}), {"r0": path}),
         Right("visits", "r0", "a", 0, around(path.duration / 2, 0.5), says="may miss the region"),
         Right("formula", says="`wet` never happens"),
