@@ -1,0 +1,90 @@
+"""What a service is started with: where its data lies, whom it answers, and every limit that it keeps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+LOOPBACK = "127.0.0.1"
+PORT = 8000
+
+
+@dataclass(frozen=True, slots=True)
+class Rate:
+    """How often one client may ask.
+
+    Attributes:
+        per_second: Requests that are regained each second.
+        burst: Requests that may come at once.
+    """
+
+    per_second: float
+    burst: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limits:
+    """Bounds of a service; `docs/service.md` lists them.
+
+    Attributes:
+        queued: Jobs that may wait.
+        stage_seconds: s of processor time that one stage of a job may take.
+        stage_megabytes: MB of memory that one stage of a job may take.
+        question_seconds: s that a question that is answered at once may take.
+        question_megabytes: MB of memory that such a question may take.
+        questions: Such questions that are answered at the same time.
+        waiting_questions: Such questions that may wait.
+        body_bytes: Bytes of a request's body.
+        upload_bytes: Bytes of a body that carries files.
+        held_bytes: Bytes of bodies that are held at the same time, of all clients together.
+        body_seconds: s within which a whole body must have come.
+        head_seconds: s within which a request's head must have come.
+        connections: Connections at the same time.
+        streams: Streams of events at the same time.
+        reads: How often one client may read.
+        questions_asked: How often one client may ask what is computed at once, or submit.
+        strangers: How often one address may come with a wrong token.
+    """
+
+    queued: int = 1000
+    stage_seconds: float = 3600.0
+    stage_megabytes: int = 4096
+    question_seconds: float = 20.0
+    question_megabytes: int = 1536
+    questions: int = 2
+    waiting_questions: int = 100
+    body_bytes: int = 1_200_000
+    upload_bytes: int = 50_000_000
+    held_bytes: int = 200_000_000
+    body_seconds: float = 30.0
+    head_seconds: float = 10.0
+    connections: int = 500
+    streams: int = 200
+    reads: Rate = Rate(100.0, 1000)
+    questions_asked: Rate = Rate(20.0, 500)
+    strangers: Rate = Rate(0.5, 20)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """What a service is started with.
+
+    Attributes:
+        data: Folder of everything that it keeps; it is the service's own.
+        host: Address that it listens on.
+        port: Port that it listens on; 0 takes a free one.
+        names: Names by which it may be asked besides its address, such as a proxy's; with them, tokens are needed.
+        database: PostgreSQL URL of the jobs' table; None keeps it in the data folder (SQLite).
+        dask: Address of a Dask scheduler; None computes on this machine.
+        workers: Stages that are computed at the same time; None takes the number of processors.
+        limits: All bounds.
+    """
+
+    data: Path
+    host: str = LOOPBACK
+    port: int = PORT
+    names: tuple[str, ...] = ()
+    database: str | None = None
+    dask: str | None = None
+    workers: int | None = None
+    limits: Limits = field(default_factory=Limits)
