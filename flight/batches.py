@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,9 +14,9 @@ from flight.model.reference import Reference
 from flight.model.timing import FRAME_STEPS, STEP, SUBSTEPS
 from flight.monitoring.formula_state import FormulaState
 from flight.monitoring.letters import PlannedAction, RegionMasks, region_letters
-from flight.processes import shared
+from flight.processes import Workers, shared
 from verify.data import Mission
-from verify.data.progress import Progress
+from verify.data.progress import Progress, silent
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,33 +51,29 @@ class Part:
     satisfied: NDArray[np.bool_]
 
 
-def simulate(job: Job, batches: Sequence[range], *, workers: int, progress: Progress | None) -> list[Part]:
+def simulate(job: Job, batches: Sequence[range], *, workers: Workers | None, progress: Progress | None) -> list[Part]:
     """Simulate batches of runs and return what each found, in order.
 
     Args:
         job: What all runs have in common.
         batches: Seeds of the runs that are simulated side by side, a batch each.
-        workers: Processes; one does all in this process.
+        workers: Who does it; None does all in this process.
         progress: Told a sentence and the share done, 0 to 1.
 
     Raises:
         BadInput: A process was ended from outside.
     """
-    sentence = f"simulating {sum(map(len, batches))} runs"
-    if workers > 1:
-        say = None if progress is None else lambda share: progress(sentence, share)
-        return shared(_batch, job, batches, workers=workers, progress=say)
+    sentence, say = f"simulating {sum(map(len, batches))} runs", progress or silent
+    if workers is not None:
+        return shared(_batch, job, batches, workers=workers, progress=lambda share: say(sentence, share))
 
-    def part_of(index: int) -> Callable[[float], None] | None:
-        if progress is None:
-            return None
-        said = progress
-        return lambda share: said(sentence, (index + share) / len(batches))
+    def noting(index: int) -> Progress:
+        return lambda _, share: say(sentence, (index + share) / len(batches))
 
-    return [_batch(job, seeds, part_of(index)) for index, seeds in enumerate(batches)]
+    return [_batch(job, seeds, noting(index)) for index, seeds in enumerate(batches)]
 
 
-def _batch(job: Job, seeds: range, report: Callable[[float], None] | None) -> Part:
+def _batch(job: Job, seeds: range, report: Progress) -> Part:
     """Simulate runs side by side and note when which robot's regions change."""
     reference = job.reference
     robots, runs = len(reference.robots), len(seeds)
@@ -94,12 +90,11 @@ def _batch(job: Job, seeds: range, report: Callable[[float], None] | None) -> Pa
         for vehicle in np.flatnonzero(now != masks) if sample else range(robots * runs):
             changes[vehicle // robots].append((sample, int(vehicle % robots), int(now[vehicle])))
         masks, peak = now, entry.peak
-        if report is not None and sample % 100 == 0:
-            report(sample / samples)
+        if sample % 100 == 0:
+            report("simulating", sample / samples)
     judge = _Judge(job, reference.robots)
     satisfied = np.array([judge.satisfied(found) for found in changes], dtype=np.bool_)
-    if report is not None:
-        report(1.0)
+    report("simulating", 1.0)
     return Part(peak.reshape(runs, robots), errors, satisfied)
 
 

@@ -6,7 +6,8 @@ Run k has seed `seed + k`, and `fly(..., seed=seed + k)` is, bit for bit, that r
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Unpack
 
@@ -24,6 +25,7 @@ from flight.model.reference import flown, sample_reference
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
 from flight.monitoring.letters import planned_actions
 from flight.monitoring.tube import relative_acceleration, stray_at_joints
+from flight.processes import Processes, Workers
 from verify.certificate import Certificate
 from verify.data import BadInput, Mission, Plan, Trajectory, check_plan, check_trajectories
 from verify.data.progress import Progress
@@ -188,7 +190,7 @@ def campaign(
     runs: int = 100,
     seed: int = 0,
     conditions: Conditions = CALM,
-    workers: int = 1,
+    workers: int | Workers = 1,
     progress: Progress | None = None,
     **changes: Unpack[ConditionKeywords],
 ) -> Campaign:
@@ -201,7 +203,7 @@ def campaign(
         runs: How many; where nothing varies, one is flown.
         seed: Of the first run; run k has `seed + k`.
         conditions: As for `fly`.
-        workers: Processes; the findings do not depend on it. More than one needs a script that may be imported.
+        workers: How many processes, or whose; the findings do not depend on it. More than one needs a script that may be imported.
         progress: Called with a sentence and the share done.
         changes: As for `fly`.
 
@@ -213,8 +215,9 @@ def campaign(
     conditions = conditions.changed(**changes)
     if not 1 <= runs <= MAX_RUNS:
         raise BadInput(f"a campaign has 1 to {MAX_RUNS} runs, not {runs}.")
-    if workers < 1 or seed < 0:
-        raise BadInput(f"workers must be at least 1 and seed at least 0, not {workers} and {seed}.")
+    most = workers if isinstance(workers, int) else workers.count
+    if most < 1 or seed < 0:
+        raise BadInput(f"workers must be at least 1 and seed at least 0, not {most} and {seed}.")
     plan, team = check_plan(plan), check_trajectories(team)
     if cert is not None:
         require_certificate(cert, plan, team)
@@ -224,8 +227,9 @@ def campaign(
     job = Job(mission, reference, setup, planned_actions(plan, team, cert))
     varied = conditions.varies
     flown_runs = runs if varied else 1
-    processes = max(min(workers, flown_runs // LEAST_SHARE), 1)
-    parts = simulate(job, _batches(seed, flown_runs, processes), workers=processes, progress=progress)
+    processes = max(min(most, flown_runs // LEAST_SHARE), 1)
+    with _working(workers, processes) as those:
+        parts = simulate(job, _batches(seed, flown_runs, processes), workers=those, progress=progress)
     peaks = np.concatenate([part.peaks for part in parts])
     errors = np.concatenate([part.errors for part in parts])
     worst = np.max(peaks, axis=1) + _between_steps(mission, team)
@@ -246,6 +250,18 @@ def campaign(
         asked=runs,
         varied=varied,
     )
+
+
+@contextmanager
+def _working(workers: int | Workers, processes: int) -> Generator[Workers | None]:
+    """Yield who does the work: whom the caller names, processes of our own, or None where one more would save no time."""
+    if not isinstance(workers, int):
+        yield workers
+    elif processes == 1:
+        yield None
+    else:
+        with Processes(processes) as pool:
+            yield pool
 
 
 def _batches(seed: int, runs: int, processes: int) -> list[range]:
