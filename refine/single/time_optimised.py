@@ -16,7 +16,8 @@ from refine.limits.values import Limits
 from refine.single.pacing import slowed
 from refine.single.values import Fitted, Motion, RefinementOptions, Task
 from refine.single.visits_shown import legs_about
-from refine.solvers.nlp import Steps, Timing, optimise
+from refine.solvers.nlp import Timing, optimise
+from refine.solvers.programme import Steps
 from refine.spline.values import Spline
 from verify.data import Infeasible
 

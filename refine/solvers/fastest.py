@@ -2,14 +2,14 @@
 
 The ladder: least snap at times in proportion to the straight legs, stretched until the limits hold; from there the
 nonlinear programme with one piece a leg, without rotor limits and then with them; from its answer, where asked, the
-programme with more pieces a leg. Each rung ends with a dense check and the small stretch that closes what lay between the programme's instants, and the best rung is
-returned: never slower than uniform stretching.
+programme with more pieces a leg. Each rung ends with a dense check and the small stretch that closes what lay between the
+programme's instants, and the best rung is returned: never slower than uniform stretching.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Literal
 
@@ -19,7 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from refine.bodies import Ball, Plane
 from refine.limits.stretching import stretch_to_limits
 from refine.limits.values import Limits
-from refine.solvers.nlp import INSTANTS, Objective, Timing, optimise
+from refine.solvers.nlp import INSTANTS, Timing, optimise
+from refine.solvers.programme import Objective
 from refine.solvers.retiming import retime
 from refine.spline.least_snap import minimum_snap
 from refine.spline.values import Spline
@@ -40,7 +41,8 @@ _FASTER = 0.6
 _COINCIDENT = 1e-6
 
 
-def time_optimal(  # what a caller may ask for, each by its keyword
+# ten parameters: what a caller may ask for, each by its keyword
+def time_optimal(
     waypoints: ArrayLike,
     limits: Limits,
     *,
@@ -77,6 +79,103 @@ def time_optimal(  # what a caller may ask for, each by its keyword
         SolverTimeout: An engine's seconds ran out before its iterations.
     """
     points = _points(waypoints)
+    _require_sense(limits, objective, end, tolerance, pieces)
+    course = _Course(points, limits, objective, weight, tolerance, end, tuple(walls), instants)
+    guess = stretched_guess(points, course.still) if start is None else start
+    best = slow = guess.stretched(stretch_to_limits(guess, None, limits, safety=SAFETY))
+    answer = _with_one_piece(course, guess)
+    if answer is not None:
+        best = course.better(best, answer)
+    if pieces > 1:
+        finer = _with_pieces(course, best if answer is None else answer, pieces)
+        if finer is not None:
+            best = course.better(best, finer)
+    if best is slow and any(_crosses(best, wall) for wall in walls):
+        raise Infeasible(
+            "No flight within the walls was found: the programme did not converge, and the plain path crosses one."
+        )
+    return best
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Course:
+    """What is asked of a flight through points: `time_optimal` says what each is."""
+
+    points: Floats
+    limits: Limits
+    objective: Objective
+    weight: float
+    tolerance: float
+    end: Literal["rest", "free"]
+    walls: tuple[Plane, ...]
+    instants: int
+
+    @property
+    def still(self) -> Limits:
+        """The limits without those of rotors and yaw."""
+        return replace(self.limits, rotors=None, yaw_rate=np.inf)
+
+    def problem(self, guess: Spline, limits: Limits, objective: Objective, weight: float, *, pieces: int = 1) -> Timing:
+        """Return the programme from a first guess on, with so many pieces a leg."""
+        inner = range(1, len(self.points) - 1) if self.tolerance else ()
+        return Timing(
+            guess,
+            self._fixed(pieces),
+            limits,
+            objective,
+            weight,
+            [(index * pieces, Ball("point", self.points[index], np.eye(3) / self.tolerance)) for index in inner],
+            [(piece, wall) for piece in range(len(guess)) for wall in self.walls],
+            instants=self.instants,
+        )
+
+    def better(self, one: Spline, other: Spline) -> Spline:
+        """Return the one of less cost; the other is stretched first by what its samples break of limits that yaw does not touch."""
+        other = other.stretched(stretch_to_limits(other, None, self.still, safety=SAFETY))
+
+        def cost(path: Spline) -> float:
+            return path.duration if self.objective == "time" else path.snap_cost() + self.weight * path.duration
+
+        return other if cost(other) < cost(one) else one
+
+    def _fixed(self, pieces: int) -> Floats:
+        """Return the fixed states: points (where they are not regions), rest at the start and, where asked, at the end."""
+        fixed = np.full(((len(self.points) - 1) * pieces + 1, 4, 3), np.nan)
+        fixed[0, 1:] = 0.0
+        if self.end == "rest":
+            fixed[-1, 1:] = 0.0
+        fixed[::pieces, 0] = self.points
+        if self.tolerance:
+            fixed[pieces:-pieces, 0] = np.nan
+        return fixed
+
+
+def _with_one_piece(course: _Course, guess: Spline) -> Spline | None:
+    """Climb the rungs with one piece a leg: without rotor limits, then with them. None where the programme does not converge."""
+    still, weight = course.still, course.weight
+    time_weight = _time_weight(guess)
+    answer = None
+    if course.objective == "blend" or not course.tolerance:
+        answer = _attempt(course.problem(guess, still, course.objective, weight))
+    if answer is None and course.objective == "time":
+        answer = _attempt(course.problem(guess, still, "blend", time_weight))
+    if answer is None and find_spec("cvxpy") and not course.walls:  # a better first guess, at the price of one more solve
+        answer = _attempt(course.problem(_retimed(guess, still), still, "blend", weight or time_weight))
+    if answer is not None and course.limits.rotors is not None:
+        shift = weight if course.objective == "blend" else time_weight
+        answer = _attempt(course.problem(answer.stretched(1.03), course.limits, "blend", shift))
+    return answer
+
+
+def _with_pieces(course: _Course, first: Spline, pieces: int) -> Spline | None:
+    """Climb the last rung, several pieces a leg, from a flight with one. None where the programme does not converge."""
+    blend = course.objective == "blend"
+    weight = course.weight if blend else _FREE_TIME_WEIGHT * first.snap_cost() / first.duration
+    return _attempt(course.problem(first.stretched(1.05).split(pieces), course.limits, "blend", weight, pieces=pieces))
+
+
+def _require_sense(limits: Limits, objective: Objective, end: str, tolerance: float, pieces: int) -> None:
+    """Refuse numbers and words that make no problem."""
     if objective == "time" and not (
         np.isfinite(limits.speed) or np.isfinite(limits.acceleration) or np.isfinite(limits.thrust_max) or limits.rotors
     ):
@@ -87,46 +186,6 @@ def time_optimal(  # what a caller may ask for, each by its keyword
         raise BadInput(f"tolerance must be a length in m, 0 or more, not {tolerance}.")
     if pieces < 1:
         raise BadInput(f"pieces must be at least 1 a leg, not {pieces}.")
-    still = replace(limits, rotors=None, yaw_rate=np.inf)
-    guess = stretched_guess(points, still) if start is None else start
-    fixed = _fixed(points, tolerance, end, 1)
-    within = (
-        [(index, Ball("point", points[index], np.eye(3) / tolerance)) for index in range(1, len(points) - 1)]
-        if tolerance
-        else []
-    )
-    planes = [(piece, wall) for piece in range(len(guess)) for wall in walls]
-    best = slow = guess.stretched(stretch_to_limits(guess, None, limits, safety=SAFETY))
-    time_weight = _time_weight(guess)
-    answer = None
-    if objective == "blend" or not tolerance:
-        answer = _attempt(Timing(guess, fixed, still, objective, weight, within, planes, instants=instants))
-    if answer is None and objective == "time":
-        answer = _attempt(Timing(guess, fixed, still, "blend", time_weight, within, planes, instants=instants))
-    if answer is None and find_spec("cvxpy") and not walls:  # a better first guess, at the price of one more solve
-        answer = _attempt(
-            Timing(_retimed(guess, still), fixed, still, "blend", weight or time_weight, within, planes, instants=instants)
-        )
-    if answer is not None and limits.rotors is not None:
-        shift = weight if objective == "blend" else time_weight
-        answer = _attempt(Timing(answer.stretched(1.03), fixed, limits, "blend", shift, within, planes, instants=instants))
-    if answer is not None:
-        best = _better(best, _closed(answer, limits), objective, weight)
-    if pieces > 1:
-        first = best if answer is None else answer
-        split = first.stretched(1.05).split(pieces)
-        time_weight = weight if objective == "blend" else _FREE_TIME_WEIGHT * first.snap_cost() / first.duration
-        fixed = _fixed(points, tolerance, end, pieces)
-        within = [(index * pieces, body) for index, body in within]
-        planes = [(piece, wall) for piece in range(len(split)) for wall in walls]
-        finer = _attempt(Timing(split, fixed, limits, "blend", time_weight, within, planes, instants=instants))
-        if finer is not None:
-            best = _better(best, _closed(finer, limits), objective, weight)
-    if best is slow and any(_crosses(best, wall) for wall in walls):
-        raise Infeasible(
-            "No flight within the walls was found: the programme did not converge, and the plain path crosses one."
-        )
-    return best
 
 
 def _crosses(path: Spline, wall: Plane) -> bool:
@@ -160,18 +219,6 @@ def _points(waypoints: ArrayLike) -> Floats:
     return points
 
 
-def _fixed(points: Floats, tolerance: float, end: str, pieces: int) -> Floats:
-    """Return the fixed states: points (where they are not regions), rest at the start and, where asked, at the end."""
-    fixed = np.full(((len(points) - 1) * pieces + 1, 4, 3), np.nan)
-    fixed[0, 1:] = 0.0
-    if end == "rest":
-        fixed[-1, 1:] = 0.0
-    fixed[::pieces, 0] = points
-    if tolerance:
-        fixed[pieces:-pieces, 0] = np.nan
-    return fixed
-
-
 def _time_weight(guess: Spline) -> float:
     """Return a weight of time beside snap that leaves snap a small share of the objective."""
     expected = guess.stretched(_FASTER)
@@ -192,16 +239,3 @@ def _retimed(guess: Spline, limits: Limits) -> Spline:
         return retime(guess, limits)
     except Infeasible:
         return guess
-
-
-def _closed(path: Spline, limits: Limits) -> Spline:
-    """Return the path stretched by what its samples break of the limits that do not depend on yaw."""
-    still = replace(limits, rotors=None, yaw_rate=np.inf)
-    return path.stretched(stretch_to_limits(path, None, still, safety=SAFETY))
-
-
-def _better(one: Spline, other: Spline, objective: Objective, weight: float) -> Spline:
-    def cost(path: Spline) -> float:
-        return path.duration if objective == "time" else path.snap_cost() + weight * path.duration
-
-    return other if cost(other) < cost(one) else one

@@ -27,7 +27,7 @@ from refine.bodies import Plane
 from refine.heading.spin import with_least_spin
 from refine.limits.values import rotors_of
 from refine.single.values import Pace
-from refine.solvers.nlp import forget
+from refine.solvers.ipopt_engine import forget
 from refine.spline.least_snap import banded_problem
 from tests.benchmarks.refinement_courses import (
     HOOP6,
