@@ -165,7 +165,7 @@ class _Rows:
         """Add constraints of pieces, each with a block of the Jacobian, and return their multipliers."""
         count = values.shape[0]
         first, self._row = self._row, self._row + len(columns) * count
-        rows = np.arange(first, self._row).reshape(-1, 1, count)
+        rows = np.arange(first, self._row).reshape(len(columns), 1, count)
         self.jacobian.append((np.repeat(rows, columns.shape[1], axis=1), np.repeat(columns, count), slopes))
         self.constraints.append(ca.vec(values))
         return ca.reshape(self._multipliers[first : self._row], count, len(columns))

@@ -44,6 +44,13 @@ def test_hoop6_is_fast_and_certified() -> None:
     assert blend.snap_cost() + 1000 * blend.duration == pytest.approx(HOOP6_BLEND, rel=1e-3)
 
 
+def test_a_blend_needs_no_limits() -> None:
+    points = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0]])
+    paths = [time_optimal(points, limits, objective="blend", weight=100.0) for limits in (Limits(), Limits(speed=1000.0))]
+    free, wide = (path.snap_cost() + 100.0 * path.duration for path in paths)
+    assert free == pytest.approx(wide, rel=1e-3)
+
+
 def test_a_turned_course_takes_as_long() -> None:
     """All limits are norms or angles to the vertical, so a turn about z changes nothing."""
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
