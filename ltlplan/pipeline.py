@@ -23,7 +23,7 @@ from verify.data.progress import Progress, part_of, silent
 
 if TYPE_CHECKING:
     from ltlplan.allocation import PlanningMethod
-    from verify import Certificate
+    from verify import Certificate, Claim
 
 Asked = Mission | str | os.PathLike[str]
 
@@ -83,6 +83,23 @@ def as_mission(mission: Asked) -> Mission:
 
 
 @dataclass(frozen=True)
+class Draft:
+    """A plan that is not certified yet, with what the judge refused of it so far.
+
+    Attributes:
+        plan: With the precedences that the refusals asked for.
+        rounds: How many times refinement ran.
+        witnesses: Of all claims that were refused, in all rounds.
+        refused: The claims that the last round's judgement refused.
+    """
+
+    plan: Plan
+    rounds: int = 0
+    witnesses: tuple[Witness, ...] = ()
+    refused: tuple[Claim, ...] = ()
+
+
+@dataclass(frozen=True)
 class Certified:
     """A team that is certified.
 
@@ -112,32 +129,47 @@ def certified_team(made: Plan, *, margin: float | None = None, progress: Progres
         Infeasible: Refinement found no trajectory within the limits.
         NotCertified: The last of a handful of rounds was still refused; carries the witnesses.
     """
+    found: Draft | Certified = Draft(check_plan(made))
+    while isinstance(found, Draft):
+        number = found.rounds
+        found = next_round(found, margin=margin, progress=part_of(progress, number / MAX_ROUNDS, (number + 1) / MAX_ROUNDS))
+    return found
+
+
+def next_round(draft: Draft, *, margin: float | None = None, progress: Progress | None = None) -> Draft | Certified:
+    """Refine once and judge; return what is certified, or what to try next.
+
+    Args:
+        draft: The plan, and what was refused before.
+        margin: Margin to prove, in m, instead of the mission's.
+        progress: Told a sentence and the share of this round done, 0 to 1.
+
+    Raises:
+        BadInput: The plan or its mission is not sound.
+        Infeasible: Refinement found no trajectory within the limits.
+        NotCertified: This was the last of a handful of rounds, and still refused; carries the witnesses.
+    """
     import refine
     import verify
 
-    made = check_plan(made)
-    say = progress or silent
-    witnesses: tuple[Witness, ...] = ()
-    for attempt in range(1, MAX_ROUNDS + 1):
-        again = "" if attempt == 1 else f", round {attempt}"
+    say, number = progress or silent, draft.rounds + 1
+    again = "" if number == 1 else f", round {number}"
 
-        def refining(sentence: str, share: float, attempt: int = attempt, again: str = again) -> None:
-            say(f"refining{again}: {sentence}", (attempt - 1 + share / 2) / MAX_ROUNDS)
+    def refining(sentence: str, share: float) -> None:
+        say(f"refining{again}: {sentence}", share / 2)
 
-        refining("one flight for each robot", 0.0)
-        team = refine.refine(made, witnesses=witnesses, progress=refining)
-        say(f"proving{again}", (attempt - 0.5) / MAX_ROUNDS)
-        certificate = verify.judge(made, team, margin=margin)
-        refused = [claim for claim in certificate.claims if claim.outcome != "holds"]
-        if not refused:
-            return Certified(made, team, certificate, attempt)
-        latest = tuple(claim.witness for claim in refused if claim.witness is not None)
-        if attempt == MAX_ROUNDS:
-            sentences = " ".join(claim.sentence for claim in refused)
-            raise NotCertified(f"Not certified after {MAX_ROUNDS} rounds of refinement. {sentences}", latest)
-        witnesses = (*witnesses, *latest)
-        made = with_waits(made, latest)
-    raise InternalError("The loop of refinement ended without an answer.")
+    refining("one flight for each robot", 0.0)
+    team = refine.refine(draft.plan, witnesses=draft.witnesses, progress=refining)
+    say(f"proving{again}", 0.5)
+    certificate = verify.judge(draft.plan, team, margin=margin)
+    refused = tuple(claim for claim in certificate.claims if claim.outcome != "holds")
+    if not refused:
+        return Certified(draft.plan, team, certificate, number)
+    latest = tuple(claim.witness for claim in refused if claim.witness is not None)
+    if number >= MAX_ROUNDS:
+        sentences = " ".join(claim.sentence for claim in refused)
+        raise NotCertified(f"Not certified after {MAX_ROUNDS} rounds of refinement. {sentences}", latest)
+    return Draft(with_waits(draft.plan, latest), number, (*draft.witnesses, *latest), refused)
 
 
 def run(

@@ -1,0 +1,158 @@
+"""The values between stages as bytes and back, bit for bit: JSON for what is said, arrays as they are, and nothing is evaluated.
+
+    zip: value.json, 0.npy, 1.npy, ...
+
+What is not plain in JSON is an object with the key "$", which names one of the kinds below; other names are refused.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+import zipfile
+from collections.abc import Callable
+from fractions import Fraction
+from functools import cache
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verify.data import InternalError, Mission, Plan, Trajectory
+from verify.data.plan import plan_from_json
+
+Array = NDArray[Any]  # of any type: what a value holds
+
+_KIND = "$"
+_TEXT = "value.json"
+
+
+def to_bytes(value: object) -> bytes:
+    """Return a value as bytes; the same value gives the same bytes.
+
+    Raises:
+        InternalError: It holds what has no written form.
+    """
+    arrays: list[Array] = []
+    text = json.dumps(_plain(value, arrays), separators=(",", ":"))
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        archive.writestr(zipfile.ZipInfo(_TEXT), text, zipfile.ZIP_DEFLATED)
+        for index, array in enumerate(arrays):
+            part = io.BytesIO()
+            np.lib.format.write_array(part, np.ascontiguousarray(array), allow_pickle=False)
+            archive.writestr(zipfile.ZipInfo(f"{index}.npy"), part.getvalue(), zipfile.ZIP_DEFLATED)
+    return buffer.getvalue()
+
+
+def from_bytes(data: bytes) -> Any:  # the kind of value is in the bytes
+    """Return the value that bytes were made of.
+
+    Raises:
+        InternalError: They were not made by `to_bytes` of this version.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            names = archive.namelist()
+            arrays = [_array(archive.read(f"{index}.npy")) for index in range(len(names) - 1)]
+            return _value(json.loads(archive.read(_TEXT)), arrays)
+    except (zipfile.BadZipFile, KeyError, ValueError, TypeError, IndexError) as error:
+        raise InternalError(f"A stored value cannot be read: {error}.") from None
+
+
+def _array(data: bytes) -> Array:
+    array = np.lib.format.read_array(io.BytesIO(data), allow_pickle=False)
+    array.setflags(write=False)
+    return array
+
+
+def _plain(value: Any, arrays: list[Array]) -> Any:
+    """Return what JSON can say of a value; arrays are put aside and named by their index."""
+    if value is None or isinstance(value, bool | str):
+        return value
+    if isinstance(value, int | float):
+        return value if type(value) in (int, float) else (float(value) if isinstance(value, float) else int(value))
+    if isinstance(value, dict):
+        items = cast("dict[str, Any]", value)
+        return {_KIND: "dict", "items": [[_plain(key, arrays), _plain(item, arrays)] for key, item in items.items()]}
+    if isinstance(value, list):
+        return [_plain(item, arrays) for item in cast("list[Any]", value)]
+    if isinstance(value, tuple):
+        return {_KIND: "tuple", "items": [_plain(item, arrays) for item in cast("tuple[Any, ...]", value)]}
+    if isinstance(value, frozenset):
+        return {_KIND: "set", "items": [_plain(item, arrays) for item in sorted(cast("frozenset[Any]", value))]}
+    if isinstance(value, Fraction):
+        return {_KIND: "fraction", "value": str(value)}
+    if isinstance(value, np.ndarray):
+        arrays.append(cast(Array, value))
+        return {_KIND: "array", "index": len(arrays) - 1}
+    if isinstance(value, np.generic):
+        return _plain(value.item(), arrays)
+    return _object(value, arrays)
+
+
+def _object(value: Any, arrays: list[Array]) -> dict[str, Any]:
+    """Return what JSON can say of a value of ours."""
+    if isinstance(value, Mission):
+        return {_KIND: "Mission", "data": value.resolved()}
+    if isinstance(value, Plan):
+        return {_KIND: "Plan", "mission": _plain(value.mission, arrays), "text": value.to_json()}
+    if isinstance(value, Trajectory):
+        parts: dict[str, Any] = {name: getattr(value, name) for name in ("durations", "coefficients", "cycle")}
+    elif _classes().get(type(value).__name__) is type(value):
+        parts = {part.name: getattr(value, part.name) for part in dataclasses.fields(value) if part.init}
+    else:
+        raise InternalError(f"A {type(value).__name__} has no written form.")
+    return {_KIND: type(value).__name__, "fields": {name: _plain(part, arrays) for name, part in parts.items()}}
+
+
+def _value(data: Any, arrays: list[Array]) -> Any:
+    if isinstance(data, list):
+        return [_value(item, arrays) for item in cast("list[Any]", data)]
+    if not isinstance(data, dict):
+        return data
+    parts = cast("dict[str, Any]", data)
+    kind = parts[_KIND]
+    if kind in _READERS:
+        return _READERS[kind](parts, arrays)
+    if kind == "Trajectory" or kind in _classes():
+        fields = {name: _value(part, arrays) for name, part in parts["fields"].items()}
+        return Trajectory(**fields) if kind == "Trajectory" else _classes()[kind](**fields)
+    raise InternalError(f"A stored value is of an unknown kind, {kind!r:.80}.")
+
+
+def _items(parts: dict[str, Any], arrays: list[Array]) -> list[Any]:
+    return [_value(item, arrays) for item in parts["items"]]
+
+
+def _read_plan(parts: dict[str, Any], arrays: list[Array]) -> Plan:
+    return plan_from_json(parts["text"], _value(parts["mission"], arrays), "a stored plan")
+
+
+_READERS: dict[str, Callable[[dict[str, Any], list[Array]], Any]] = {
+    "dict": lambda parts, arrays: {_value(key, arrays): _value(item, arrays) for key, item in parts["items"]},
+    "tuple": lambda parts, arrays: tuple(_items(parts, arrays)),
+    "set": lambda parts, arrays: frozenset(_items(parts, arrays)),
+    "fraction": lambda parts, _arrays: Fraction(parts["value"]),
+    "array": lambda parts, arrays: arrays[parts["index"]],
+    "Mission": lambda parts, _arrays: Mission.model_validate(parts["data"]),
+    "Plan": _read_plan,
+}
+
+
+@cache
+def _classes() -> dict[str, type[Any]]:
+    """Return the dataclasses that may be stored, by name."""
+    from flight import FlightLog
+    from flight.logs.log import Event
+    from ltlplan.pipeline import Certified, Draft
+    from verify import Certificate, Claim
+    from verify.behaviour.timeline import Change, Enclosure, InternalChange, Timeline
+    from verify.certificate import ActionInstant
+    from verify.data import Witness
+
+    known = (
+        ActionInstant, Certificate, Certified, Change, Claim, Draft, Enclosure, Event, FlightLog, InternalChange, Timeline, Witness,
+    )  # fmt: skip
+    return {kind.__name__: kind for kind in known}

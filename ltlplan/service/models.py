@@ -1,0 +1,176 @@
+"""What the service tells of its jobs: the values that HTTP answers and the client returns."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+State = Literal["queued", "running", "done", "failed", "cancelled"]
+ENDED: frozenset[State] = frozenset({"done", "failed", "cancelled"})
+
+Kind = Literal["state", "stage", "progress", "claim"]
+
+
+class Told(BaseModel):
+    """A frozen value that is told to others. Keys that are not known are left out, so that older clients read newer services."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+
+class ProblemFault(Told):
+    """One mistake in a mission.
+
+    Attributes:
+        line: Line of the text, from 1, where it is known.
+        column: Column, from 1, where it is known.
+        keys: Where it stands, as keys and indices.
+        message: What is wrong and what would be right.
+    """
+
+    line: int | None = None
+    column: int | None = None
+    keys: tuple[str | int, ...] = ()
+    message: str
+
+
+class Problem(Told):
+    """Why something did not work, as in RFC 9457 (problem details).
+
+    Attributes:
+        type: Which kind, as a path: "/problems/unsatisfiable".
+        title: The kind in words.
+        status: HTTP status.
+        detail: What the command line would print.
+        exit_code: What the command line would end with.
+        faults: All mistakes of a mission.
+        witnesses: Where and why claims failed, as plain data.
+    """
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    exit_code: int = 1
+    faults: tuple[ProblemFault, ...] = ()
+    witnesses: tuple[dict[str, Any], ...] = ()  # of any type: what a witness holds
+
+
+class FileEntry(Told):
+    """One file of a job.
+
+    Attributes:
+        name: Its name, as in the folder that `ltlplan run` writes; "crazyswarm2/..." for what is in that folder.
+        size: Bytes.
+        media_type: What kind of content it is.
+        sha256: Digest of its bytes, in hexadecimal.
+    """
+
+    name: str
+    size: int
+    media_type: str
+    sha256: str
+
+
+class Stage(Told):
+    """One part of a job's work.
+
+    Attributes:
+        name: "plan", "round 1" to "round 6", "flight" or "files".
+        state: How far it is.
+        started: When a worker took it first, UTC, ISO 8601.
+        ended: When what it found was stored.
+        found: What it found, as plain data; left out of lists.
+    """
+
+    name: str
+    state: State = "queued"
+    started: str | None = None
+    ended: str | None = None
+    found: dict[str, Any] = Field(default_factory=dict)  # of any type: JSON nests
+
+
+class Job(Told):
+    """A mission that was accepted, and how far it has come.
+
+    Attributes:
+        id: Names it.
+        mission: The mission's name.
+        title: Its formula or sequence, shortened.
+        seed: Source of every draw.
+        state: How far it is.
+        submitted: When it was accepted, UTC, ISO 8601.
+        started: When its first stage began.
+        ended: When it ended.
+        stages: Its stages so far, in order.
+        problem: Why it failed.
+        files: What it made.
+        key: SHA-256 of what was asked and of the versions that answer; jobs of one key have one answer.
+        summary: What `ltlplan run --json` prints, when it is done.
+        found: Whether the answer was there already when it was asked for.
+        sentence: What is being done at the moment.
+        share: How much of the work is done, 0 to 1.
+    """
+
+    id: str
+    mission: str
+    title: str = ""
+    seed: int = 0
+    state: State = "queued"
+    submitted: str
+    started: str | None = None
+    ended: str | None = None
+    stages: tuple[Stage, ...] = ()
+    problem: Problem | None = None
+    files: tuple[FileEntry, ...] = ()
+    key: str = ""
+    summary: dict[str, Any] | None = None  # of any type: JSON nests
+    found: bool = False
+    sentence: str = ""
+    share: float = 0.0
+
+
+class Event(Told):
+    """Something that happened to a job.
+
+    Attributes:
+        id: Grows from event to event of one job.
+        kind: A change of the job's state, a change of a stage's, progress within a stage, or one claim that was judged.
+        job: The job's id.
+        stage: Which stage, if any.
+        sentence: For a person.
+        share: How much of the job's work is done, 0 to 1.
+        data: More, as plain data: a stage's state and findings, a claim.
+    """
+
+    id: int
+    kind: Kind
+    job: str
+    stage: str | None = None
+    sentence: str = ""
+    share: float = 0.0
+    data: dict[str, Any] = Field(default_factory=dict)  # of any type: JSON nests
+
+
+class Health(Told):
+    """Whether the service works.
+
+    Attributes:
+        ok: Database and workers answer, and there is room to write.
+        database: "answers", or what is wrong with it.
+        workers: How many stages may run at once.
+        alive: How many processes are running.
+        running: Jobs that have begun.
+        queued: Jobs that wait.
+        room: Bytes that are free where the data is.
+        versions: Of what a verdict rests on.
+    """
+
+    ok: bool
+    database: str
+    workers: int
+    alive: int
+    running: int
+    queued: int
+    room: int
+    versions: dict[str, str]

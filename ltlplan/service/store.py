@@ -1,0 +1,120 @@
+"""Values and files on disk by the digest of their bytes: whole or not at all, and never changed.
+
+    data/values/ab/abcdef...        named by its SHA-256
+
+A value is written beside its place, synced and renamed, so that a kill at any instant leaves it or nothing. One that is there is not
+written again. Its bytes are compared with its name when it is read.
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import os
+import re
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from verify.data import BadInput, InternalError
+
+_DIGEST = re.compile(r"[0-9a-f]{64}")
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+class NoRoom(BadInput):
+    """There is no room to write."""
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """A folder of values.
+
+    Attributes:
+        folder: Where; made at first use.
+    """
+
+    folder: Path
+
+    def put(self, data: bytes) -> str:
+        """Keep bytes and return their digest, once they are on the disk.
+
+        Raises:
+            NoRoom: The disk is full, or may not be written.
+        """
+        digest = hashlib.sha256(data).hexdigest()
+        place = self._place(digest)
+        try:
+            if place.exists() and place.stat().st_size == len(data):
+                return digest
+            place.parent.mkdir(parents=True, exist_ok=True)
+            self._write(place, data)
+        except OSError as error:
+            reason = "the disk is full" if error.errno in _FULL else os.strerror(error.errno or 0).lower()
+            raise NoRoom(
+                f"{self.folder} cannot be written: {reason}. Make room there; what was accepted waits for it."
+            ) from None
+        return digest
+
+    def _write(self, place: Path, data: bytes) -> None:
+        handle, name = tempfile.mkstemp(prefix=".new-", dir=self.folder)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(name, place)  # noqa: PTH105  # the temporary file has a name, not a path
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
+            raise
+        folder = os.open(place.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+
+    def get(self, digest: str) -> bytes:
+        """Return the bytes of a digest.
+
+        Raises:
+            InternalError: They are not there, or not those that were kept.
+        """
+        place = self.path(digest)
+        try:
+            data = place.read_bytes()
+        except OSError as error:
+            raise InternalError(f"{place} cannot be read: {os.strerror(error.errno or 0).lower()}.") from None
+        if hashlib.sha256(data).hexdigest() != digest:
+            raise InternalError(f"{place} was changed since it was written: its bytes are not those of its name.")
+        return data
+
+    def path(self, digest: str) -> Path:
+        """Return where the bytes of a digest are.
+
+        Raises:
+            InternalError: That is no digest.
+        """
+        if not _DIGEST.fullmatch(digest):
+            raise InternalError(f"{digest[:80]!r} is no digest.")
+        return self._place(digest)
+
+    def _place(self, digest: str) -> Path:
+        return self.folder / digest[:2] / digest
+
+    def drop(self, digest: str) -> None:
+        """Remove a value, if it is there."""
+        self.path(digest).unlink(missing_ok=True)
+
+    def digests(self) -> set[str]:
+        """Return the digests of all that is kept."""
+        return {path.name for path in self.folder.glob("??/*") if _DIGEST.fullmatch(path.name)}
+
+    def clear_halves(self) -> None:
+        """Remove what a kill left half-written; nobody else may be writing."""
+        for path in self.folder.glob(".new-*"):
+            path.unlink(missing_ok=True)
+
+    def free(self) -> int:
+        """Return how many bytes are free on the disk."""
+        return shutil.disk_usage(self.folder).free

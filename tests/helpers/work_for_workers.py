@@ -1,0 +1,66 @@
+"""Work for the service's processes to do: what returns, what fails, and what takes too much."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from verify.data import MissionError
+from verify.data.progress import Progress
+from verify.data.rules.faults import Fault
+
+
+def add(first: int, second: int, report: Progress) -> tuple[int, int]:
+    report("adding", 0.5)
+    return first + second, os.getpid()
+
+
+def threads(_report: Progress) -> str | None:
+    return os.environ.get("OMP_NUM_THREADS")
+
+
+def wrong_mission(_report: Progress) -> None:
+    raise MissionError("mission", [Fault(("hoops", "a"), 3, "there is no such hoop.")])
+
+
+def bug(_report: Progress) -> float:
+    return 1 / int("0")
+
+
+def take_memory(_report: Progress) -> None:
+    taken: list[bytearray] = []
+    while True:
+        taken.append(bytearray(10_000_000))
+
+
+def start_one_that_takes_memory(_report: Progress) -> None:
+    subprocess.run([sys.executable, "-c", "taken = [bytearray(10_000_000) for _ in range(100)]; input()"], check=True)
+
+
+def spin(seconds: float, _report: Progress) -> float:
+    began = time.process_time()
+    while time.process_time() - began < seconds:
+        pass
+    return seconds
+
+
+def sleep(seconds: float, *rest: object) -> float:
+    if isinstance(rest[0], str):
+        Path(rest[0]).write_text(str(os.getpid()), encoding="ascii")
+    time.sleep(seconds)
+    return seconds
+
+
+def die(_report: Progress) -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def die_once(mark: str, _report: Progress) -> str:
+    if not Path(mark).exists():
+        Path(mark).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return "lived"
