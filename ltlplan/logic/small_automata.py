@@ -38,7 +38,7 @@ def small_automaton(formula: Formula, trace: Trace, *, budget: Budget = DEFAULT_
     if _weight(formula) <= SMALL_FORMULA and len(formula.names()) <= 2 * SMALL_FORMULA:
         hoa = spot_engine.translate(text, trace)
     else:
-        hoa = _translate_elsewhere(text, trace, budget)
+        hoa = _translate_in_own_process(text, trace, budget)
     plain = spot_engine.read_hoa(hoa, "infinite")
     return _ending(plain) if trace == "finite" else _automaton(plain, "infinite")
 
@@ -51,7 +51,7 @@ def _weight(formula: Formula) -> int:
     return below + (formula.operator in ("F", "G", "U", "W", "R", "M", "X", "X[!]"))
 
 
-def _translate_elsewhere(text: str, trace: Trace, budget: Budget) -> str:
+def _translate_in_own_process(text: str, trace: Trace, budget: Budget) -> str:
     """Translate in a process that can be ended."""
     request = json.dumps({"formula": text, "trace": trace, "bytes": budget.megabytes * 2**20, "seconds": budget.seconds})
     command = [sys.executable, "-I", spot_engine.__file__]

@@ -2,7 +2,7 @@
 
 Read `nominal` (a path for each robot of an allocation) and `hoops` (control points, primitives, avoidance). Then `improvement`,
 which joins the rest: `path_problem` (a path as a search problem), `cross_entropy` over `gaussian` and `populations`, and
-`path_result` (back to waypoints). Many paths at once are splines in `least_snap_spline`, cost what `costs` says (its terms are
-in `cost_terms`) and are sifted by what they show in `sampled_paths`. `quantile` is what online sharing draws by, and
-`final_hover` sets a closing hover aside.
+`path_result` (back to waypoints). Many paths at once are splines in `least_snap_spline`, cost what `costs` says (its terms are in
+`cost_terms`) and are sifted in `word_filter` by the word that they show (`sampled_paths` labels them and runs automata). `quantile`
+is what online sharing draws by, and `final_hover` sets a closing hover aside.
 """

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ltlplan.paths.costs import Cost, SampledPaths, Sampling, WeightedCost, evaluate
 from ltlplan.paths.least_snap_spline import LeastSnapSpline
-from ltlplan.paths.sampled_paths import WordFilter, word_filter
+from ltlplan.paths.word_filter import WordFilter, word_filter
 from verify.data import Mission, RobotPlan
 
 Floats = NDArray[np.float64]

@@ -24,7 +24,7 @@ from ltlplan.paths.hoops import route
 from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.path_problem import PathProblem
 from ltlplan.paths.path_result import candidate_plans
-from ltlplan.paths.sampled_paths import word_filter
+from ltlplan.paths.word_filter import word_filter
 from ltlplan.sharing.team import OnlineTeam
 from ltlplan.sharing.team_in_flight import PERIOD
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Unsatisfiable, Visit, Word

@@ -14,7 +14,7 @@ from refine.coordination.departures import DepartureConflict, departures
 from refine.coordination.reciprocal_avoidance import Mover, Yielding, avoid_by_rule, avoid_in_pair, mover
 from refine.coordination.spacing import flight_of
 from refine.corridor.leg_limits import slower_on_ways
-from refine.corridor.planned import standing_corridor
+from refine.corridor.planned import hovering_corridor
 from refine.corridor.sampled_stays import violations
 from refine.heading.yaw import heading_spline
 from refine.limits.stretching import stretch_to_limits
@@ -138,7 +138,7 @@ def _mover(plan: Plan, robot: RobotFlight, starts: dict[str, float], until: floa
         rests = frozenset(robot.halts.values()).union(hovers.tolist(), (hovers + 1).tolist())
         return mover(robot.corridor, robot.path, starts[robot.name], rests)
     place = robot.path.nodes[0]
-    corridor = standing_corridor(plan.mission, robot.name, place, _STEPS)
+    corridor = hovering_corridor(plan.mission, robot.name, place, _STEPS)
     path = Spline(np.full(_STEPS, until / _STEPS), np.repeat(robot.path.states[:1], _STEPS + 1, axis=0))
     return mover(corridor, path, 0.0, NOWHERE)
 

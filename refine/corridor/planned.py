@@ -96,7 +96,7 @@ def corridor_of(
     return without_crowding(corridor)
 
 
-def standing_corridor(mission: Mission, name: str, point: Floats, pieces: int, *, clearance: float = CLEARANCE) -> Corridor:
+def hovering_corridor(mission: Mission, name: str, point: Floats, pieces: int, *, clearance: float = CLEARANCE) -> Corridor:
     """Return the corridor of a robot that hovers and may be asked to step aside and come back, keeping out of all regions.
 
     Args:

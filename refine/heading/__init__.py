@@ -1,4 +1,5 @@
 """Which way a vehicle looks along its path.
 
-`yaw` fits headings that a plan asks for; `spin` chooses one that turns as little as possible where flights tumble.
+`yaw` fits headings that a plan asks for; `spin` chooses one that turns as little as possible where flights tumble. Both fit by
+`least_squares`.
 """

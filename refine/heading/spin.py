@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from refine.heading.least_squares import bases, fitted
 from refine.limits.flatness import flat_samples
 from refine.limits.stretching import stretch_to_limits
 from refine.limits.values import Limits
 from refine.spline.basis import ORDER
-from refine.spline.fitting import bases, fitted
 from refine.spline.values import Spline
 from verify.data import GRAVITY
 

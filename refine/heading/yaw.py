@@ -7,8 +7,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from refine.heading.least_squares import bases, fitted
 from refine.spline.basis import ORDER
-from refine.spline.fitting import bases, fitted
 from refine.spline.values import Spline
 
 Floats = NDArray[np.float64]

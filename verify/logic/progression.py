@@ -89,7 +89,7 @@ def normal_form(formula: Formula, *, negated: bool = False) -> Normal:
         if (id(node), negative) in done:
             stack.pop()
             continue
-        needed = [(argument, sign) for argument, sign in _needs(node, negative) if (id(argument), sign) not in done]
+        needed = [(argument, sign) for argument, sign in _signed_arguments(node, negative) if (id(argument), sign) not in done]
         if needed:
             stack.extend(needed)
             continue
@@ -98,7 +98,8 @@ def normal_form(formula: Formula, *, negated: bool = False) -> Normal:
     return table.finish(done[id(formula), negated])
 
 
-def _needs(node: Formula, negative: bool) -> list[tuple[Formula, bool]]:
+def _signed_arguments(node: Formula, negative: bool) -> list[tuple[Formula, bool]]:
+    """Return the arguments whose normal forms that of a node is made of, each as it is or negated."""
     if node.operator in ("xor", "<->"):
         return [(argument, sign) for argument in node.arguments for sign in (False, True)]
     if node.operator == "!":
@@ -128,7 +129,7 @@ def _operands(node: Formula) -> list[Formula]:
 
 
 def _entry(node: Formula, negative: bool, table: _Table, done: dict[tuple[int, bool], int]) -> int:
-    arguments = [done[id(argument), sign] for argument, sign in _needs(node, negative)]
+    arguments = [done[id(argument), sign] for argument, sign in _signed_arguments(node, negative)]
     match node.operator:
         case "true" | "false":
             return table.constant((node.operator == "true") != negative)

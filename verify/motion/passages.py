@@ -138,14 +138,14 @@ def clearances(frames: HoopFrames, slack: float = 1e-4) -> list[Clearance]:
     groups = np.repeat(paths.owner, hoops) * hoops + column
     count = len(paths.robots) * hoops
 
-    def nearness(state: tuple[Balls, ...], items: np.ndarray) -> tuple[Floats, Floats, Floats]:
+    def negated_distance(state: tuple[Balls, ...], items: np.ndarray) -> tuple[Floats, Floats, Floats]:
         d, p = state[0], _roots(state[1])
         inner, thick = opening[column[items]], rim[column[items]]
         low = rim_distance(d.low.min(-1), d.high.max(-1), p.low.min(-1), p.high.max(-1), inner, thick)[0]
         first, last = (rim_distance(d.low[:, i], d.high[:, i], p.low[:, i], p.high[:, i], inner, thick)[1] for i in (0, -1))
         return -low, -first, -last
 
-    found = search((along, across), nearness, groups, count, slack=np.full(count, slack), depth=_DEPTH, stride=2)
+    found = search((along, across), negated_distance, groups, count, slack=np.full(count, slack), depth=_DEPTH, stride=2)
     result = []
     for group in range(count):
         robot, hoop = divmod(group, hoops)

@@ -39,7 +39,7 @@ def tube_claim(track: Track, path: PlannedPath, alignment: Alignment, margin: fl
         distance, time = outside
         sentence = f"{robot} is at least {distance:.6g} m from its plan at {time:.4f} s; the margin is {margin:g} m."
         return recorded_claim("tube", "fails", sentence, robot=robot, bound=distance, limit=margin, time=time)
-    found = least(track, _Nearness(path, alignment), float(np.nextafter(-margin, -np.inf)))
+    found = least(track, _NegatedDistance(path, alignment), float(np.nextafter(-margin, -np.inf)))
     bound = -found.low
     if found.proved:
         sentence = f"{robot} stays within {bound:.4f} m of its plan at every time; the margin is {margin:g} m."
@@ -48,7 +48,7 @@ def tube_claim(track: Track, path: PlannedPath, alignment: Alignment, margin: fl
     return recorded_claim("tube", "undecided", sentence, robot=robot, bound=bound, limit=margin, time=found.time)
 
 
-class _Nearness:
+class _NegatedDistance:
     """The distance from the plan with its sign turned, so that it has to stay above the margin's."""
 
     def __init__(self, path: PlannedPath, alignment: Alignment) -> None:

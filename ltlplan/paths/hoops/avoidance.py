@@ -157,7 +157,7 @@ def _in_any(point: Floats, where: Room) -> bool:
 def _candidates(mission: Mission, where: Room, name: str, start: Floats, end: Floats) -> Iterator[tuple[Detour, ...]]:
     """Yield ways past one obstacle: the nearer side first, and for each side the shortest way first."""
     sides, ahead = _sides(mission, where, name, start, end)
-    for side in sorted(sides, key=lambda point: _nearness(point, start, end)):
+    for side in sorted(sides, key=lambda point: _distances_to_ends(point, start, end)):
         main = Detour(side, "avoid", name)
         near, far = (ahead if (start - side) @ ahead >= 0 else -ahead), (ahead if (end - side) @ ahead >= 0 else -ahead)
         first, last = Detour(side + near, "via", name), Detour(side + far, "via", name)
@@ -181,7 +181,7 @@ def _sides(mission: Mission, where: Room, name: str, start: Floats, end: Floats)
     return np.stack([centre + aside, centre - aside]), along / np.linalg.norm(along) * region.outer_radius
 
 
-def _nearness(point: Floats, start: Floats, end: Floats) -> tuple[float, float]:
+def _distances_to_ends(point: Floats, start: Floats, end: Floats) -> tuple[float, float]:
     """Sort key: distance from the start, then from the end; rounded, so that moving the world decides no tie."""
     return round(float(np.linalg.norm(point - start)), 6), round(float(np.linalg.norm(point - end)), 6)
 

@@ -1,4 +1,4 @@
-"""Least-squares fits of one axis by pieces: yaw to headings that are wanted at samples."""
+"""Least-squares fits of yaw by pieces, to headings that are wanted at samples."""
 
 from __future__ import annotations
 
