@@ -6,17 +6,20 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from verify.data import Mission, Plan, Trajectory, mission_to_yaml
 from verify.data.events import EVENTS_FILE, events_to_json
+from verify.data.progress import Progress, silent
 from verify.data.storage.folders import PROOF, write_folder
 from verify.data.trajectory_csv import write_csv
 
 if TYPE_CHECKING:
-    from flight import Campaign, FlightLog
+    from flight import Campaign, ExportTarget, FlightLog
     from ltlplan.online.flight import OnlineFlight
     from ltlplan.result import Result
 
@@ -102,8 +105,12 @@ def write_online(flown: OnlineFlight, lines: Sequence[str], folder: Path) -> Non
 
 def write_plan_files(plan: Plan, folder: Path) -> None:
     """Write `mission.yaml` and `plan.json`."""
-    (folder / "mission.yaml").write_text(mission_to_yaml(plan.mission), encoding="utf-8")
-    (folder / "plan.json").write_text(plan.to_json(), encoding="utf-8")
+    _write(plan_files(plan), folder)
+
+
+def plan_files(plan: Plan) -> dict[str, str]:
+    """Return what `write_plan_files` writes, by file name."""
+    return {"mission.yaml": mission_to_yaml(plan.mission), "plan.json": plan.to_json()}
 
 
 def write_trajectories(plan: Plan, team: Mapping[str, Trajectory], folder: Path) -> None:
@@ -114,6 +121,77 @@ def write_trajectories(plan: Plan, team: Mapping[str, Trajectory], folder: Path)
         team: A trajectory for each robot.
         folder: Where; it exists.
     """
-    for name, trajectory in team.items():
-        text = write_csv(trajectory, plan.mission.spec.repeat)
-        (folder / f"{name}.csv").write_text(text, encoding="utf-8")
+    _write(trajectory_files(plan, team), folder)
+
+
+def trajectory_files(plan: Plan, team: Mapping[str, Trajectory]) -> dict[str, str]:
+    """Return what `write_trajectories` writes, by file name."""
+    return {f"{name}.csv": write_csv(trajectory, plan.mission.spec.repeat) for name, trajectory in team.items()}
+
+
+def _write(texts: Mapping[str, str], folder: Path) -> None:
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+@dataclass(frozen=True, slots=True)
+class Export:
+    """What a certified folder's flight becomes for a vehicle.
+
+    Attributes:
+        files: Contents by file name.
+        digest: The certificate's that they carry.
+        notes: Sentences for a person that belong to this export.
+    """
+
+    files: Mapping[str, bytes]
+    digest: str
+    notes: tuple[str, ...]
+
+
+def make_export(
+    folder: str | os.PathLike[str],
+    format: ExportTarget | str,  # noqa: A002  # the name that users type
+    *,
+    vehicle: str | None = None,
+    options: Mapping[str, Any] | None = None,  # of any type that the target reads
+    progress: Progress | None = None,
+) -> Export:
+    """Make a certified folder's flight ready for a vehicle, after proving its certificate again.
+
+    Where a format rounds, the path is fitted to it and certified as it is then; the new plan's files and certificate go with it.
+
+    Args:
+        folder: What `ltlplan run` wrote.
+        format: A target, or a name of one.
+        vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
+        options: As the target's `options` say.
+        progress: Told a sentence and the share done, 0 to 1.
+
+    Raises:
+        LtlplanError: As `flight.export` and `verify.recheck`.
+    """
+    from flight.exports.files import make_product
+    from flight.exports.target import EXPORT_TARGETS
+    from verify import certify, recheck
+    from verify.run_folder import read_folder
+
+    say, target = progress or silent, EXPORT_TARGETS.resolve(format)
+    say("proving the folder's certificate again", 0.0)
+    certificate = recheck(Path(folder))
+    plan, given = read_folder(folder)
+    team = given
+    if target.prepare is not None:
+        say("fitting the paths to the format", 0.4)
+        team = dict(target.prepare(given, plan.mission.spec.repeat))
+    anew = team != given
+    if anew:
+        say("proving the paths as they are written", 0.6)
+        certificate = certify(plan, team, margin=certificate.margin, clock_error=certificate.clock_error)
+    say("writing files", 0.9)
+    product = make_product(team, certificate, target, vehicle=vehicle, **(options or {}))
+    files = dict(product.files)
+    if anew:
+        texts = {**plan_files(plan), **trajectory_files(plan, team), PROOF: certificate.to_json()}
+        files |= {name: text.encode() for name, text in texts.items()}
+    return Export(files, certificate.digest(), product.notes)

@@ -80,39 +80,18 @@ def _judge_recording(
     folder: Path, recording: Path, max_speed: float | None, error: float, start: float | None, *, as_json: bool
 ) -> None:
     """Judge a recorded flight of the folder's mission, claim by claim, for all times between its samples too."""
-    from flight import read_recording
     from ltlplan.commands.shared.progress import progress_bar
     from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.recorded import judge_flight
     from ltlplan.report.summary import recorded_lines
-    from verify import check_flight
     from verify.data import NotCertified
-    from verify.recordings.asked import asked_of
-    from verify.recordings.flight_log import Samples, load_flight_log
 
-    asked = asked_of(folder)
-    if _is_our_log(recording):
-        samples, begin = load_flight_log(recording, asked.mission), 0.0 if start is None else start
-    else:
-        table = read_recording(recording, tuple(asked.mission.agents), start=start)
-        samples = Samples(
-            table.times, {name: table.position[:, j] for j, name in enumerate(table.robots)}, rounding=table.rounding
-        )
-        begin = None if start is None else 0.0
     with progress_bar(quiet=as_json) as progress:
-        progress("judging the recording", 0.0)
-        verdict = check_flight(samples, asked, max_speed=max_speed, error=error, start=begin)
+        judged = judge_flight(folder, recording, max_speed=max_speed, error=error, start=start, progress=progress)
     if as_json:
-        print_json({"mission": asked.mission.name, "flight": str(recording), **verdict.to_dict()})
+        print_json({"mission": judged.mission, "flight": str(recording), **judged.verdict.to_dict()})
     else:
-        for line in recorded_lines(verdict):
+        for line in recorded_lines(judged.verdict):
             typer.echo(line)
-    if not verdict:
+    if not judged.verdict:
         raise typer.Exit(NotCertified.exit_code)
-
-
-def _is_our_log(path: Path) -> bool:
-    """Tell a log of ours, which holds internal propositions, from a table of motion capture."""
-    from flight.logs.log import COLUMNS
-    from verify.data.storage.reading import begins_with
-
-    return begins_with(path, ",".join(COLUMNS).encode(), "recording")

@@ -42,14 +42,11 @@ def command(
     The compressed format rounds to whole millimetres: its path is fitted to that grid, certified as it is then, and
     written with a certificate of its own. So are flights of one piece for crazyswarm2, whose loader needs a second.
     """
-    from flight.exports.files import make_product
     from ltlplan.commands.shared.progress import progress_bar
     from ltlplan.commands.shared.terminal import print_json
-    from ltlplan.output import write_plan_files, write_trajectories
-    from verify import certify, recheck
+    from ltlplan.output import make_export
     from verify.data import BadInput
-    from verify.data.storage.folders import PROOF, check_folder, put_files, write_folder
-    from verify.run_folder import read_folder
+    from verify.data.storage.folders import check_folder, put_files, write_folder
 
     if dry_run and not upload:
         raise BadInput("--dry-run goes with --upload ROBOT=URI.")
@@ -60,29 +57,8 @@ def command(
         raise BadInput(f"--upload sends to Crazyflies; take --format {able}, not {format}.")
     place = check_folder(out or folder / target.name)
     with progress_bar(quiet=json) as progress:
-        progress("proving the folder's certificate again", 0.0)
-        certificate = recheck(folder)
-        plan, team = read_folder(folder)
-        given = team
-        if target.prepare is not None:
-            progress("fitting the paths to the format", 0.4)
-            team = dict(target.prepare(team, plan.mission.spec.repeat))
-        anew = team != given
-        if anew:
-            progress("proving the paths as they are written", 0.6)
-            certificate = certify(plan, team, margin=certificate.margin, clock_error=certificate.clock_error)
-        progress("writing files", 0.9)
-        options = {} if rate is None else {"rate": rate}
-        product = make_product(team, certificate, target, vehicle=vehicle, **options)
-
-        def write(fresh: Path) -> None:
-            put_files(product.files, fresh)
-            if anew:
-                write_plan_files(plan, fresh)
-                write_trajectories(plan, team, fresh)
-                (fresh / PROOF).write_text(certificate.to_json(), encoding="utf-8")
-
-        written = write_folder(place, write)
+        made = make_export(folder, target, vehicle=vehicle, options={} if rate is None else {"rate": rate}, progress=progress)
+        written = write_folder(place, lambda fresh: put_files(made.files, fresh))
     sent = target.send(place, addresses, dry_run=dry_run) if addresses and target.send is not None else ()
     words = [f"{'would send' if dry_run else 'sent'} {len(item.data)} bytes to {item.robot} at {item.uri}" for item in sent]
     if json:
@@ -90,16 +66,16 @@ def command(
         print_json(
             {
                 "format": target.name,
-                "certificate": certificate.digest(),
+                "certificate": made.digest,
                 "files": files,
-                "notes": list(product.notes),
+                "notes": list(made.notes),
                 "sent": words,
             }
         )
         return
     for path in written:
         typer.echo(f"wrote {path}")
-    for line in (*(f"note: {note}" for note in product.notes), *words):
+    for line in (*(f"note: {note}" for note in made.notes), *words):
         typer.echo(line)
 
 
