@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING
 
 import plotly.graph_objects as go
 
-from flight.pictures import sample_paths, scene
-from flight.shapes import Floats
+from flight.pictures import scene
 from ltlplan.report.charts import error_chart, label_chart, rotor_chart, truth_chart
-from ltlplan.report.history import LetterInterval, ReadLetter, letter_intervals, still_to_do, team_readings
 from ltlplan.report.page import figure_place, listed, page_html, section, table, warning
-from ltlplan.report.player import Playing, Todo, player_data, player_section
+from ltlplan.report.player import player_data, player_section
+from ltlplan.report.replay import replay_of
 from ltlplan.report.summary import (
     HEADER,
     certified_sentence,
@@ -32,10 +31,6 @@ from ltlplan.report.summary import (
 if TYPE_CHECKING:
     from ltlplan.result import Result
     from verify import Certificate
-    from verify.data import Mission
-
-STEP = 0.05
-"""Time between samples of the drawn paths, s."""
 
 THIN = 5
 """Every so many entries of the flight's log are drawn in the scene: 20 a second, as of the paths."""
@@ -60,25 +55,23 @@ _SCENE = (
 def report_html(result: Result) -> str:
     """Return the page for one run."""
     mission, certificate = result.mission, result.certificate
-    times, paths = sample_paths(result.team, STEP, mission.spec.repeat)
-    letters = _letters(mission, certificate, times, paths)
-    readings = team_readings(letters, joint=mission.spec.team == "joint")
-    cycle = _cycle_start(result)
-    end = float(times[-1])
-    playing = Playing(times, paths, letters, _todo(mission, readings), _tasks(result))
+    replay = replay_of(result.plan, result.team, certificate)
+    playing, end = replay.playing, replay.end
     flown = {name: result.log.position[::THIN, i] for i, name in enumerate(result.log.robots)}
     waypoints = {name: [w.position for w in robot.waypoints] for name, robot in result.plan.robots.items()}
     figures: dict[str, go.Figure] = {
-        "scene": scene(mission, paths, flown=flown, waypoints=waypoints, margin=certificate.margin),
+        "scene": scene(mission, playing.paths, flown=flown, waypoints=waypoints, margin=certificate.margin),
         "errors": error_chart(result),
     }
     label = f"Moving 3-D picture of the hoops and of the paths of {', '.join(mission.agents)}; the plan's table says the same."
     sections = [
         player_section(playing, label, _SCENE),
-        section("Labels over time", label_chart(certificate, letters, end, cycle), note=_LABELS),
+        section("Labels over time", label_chart(certificate, playing.letters, end, replay.cycle), note=_LABELS),
     ]
     if mission.spec.formula is not None:
-        sections.append(section("Sub-formulas over time", truth_chart(mission.formula, readings, end, cycle), note=_TRUTH))
+        sections.append(
+            section("Sub-formulas over time", truth_chart(mission.formula, replay.readings, end, replay.cycle), note=_TRUTH)
+        )
     sections.append(_chart("Tracking error", "errors", _ERRORS))
     if result.log.rotors is not None:
         figures["rotors"] = rotor_chart(result, result.log.rotors)
@@ -140,34 +133,6 @@ def _facts(result: Result, end: float) -> list[tuple[str, str, str]]:
     weights = ", ".join(f"{name} {weight:g}" for name, weight in mission.planner.cost.items() if weight)
     facts.append(("Cost", f"{result.plan.cost:.3f}", f"{weights}; {result.plan.method}"))
     return facts
-
-
-def _tasks(result: Result) -> dict[str, str]:
-    """Return each robot's visits in words."""
-    return {name: visits_text(robot) for name, robot in result.plan.robots.items()}
-
-
-def _letters(
-    mission: Mission, certificate: Certificate, times: Floats, paths: dict[str, Floats]
-) -> dict[str, list[LetterInterval]]:
-    result: dict[str, list[LetterInterval]] = {}
-    for name, path in paths.items():
-        actions = sorted((action.time, action.target) for action in certificate.actions if action.robot == name)
-        result[name] = letter_intervals(mission, name, times, path, actions)
-    return result
-
-
-def _cycle_start(result: Result) -> float | None:
-    (first, *_rest) = result.team.values()
-    return None if first.cycle is None else float(first.knots[first.cycle])
-
-
-def _todo(mission: Mission, readings: list[ReadLetter]) -> Todo:
-    if mission.spec.formula is None:
-        return [(0.0, [("", "the sequence's passages, in order")])]
-    if mission.spec.trace == "infinite":
-        return [(0.0, [("", "for ever: the formula is judged on the repeated cycle")])]
-    return still_to_do(mission.formula, readings)
 
 
 def _chart(title: str, figure: str, note: str) -> str:
