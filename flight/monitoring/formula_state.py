@@ -14,7 +14,8 @@ from typing import Literal
 from verify.data import Formula, Letter
 from verify.data.sections import TeamReading
 from verify.logic.explanation import show
-from verify.logic.progression import REFUTED, SETTLED, Automaton, OutOfBudget, conjuncts, normal_form, to_formula
+from verify.logic.normal_form import conjuncts, normal_form, to_formula
+from verify.logic.progression import REFUTED, SETTLED, Automaton, OutOfBudget
 
 FormulaVerdict = Literal["open", "satisfied", "violated", "undecided"]
 

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verify.data import Formula, Letter, Mission, Word
-from verify.logic.progression import REFUTED, SETTLED, Automaton, normal_form
+from verify.logic.normal_form import normal_form
+from verify.logic.progression import REFUTED, SETTLED, Automaton
 from verify.logic.semantics import truth_table
 
 Floats = NDArray[np.float64]

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph, TeamGraph
 from verify.data.errors import InternalError
 from verify.data.language.word import Letter
-from verify.logic.progression import SETTLED, Automaton, Normal, OutOfBudget
+from verify.logic.normal_form import Normal
+from verify.logic.progression import SETTLED, Automaton, OutOfBudget
 from verify.logic.spot_opinion import LetterGraph, some_word_breaks
 
 DEFAULT_BUDGET = 100_000

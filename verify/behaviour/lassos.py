@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from verify.behaviour.robot_letters import RobotBehaviour
 from verify.data.errors import InternalError
 from verify.data.language.word import Letter, Word
-from verify.logic.progression import Normal, OutOfBudget, normal_form, to_formula
+from verify.logic.normal_form import Normal, normal_form, to_formula
+from verify.logic.progression import OutOfBudget
 from verify.logic.spot_opinion import LetterGraph, some_run_breaks
 
 Clause = tuple[int, int]

@@ -19,7 +19,8 @@ from verify.behaviour.timeline import Timeline
 from verify.data.language.formula import Formula
 from verify.data.language.word import Letter
 from verify.data.sections import TeamReading
-from verify.logic.progression import Normal, OutOfBudget, conjuncts, normal_form
+from verify.logic.normal_form import Normal, conjuncts, normal_form
+from verify.logic.progression import OutOfBudget
 from verify.logic.verdict import Order
 
 BUDGET = 30_000

@@ -17,7 +17,8 @@ from verify.behaviour.team_graph import JointGraph, OwnGraph
 from verify.behaviour.timeline import Relations, Timeline
 from verify.data.language.formula import Formula
 from verify.data.sections import TeamReading
-from verify.logic.progression import REFUTED, Automaton, Normal, OutOfBudget, conjuncts, normal_form
+from verify.logic.normal_form import Normal, conjuncts, normal_form
+from verify.logic.progression import REFUTED, Automaton, OutOfBudget
 
 _Readings = frozenset[tuple[int, int]]
 """All (robots read in their present letters as bits, what remains of the formula) of one behaviour so far."""

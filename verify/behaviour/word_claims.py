@@ -25,7 +25,8 @@ from verify.data.language.formula import FALSE, FREE, Formula, parse_formula
 from verify.data.language.word import Letter, Word, show_letter
 from verify.data.mission import Mission
 from verify.logic.explanation import Reason, Where, explain, show
-from verify.logic.progression import Normal, OutOfBudget, conjuncts, normal_form, to_formula
+from verify.logic.normal_form import Normal, conjuncts, normal_form, to_formula
+from verify.logic.progression import OutOfBudget
 from verify.logic.semantics import satisfies
 from verify.logic.vacuity import implications
 from verify.logic.verdict import TEAM, Verdict

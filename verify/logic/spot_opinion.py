@@ -19,7 +19,8 @@ from typing import Any
 from verify.data.errors import MissingEngine
 from verify.data.language.formula import Formula
 from verify.data.language.word import Letter
-from verify.logic.progression import Normal, OutOfBudget, normal_form, to_formula
+from verify.logic.normal_form import Normal, normal_form, to_formula
+from verify.logic.progression import OutOfBudget
 from verify.logic.tableau_size import tableau_states
 
 MAX_FORMULA = 400

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from verify.logic.progression import Normal, OutOfBudget
+from verify.logic.normal_form import Normal
+from verify.logic.progression import OutOfBudget
 
 MOST_EDGES = 50_000
 """Edges that the tableau may have."""

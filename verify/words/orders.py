@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 
-from verify.logic.progression import Automaton, Normal, OutOfBudget, State
+from verify.logic.normal_form import Normal
+from verify.logic.progression import Automaton, OutOfBudget, State
 from verify.words.word_graph import InTurn
 
 _Node = tuple[State, tuple[int, ...]]

@@ -20,7 +20,8 @@ from verify.data.language.formula import Formula
 from verify.data.language.word import Letter, Word, show_letter
 from verify.data.sections import TeamReading
 from verify.logic.explanation import explain, show
-from verify.logic.progression import Normal, OutOfBudget, conjuncts, normal_form, to_formula
+from verify.logic.normal_form import Normal, conjuncts, normal_form, to_formula
+from verify.logic.progression import OutOfBudget
 from verify.logic.semantics import satisfies
 from verify.logic.spot_opinion import some_word_breaks
 from verify.logic.vacuity import vacuous_parts

@@ -13,7 +13,7 @@ from verify.behaviour.team_graph import OwnGraph
 from verify.behaviour.timeline import Change, InternalChange, Relations, Timeline
 from verify.behaviour.word_claims import judge_formula
 from verify.data import BadInput, InternalError, Word
-from verify.logic.progression import normal_form
+from verify.logic.normal_form import normal_form
 from verify.logic.semantics import satisfies
 
 

@@ -3,15 +3,8 @@ from hypothesis import given, settings
 
 from tests.strategies import finite_words, formulas, letters
 from verify.data import parse_formula
-from verify.logic.progression import (
-    REFUTED,
-    SETTLED,
-    Automaton,
-    OutOfBudget,
-    conjuncts,
-    normal_form,
-    to_formula,
-)
+from verify.logic.normal_form import conjuncts, normal_form, to_formula
+from verify.logic.progression import REFUTED, SETTLED, Automaton, OutOfBudget
 from verify.logic.semantics import satisfies
 
 

@@ -11,7 +11,8 @@ from verify.behaviour.team_graph import OwnGraph
 from verify.data import MissingEngine, parse_formula
 from verify.data.errors import InternalError
 from verify.logic import spot_opinion
-from verify.logic.progression import OutOfBudget, normal_form
+from verify.logic.normal_form import normal_form
+from verify.logic.progression import OutOfBudget
 from verify.logic.spot_opinion import some_word_breaks
 
 

@@ -11,7 +11,8 @@ from verify import check_team, check_word
 from verify.behaviour.inclusion import READINGS
 from verify.behaviour.lassos import Tableau
 from verify.data import Formula, Word, parse_formula
-from verify.logic.progression import OutOfBudget, conjuncts, normal_form
+from verify.logic.normal_form import conjuncts, normal_form
+from verify.logic.progression import OutOfBudget
 from verify.logic.semantics import satisfies
 from verify.logic.spot_opinion import LetterGraph, some_word_breaks
 from verify.logic.tableau_size import tableau_states
