@@ -9,7 +9,7 @@ says), over `arithmetic`. `words` judges words alone, `recordings` flights that 
 """
 
 from verify.certificate import ActionInstant, Certificate, certify, judge
-from verify.claims import Claim
+from verify.claims.claim import Claim
 from verify.data import NotCertified, Trajectory, Witness
 from verify.logic.verdict import TeamVerdict, Verdict
 from verify.recordings.asked import Asked, asked_of

@@ -21,18 +21,11 @@ import numpy as np
 from verify.behaviour.timeline import Timeline
 from verify.behaviour.transitions import judge_transitions
 from verify.behaviour.word_claims import judge_formula
-from verify.claims import (
-    Claim,
-    Evidence,
-    continuity_claims,
-    leg_claims,
-    limit_claims,
-    passage_claim,
-    rim_claims,
-    separation_claims,
-    visit_claim,
-    workspace_claims,
-)
+from verify.claims.claim import Claim
+from verify.claims.distance_claims import rim_claims, separation_claims, workspace_claims
+from verify.claims.evidence import Evidence
+from verify.claims.limit_claims import continuity_claims, leg_claims, limit_claims
+from verify.claims.visit_claims import passage_claim, visit_claim
 from verify.data.errors import BadInput, NotCertified
 from verify.data.mission import Mission
 from verify.data.plan import Plan, check_plan

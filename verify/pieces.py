@@ -22,16 +22,10 @@ import numpy as np
 from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
 from verify.behaviour.transitions import judge_transitions
 from verify.behaviour.word_claims import judge_formula
-from verify.claims import (
-    Claim,
-    Evidence,
-    braking_claims,
-    continuity_claims,
-    limit_claims,
-    rim_claims,
-    separation_claims,
-    workspace_claims,
-)
+from verify.claims.claim import Claim
+from verify.claims.distance_claims import rim_claims, separation_claims, workspace_claims
+from verify.claims.evidence import Evidence
+from verify.claims.limit_claims import braking_claims, continuity_claims, limit_claims
 from verify.data.errors import BadInput
 from verify.data.language.word import Word
 from verify.data.mission import Mission

@@ -25,7 +25,8 @@ from pydantic import ValidationError
 
 from verify.behaviour.timeline import Timeline
 from verify.behaviour.word_claims import judge_formula
-from verify.claims import Evidence, limit_claims
+from verify.claims.evidence import Evidence
+from verify.claims.limit_claims import limit_claims
 from verify.data.errors import BadInput
 from verify.data.language.word import Word
 from verify.data.mission import Mission, check_mission

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.sharing.events import rim_distance
-from verify.claims import Claim
+from verify.claims.claim import Claim
 from verify.data import Mission, Trajectory
 from verify.data.sections import LegLimits
 from verify.pieces import judge_stop

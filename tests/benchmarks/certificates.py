@@ -26,7 +26,9 @@ from verify.arithmetic.exact import nonnegative, polynomial
 from verify.behaviour.timeline import Timeline
 from verify.behaviour.word_claims import judge_formula
 from verify.certificate import judge
-from verify.claims import Evidence, limit_claims, rim_claims, separation_claims, workspace_claims
+from verify.claims.distance_claims import rim_claims, separation_claims, workspace_claims
+from verify.claims.evidence import Evidence
+from verify.claims.limit_claims import limit_claims
 from verify.data.language.word import Word
 from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory

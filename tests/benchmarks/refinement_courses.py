@@ -8,7 +8,9 @@ import numpy as np
 
 from refine import Limits, Spline, quantise
 from refine.spline.rounding import exact_end
-from verify.claims import Claim, Evidence, limit_claims
+from verify.claims.claim import Claim
+from verify.claims.evidence import Evidence
+from verify.claims.limit_claims import limit_claims
 from verify.data import GRAVITY, Mission, Plan, RobotPlan, Trajectory, Vehicle, Word, load_vehicle
 from verify.data.plan import Waypoint
 from verify.data.sections import Agent, Box

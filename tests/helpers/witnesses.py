@@ -14,7 +14,7 @@ from typing import Any
 from tests.helpers.flights import firefighting
 from verify import judge
 from verify.certificate import Certificate
-from verify.claims import Claim
+from verify.claims.claim import Claim
 from verify.data.plan import Plan
 from verify.data.trajectory import Trajectory
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from verify.behaviour.timeline import InternalChange
-from verify.claims import Claim, Outcome
+from verify.claims.claim import Claim, Outcome
 from verify.data.mission import Mission
 from verify.recordings.alignment import Alignment
 from verify.recordings.asked import Asked

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from verify.behaviour.inclusion import DEFAULT_BUDGET
-from verify.claims import Claim, Outcome
+from verify.claims.claim import Claim, Outcome
 from verify.data.errors import BadInput
 from verify.data.plan import RobotPlan
 from verify.recordings.actions import Action, action_claim, internal_changes, logged_actions, planned_actions, unplanned

@@ -17,7 +17,7 @@ import numpy as np
 
 from verify.arithmetic.intervals import Interval
 from verify.behaviour.timeline import Status
-from verify.claims import Claim, Outcome
+from verify.claims.claim import Claim, Outcome
 from verify.data.mission import Mission
 from verify.data.plan import RobotPlan
 from verify.data.shapes.region import Hoop

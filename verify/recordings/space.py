@@ -9,11 +9,10 @@ from functools import partial
 import numpy as np
 
 from verify.arithmetic.intervals import Interval, interval
-from verify.claims import Claim, Outcome
+from verify.claims.claim import Claim, Outcome, claim_of
 from verify.data.errors import BadInput
 from verify.data.mission import Mission
 from verify.data.shapes.region import Hoop
-from verify.data.witness import Witness
 from verify.motion.passages import rim_distance, unit_normal
 from verify.recordings.tracks import Cells, Floats, Track, Value, least
 
@@ -24,6 +23,7 @@ _ROUNDS = 6
 """How often the time in which two robots are near each other is halved."""
 
 
+# as many parameters as a claim and its witness have parts, each by its keyword
 def recorded_claim(
     name: str,
     verdict: Outcome,
@@ -53,14 +53,10 @@ def recorded_claim(
         visit: Index of the planned visit concerned.
         what: What the bound measures.
     """
-    witness = None
-    if verdict != "holds":
-        witness = Witness(
-            claim=name, sentence=sentence, robot=robot, other=other, time=time, region=region, visit=visit, bound=bound,
-            limit=limit, what=what,
-        )  # fmt: skip
-    unit = "" if bound is None else "m"
-    return Claim(name, verdict, sentence, robot, other, unit, bound, limit, None, time, witness)
+    return claim_of(
+        name, verdict, sentence, robot=robot, other=other, unit="" if bound is None else "m", bound=bound, limit=limit, time=time,
+        region=region, visit=visit, what=what,
+    )  # fmt: skip
 
 
 def workspace_claim(track: Track, mission: Mission) -> Claim:

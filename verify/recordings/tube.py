@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 from verify.arithmetic.intervals import Interval
-from verify.claims import Claim
+from verify.claims.claim import Claim
 from verify.recordings.alignment import Alignment
 from verify.recordings.planned_paths import Floats, PlannedPath
 from verify.recordings.space import recorded_claim

@@ -12,7 +12,7 @@ import numpy as np
 from verify.behaviour.inclusion import DEFAULT_BUDGET
 from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
 from verify.behaviour.transitions import judge_transitions, no_word_is_a_trace
-from verify.claims import Claim
+from verify.claims.claim import Claim
 from verify.logic.verdict import Verdict
 from verify.motion.membership import Span
 from verify.motion.regions import relations

@@ -1,0 +1,85 @@
+"""One claim: what is said of a flight, whether it is proved, and what shows that it is not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from verify.data.witness import Witness
+
+Outcome = Literal["holds", "fails", "undecided"]
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """One part of a certificate.
+
+    Attributes:
+        name: "formula", "transitions", "visits", "passages", "rims", "workspace", "separation", "continuity" or
+            "limits." and the limit's name.
+        outcome: Only "holds" is proved; "fails" is refuted; "undecided" is neither.
+        sentence: One sentence for a person.
+        robot: The robot concerned; None for the team.
+        other: The second robot, for claims about pairs.
+        unit: Unit of bound, limit and margin.
+        bound: What is proved for all times, rounded to the strict side.
+        limit: What is asked.
+        margin: How far the bound is from the limit; negative where the claim fails.
+        time: Where it is tight or broken, in s.
+        witness: For a claim that does not hold, what repair and reports work with.
+    """
+
+    name: str
+    outcome: Outcome
+    sentence: str
+    robot: str | None = None
+    other: str | None = None
+    unit: str = ""
+    bound: float | None = None
+    limit: float | None = None
+    margin: float | None = None
+    time: float | None = None
+    witness: Witness | None = None
+
+
+# as many parameters as a claim and its witness have parts, each by its keyword
+def claim_of(
+    name: str,
+    outcome: Outcome,
+    sentence: str,
+    *,
+    robot: str | None = None,
+    other: str | None = None,
+    unit: str = "",
+    bound: float | None = None,
+    limit: float | None = None,
+    margin: float | None = None,
+    time: float | None = None,
+    region: str | None = None,
+    visit: int | None = None,
+    what: str = "",
+) -> Claim:
+    """Return a claim, with a witness where it does not hold.
+
+    Args:
+        name: One of those that `Claim` lists.
+        outcome: Whether it is proved, refuted or neither.
+        sentence: For a person.
+        robot: Name of the robot concerned.
+        other: Name of the second one, for a claim about a pair.
+        unit: Of bound, limit and margin.
+        bound: What is proved for all times.
+        limit: What is asked.
+        margin: How far the bound is from the limit.
+        time: Where it is tight or broken, s.
+        region: Name of the region concerned, for the witness.
+        visit: Index of the planned visit concerned, for the witness.
+        what: What the bound measures, for the witness.
+    """
+    witness = None
+    if outcome != "holds":
+        witness = Witness(
+            claim=name, sentence=sentence, robot=robot, other=other, time=time, region=region, visit=visit,
+            bound=bound, limit=limit, what=what,
+        )  # fmt: skip
+    return Claim(name, outcome, sentence, robot, other, unit, bound, limit, margin, time, witness)

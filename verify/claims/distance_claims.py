@@ -1,0 +1,118 @@
+"""Claims about distances: the whole tube lies in the workspace, clear of rims, and robots keep apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from fractions import Fraction
+
+from verify.claims.claim import Claim, Outcome, claim_of
+from verify.claims.evidence import Evidence
+from verify.motion.passages import clearances
+from verify.motion.separation import distance_exactly, stretch_of, wall_exactly
+
+
+def workspace_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
+    """The whole tube lies in the workspace."""
+    for robot, near in enumerate(evidence.walls):
+        verdict = _at_least(near.low, near.high, margin, lambda robot=robot: wall_exactly(evidence.paths, robot, margin))
+        time = float(near.time)
+        stays = "stays" if verdict == "holds" else "comes within"
+        sentence = (
+            f"{near.robot} {stays} {max(near.low, 0.0) if verdict == 'holds' else near.high:.4f} m from the wall {near.other}"
+        )
+        sentence += "." if verdict == "holds" else f" at {time:.4f} s; the margin is {float(margin):g} m."
+        bound = _proved(near.low, margin, verdict)
+        yield claim_of(
+            "workspace", verdict, sentence, robot=near.robot, unit="m", time=time, what=f"wall {near.other}",
+            bound=bound, limit=float(margin), margin=bound - float(margin),
+        )  # fmt: skip
+
+
+def separation_limit(evidence: Evidence, margin: Fraction) -> Fraction:
+    """Return how far apart nominal paths must be, in m."""
+    return Fraction(evidence.plan.mission.separation) + 2 * margin * stretch_of(evidence.paths)
+
+
+def separation_claims(evidence: Evidence, margin: Fraction, drifts: Mapping[str, Fraction]) -> Iterable[Claim]:
+    """Robots keep their separation in the tube, whatever their clocks' errors make them drift.
+
+    Args:
+        evidence: What is known of the team's paths.
+        margin: delta, m, exact.
+        drifts: For each robot, how far at most its clock's error moves it, m, exact.
+    """
+    stretch = stretch_of(evidence.paths)
+    for pair, near in enumerate(evidence.minimum_distances):
+        in_tube = separation_limit(evidence, margin)
+        limit = in_tube + stretch * min(drifts[near.robot], drifts[near.other])
+        steps = [evidence.pairwise_distances.jumps[i] for i in evidence.pairwise_distances.pairs[pair]]
+
+        def exactly(pair: int = pair, limit: Fraction = limit, steps: list[float] = steps) -> bool:
+            if not all(map(math.isfinite, steps)):
+                return False
+            return distance_exactly(evidence.pairwise_distances, pair, limit + stretch * sum(map(Fraction, steps)))
+
+        verdict = _at_least(near.low, near.high, limit, exactly)
+        if verdict == "fails" and not near.high < float(in_tube) and (limit > in_tube or any(steps)):
+            verdict = "undecided"  # what drift and steps can do is bounded from above only
+        time = float(near.time)
+        asked = (
+            f"{float(limit):.4f} m are asked (separation {evidence.plan.mission.separation:g} m, margin {float(margin):g} m)"
+        )
+        if verdict == "holds":
+            sentence = f"{near.robot} and {near.other} stay {near.low:.4f} m apart; {asked}."
+        elif verdict == "undecided":
+            sentence = (
+                f"{near.robot} and {near.other} cannot be shown to keep apart: they come within {near.high:.4f} m at {time:.4f} s, "
+                f"not counting what their paths jump between pieces (up to {sum(steps):.4g} m); {asked}."
+            )
+        else:
+            sentence = f"{near.robot} and {near.other} come within {near.high:.4f} m at {time:.4f} s; {asked}."
+        bound = _proved(near.low, limit, verdict)
+        yield claim_of(
+            "separation", verdict, sentence, robot=near.robot, other=near.other, unit="m", time=time,
+            bound=bound, limit=float(limit), margin=bound - float(limit),
+        )  # fmt: skip
+
+
+def rim_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
+    """No rim is met by the vehicle's sphere."""
+    if not evidence.rims:
+        return
+    limit = margin + Fraction(evidence.plan.mission.vehicle.radius)
+    for robot in evidence.paths.robots:
+        near = min((c for c in evidence.rims if c.robot == robot), key=lambda c: c.low)
+        clear = math.isfinite(near.low) and Fraction(near.low) > limit
+        if not clear and math.isfinite(near.high) and limit < Fraction(near.high):  # too near to call: look closer
+            near = min((c for c in clearances(evidence.frames, 1e-9) if c.robot == robot), key=lambda c: c.low)
+        verdict: Outcome = "undecided"
+        if math.isfinite(near.low) and Fraction(near.low) > limit:
+            verdict = "holds"
+        elif math.isfinite(near.high) and Fraction(near.high) <= limit:
+            verdict = "fails"
+        time = float(near.time)
+        if verdict == "holds":
+            sentence = f"{robot} stays {near.low:.4f} m from the rim of '{near.hoop}' and of every other hoop."
+        else:
+            sentence = (
+                f"{robot} comes within {near.high:.4f} m of the rim of '{near.hoop}' at {time:.4f} s; "
+                f"radius and margin need {float(limit):.4f} m."
+            )
+        yield claim_of(
+            "rims", verdict, sentence, robot=robot, unit="m", bound=near.low, limit=float(limit),
+            margin=near.low - float(limit), time=time, region=near.hoop,
+        )  # fmt: skip
+
+
+def _proved(low: float, limit: Fraction, verdict: Outcome) -> float:
+    """Return the proved lower bound: what was decided without rounding is at least the limit."""
+    return max(low, float(limit)) if verdict == "holds" else low
+
+
+def _at_least(low: float, high: float, limit: Fraction, exactly: Callable[[], bool]) -> Outcome:
+    if math.isfinite(low) and Fraction(low) >= limit:
+        return "holds"
+    if math.isfinite(high) and Fraction(high) < limit:
+        return "fails"
+    return "holds" if exactly() else "fails"
