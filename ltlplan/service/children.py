@@ -105,6 +105,13 @@ def supervised(
         child.kill()
 
 
+def warm_up() -> None:
+    """Begin to load what every piece of work is forked from, so that the first one does not wait for it; returns at once."""
+    with _STARTING:
+        multiprocessing.get_context("forkserver").set_forkserver_preload(_PRELOADED)
+        forkserver.ensure_running()
+
+
 class Child:
     """A process at work.
 
@@ -124,7 +131,7 @@ class Child:
         self._fault: LtlplanError | None = None
         context = multiprocessing.get_context("forkserver")
         with _STARTING:
-            context.set_forkserver_preload(["ltlplan.service.nursery"])
+            context.set_forkserver_preload(_PRELOADED)
             self._connection, far = context.Pipe(duplex=False)
             self._process = context.Process(target=_work, args=(far, work, arguments, bounds), daemon=True)
             with _free_to_have_children(), _without_main():
@@ -214,6 +221,7 @@ class Child:
 
 
 _STARTING = threading.Lock()
+_PRELOADED = ["ltlplan.service.nursery"]
 _TIME = "This took more than the {} that a stage may take; ask for less, or run it yourself with `ltlplan run`."
 _MEMORY = (
     "This took more than the {} MB of memory that a stage may take; simplify the formula, or take fewer robots and regions, or run it "
