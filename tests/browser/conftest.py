@@ -1,4 +1,4 @@
-"""One browser for all tests, and the pages that they look at."""
+"""One browser for all tests of a module, and the pages that they look at."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ import pytest
 from tests.browser.devtools import CHROMIUM, Browser, Tab
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """Start a browser for the tests of a module; it draws, and takes its time for it, until it is closed."""
     if CHROMIUM is None:
         pytest.skip("needs Chromium to look at pages")
     started = Browser(tmp_path_factory.mktemp("profile"))
@@ -34,7 +35,7 @@ def page(tmp_path_factory: pytest.TempPathFactory, shipped_page: Callable[[str],
     return written
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def desk(browser: Browser, page: Callable[[str], Path]) -> Callable[[str], Tab]:
     """Return a page as it is seen on a desk, at the time 0; it is opened once and left as it was found."""
     opened = functools.cache(lambda name: browser.open(page(name)))

@@ -1,6 +1,6 @@
 """Chromium spoken to over its DevTools protocol, through two pipes: no port, no driver, no further library.
 
-One browser serves all tests; each page is a tab of its own. Nothing here sleeps for a fixed time: a condition is waited for in the
+One browser serves all tests of a module; each page is a tab of its own. Nothing here sleeps for a fixed time: a condition is waited for in the
 page, and a generous limit ends the wait only where the page is broken.
 """
 

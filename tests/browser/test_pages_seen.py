@@ -69,7 +69,8 @@ def test_a_page_draws_from_its_file_alone_without_a_complaint(desk: Desk, name: 
 
 
 @pytest.mark.parametrize(
-    ("name", "phone"), [*((name, True) for name in PAGES), ("campaign", False), ("online", False)],
+    ("name", "phone"),
+    [*((name, True) for name in PAGES), ("campaign", False), pytest.param("online", False, marks=pytest.mark.slow)],
     ids=[*(f"{name} on a phone" for name in PAGES), "campaign in a window", "online in a window"],
 )  # fmt: skip
 def test_nothing_scrolls_sideways_or_lies_over_words_on_a_narrow_screen(
@@ -166,14 +167,11 @@ def test_a_hoop_that_moved_is_seen_where_it_was_at_the_time(desk: Desk) -> None:
     assert re.search(r"3\.0 s: water moves to", text(tab, "happened"))
 
 
-def test_colours_follow_the_reader(browser: Browser, page: Page) -> None:
+def test_colours_follow_the_reader(browser: Browser, page: Page, desk: Desk) -> None:
     lightness = "getComputedStyle(document.querySelector('#errors .xtick text')).fill.match(/[0-9]+/g).map(Number)"
-    shades: list[int] = []
-    for dark in (False, True):
-        tab = browser.open(page("campaign"), dark=dark)
-        shades.append(sum(tab.run(lightness)))
-        tab.close()
-    assert shades[0] < 200 < 500 < shades[1]
+    dark = browser.open(page("campaign"), dark=True)
+    assert sum(desk("campaign").run(lightness)) < 200 < 500 < sum(dark.run(lightness))
+    dark.close()
 
 
 @pytest.mark.parametrize("name", PAGES)

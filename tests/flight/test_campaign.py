@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import flight
-from tests.helpers.stand_ins import Instant, stand_in
+from tests.helpers.stand_ins import Instant, hop, stand_in
 from tests.helpers.stand_ins import flight as made_flight
 from verify.data import BadInput, NotCertified
 
@@ -21,6 +21,12 @@ CONDITIONS = {"wind": "0.4,0.2,0+0.3", "noise": 0.001}
 def made():
     plan, team = made_flight()
     return plan, team, stand_in(plan, team)
+
+
+@pytest.fixture(scope="module")
+def short():
+    plan, team = hop()
+    return plan, team, stand_in(plan, team, duration=1.0)
 
 
 @pytest.fixture(scope="module")
@@ -82,8 +88,8 @@ def test_no_process_is_started_that_could_save_no_time(made, found, monkeypatch)
 @pytest.mark.parametrize(
     "conditions", [{}, {"wind": 1.0}, {"noise": flight.MotionCapture(noise=0, dropout=0, attitude_noise=0, rate_noise=0)}]
 )
-def test_where_nothing_varies_one_is_flown_and_no_confidence_claimed(made, conditions):
-    alone = flight.campaign(*made, runs=60, seed=7, **conditions)
+def test_where_nothing_varies_one_is_flown_and_no_confidence_claimed(short, conditions):
+    alone = flight.campaign(*short, runs=60, seed=7, **conditions)
     assert alone.seeds.tolist() == [7]
     assert (alone.asked, alone.varied) == (60, False)
     assert (
@@ -92,16 +98,16 @@ def test_where_nothing_varies_one_is_flown_and_no_confidence_claimed(made, condi
     assert "every robot stayed inside its tube of 0.05 m." in alone.sentences
     assert "confidence" not in " ".join(alone.sentences)
     assert alone.to_dict()["share_inside"] is alone.to_dict()["share_satisfied"] is None
-    others = [flight.fly(*made, seed=seed, **conditions) for seed in (7, 8)]
+    others = [flight.fly(*short, seed=seed, **conditions) for seed in (7, 8)]
     assert others[0].to_csv() == others[1].to_csv(), "it is true that nothing varies"
 
 
 @pytest.mark.parametrize(
     "varying", [{"wind": "1+0.1"}, {"noise": 0.0}, {"noise": flight.MotionCapture(noise=0, dropout=0, rate_noise=0)}]
 )
-def test_where_anything_varies_all_are_flown(made, varying):
-    assert flight.campaign(*made, runs=2, **varying).varied
-    assert flight.fly(*made, seed=7, **varying).to_csv() != flight.fly(*made, seed=8, **varying).to_csv()
+def test_where_anything_varies_all_are_flown(short, varying):
+    assert flight.campaign(*short, runs=2, **varying).varied
+    assert flight.fly(*short, seed=7, **varying).to_csv() != flight.fly(*short, seed=8, **varying).to_csv()
 
 
 def test_a_storm_throws_runs_out_of_their_tube(made):

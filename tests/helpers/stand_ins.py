@@ -106,6 +106,18 @@ def flight(vehicle="crazyflie-2.1") -> tuple[Plan, dict[str, Trajectory]]:
     return Plan(mission=made, robots=robots), team
 
 
+def hop() -> tuple[Plan, dict[str, Trajectory]]:
+    """A plan for one robot, and a flight of a second for it: enough where a test asks what differs between two flights."""
+    made = mission()
+    made = made.model_copy(update={"agents": {"quad0": made.agents["quad0"]}})
+    start = made.agents["quad0"].start
+    team = {"quad0": rest_to_rest([start, (start[0] - 0.3, start[1], start[2])], [1.0])}
+    waypoints = (Waypoint(position=start, role="start"),)
+    return Plan(
+        mission=made, robots={"quad0": RobotPlan(word=Word.of([[]]), visits=(), waypoints=waypoints, times=(0.0,))}
+    ), team
+
+
 @dataclass(frozen=True)
 class Instant:
     robot: str
@@ -142,6 +154,7 @@ class StandIn:
 
 
 def stand_in(plan: Plan, team, **changes) -> StandIn:
-    """A certificate's stand-in for a team; quad0 fills its tank at 2.5 s."""
-    actions = (Instant("quad0", 0, Fraction(5, 2), "empty", "full"),) if "tank" in plan.mission.regions else ()
+    """A certificate's stand-in for a team; quad0 fills its tank, if it visits it, at 2.5 s."""
+    visits = any(visit.region == "tank" for visit in plan.robots["quad0"].visits)
+    actions = (Instant("quad0", 0, Fraction(5, 2), "empty", "full"),) if visits else ()
     return StandIn(plan.mission, {name: path.digest() for name, path in team.items()}, actions=actions, **changes)

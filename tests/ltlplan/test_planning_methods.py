@@ -10,9 +10,11 @@ import pytest
 import ltlplan
 import verify
 from ltlplan.allocation import Allocation, Context
+from ltlplan.pipeline import certified_team
 from ltlplan.search.method import exact
 from tests.helpers.packages import install
 from tests.helpers.random_missions import random_mission
+from tests.verify.test_run_folder import write_folder
 from verify.data import BadInput, Mission, NotCertified, Plan, mission_to_yaml, parse_mission
 from verify.data.choices import COST_TERMS, PLANNING_METHODS
 from verify.data.mission import check_mission
@@ -155,11 +157,13 @@ def test_what_was_planned_is_judged_without_the_package(tmp_path: Path, mission:
         site = tmp_path / "site"
         site.mkdir()
         install(site, patch, "brings_methods", MODULE, POINTS)
-        run = ltlplan.run(parse_mission(asking(mission, "method: mtac-e", "method: last-robot")), tmp_path / "out")
-        assert run.certificate.holds
+        plan = ltlplan.plan(parse_mission(asking(mission, "method: mtac-e", "method: last-robot")))
+        made = certified_team(plan)
+        write_folder(tmp_path / "out", made.plan, made.team, made.certificate)
+        assert made.certificate.holds
     assert not PLANNING_METHODS.knows("last-robot")
     assert verify.recheck(tmp_path / "out").holds
-    assert verify.judge(run.plan, run.team).digest() == run.certificate.digest()
+    assert verify.judge(made.plan, made.team).digest() == made.certificate.digest()
     with pytest.raises(BadInput, match="'last-robot' is not a planning method"):
         load_mission_file(tmp_path / "out" / "mission.yaml")
-    assert check_mission(run.mission, to_plan=False) == run.mission
+    assert check_mission(plan.mission, to_plan=False) == plan.mission

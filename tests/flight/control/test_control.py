@@ -66,8 +66,14 @@ def test_the_papers_controllers_step_responses_settle_on_the_papers_model(name):
     assert np.all(np.abs(yaw[times > 1.5, 1] - 0.6) < 0.06)
 
 
-@pytest.mark.parametrize("name", shipped_airframes())
-@pytest.mark.parametrize("controller", ["geometric", "paper"])
+@pytest.mark.parametrize(
+    ("name", "controller"),
+    [
+        *((name, "geometric") for name in shipped_airframes()),
+        ("crazyflie-2.1", "paper"),
+        *(pytest.param(name, "paper", marks=pytest.mark.slow) for name in shipped_airframes() if name != "crazyflie-2.1"),
+    ],
+)
 def test_a_steady_wind_is_integrated_away(name, controller):
     times, place, _ = response(name, controller=controller, wind=Wind((1.0, 0.0, 0.0)), seconds=3.5)
     away = np.linalg.norm(place[:, :, 0], axis=1)

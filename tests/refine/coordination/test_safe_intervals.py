@@ -102,6 +102,7 @@ def test_time_optimised_flights_are_not_slowed_to_waiting_ones() -> None:
         refine(random_plan(979), pace="time")
 
 
+@pytest.mark.slow
 def test_flights_that_may_rest_are_split_where_they_wait() -> None:
     plan = random_plan(979)
     team = refine(plan, max_pieces=8, too_long="rest")

@@ -23,7 +23,7 @@ def judged(formula: str, *lines: Timeline, team: str = "own", relations: Relatio
     return judge_formula(asked, {line.robot: line for line in lines}, relations, **options)[0]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(formulas(size=8), st.lists(timelines(), min_size=1, max_size=3), st.sampled_from(["own", "joint"]), st.randoms())
 def test_no_possible_flight_breaks_what_is_said_to_hold(formula, lines, team, rng: Random):
     asked = mission(str(formula), team=team, robots=len(lines))

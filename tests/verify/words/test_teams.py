@@ -90,7 +90,7 @@ def test_one_after_another_against_all_orders(formula, team, reading):
         assert not satisfies(formula, Word(tuple(letter for _, letter in verdict.readings())))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(formulas(size=8), teams, readings)
 def test_all_at_once_against_plain_enumeration(formula, team, reading):
     names = [f"q{i}" for i in range(len(team))]

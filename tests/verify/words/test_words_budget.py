@@ -47,13 +47,14 @@ def random_team(seed: int, size: int) -> dict[str, list[set[str]]]:
 
 
 @pytest.mark.parametrize(
-    "size", [4, pytest.param(12, marks=pytest.mark.slow), 17, pytest.param(20, marks=pytest.mark.slow), 30]
+    ("size", "teams"),
+    [(4, 1), pytest.param(12, 3, marks=pytest.mark.slow), (17, 1), pytest.param(20, 3, marks=pytest.mark.slow), (30, 1)],
 )
 @pytest.mark.parametrize("family", FAMILIES)
-def test_one_after_another_is_what_all_orders_give(family: str, size: int) -> None:
+def test_one_after_another_is_what_all_orders_give(family: str, size: int, teams: int) -> None:
     """Held against every order, word by word, by direct semantics."""
     formula = parse_formula(FAMILIES[family](size))
-    for seed in range(3):
+    for seed in range(teams):
         team = random_team(seed, size)
         verdict = check_team(formula, team)
         orders = itertools.permutations(team)
@@ -82,12 +83,12 @@ def test_what_is_too_large_names_the_budget(formula: str, says: str) -> None:
         assert says in verdict.sentence
 
 
-def test_thousands_of_conjuncts_are_one_question_each() -> None:
+def test_a_thousand_conjuncts_are_one_question_each() -> None:
     words = random_team(0, 5)
-    text = " & ".join(f"F a{i}" for i in range(2000))
+    text = " & ".join(f"F a{i}" for i in range(1000))
     assert check_team(text, words).sequential.outcome == "fails"
     assert (
-        check_team(" & ".join(f"(a{i} | !a{i + 1} | F b{i % 5})" for i in range(2000)), words).sequential.outcome != "undecided"
+        check_team(" & ".join(f"(a{i} | !a{i + 1} | F b{i % 5})" for i in range(1000)), words).sequential.outcome != "undecided"
     )
 
 
