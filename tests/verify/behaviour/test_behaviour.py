@@ -28,7 +28,7 @@ def judged(formula: str, *lines: Timeline, team: str = "own", relations: Relatio
 def test_no_possible_flight_breaks_what_is_said_to_hold(formula, lines, team, rng: Random):
     asked = mission(str(formula), team=team, robots=len(lines))
     named = {f"q{i}": Timeline(f"q{i}", line.initial, line.changes, line.duration) for i, line in enumerate(lines)}
-    verdict = judge_formula(asked, named, Relations(), budget=20_000)[0]
+    verdict = judge_formula(asked, named, Relations(), budget=5_000)[0]
     for _ in range(25):
         signals = [random_signal(line, rng) for line in named.values()]
         flown = [signal for signal in signals if signal is not None]
@@ -48,10 +48,10 @@ def test_no_possible_flight_breaks_what_is_said_to_hold(formula, lines, team, rn
 def test_parallel_implies_timed(formula, lines, team):
     asked = mission(str(formula), team=team, robots=len(lines))
     named = {f"q{i}": Timeline(f"q{i}", line.initial, line.changes, line.duration) for i, line in enumerate(lines)}
-    parallel = judge_formula(asked, named, Relations(), times="parallel", budget=20_000)[0]
-    timed = judge_formula(asked, named, Relations(), budget=20_000)[0]
+    parallel = judge_formula(asked, named, Relations(), times="parallel", budget=5_000)[0]
+    timed = judge_formula(asked, named, Relations(), budget=5_000)[0]
     assert not parallel or timed.outcome != "fails"
-    wide = judge_formula(asked, named, Relations(), clock_error=Fraction(2), budget=20_000)[0]
+    wide = judge_formula(asked, named, Relations(), clock_error=Fraction(2), budget=5_000)[0]
     assert not wide or timed.outcome != "fails"
     assert not parallel or wide.outcome != "fails"
 
