@@ -3,12 +3,13 @@
 `verify` imports nothing of the planner, of refinement or of flight, and shares with them only the plain data of
 `verify.data`.
 
-Read `certificate` (the door) and `claims`, then `motion` (polynomials), `behaviour` (words over time) and `logic` (what a formula
-says), over `arithmetic`. `words` judges words alone, `recordings` flights that were flown, `pieces` flights in changing worlds;
-`run_folder` proves again from files, `testing` is for other people's tests.
+Read `certification` (the door; `certificate` is the value) and `claims`, then `motion` (polynomials), `behaviour` (words over time)
+and `logic` (what a formula says), over `arithmetic`. `words` judges words alone, `recordings` flights that were flown, `pieces`
+flights in changing worlds; `run_folder` proves again from files, `testing` is for other people's tests.
 """
 
-from verify.certificate import ActionInstant, Certificate, certify, judge
+from verify.certificate import ActionInstant, Certificate
+from verify.certification import certify, judge
 from verify.claims.claim import Claim
 from verify.data import NotCertified, Trajectory, Witness
 from verify.logic.verdict import TeamVerdict, Verdict

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from verify.certificate import CERTIFICATE_FORMAT, Certificate, judge, payload_digest
+from verify.certificate import CERTIFICATE_FORMAT, Certificate, payload_digest
+from verify.certification import judge
 from verify.data.errors import BadInput, NotCertified
 from verify.data.mission import Mission
 from verify.data.mission_file import load_mission_file

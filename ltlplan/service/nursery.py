@@ -27,7 +27,7 @@ for _name in (
     "refine.team",
     "flight.flights",
     "flight.exports.crazyswarm",
-    "verify.certificate",
+    "verify.certification",
     "verify.logic.spot_opinion",
 ):
     importlib.import_module(_name)

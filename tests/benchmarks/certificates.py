@@ -25,7 +25,7 @@ from verify.arithmetic.bounds import peaks
 from verify.arithmetic.exact import nonnegative, polynomial
 from verify.behaviour.timeline import Timeline
 from verify.behaviour.word_claims import judge_formula
-from verify.certificate import judge
+from verify.certification import judge
 from verify.claims.distance_claims import rim_claims, separation_claims, workspace_claims
 from verify.claims.evidence import Evidence
 from verify.claims.limit_claims import limit_claims

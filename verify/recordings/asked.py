@@ -11,7 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from verify.certificate import ActionInstant, Certificate, judge
+from verify.certificate import ActionInstant, Certificate
+from verify.certification import judge
 from verify.data.errors import BadInput
 from verify.data.events import EVENTS_FILE, RobotLeaves, WorldEvent, load_events, require_known
 from verify.data.mission import Mission, check_mission

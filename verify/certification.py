@@ -1,0 +1,279 @@
+"""Certification: trajectories held against their plan and mission, claim by claim, and the largest margin at which all hold.
+
+`judge` says of every claim whether it is proved; `certify` does the same and raises unless all of them are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+
+from verify.behaviour.timeline import Timeline
+from verify.behaviour.transitions import judge_transitions
+from verify.behaviour.word_claims import judge_formula
+from verify.certificate import ActionInstant, Certificate, versions
+from verify.claims.claim import Claim
+from verify.claims.distance_claims import rim_claims, separation_claims, workspace_claims
+from verify.claims.evidence import Evidence
+from verify.claims.limit_claims import continuity_claims, leg_claims, limit_claims
+from verify.claims.visit_claims import passage_claim, visit_claim
+from verify.data.errors import BadInput, NotCertified
+from verify.data.plan import Plan, check_plan
+from verify.data.trajectory import Trajectory, check_trajectories
+from verify.logic.verdict import Verdict
+from verify.motion.membership import changes, statuses
+from verify.motion.passages import crossings
+from verify.motion.separation import stretch_of
+from verify.motion.visits import Matching, internal_changes, match
+
+RESOLUTION = 1e-4
+"""m; the largest margin is found to this."""
+
+
+def certify(
+    plan: Plan, team: Mapping[str, Trajectory], *, margin: float | None = None, clock_error: float = 0.0
+) -> Certificate:
+    """Prove every claim about a team's flight, for all times.
+
+    Args:
+        plan: What was planned; carries the mission.
+        team: One trajectory for each of the mission's agents.
+        margin: delta to prove, in m; None takes the mission's.
+        clock_error: How far apart the robots' clocks may be, in s.
+
+    Raises:
+        NotCertified: A claim is refuted or could not be proved; carries a witness for each.
+        BadInput: Team, plan and mission do not belong together, or an argument is out of range.
+    """
+    certificate = judge(plan, team, margin=margin, clock_error=clock_error)
+    if certificate.holds:
+        return certificate
+    refused = [claim for claim in certificate.claims if claim.outcome != "holds"]
+    largest = certificate.largest_margin
+    hint = "" if largest is None else f" The largest margin that holds is {largest:.4f} m."
+    listed = " ".join(claim.sentence for claim in refused[:5])
+    more = f" And {len(refused) - 5} more claims." if len(refused) > 5 else ""
+    raise NotCertified(
+        f"Not certified at margin {certificate.margin:g} m. {listed}{more}{hint}", [c.witness for c in refused if c.witness]
+    )
+
+
+@np.errstate(all="ignore")  # infinities and NaN arise from absurd numbers; they prove nothing, see `verify.arithmetic.balls`
+def judge(
+    plan: Plan,
+    team: Mapping[str, Trajectory],
+    *,
+    margin: float | None = None,
+    clock_error: float = 0.0,
+    largest: bool = True,
+) -> Certificate:
+    """Say of every claim about a team's flight whether it is proved, refuted or neither.
+
+    Args:
+        plan: What was planned; carries the mission.
+        team: One trajectory for each of the mission's agents.
+        margin: delta, in m; None takes the mission's.
+        clock_error: How far apart the robots' clocks may be, in s.
+        largest: Whether to find the largest margin too.
+
+    Raises:
+        BadInput: Team, plan and mission do not belong together, or an argument is out of range.
+    """
+    plan, team = check_plan(plan), check_trajectories(team)
+    mission = plan.mission
+    asked = mission.margin if margin is None else margin
+    for name, value in (("margin", asked), ("clock_error", clock_error)):
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 1e6:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
+            raise BadInput(f"{name} must be a number from 0 to a million, not {str(value)[:40]}.")
+    if tuple(plan.robots) != tuple(mission.agents):
+        raise BadInput(f"The plan has robots {', '.join(plan.robots)}; the mission has {', '.join(mission.agents)}.")
+    _check_plan(plan)
+    evidence = Evidence.of(plan, team)
+    error = Fraction(clock_error)
+    still = _margin_free_claims(evidence)
+    tube = _at_margin(evidence, Fraction(asked), error)
+    best = None
+    if largest and all(claim.outcome == "holds" for claim in still):
+        best = _largest_margin(evidence, float(asked), error, tube)
+    claims = (*tube.claims, *still)
+    return Certificate(
+        mission=mission,
+        mission_digest=mission.digest(),
+        plan_digest=plan.digest(),
+        trajectories={name: team[name].digest() for name in evidence.paths.robots},
+        cycles={name: team[name].cycle for name in evidence.paths.robots},
+        margin=float(asked),
+        largest_margin=best,
+        clock_error=float(clock_error),
+        duration=float(evidence.paths.end),
+        claims=claims,
+        actions=tuple(
+            ActionInstant(name, change.visit, float(change.time), change.source, change.target)
+            for name, timeline in tube.timelines.items()
+            for change in timeline.actions
+        ),
+        versions=versions(),
+        timelines=tube.timelines,
+    )
+
+
+def _check_plan(plan: Plan) -> None:
+    """Refuse a plan that names unknown regions, or whose cycles are not the mission's."""
+    mission = plan.mission
+    for name, robot in plan.robots.items():
+        for index, visit in enumerate(robot.visits):
+            if visit.region not in mission.all_regions:
+                raise BadInput(f"{name}, visit {index}: '{visit.region}' is not a region of the mission.")
+        if mission.spec.trace == "infinite" and not (
+            robot.cycle_visit is not None and 0 <= robot.cycle_visit <= len(robot.visits)
+        ):
+            raise BadInput(f"{name}: the mission's trace is infinite, so its plan must say at which visit the cycle begins.")
+        if mission.spec.trace == "finite" and robot.cycle_visit is not None:
+            raise BadInput(f"{name}: the mission's trace is finite, so its plan cannot have a cycle.")
+        if mission.spec.trace == "infinite" and mission.agents[name].end is not None:
+            raise BadInput(
+                f"{name}: the mission's trace is infinite, so its flight never ends; it cannot have to finish at its `end`."
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class _Tube:
+    """What was found at one margin."""
+
+    claims: tuple[Claim, ...]
+    timelines: dict[str, Timeline]
+
+    @property
+    def holds(self) -> bool:
+        return all(claim.outcome == "holds" for claim in self.claims)
+
+
+def _margin_free_claims(evidence: Evidence) -> tuple[Claim, ...]:
+    return (*continuity_claims(evidence), *limit_claims(evidence))
+
+
+def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _Tube:
+    """Judge all claims that depend on the margin."""
+    plan, paths = evidence.plan, evidence.paths
+    spans = statuses(evidence.membership, margin)
+    passed = crossings(evidence.frames, margin)
+    timelines: dict[str, Timeline] = {}
+    matchings: dict[str, Matching] = {}
+    visits: list[Claim] = []
+    passages: list[Claim] = []
+    for index, robot in enumerate(paths.robots):
+        cycle = paths.trajectories[index].cycle
+        knot = None if cycle is None else paths.knots[index][cycle]
+        matching = matchings[robot] = match(plan.robots[robot], spans[robot], knot)
+        began = plan.mission.initial_internal(robot)
+        actions, fault = internal_changes(plan.mission, plan.robots[robot], matching, knot, initial=began)
+        initial, found = changes(spans[robot])
+        timelines[robot] = Timeline(
+            robot=robot,
+            initial=initial,
+            changes=found,
+            duration=paths.end,
+            internal=plan.mission.initial_letter(robot),
+            actions=actions,
+            cycle=knot,
+        )
+        visits.append(visit_claim(robot, matching, fault))
+        passages.append(passage_claim(evidence, robot, matching, spans[robot], passed[robot], margin))
+    words = [
+        *judge_formula(plan.mission, timelines, evidence.relations, clock_error=clock_error),
+        *judge_transitions(plan.mission, timelines, evidence.relations),
+    ]
+    drifts = _drifts(evidence, clock_error)
+    claims = (
+        *(_word_claim(verdict, plan, matchings) for verdict in words),
+        *visits,
+        *passages,
+        *rim_claims(evidence, margin),
+        *workspace_claims(evidence, margin),
+        *separation_claims(evidence, margin, drifts),
+        *leg_claims(evidence, matchings),
+    )
+    return _Tube(claims, timelines)
+
+
+def _drifts(evidence: Evidence, clock_error: Fraction) -> dict[str, Fraction]:
+    """Bound how far each robot flies within the clocks' error, in m, steps between pieces included."""
+    if clock_error == 0:
+        return dict.fromkeys(evidence.paths.robots, Fraction(0))
+    speeds = {e.robot: e.bound for e in evidence.extremes if e.name == "speed"}
+    result: dict[str, Fraction] = {}
+    for index, robot in enumerate(evidence.paths.robots):
+        if (
+            not evidence.paths.trajectories[index].coefficients[:, :3, 1:].any()
+            and evidence.pairwise_distances.jumps[index] == 0
+        ):
+            result[robot] = Fraction(0)  # it never moves
+            continue
+        jump = evidence.pairwise_distances.jumps[index]
+        if not (math.isfinite(speeds[robot]) and math.isfinite(jump)):
+            raise BadInput(f"{robot}'s speed has no bound, so a clock error cannot be allowed for.")
+        steps = sum(1 for s in evidence.paths.segments if s.robot == index and s.kind == "step")
+        result[robot] = Fraction(speeds[robot]) * clock_error + steps * Fraction(jump)
+    return result
+
+
+def _word_claim(verdict: Verdict, plan: Plan, matchings: Mapping[str, Matching]) -> Claim:
+    if verdict.outcome != "holds" and verdict.claim == "formula" and verdict.region is not None:
+        verdict = _with_visit(verdict, plan, matchings)
+    witness = None if verdict.outcome == "holds" else verdict.witness()
+    return Claim(verdict.claim, verdict.outcome, verdict.sentence, robot=verdict.robot, time=verdict.time, witness=witness)
+
+
+def _with_visit(verdict: Verdict, plan: Plan, matchings: Mapping[str, Matching]) -> Verdict:
+    """Name the planned visit of a broken formula's region: the one at that time, or the only one that was to be made."""
+    if verdict.time is None:
+        planned = [(r, i) for r, robot in plan.robots.items() for i, v in enumerate(robot.visits) if v.region == verdict.region]
+        return replace(verdict, robot=planned[0][0], visit=planned[0][1]) if len(planned) == 1 else verdict
+    found, time = () if verdict.robot is None else matchings[verdict.robot].stays, verdict.time
+    near = (i for i, s in enumerate(found) if s.region == verdict.region and float(s.start) <= time <= float(s.stop))
+    return replace(verdict, visit=next(near, None))
+
+
+def _largest_margin(evidence: Evidence, asked: float, clock_error: Fraction, tube: _Tube) -> float | None:
+    """Find the largest margin at which all claims hold, by bisection to RESOLUTION; a larger one is refused.
+
+    A tube holds every smaller one, so what is proved at one margin holds at all smaller ones.
+    """
+
+    def holds(margin: float) -> bool:
+        return _at_margin(evidence, Fraction(margin), clock_error).holds
+
+    low, high = asked, _margin_bound(evidence, clock_error)
+    if not tube.holds:
+        low, high = 0.0, min(asked, high)
+        if asked == 0.0 or not holds(0.0):
+            return None
+    elif high <= low or holds(high):
+        return max(low, high)
+    while high - low > RESOLUTION:
+        middle = (low + high) / 2
+        if holds(middle):
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def _margin_bound(evidence: Evidence, clock_error: Fraction) -> float:
+    """Return a margin above which some claim about distances fails, as a place to begin."""
+    mission = evidence.plan.mission
+    bounds = [near.high for near in evidence.walls]
+    bounds += [near.high - mission.vehicle.radius for near in evidence.rims]
+    stretch = float(stretch_of(evidence.paths))
+    drifts = _drifts(evidence, clock_error)
+    for near in evidence.minimum_distances:
+        room = near.high - mission.separation - stretch * float(min(drifts[near.robot], drifts[near.other]))
+        bounds.append(room / (2 * stretch))
+    visited = {visit.region for robot in evidence.plan.robots.values() for visit in robot.visits}
+    bounds += [mission.all_regions[name].inner_radius for name in visited]
+    bounds += [hoop.opening - mission.vehicle.radius for name, hoop in mission.hoops.items() if name in visited]
+    return max(min(bounds), 0.0)
