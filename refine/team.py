@@ -25,7 +25,8 @@ _LONGEST = 86400.0
 """s, a day: the longest flight that a plan may ask for."""
 
 
-def refine(  # what a caller may ask for, each by its keyword
+# seven parameters: what a caller may ask for, each by its keyword
+def refine(
     plan: Plan,
     *,
     witnesses: Iterable[Witness] = (),

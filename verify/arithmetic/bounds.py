@@ -74,6 +74,7 @@ def peaks(
     )
 
 
+# eight parameters: four say what is enclosed, the rest how closely, each by its keyword
 @np.errstate(all="ignore")
 def search(
     state: tuple[Balls, ...],
@@ -102,23 +103,22 @@ def search(
     """
     items = np.arange(len(groups))
     starts = np.zeros(len(groups))
-    upper, lower = np.full(count, -np.inf), np.full(count, -np.inf)
-    item, place = np.zeros(count, dtype=np.intp), np.zeros(count)
+    found = Peaks(np.full(count, -np.inf), np.full(count, -np.inf), np.zeros(count, dtype=np.intp), np.zeros(count))
     width = 1.0
     for level in range(0, depth + 1, stride):
         high, first, last = enclose(state, items)
         group = groups[items]
-        _raise_lower(first, starts, items, group, lower, item, place)
-        _raise_lower(last, starts + width, items, group, lower, item, place)
+        _raise_lower(found, first, starts, items, group)
+        _raise_lower(found, last, starts + width, items, group)
         room = slack[group]
         if critical is not None:
-            between = (lower[group] <= critical[group]) & (high > critical[group])
+            between = (found.lower[group] <= critical[group]) & (high > critical[group])
             room = np.where(between, np.minimum(_FINEST * np.abs(critical[group]), room), room)
-        open_ = ~(high <= lower[group] + room)
+        open_ = ~(high <= found.lower[group] + room)
         open_ &= np.bincount(items[open_], minlength=len(groups))[items] <= MAX_OPEN
         if level + stride > depth or 2 * np.count_nonzero(open_) > MAX_ITEMS:
             open_[:] = False
-        np.maximum.at(upper, group[~open_], np.where(np.isnan(high), np.inf, high)[~open_])
+        np.maximum.at(found.upper, group[~open_], np.where(np.isnan(high), np.inf, high)[~open_])
         keep = np.flatnonzero(open_)
         if len(keep) == 0:
             break
@@ -128,7 +128,7 @@ def search(
             width /= 2
             items = np.concatenate([items, items])
             starts = np.concatenate([starts, starts + width])
-    return Peaks(upper, lower, item, place)
+    return found
 
 
 def quotient_bounds(top: Balls, under: Balls) -> tuple[Floats, Floats, Floats]:
@@ -151,14 +151,12 @@ def _quotients(top: Balls, under: Balls) -> tuple[Floats, Floats]:
     return np.where(positive, above, np.inf), np.where(positive, below, -np.inf)
 
 
-def _raise_lower(
-    values: Floats, places: Floats, items: Indices, group: Indices, lower: Floats, item: Indices, place: Floats
-) -> None:
+def _raise_lower(found: Peaks, values: Floats, places: Floats, items: Indices, group: Indices) -> None:
     """Take over the best value of each group where it beats what is known; NaN never does."""
-    better = np.flatnonzero(values > lower[group])
+    better = np.flatnonzero(values > found.lower[group])
     if len(better) == 0:
         return
     order = better[np.argsort(values[better], kind="stable")]
-    lower[group[order]] = values[order]  # the greatest of each group is written last
-    item[group[order]] = items[order]
-    place[group[order]] = places[order]
+    found.lower[group[order]] = values[order]  # the greatest of each group is written last
+    found.item[group[order]] = items[order]
+    found.place[group[order]] = places[order]

@@ -40,6 +40,7 @@ _MANY = 100
 """Names in a formula up to which all of them are followed."""
 
 
+# seven parameters: three say what is judged, the rest how, each by its keyword
 def judge_formula(
     mission: Mission,
     timelines: Mapping[str, Timeline],

@@ -116,7 +116,7 @@ def statuses(found: MembershipPolynomials, margin: Fraction) -> dict[str, dict[s
                 if len(parts) == 1 and parts[0][2] is not None:
                     _append(spans, segment.start, segment.stop, parts[0][2])
                 elif margin == 0:
-                    _without_margin(spans, segment, parts, table[row], found, index, column)
+                    _without_margin(spans, parts, _SegmentInRegion(found, index, column))
                 else:
                     for start, stop, mark in parts:
                         _append(spans, segment.time(start), segment.time(stop), mark or "may")
@@ -178,6 +178,36 @@ def _bracket(value: Fraction) -> tuple[float, float]:
     return float(np.nextafter(number, -np.inf)), float(np.nextafter(number, np.inf))
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _SegmentInRegion:
+    """One segment of a path, seen from one region.
+
+    Attributes:
+        found: The team's membership polynomials.
+        index: Of the segment, among all of the team's.
+        column: Of the region.
+    """
+
+    found: MembershipPolynomials
+    index: int
+    column: int
+
+    @property
+    def segment(self) -> Segment:
+        return self.found.paths.segments[self.index]
+
+    @property
+    def level(self) -> Balls:
+        """Its membership polynomial, enclosed. Shape (15,)."""
+        return self.found.values[self.index, self.column]
+
+    @property
+    def exact_level(self) -> fmpq_poly:
+        """The same, exactly."""
+        paths = self.found.paths
+        return exact_level(paths, self.index, paths.mission.all_regions[self.found.regions[self.column]])
+
+
 Leaf = tuple[float, float, Mark | None]
 """From one place of a segment to another, with its status; None where nothing could be proved."""
 
@@ -225,16 +255,9 @@ def _classified(table: Balls, inside: Floats, outside: Floats, depth: int) -> li
     return result
 
 
-def _without_margin(
-    spans: list[Span],
-    segment: Segment,
-    leaves: Sequence[Leaf],
-    level: Balls,
-    found: MembershipPolynomials,
-    index: int,
-    column: int,
-) -> None:
+def _without_margin(spans: list[Span], leaves: Sequence[Leaf], here: _SegmentInRegion) -> None:
     """Append the spans of one segment at margin 0, with each simple root as a switch."""
+    segment, level = here.segment, here.level
     for position, (start, stop, mark) in enumerate(leaves):
         around = {leaves[i][2] for i in (position - 1, position + 1) if 0 <= i < len(leaves)}
         if mark is not None:
@@ -242,7 +265,7 @@ def _without_margin(
         elif around == {"no", "must"} and _is_monotone(level, start, stop):
             _append(spans, segment.time(start), segment.time(stop), "switch")
         elif segment.kind == "piece":
-            _exactly(spans, segment, start, stop, found, index, column)
+            _exactly(spans, start, stop, here)
         else:
             _append(spans, segment.time(start), segment.time(stop), "may")
 
@@ -266,12 +289,9 @@ def _is_monotone(level: Balls, start: float, stop: float) -> bool:
         width /= 2
 
 
-def _exactly(
-    spans: list[Span], segment: Segment, start: float, stop: float, found: MembershipPolynomials, index: int, column: int
-) -> None:
+def _exactly(spans: list[Span], start: float, stop: float, here: _SegmentInRegion) -> None:
     """Decide a part of a piece that balls leave open, with exact roots: ties, tangencies, roots close together."""
-    region = found.paths.mission.all_regions[found.regions[column]]
-    level = exact_level(found.paths, index, region) - 1
+    segment, level = here.segment, here.exact_level - 1
     low, high = Fraction(start), Fraction(stop)
 
     def mark_at(place: Fraction) -> Mark:

@@ -86,6 +86,7 @@ class FlightVerdict:
         }
 
 
+# seven parameters: what was measured, what was asked, and how well it is known, each of that by its keyword
 def check_flight(
     samples: Samples,
     asked: Asked,

@@ -56,6 +56,7 @@ class _Track:
     internal: tuple[frozenset[str], ...] | None
 
 
+# eight parameters: what was measured, what was asked, and how well it is known, each of that by its keyword
 def check_samples(
     times: ArrayLike,
     positions: ArrayLike | Mapping[str, ArrayLike],

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from verify.logic.normal_form import Normal
 from verify.logic.progression import Automaton, OutOfBudget, State
@@ -52,11 +53,31 @@ def _own(automaton: Automaton, graph: InTurn, budget: int) -> tuple[int, ...] | 
     always = _closed(list(groups), accepting)
     never = _closed(list(groups), [not good for good in accepting])
     members = list(groups.values())
-    found = _search(classes[0], list(groups), [len(m) for m in members], accepting, always, never, budget)
+    quotient = _Quotient(classes[0], list(groups), accepting, always, never)
+    found = _search(quotient, [len(m) for m in members], budget)
     if found is None:
         return None
     order = [members[group].pop() for group in found]
     return (*order, *(kind for group in members for kind in group), *idle)
+
+
+@dataclass(frozen=True, slots=True)
+class _Quotient:
+    """The formula's automaton up to what sequences of whole words can tell apart.
+
+    Attributes:
+        start: Class of the beginning.
+        acts: For each group of words that act alike: the class that each class is led to.
+        accepting: Of each class whether a flight may end there.
+        always: Likewise whether it and all that can follow it are accepting.
+        never: Likewise whether none of these is.
+    """
+
+    start: int
+    acts: Sequence[tuple[int, ...]]
+    accepting: Sequence[bool]
+    always: Sequence[bool]
+    never: Sequence[bool]
 
 
 def _images(automaton: Automaton, graph: InTurn, budget: int) -> tuple[list[State], list[list[int]]]:
@@ -106,17 +127,10 @@ def _closed(acts: Sequence[tuple[int, ...]], wanted: Sequence[bool]) -> list[boo
     return good
 
 
-def _search(
-    start: int,
-    acts: Sequence[tuple[int, ...]],
-    counts: Sequence[int],
-    accepting: Sequence[bool],
-    always: Sequence[bool],
-    never: Sequence[bool],
-    budget: int,
-) -> list[int] | None:
-    """Breadth first over (class, waiting); return the groups flown up to where the order is lost."""
-    begin = (start, tuple(counts))
+def _search(quotient: _Quotient, counts: Sequence[int], budget: int) -> list[int] | None:
+    """Breadth first over (class, how many of each group wait); return the groups flown up to where the order is lost."""
+    acts, accepting, always, never = quotient.acts, quotient.accepting, quotient.always, quotient.never
+    begin = (quotient.start, tuple(counts))
     came: dict[tuple[int, tuple[int, ...]], tuple[tuple[int, tuple[int, ...]], int] | None] = {begin: None}
     queue = deque([begin])
     while queue:
