@@ -28,6 +28,7 @@ COMMANDS = {
     "show": "Draw hoops, primitives, sampled and optimised paths.",
     "automaton": "Show a formula's automaton, or a mission's systems.",
     "check": "Hold words of a robot or a team against a formula.",
+    "serve": "Serve planning over HTTP, with a page for the browser.",
     "missions": "List the shipped missions, show one, or start your own.",
 }
 """Each command with a sentence for the list; what is said of one alone stands at its function."""

@@ -45,6 +45,9 @@ class Problem(Told):
         exit_code: What the command line would end with.
         faults: All mistakes of a mission.
         witnesses: Where and why claims failed, as plain data.
+        core: Requirements that cannot hold together; no proper part of them is impossible by itself.
+        reasons: What stands in their way, a sentence each.
+        edges: Edges of the environment that would make them possible, where some would.
     """
 
     type: str
@@ -54,6 +57,9 @@ class Problem(Told):
     exit_code: int = 1
     faults: tuple[ProblemFault, ...] = ()
     witnesses: tuple[dict[str, Any], ...] = ()  # of any type: what a witness holds
+    core: tuple[str, ...] = ()
+    reasons: tuple[str, ...] = ()
+    edges: tuple[tuple[str, str], ...] = ()
 
 
 class FileEntry(Told):

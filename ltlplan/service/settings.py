@@ -39,6 +39,7 @@ class Limits:
         held_bytes: Bytes of bodies that are held at the same time, of all clients together.
         body_seconds: s within which a whole body must have come.
         head_seconds: s within which a request's head must have come.
+        send_seconds: s that a client may take to read what it was sent, before more of it follows.
         connections: Connections at the same time.
         streams: Streams of events at the same time.
         reads: How often one client may read.
@@ -58,6 +59,7 @@ class Limits:
     held_bytes: int = 200_000_000
     body_seconds: float = 30.0
     head_seconds: float = 10.0
+    send_seconds: float = 60.0
     connections: int = 500
     streams: int = 200
     reads: Rate = Rate(100.0, 1000)

@@ -46,7 +46,12 @@ def test_the_template_is_refused_as_a_name_that_no_mission_can_have(tmp_path: Pa
 
 
 def test_options_that_messages_name_exist() -> None:
-    known = {option for name in COMMANDS for parameter in load(name).params for option in parameter.opts}
+    known = {
+        option
+        for name in COMMANDS
+        for parameter in load(name).params
+        for option in (*parameter.opts, *parameter.secondary_opts)
+    }
     known |= {"--help", "--version", "--install-completion"}
     for package in ("ltlplan", "refine", "flight", "verify"):
         for path in (ROOT / package).rglob("*.py"):

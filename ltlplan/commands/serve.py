@@ -1,0 +1,70 @@
+"""`ltlplan serve`: the planning service, on this machine or a lab's network."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ltlplan.commands.shared.options import JsonOption
+from ltlplan.service.settings import LOOPBACK, PORT
+
+
+def command(
+    host: Annotated[
+        str, typer.Option("--host", help="Address to listen on; others than this machine's own need tokens.")
+    ] = LOOPBACK,
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port to listen on; 0 takes a free one.")] = PORT,
+    name: Annotated[
+        list[str] | None, typer.Option("--name", help="Name by which a proxy in front is asked; may be given several times.")
+    ] = None,
+    data: Annotated[Path | None, typer.Option("--data", help="Folder of all that is kept (default: your data folder).")] = None,
+    db: Annotated[
+        str | None, typer.Option("--db", help="PostgreSQL URL of the jobs (default: SQLite in the data folder).")
+    ] = None,
+    dask: Annotated[str | None, typer.Option("--dask", help="Dask scheduler that computes, such as tcp://head:8786.")] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, help="Stages computed at the same time (default: one a processor).")
+    ] = None,
+    page: Annotated[bool, typer.Option("--page/--no-page", help="Whether the page is served besides the API.")] = True,
+    new_token: Annotated[
+        str | None, typer.Option("--new-token", help="Make a token of this name, print it once, and end.")
+    ] = None,
+    revoke_token: Annotated[
+        str | None, typer.Option("--revoke-token", help="Take the token of this name away, and end.")
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """Serve the HTTP API and the page. Jobs that were accepted go on after a restart."""
+    from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.service.security.tokens import Tokens
+    from ltlplan.service.server import default_data, make_private, serve
+    from ltlplan.service.settings import Settings
+
+    folder = (data or default_data()).absolute()
+    if new_token is not None or revoke_token is not None:
+        make_private(folder)
+        tokens = Tokens(folder)
+        if revoke_token is not None:
+            tokens.revoke(revoke_token)
+        made = None if new_token is None else tokens.new(new_token)
+        if json:
+            print_json({"token": made, "names": list(tokens.names())})
+        elif made is not None:
+            typer.echo(made)
+            typer.echo(
+                "note: this is shown once. Who asks sends it as `Authorization: Bearer TOKEN`, or logs in with it.", err=True
+            )
+        return
+    settings = Settings(
+        data=folder, host=host, port=port, names=tuple(name or ()), database=db, dask=dask, workers=workers
+    )  # fmt: skip
+    serve(settings, page=page, announce=(lambda said: print_json({"said": said})) if json else _say)
+
+
+def _say(sentence: str) -> None:
+    typer.echo(sentence)
+    import sys
+
+    sys.stdout.flush()

@@ -1,0 +1,130 @@
+"""What the API is asked and answers, where that is no value of `ltlplan.service.models`: for its schema, and for checking requests."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from ltlplan.service.models import ProblemFault
+from verify.data.sections import TeamReading, Trace
+
+_WORD = Annotated[str, Field(min_length=1, max_length=100_000)]
+
+
+class _Answer(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class MissionCheck(_Answer):
+    """A mission as it was typed: its faults, or what it asks."""
+
+    sound: bool = Field(description="whether it could be submitted")
+    faults: tuple[ProblemFault, ...] = Field(description="every fault, with its line, column and keys")
+    name: str | None = Field(description="the mission's name")
+    formula: str | None = Field(description="its formula")
+    sequence: str | None = Field(description="its sequence of hoops")
+    trace: Trace | None = Field(description="whether the flight ends")
+    sentences: tuple[str, ...] = Field(description="its formula in words, a sentence for each part that must hold")
+    robots: tuple[str, ...]
+    propositions: tuple[str, ...] = Field(description="names that the formula may use")
+    digest: str | None = Field(description="SHA-256 of the resolved mission")
+
+
+class ShippedMission(_Answer):
+    """A mission that comes with the service."""
+
+    name: str
+    robots: int
+    trace: Trace
+    asks: str = Field(description="its formula, or its sequence")
+    text: str = Field(description="the file, to start from")
+
+
+class WordsRequest(BaseModel):
+    """Words to be held against a formula."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    formula: Annotated[str, Field(min_length=1, max_length=100_000)] = Field(
+        description="LTL in Spot's syntax", examples=["F a & G(b -> c)"]
+    )
+    words: (
+        Annotated[list[_WORD], Field(min_length=1, max_length=1000)]
+        | Annotated[dict[str, _WORD], Field(min_length=1, max_length=1000)]
+    ) = Field(
+        description="One word in Spot's notation, or a team's: in order, or by robot. What is not named is false.",
+        examples=[["1; a; b & c"]],
+    )
+    reading: TeamReading = Field(default="own", description="team letters: each robot's own, or the union of all")
+
+
+class VerdictAnswer(_Answer):
+    """The judge's answer to one question."""
+
+    outcome: Literal["holds", "fails", "undecided"]
+    sentence: str
+    claim: str
+    robot: str | None
+    visit: int | None = Field(description="the letter or visit that decides")
+    region: str | None
+    time: float | None
+    counterexample: tuple[tuple[str, tuple[str, ...]], ...] | None = Field(description="robot and letter, in order")
+    cycle_length: int | None = Field(description="how many letters at the counterexample's end repeat for ever")
+    times: tuple[tuple[float, float], ...]
+    order: tuple[tuple[tuple[str, int], tuple[str, int]], ...]
+    vacuous: tuple[str, ...] = Field(description="parts that hold only because they are never put to the test")
+
+
+class WordsCheck(_Answer):
+    """Words, held against a formula: `word` of one, `sequential` and `parallel` of a team."""
+
+    formula: str
+    words: dict[str, str]
+    word: VerdictAnswer | None = None
+    sequential: VerdictAnswer | None = None
+    parallel: VerdictAnswer | None = None
+
+
+class FlightClaim(_Answer):
+    """One claim of a recorded flight."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+    name: str
+    verdict: Literal["holds", "fails", "undecided"]
+    sentence: str
+
+
+class FlightAnswer(_Answer):
+    """What a recording shows of a flight."""
+
+    mission: str
+    outcome: Literal["holds", "fails", "undecided"]
+    sentence: str
+    claims: tuple[FlightClaim, ...]
+    assumptions: tuple[str, ...]
+    start: dict[str, Any] = Field(description="when the flight began on the recording's clock, s")
+
+
+class ExportFormat(_Answer):
+    """Something that flights are written for."""
+
+    name: str
+    options: dict[str, str] = Field(description="what can be asked of it")
+    voids: tuple[str, ...] = Field(description="what voids the certificate there")
+
+
+class PlanAnswer(_Answer):
+    """A plan with its mission, as files hold them."""
+
+    mission: str = Field(description="mission.yaml, resolved")
+    plan: dict[str, Any] = Field(description="plan.json")
+
+
+class HealthAnswer(_Answer):
+    """Whether the service works; more of it to those who may ask."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+    ok: bool

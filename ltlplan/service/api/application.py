@@ -1,0 +1,152 @@
+"""Everything on one application: the routes, errors as problem details, documentation, and the page where it is wanted."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
+
+from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import RedirectResponse
+from starlette.exceptions import HTTPException
+from starlette.routing import Match
+
+import ltlplan
+from ltlplan.service.api import about, flights, jobs, missions
+from ltlplan.service.api.answers import WordsRequest
+from ltlplan.service.api.schema import with_schema
+from ltlplan.service.log import note_bug
+from ltlplan.service.models import Event
+from ltlplan.service.problems import BodyTooLarge, Forbidden, MethodNotAllowed, NotFound, UnsupportedMedia
+from ltlplan.service.security.gate import refusal
+from ltlplan.service.service import Service
+from verify.data.errors import BadInput, InternalError, LtlplanError
+
+_TAGS = [
+    {"name": "missions", "description": "Missions to start from, and a mission as it is typed."},
+    {"name": "jobs", "description": "Submit a mission and follow it until it is certified and flown in simulation."},
+    {"name": "files", "description": "Take away what a job made."},
+    {"name": "exports", "description": "Certified flights, written for vehicles."},
+    {"name": "judge", "description": "Words, recorded flights and certificates, judged."},
+    {"name": "service", "description": "The service itself."},
+]
+_DESCRIPTION = """\
+From a sentence in temporal logic to certified quadcopter flights, as a service.
+
+1. `GET /api/missions` has missions to start from; `POST /api/missions/check` tells all faults of yours, and its formula in words.
+2. `POST /api/jobs` accepts a mission, as YAML or JSON; what was accepted is finished, also after a restart.
+3. `GET /api/jobs/{job}` tells how far it is, `GET /api/jobs/{job}/events` follows it live.
+4. `GET /api/jobs/{job}/report`, `/certificate`, `/files/{name}`, `/archive` and `/exports/{target}` are what it made.
+
+Errors are problem details (RFC 9457): `detail` is what the command line prints, `exit_code` what it ends with, `faults` are all mistakes
+of a mission. Where the service needs tokens, press Authorize.
+"""
+_OF_STATUS: dict[int, type[LtlplanError]] = {
+    403: Forbidden,
+    404: NotFound,
+    405: MethodNotAllowed,
+    413: BodyTooLarge,
+    415: UnsupportedMedia,
+    500: InternalError,
+}
+
+Lifespan = Callable[[FastAPI], AbstractAsyncContextManager[None]]
+
+
+def application(service: Service) -> FastAPI:
+    """Return the app of a service, without its page.
+
+    Args:
+        service: The service; its jobs are started and stopped with the app.
+    """
+
+    @asynccontextmanager
+    async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
+        await service.jobs.start()
+        try:
+            yield
+        finally:
+            await service.jobs.stop()
+            service.questions.close()
+
+    app = FastAPI(
+        title="ltlplan",
+        version=ltlplan.__version__,
+        summary="Missions in, certified flights out.",
+        description=_DESCRIPTION,
+        openapi_tags=_TAGS,
+        docs_url=None,
+        redoc_url=None,
+        lifespan=lifespan,
+        license_info={"name": "GPL-3.0-or-later", "identifier": "GPL-3.0-or-later"},
+    )
+    app.state.service, app.state.streams = service, 0
+    for routes in (missions, jobs, flights, about):
+        app.include_router(routes.router)
+    about.add_documentation(app)
+    with_schema(app, {"WordsRequest": WordsRequest.model_json_schema(), "Event": Event.model_json_schema()})
+    _tell_errors(app)
+    return app
+
+
+def end_routes(app: FastAPI, *, page: bool) -> None:
+    """Add what answers where nothing else does.
+
+    Args:
+        app: All other routes are on it.
+        page: Whether a page answers at `/`.
+    """
+
+    @app.api_route("/api/{rest:path}", methods=["GET", "HEAD", "POST", "PUT", "PATCH", "DELETE"], include_in_schema=False)
+    async def _nothing(request: Request, rest: str) -> Response:
+        for route in app.router.routes:
+            if route.matches(request.scope)[0] == Match.PARTIAL:
+                raise MethodNotAllowed(
+                    f"/api/{rest[:100]} does not have the method {request.method[:20]}; /docs lists what it has."
+                )
+        raise NotFound(f"There is no /api/{rest[:100]}; /docs lists all there is.")
+
+    if not page:
+
+        @app.get("/", include_in_schema=False)
+        async def _first() -> Response:
+            return RedirectResponse("/docs")
+
+
+def _tell_errors(app: FastAPI) -> None:
+    """Let every error be told as problem details."""
+
+    async def tell(_request: Request, error: Exception) -> Response:
+        return _answer(error)
+
+    async def tell_validation(_request: Request, error: Exception) -> Response:
+        assert isinstance(error, RequestValidationError)
+        sentences: list[str] = []
+        for item in error.errors():
+            where = ".".join(str(part) for part in item["loc"])
+            sentences.append(f"{where}: {str(item['msg']).rstrip('.')}, not {item.get('input')!r:.60}.")
+        return _answer(BadInput("\n".join(sentences)))
+
+    async def tell_http(_request: Request, error: Exception) -> Response:
+        assert isinstance(error, HTTPException)
+        cause = error.__cause__
+        if isinstance(cause, LtlplanError):
+            return _answer(cause)
+        kind = _OF_STATUS.get(error.status_code, BadInput)
+        answer = _answer(kind(str(error.detail)), error.status_code)
+        answer.headers.update(error.headers or {})
+        return answer
+
+    async def tell_bug(request: Request, error: Exception) -> Response:
+        note_bug(error, method=request.method, path=request.url.path[:200])
+        return _answer(error)
+
+    app.add_exception_handler(LtlplanError, tell)
+    app.add_exception_handler(RequestValidationError, tell_validation)
+    app.add_exception_handler(HTTPException, tell_http)
+    app.add_exception_handler(Exception, tell_bug)
+
+
+def _answer(error: BaseException, status: int | None = None) -> Response:
+    found, headers, content = refusal(error, status)
+    return Response(content, found, headers)

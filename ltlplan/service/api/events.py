@@ -1,0 +1,53 @@
+"""A job's events as a stream that a browser reads by itself (server-sent events)."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import suppress
+
+from ltlplan.service.models import Event
+
+MEDIA_TYPE = "text/event-stream"
+HEARTBEAT = 15.0
+"""s after which a line without meaning shows that somebody is still there."""
+_RETRY = 2000
+"""ms after which a browser asks again when the stream broke."""
+
+
+def event_bytes(event: Event) -> bytes:
+    """Return one event as it is sent."""
+    return f"id: {event.id}\nevent: {event.kind}\ndata: {event.model_dump_json()}\n\n".encode("utf-8", "backslashreplace")
+
+
+async def stream(first: Event, events: AsyncIterator[Event], stopping: asyncio.Event) -> AsyncIterator[bytes]:
+    """Yield events as they come, and a heartbeat where none does, until the last event or the service's end.
+
+    Args:
+        first: The first event, which was waited for already.
+        events: Those that follow.
+        stopping: Set when the service is about to stop.
+    """
+    yield f"retry: {_RETRY}\n\n".encode() + event_bytes(first)
+    end = asyncio.ensure_future(stopping.wait())
+    following: asyncio.Future[Event] | None = None
+    try:
+        while True:
+            following = following or asyncio.ensure_future(anext(events))
+            await asyncio.wait({following, end}, timeout=HEARTBEAT, return_when=asyncio.FIRST_COMPLETED)
+            if following.done():
+                try:
+                    yield event_bytes(following.result())
+                except StopAsyncIteration:
+                    return
+                following = None
+            elif end.done():
+                return
+            else:
+                yield b": \n\n"
+    finally:
+        for task in (end, following):
+            if task is not None:
+                task.cancel()
+                with suppress(asyncio.CancelledError, StopAsyncIteration):
+                    await task

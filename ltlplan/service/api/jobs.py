@@ -1,0 +1,271 @@
+"""Jobs: submit a mission, follow it, take away what it made."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from fastapi import APIRouter, Header, Path, Query, Request, Response
+from fastapi.responses import FileResponse, StreamingResponse
+
+from ltlplan.service import questions as asked
+from ltlplan.service.api import events
+from ltlplan.service.api.answers import ExportFormat, PlanAnswer
+from ltlplan.service.api.reading import JSON, read_mission_text, service_of
+from ltlplan.service.api.schema import content, mission_body, problems
+from ltlplan.service.models import FileEntry, Job, State
+from ltlplan.service.problems import Busy
+from ltlplan.service.service import places, planned
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+router = APIRouter(prefix="/api", tags=["jobs"])
+
+ZIP = "application/zip"
+REPORT_POLICY = (
+    "sandbox allow-scripts allow-downloads; default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob: data:; "
+    "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; connect-src data: blob:; worker-src blob:; "
+    "frame-ancestors 'self'"
+)
+"""What the report may do: run its own script as nobody in particular, and fetch nothing."""
+
+JobId = Annotated[str, Path(description="the job's id", max_length=100)]
+
+
+def _told(job: Job, status: int = 200) -> Response:
+    headers = {"location": f"/api/jobs/{job.id}"} if status == 201 else {}
+    return Response(job.model_dump_json(), status, headers, JSON)
+
+
+@router.post(
+    "/jobs",
+    response_model=Job,
+    responses={
+        200: {"description": "There is a job for just this already; here it is.", "model": Job},
+        201: {"description": "Accepted: it will be finished, whatever happens to this service meanwhile."},
+        **problems(body=True),
+    },
+    status_code=201,
+    openapi_extra=mission_body(),
+)
+async def submit_job(
+    request: Request,
+    seed: Annotated[
+        int | None, Query(description="source of every draw, instead of the mission's own", ge=0, le=2**63 - 1)
+    ] = None,
+) -> Response:
+    """Submit a mission: it is planned, refined, proved, flown in simulation, and its files are written.
+
+    The same mission, seed and version are computed once: who asks again is given the same job.
+    """
+    service = service_of(request)
+    mission = await service.mission(await read_mission_text(request))
+    job = await service.jobs.submit(mission, seed=seed)
+    return _told(job, 200 if job.found else 201)
+
+
+@router.get("/jobs", response_model=list[Job], responses=problems())
+async def list_jobs(
+    request: Request,
+    state: Annotated[State | None, Query(description="only jobs in this state")] = None,
+    limit: Annotated[int, Query(description="at most so many", ge=1, le=500)] = 50,
+    before: Annotated[
+        str | None, Query(description="only jobs that were submitted before the job of this id", max_length=100)
+    ] = None,
+) -> Response:
+    """List jobs, the newest first, without what their stages found."""
+    found = await service_of(request).jobs.jobs(state=state, limit=limit, before=before)
+    return Response("[" + ",".join(job.model_dump_json() for job in found) + "]", media_type=JSON)
+
+
+@router.get("/jobs/{job}", response_model=Job, responses=problems(404))
+async def get_job(request: Request, job: JobId) -> Response:
+    """Tell how far a job has come, with what each stage found."""
+    return _told(await service_of(request).jobs.job(job))
+
+
+@router.delete("/jobs/{job}", status_code=204, responses=problems(404, 409, changing=True))
+async def delete_job(request: Request, job: JobId) -> Response:
+    """Delete a job that has ended, with its files. Nothing else ever deletes one."""
+    await service_of(request).jobs.delete(job)
+    return Response(status_code=204)
+
+
+@router.post("/jobs/{job}/cancel", response_model=Job, responses=problems(404, changing=True))
+async def cancel_job(request: Request, job: JobId) -> Response:
+    """End a job at once; one that has ended stays as it is."""
+    return _told(await service_of(request).jobs.cancel(job))
+
+
+@router.get(
+    "/jobs/{job}/events",
+    response_class=StreamingResponse,
+    responses={
+        **content(events.MEDIA_TYPE, "One event a change, until the job has ended; `data` is an `Event`.", {"type": "string"}),
+        204: {"description": "The job has ended, and nothing came after that event."},
+        **problems(404),
+    },
+)
+async def follow_job(
+    request: Request,
+    job: JobId,
+    after: Annotated[int, Query(description="only events after this one", ge=0)] = 0,
+    last_event_id: Annotated[int | None, Header(description="the same, as browsers send it", ge=0)] = None,
+) -> Response:
+    """Follow a job by server-sent events: stages, rounds, costs, claim by claim. What was missed is told again."""
+    service = service_of(request)
+    found = service.jobs.events((await service.jobs.job(job)).id, after=max(after, last_event_id or 0))
+    first = await anext(found, None)
+    if first is None:
+        return Response(status_code=204)
+    return StreamingResponse(
+        _counted(request, events.stream(first, found, service.stopping)),
+        media_type=events.MEDIA_TYPE,
+        headers={"x-accel-buffering": "no"},
+    )
+
+
+async def _counted(request: Request, chunks: Any) -> Any:
+    """Pass a stream on, if there are not too many of them."""
+    with _one_more(request):
+        async for chunk in chunks:
+            yield chunk
+
+
+@contextmanager
+def _one_more(request: Request) -> Generator[None]:
+    state, most = request.app.state, service_of(request).settings.limits.streams
+    if state.streams >= most:
+        raise Busy(f"{most} streams are open, which is the most; close one, or ask without following.")
+    state.streams += 1
+    try:
+        yield
+    finally:
+        state.streams -= 1
+
+
+@router.get("/jobs/{job}/files", response_model=tuple[FileEntry, ...], responses=problems(404), tags=["files"])
+async def list_files(request: Request, job: JobId) -> Response:
+    """List what a job has made."""
+    found = await service_of(request).jobs.job(job)
+    return Response("[" + ",".join(entry.model_dump_json() for entry in found.files) + "]", media_type=JSON)
+
+
+@router.get(
+    "/jobs/{job}/files/{name:path}",
+    response_class=FileResponse,
+    responses={
+        **content("*/*", "The file."),
+        206: {"description": "The part of it that was asked for."},
+        304: {"description": "It is what was fetched before."},
+        416: {"description": "It has no such part."},
+        **problems(404),
+    },
+    tags=["files"],
+)
+async def get_file(
+    request: Request, job: JobId, name: Annotated[str, Path(description="its name in the job's list", max_length=300)]
+) -> Response:
+    """Fetch one of a job's files by its name: the plan, the certificate, a robot's trajectory (CSV) and so on."""
+    return await _file(request, job, name)
+
+
+async def _file(request: Request, job: str, name: str, *, inline: bool = False) -> Response:
+    found = await service_of(request).jobs.file(job, name)
+    tag = f'"{found.sha256}"'
+    if request.headers.get("if-none-match") == tag:
+        return Response(status_code=304, headers={"etag": tag})
+    headers = {"etag": tag, "cache-control": "private, no-cache"}
+    if inline:
+        headers["content-security-policy"] = REPORT_POLICY
+    kind: Literal["inline", "attachment"] = "inline" if inline else "attachment"
+    leaf = name.rpartition("/")[2]
+    return FileResponse(found.path, media_type=found.media_type, filename=leaf, content_disposition_type=kind, headers=headers)
+
+
+@router.get(
+    "/jobs/{job}/report",
+    responses={**content("text/html", "The page."), **problems(404)},
+    response_class=Response,
+    tags=["files"],
+)
+async def get_report(request: Request, job: JobId) -> Response:
+    """Open the report: one page that needs nothing else, of at most 2 MB."""
+    return await _file(request, job, "report.html", inline=True)
+
+
+@router.get(
+    "/jobs/{job}/certificate",
+    responses={**content(JSON, "certificate.json", {"type": "object"}), **problems(404)},
+    response_class=Response,
+    tags=["files"],
+)
+async def get_certificate(request: Request, job: JobId) -> Response:
+    """Fetch the certificate: every claim with its bound, limit and margin."""
+    return await _file(request, job, "certificate.json", inline=True)
+
+
+@router.get("/jobs/{job}/plan", response_model=PlanAnswer, responses=problems(404, 409), tags=["files"])
+async def get_plan(request: Request, job: JobId) -> Response:
+    """Fetch the plan, as soon as there is one."""
+    mission, plan = await planned(service_of(request).jobs, job)
+    return Response(b'{"mission":' + asked.as_json(mission) + b',"plan":' + plan.encode() + b"}", media_type=JSON)
+
+
+@router.get(
+    "/jobs/{job}/archive",
+    responses={**content(ZIP, "All files as one archive."), **problems(404, 409)},
+    response_class=Response,
+    tags=["files"],
+)
+async def get_archive(request: Request, job: JobId) -> Response:
+    """Fetch all files at once; unpacked, they are a folder that `ltlplan recheck` proves again."""
+    service = service_of(request)
+    packed = await service.questions.ask(asked.archive, await places(service.jobs, job))
+    return _zip(packed, f"{job}.zip")
+
+
+@router.post(
+    "/jobs/{job}/recheck",
+    responses={**content(JSON, "certificate.json, proved now", {"type": "object"}), **problems(404, 409, changing=True)},
+    response_class=Response,
+    tags=["judge"],
+)
+async def recheck_job(request: Request, job: JobId) -> Response:
+    """Prove a job's certificate again, from its files alone."""
+    service = service_of(request)
+    return Response(await service.questions.ask_in_folder(asked.recheck, await places(service.jobs, job)), media_type=JSON)
+
+
+@router.get("/exports", response_model=tuple[ExportFormat, ...], responses=problems(), tags=["exports"])
+async def list_exports(request: Request) -> Response:
+    """List what certified flights can be written for."""
+    return Response(await service_of(request).questions.ask(asked.export_formats), media_type=JSON)
+
+
+@router.get(
+    "/jobs/{job}/exports/{target}",
+    responses={**content(ZIP, "The export's files."), **problems(404, 409, 501)},
+    response_class=Response,
+    tags=["exports"],
+)
+async def export_job(
+    request: Request,
+    job: JobId,
+    target: Annotated[str, Path(description="one of `/api/exports`", max_length=100)],
+    vehicle: Annotated[
+        str | None, Query(description="airframe that will fly, to be held against the certificate's", max_length=100)
+    ] = None,
+    rate: Annotated[float | None, Query(description="px4, ros2: setpoints a second", ge=1, le=1000)] = None,
+) -> Response:
+    """Write a certified flight for a vehicle, after proving its certificate again."""
+    service = service_of(request)
+    options = {} if rate is None else {"rate": rate}
+    found = await places(service.jobs, job)
+    packed = await service.questions.ask_in_folder(asked.export, found, target, vehicle, options)
+    return _zip(packed, f"{job}-{target}.zip")
+
+
+def _zip(data: bytes, name: str) -> Response:
+    return Response(data, media_type=ZIP, headers={"content-disposition": f'attachment; filename="{name}"'})

@@ -1,0 +1,63 @@
+"""Requests taken apart: text that is a mission, JSON with one meaning; what is of another kind is refused by name."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from fastapi import Request
+from pydantic import BaseModel, ValidationError
+
+from ltlplan.service.problems import UnsupportedMedia
+from ltlplan.service.service import Service
+from verify.data.errors import BadInput
+from verify.data.storage.reading import decoded, parse_json
+from verify.data.value import faults_of
+
+Model = TypeVar("Model", bound=BaseModel)
+
+JSON = "application/json"
+TEXTS = ("application/yaml", "application/x-yaml", "text/yaml", "text/x-yaml", "text/plain", JSON)
+"""Kinds of content that a mission may come as. A page of another site could send `text/plain` unasked: `origins` refuses it."""
+
+
+def service_of(request: Request) -> Service:
+    """Return the service that a request is put to."""
+    return request.app.state.service
+
+
+def _kind(request: Request) -> str:
+    return request.headers.get("content-type", "").partition(";")[0].strip().lower()
+
+
+async def read_mission_text(request: Request) -> str:
+    """Return the text of a mission, YAML or JSON.
+
+    Raises:
+        UnsupportedMedia: The body is of another kind.
+        BadInput: It is no UTF-8 text.
+    """
+    kind = _kind(request)
+    if kind not in ("", *TEXTS):
+        raise UnsupportedMedia(f"A mission is sent as application/yaml or {JSON}, not as {kind[:60]}.")
+    return decoded(await request.body(), "The body", "mission")
+
+
+async def read_json(request: Request, model: type[Model]) -> Model:
+    """Return a body as a value.
+
+    Args:
+        request: Carries the body.
+        model: What it is to be.
+
+    Raises:
+        UnsupportedMedia: The body is of another kind.
+        BadInput: It is no JSON, or says something else; all faults are listed.
+    """
+    kind = _kind(request)
+    if kind not in ("", JSON):
+        raise UnsupportedMedia(f"This is sent as {JSON}, not as {kind[:60]}.")
+    data = parse_json(await request.body(), "The body")
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise BadInput("\n".join(faults_of(error, "body"))) from None

@@ -1,0 +1,315 @@
+"""The service, put together and run: one process that serves and never computes, and processes that compute.
+
+What can be refused is refused first, before anything heavy is loaded: a port in use, a folder that is not ours, a network without
+tokens. Ctrl-C and SIGTERM end it in order: no new requests, streams end, workers end, and the next start goes on with the jobs.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import fcntl
+import gc
+import os
+import signal
+import socket
+import sys
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Any
+
+from ltlplan.service.log import begin_log, note
+from ltlplan.service.security.origins import is_loopback, own_names
+from ltlplan.service.security.tokens import Tokens
+from ltlplan.service.settings import Settings
+from verify.data.errors import BadInput, MissingEngine
+
+if TYPE_CHECKING:
+    from fastapi import FastAPI
+
+    from ltlplan.service.security.gate import Gate
+    from ltlplan.service.service import Service
+
+GRACE = 5
+"""s that open requests are given when the service stops."""
+
+Announce = Callable[[str], None]
+
+
+def serve(settings: Settings, *, page: bool = True, announce: Announce = print) -> None:
+    """Serve until Ctrl-C or SIGTERM.
+
+    Args:
+        settings: What is served, and to whom.
+        page: Whether the page is served besides the API.
+        announce: Told, a sentence each, where the service is and what to know of it.
+
+    Raises:
+        BadInput: The port, the address, the data folder, the database or the Dask scheduler cannot be used, or a network is to be
+            served without tokens.
+        MissingEngine: The extra `service` is not installed.
+    """
+    with _own_folder(settings.data), _listening(settings) as listener:
+        tokens = Tokens(settings.data)
+        _require_tokens(settings, tokens)
+        begin_log()
+        gate, service = put_together(settings, tokens, page=page)
+        host, port = listener.getsockname()[:2]
+        shown = f"[{host}]" if ":" in host else host
+        ready = f"ltlplan serves at http://{shown}:{port}/ (API: /docs); Ctrl-C ends it. Data: {settings.data}"
+        sentences = [ready] if is_loopback(settings.host) else [ready, _TLS]
+        _run(gate, service, listener, lambda: [announce(sentence) for sentence in sentences])
+    note("stopped")
+
+
+_TLS = "note: this can be reached from other machines, and tokens travel as they are: put a proxy with TLS in front (docs/service.md)."
+
+
+def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gate, Service]:
+    """Return the application behind its gate, and its parts.
+
+    Args:
+        settings: What is served, and to whom.
+        tokens: Who may ask.
+        page: Whether the page is served besides the API.
+
+    Raises:
+        BadInput: The database or the Dask scheduler cannot be used.
+        MissingEngine: The extra `service` is not installed.
+    """
+    try:
+        from ltlplan.service.api.application import application, end_routes
+        from ltlplan.service.jobs import Jobs
+        from ltlplan.service.questions import Questions
+        from ltlplan.service.security.gate import Gate, Rules
+        from ltlplan.service.service import Service
+        from ltlplan.service.workers import LocalWorkers
+    except ModuleNotFoundError as error:
+        if str(error.name).startswith("ltlplan"):
+            raise
+        raise MissingEngine(f"`ltlplan serve` needs {error.name}: pip install 'ltlplan[service]'.") from None
+    limits = settings.limits
+    small = LocalWorkers(
+        limits.questions, seconds=limits.question_seconds, megabytes=limits.question_megabytes, wall=4 * limits.question_seconds
+    )
+    questions = Questions(small, settings.data / "scratch", most_waiting=limits.waiting_questions)
+    service = Service(settings, Jobs(settings, _workers(settings)), questions, tokens)
+    app = application(service)
+    if page:
+        _add_page(app, service)
+    end_routes(app, page=page)
+    rules = Rules(
+        tokens=tokens,
+        names=own_names(settings.host, settings.names),
+        everywhere=not is_loopback(settings.host),
+        closed=_is_closed(settings),
+        limits=limits,
+    )
+    return Gate(app, rules), service
+
+
+def _workers(settings: Settings) -> Any:  # what has the surface of `LocalWorkers`
+    """Return where stages are computed: on a Dask cluster, or here."""
+    limits = settings.limits
+    if settings.dask is not None:
+        from ltlplan.service.clusters import Cluster
+
+        return Cluster(settings.dask, patient=True, seconds=limits.stage_seconds, megabytes=limits.stage_megabytes)
+    from ltlplan.service.workers import LocalWorkers
+
+    count = (
+        settings.workers or os.process_cpu_count() if hasattr(os, "process_cpu_count") else settings.workers or os.cpu_count()
+    )
+    return LocalWorkers(count or 1, seconds=limits.stage_seconds, megabytes=limits.stage_megabytes)
+
+
+def _add_page(app: FastAPI, service: Service) -> None:
+    from ltlplan.service.page import add_pages
+
+    add_pages(app, service)
+
+
+def _is_closed(settings: Settings) -> bool:
+    """Tell whether only tokens are answered: others than this machine can ask, by themselves or through a proxy."""
+    return bool(settings.names) or not is_loopback(settings.host)
+
+
+def _require_tokens(settings: Settings, tokens: Tokens) -> None:
+    if _is_closed(settings) and not tokens.needed:
+        why = f"--host {settings.host}" if not is_loopback(settings.host) else f"--name {settings.names[0]}"
+        data = f" --data {settings.data}"
+        raise BadInput(
+            f"With {why} others can reach this service, so it answers to tokens only, and there are none. "
+            f"Make one first: ltlplan serve --new-token NAME{data}"
+        )
+
+
+@contextmanager
+def _own_folder(folder: Path) -> Generator[None]:
+    """Have a data folder to ourselves; one service is enough for one folder.
+
+    Raises:
+        BadInput: It cannot be made or written, or another service has it.
+    """
+    make_private(folder)
+    path = folder / "lock"
+    try:
+        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
+    except OSError as error:
+        raise BadInput(f"{folder} cannot be written: {(error.strerror or str(error)).lower()}. {_ELSEWHERE}") from None
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            other = os.pread(handle, 20, 0).decode("ascii", "replace").strip()
+            who = f" (process {other})" if other.isdigit() else ""
+            raise BadInput(f"{folder} is in use by another `ltlplan serve`{who}. {_ELSEWHERE}") from None
+        os.ftruncate(handle, 0)
+        os.pwrite(handle, f"{os.getpid()}\n".encode(), 0)
+        yield
+    finally:
+        os.close(handle)
+
+
+_ELSEWHERE = "Name another folder with --data."
+
+
+def make_private(folder: Path) -> None:
+    """Make a data folder that only its owner may look into, where there is none.
+
+    Raises:
+        BadInput: It cannot be made, or is no folder.
+    """
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except FileExistsError:
+        raise BadInput(f"{folder} is no folder. {_ELSEWHERE}") from None
+    except OSError as error:
+        raise BadInput(f"{folder} cannot be made: {(error.strerror or str(error)).lower()}. {_ELSEWHERE}") from None
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise BadInput(f"{folder} cannot be written: permission denied. {_ELSEWHERE}")
+
+
+@contextmanager
+def _listening(settings: Settings) -> Generator[socket.socket]:
+    """Have the port before anything else is done.
+
+    Raises:
+        BadInput: It is in use, not allowed, or no address of this machine's.
+    """
+    host, port = settings.host, settings.port
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
+        listener = socket.socket(family, kind, protocol)
+    except (OSError, UnicodeError, OverflowError) as error:
+        raise BadInput(
+            f"--host {host}: {getattr(error, 'strerror', None) or error}; name an address of this machine."
+        ) from None
+    with listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind(address)
+            listener.listen(1024)
+        except OSError as error:
+            raise BadInput(_no_port(host, port, error)) from None
+        listener.setblocking(False)
+        yield listener
+
+
+def _no_port(host: str, port: int, error: OSError) -> str:
+    if error.errno == errno.EADDRINUSE:
+        return f"Port {port} of {host} is in use, perhaps by another `ltlplan serve`; name another with --port (0 takes a free one)."
+    if error.errno in (errno.EACCES, errno.EPERM):
+        return f"Port {port} is not allowed to you; ports from 1024 on are. Name another with --port."
+    return f"{host}:{port} cannot be listened to: {(error.strerror or str(error)).lower()}."
+
+
+@dataclass
+class _Ended:
+    """How a server ended."""
+
+    error: BaseException | None = None
+
+
+def _run(gate: Gate, service: Service, listener: socket.socket, ready: Callable[[], object]) -> None:
+    """Serve until a signal comes."""
+    import uvicorn
+
+    from ltlplan.service.security.connections import with_head_clock
+
+    limits = service.settings.limits
+
+    class Server(uvicorn.Server):
+        """Stops on a signal in its own way: streams are told, the signal is not raised again."""
+
+        @contextmanager
+        def capture_signals(self) -> Generator[None, None, None]:
+            kept = {number: signal.signal(number, self.handle_exit) for number in (signal.SIGINT, signal.SIGTERM)}
+            try:
+                yield
+            finally:
+                for number, handler in kept.items():
+                    signal.signal(number, handler)
+
+        def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+            loop.call_soon_threadsafe(service.stopping.set)
+            super().handle_exit(sig, frame)
+
+        async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+            await super().startup(sockets)
+            if self.started:
+                ready()
+                gc.collect()
+                gc.freeze()
+
+    config = uvicorn.Config(
+        gate,
+        http=with_head_clock(limits.head_seconds),
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        proxy_headers=bool(service.settings.names),
+        limit_concurrency=limits.connections,
+        timeout_keep_alive=15,
+        timeout_graceful_shutdown=GRACE,
+        ws_max_size=limits.body_bytes,
+        lifespan="on",
+    )
+    server = Server(config)
+    failed = _Ended()
+
+    async def run() -> None:
+        nonlocal loop
+        loop = asyncio.get_running_loop()
+        await server.serve(sockets=[listener])
+
+    loop: asyncio.AbstractEventLoop
+    lifespan = gate.inner
+
+    async def noting(scope: Any, receive: Any, send: Any) -> None:
+        """Keep what a start failed of, which the server itself would only note."""
+        if scope["type"] != "lifespan":
+            await lifespan(scope, receive, send)
+            return
+        try:
+            await lifespan(scope, receive, send)
+        except BaseException as error:
+            failed.error = error
+            raise
+
+    gate.inner = noting
+    asyncio.run(run())
+    if failed.error is not None and not server.started:
+        raise failed.error
+
+
+def default_data() -> Path:
+    """Return the folder of a service that is told no other, as systems have it for what programs keep."""
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", str(Path.home()))) / "ltlplan"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Application Support" / "ltlplan"
+    return Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share") / "ltlplan"

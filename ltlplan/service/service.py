@@ -1,0 +1,99 @@
+"""The parts of a running service, together: what routes and pages are given."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from ltlplan.service import questions as asked
+from ltlplan.service.problems import Conflict
+from ltlplan.service.questions import Place, Questions
+from ltlplan.service.security.tokens import Tokens
+from ltlplan.service.settings import Settings
+
+if TYPE_CHECKING:
+    from ltlplan.service.jobs import Jobs
+    from verify.data import Mission
+
+_REMEMBERED = 200
+"""Texts of missions whose missions are remembered."""
+
+
+@dataclass
+class Service:
+    """A running service.
+
+    Attributes:
+        settings: What it was started with.
+        jobs: What was accepted, and how far it is.
+        questions: What is answered at once.
+        tokens: Who may ask.
+        stopping: Set when the service is about to stop, for streams to end.
+    """
+
+    settings: Settings
+    jobs: Jobs
+    questions: Questions
+    tokens: Tokens
+    stopping: asyncio.Event = field(default_factory=asyncio.Event)
+    _missions: OrderedDict[str, Mission] = field(default_factory=OrderedDict, init=False, repr=False)
+    _shipped: bytes | None = field(default=None, init=False, repr=False)
+
+    async def mission(self, text: str) -> Mission:
+        """Return the mission of a text, read in a process of its own.
+
+        Args:
+            text: YAML or JSON.
+
+        Raises:
+            MissionError: All faults of the text.
+            BadInput: It is no table of keys at all.
+        """
+        found = self._missions.get(text)
+        if found is None:
+            found = await self.questions.ask(asked.read_mission, text)
+            self._missions[text] = found
+            while len(self._missions) > _REMEMBERED or sum(map(len, self._missions)) > 4_000_000:
+                self._missions.popitem(last=False)
+        self._missions.move_to_end(text)
+        return found
+
+    async def shipped_missions(self) -> bytes:
+        """Return the shipped missions as JSON."""
+        if self._shipped is None:
+            self._shipped = await self.questions.ask(asked.shipped_missions)
+        return self._shipped
+
+
+async def places(jobs: Jobs, job: str) -> Place:
+    """Return where the files of a job lie, by their names.
+
+    Args:
+        jobs: All jobs.
+        job: The job's id.
+
+    Raises:
+        BadInput: There is no such job, or it has no files.
+    """
+    found = await jobs.job(job)
+    if not found.files:
+        raise Conflict(f"Job {found.id} has no files: it is {found.state}.")
+    return tuple([(entry.name, str((await jobs.file(found.id, entry.name)).path)) for entry in found.files])
+
+
+async def planned(jobs: Jobs, job: str) -> tuple[str, str]:
+    """Return a job's mission.yaml and plan.json.
+
+    Args:
+        jobs: All jobs.
+        job: The job's id.
+
+    Raises:
+        BadInput: There is no such job, or it has no plan (yet).
+    """
+    found = await jobs.plan(job)
+    if found is None:
+        raise Conflict(f"Job {job} has no plan: it is {(await jobs.job(job)).state}.")
+    return found
