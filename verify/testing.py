@@ -40,7 +40,8 @@ from verify.motion.continuity import jumps
 from verify.motion.membership import changes, membership_polynomials, statuses
 from verify.motion.paths import read_team
 from verify.motion.regions import relations
-from verify.recordings.samples import check_samples, sampled_timeline
+from verify.recordings.sampled_timelines import sampled_timeline
+from verify.recordings.samples import check_samples
 
 Samples = tuple[ArrayLike, ArrayLike]
 """Times in s, shape (n,), and positions in m, shape (n, 3)."""

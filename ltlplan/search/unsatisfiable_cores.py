@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from ltlplan.logic.automaton import DEAD, representative_letters
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.logic.task import Task
+from ltlplan.search.altered_systems import leaving_at_once, with_internal, without, without_free_flight
 from ltlplan.search.reduced_graph import Team
 from ltlplan.search.team_search import cheapest_path
 from ltlplan.systems.robot_systems import Systems
@@ -24,7 +25,6 @@ from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Letter, Mission, Unsatisfiable, Word, parse_formula
 from verify.data.language.formula import FREE
 from verify.data.mission import in_no_region
-from verify.data.sections import Action
 
 BUDGET = Budget(states=200_000)
 MAX_SUBSETS = 300
@@ -142,7 +142,7 @@ class _Inquiry:
         starts = self._bad_starts(core)
         if starts:
             return starts
-        if self.mission.spec.trace == "finite" and self.feasible(core, [_without_free_flight(world) for world in self.worlds]):
+        if self.mission.spec.trace == "finite" and self.feasible(core, [without_free_flight(world) for world in self.worlds]):
             return [
                 "Between two regions that lie apart a robot is in free flight and in neither of them; "
                 "`free` means in no region, so write for instance `(a | free)` where that may happen."
@@ -171,7 +171,7 @@ class _Inquiry:
         """Say whether it is in the way that a robot is still in the region whose action it has just made."""
         actions = [action for action in self.mission.robot.actions if action.source != action.target]
         for action in actions:
-            worlds = [_leaving_at_once(world, action) for world in self.worlds]
+            worlds = [leaving_at_once(world, action) for world in self.worlds]
             if self.feasible(core, worlds):
                 changed = sorted(set(self.mission.robot.states[action.target]) ^ set(self.mission.robot.states[action.source]))
                 shown = f", which changes {_and(changed)}," if changed else ""
@@ -269,7 +269,7 @@ class _Inquiry:
                 if region not in seen and not self.feasible([*others, _eventually(region)], self.worlds):
                     return [f"{name} needs {region}", *self._why(region, others, seen | {region})]
             for proposition in sorted(self.mission.internal_propositions - seen):
-                given = [_with_internal(world, proposition, self.mission) for world in self.worlds]
+                given = [with_internal(world, proposition, self.mission) for world in self.worlds]
                 if self.feasible([*others, _eventually(name)], given):
                     return [f"{name} needs {proposition}", *self._why(proposition, others, seen | {proposition})]
             held = [f"`{self._shown(other)}`" for other in others]
@@ -289,7 +289,7 @@ class _Inquiry:
         return [
             region
             for region in self.mission.all_regions
-            if region not in self._names(part) and not self.feasible([part], [_without(world, region) for world in self.worlds])
+            if region not in self._names(part) and not self.feasible([part], [without(world, region) for world in self.worlds])
         ]
 
     def _missing_edges(self, core: list[Formula]) -> list[tuple[str, str]]:
@@ -359,47 +359,6 @@ def _all_of(parts: Sequence[Formula]) -> Formula:
 
 def _eventually(name: str) -> Formula:
     return Formula("F", (Formula("name", (), name),))
-
-
-def _without(world: TransitionSystem, region: str) -> TransitionSystem:
-    """Return a world in which a region cannot be entered."""
-    edges = tuple(
-        tuple((target, cost) for target, cost in out if region not in world.labels[target] or region in world.labels[source])
-        for source, out in enumerate(world.edges)
-    )
-    return replace(world, edges=edges)
-
-
-def _with_internal(world: TransitionSystem, proposition: str, mission: Mission) -> TransitionSystem:
-    """Return a world in which every state shows an internal proposition that it lacks."""
-    if proposition not in mission.internal_propositions:
-        return world
-    return replace(world, labels=tuple(label | {proposition} for label in world.labels))
-
-
-def _leaving_at_once(world: TransitionSystem, action: Action) -> TransitionSystem:
-    """Return a world in which a robot that has made an action is not seen in the region of that action any more."""
-    if not world.nodes:
-        return world
-    gone = [action.at in node.regions and not node.flying and node.internal == action.target for node in world.nodes]
-    labels = tuple(label - {action.at} if away else label for label, away in zip(world.labels, gone, strict=True))
-    return replace(world, labels=labels)
-
-
-def _without_free_flight(world: TransitionSystem) -> TransitionSystem:
-    """Return a world in which robots go from region to region without being seen in between."""
-    if not world.nodes:
-        return world
-    edges = tuple(
-        tuple(
-            (after, cost + more)
-            for target, cost in out
-            for after, more in (world.edges[target] if world.nodes[target].flying else ((target, 0.0),))
-        )
-        + (() if world.nodes[source].flying else tuple((t, c) for t, c in out if world.nodes[t].flying))
-        for source, out in enumerate(world.edges)
-    )
-    return replace(world, edges=edges)
 
 
 def _and(items: Sequence[str]) -> str:

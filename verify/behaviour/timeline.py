@@ -1,6 +1,7 @@
 """The label timeline of one robot: for all times, where it must, may or cannot be.
 
-`verify.motion.membership` makes timelines from polynomials, `verify.recordings.samples` from recorded flights; `word_claims` reads them.
+`verify.motion.membership` makes timelines from polynomials, `verify.recordings.sampled_timelines` from recorded flights; `word_claims`
+reads them.
 """
 
 from __future__ import annotations

@@ -2,5 +2,6 @@
 
 Read `asked` (what a recording is held against), `flight_log` (tables, read exactly or refused) and `tracks` (where a robot can
 have been between samples), then `flight_verdict`, which calls one module a claim: `tube`, `words`, `recorded_visits`, `actions`,
-`space`. `planned_paths` says where the plan was at any instant, `alignment` when the flight began; `samples` judges words and formulas without a plan.
+`space`. `planned_paths` says where the plan was at any instant, `alignment` when the flight began, and `measurement` how well samples
+are known; `samples` judges formulas without a plan, by `sampled_timelines`.
 """

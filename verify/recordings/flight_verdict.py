@@ -22,9 +22,10 @@ from verify.recordings.actions import Action, action_claim, internal_changes, lo
 from verify.recordings.alignment import Alignment, fitted, given
 from verify.recordings.asked import Asked, World
 from verify.recordings.flight_log import Samples
+from verify.recordings.measurement import LARGEST, require_error, require_speed, with_rounding
 from verify.recordings.planned_paths import PlannedPath, planned_paths
 from verify.recordings.recorded_visits import passage_claim, visit_claim, widened
-from verify.recordings.samples import LARGEST, MAX_SAMPLES, require_error, require_speed, with_rounding
+from verify.recordings.samples import MAX_SAMPLES
 from verify.recordings.space import TELLS, rim_claim, separation_claims, workspace_claim
 from verify.recordings.tracks import Bounds, Track, track
 from verify.recordings.tube import tube_claim

@@ -1,9 +1,7 @@
 """Recorded flights: what positions at some instants prove about all times, given a bound on the speed.
 
-Between two samples the robot stays in an ellipsoid of revolution around their chord: the sum of its distances to both
-ends is at most what it can fly in the meantime. Near each sample it stays in a ball that grows with time. Regions are
-*must*, *may* or *no* there as for a certificate, and the same judge decides: satisfied whatever happened in between,
-violated whatever happened in between, or samples too sparse to tell.
+Regions are *must*, *may* or *no* between samples as for a certificate (`sampled_timelines`), and the same judge decides: satisfied
+whatever happened in between, violated whatever happened in between, or samples too sparse to tell.
 """
 
 from __future__ import annotations
@@ -19,31 +17,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from verify.behaviour.inclusion import DEFAULT_BUDGET
 from verify.behaviour.refutation import every_behaviour_breaks
-from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
+from verify.behaviour.timeline import InternalChange, Relations, Timeline
 from verify.behaviour.word_claims import judge_formula
 from verify.data.errors import BadInput
 from verify.data.mission import Mission, check_mission
-from verify.data.shapes.region import Region
 from verify.logic.progression import OutOfBudget
 from verify.logic.verdict import Verdict
-from verify.motion.regions import Ellipsoid, extent, relations
+from verify.motion.regions import relations
 from verify.recordings.flight_log import load_flight_log
+from verify.recordings.measurement import LARGEST, longest_gaps, require_error, require_speed, with_rounding
+from verify.recordings.sampled_timelines import sampled_timeline
 
 Floats = NDArray[np.float64]
 
 MAX_SAMPLES = 2_000_000
 FACTORS = (2, 4, 8, 16, 32, 64)
 """How much denser samples are tried, to say which rate would do."""
-
-_SLACK = 1e-12
-"""Relative; the floats used here err by less than 100 units of 2^-53, so a status beyond this slack is proved."""
-
-
-_MOST = 1e9
-"""Greatest speed (m/s) and error (m) that are taken for meant; beyond them, floats would overflow and prove nothing."""
-
-LARGEST = 1e12
-"""Greatest coordinate (m) and time (s), likewise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,35 +127,6 @@ def check_recording(source: str | Path, mission: Mission, *, max_speed: float | 
     )
 
 
-def sampled_timeline(
-    robot: str, times: Floats, positions: Floats, regions: Mapping[str, Region], *, speed: float, error: float = 0.0
-) -> Timeline:
-    """Return what samples prove of one robot's labels at all times.
-
-    Args:
-        robot: Name.
-        times: s, from 0, strictly increasing. Shape (n,).
-        positions: m. Shape (n, 3).
-        regions: By name.
-        speed: Bound on the speed, m/s.
-        error: Bound on the measurement error, m.
-    """
-    initial: dict[str, Status] = {}
-    found: list[Change] = []
-    for name, region in regions.items():
-        row = _statuses(times, positions, region, speed, error)
-        initial[name] = row[0][1]
-        status = row[0][1]
-        for time, following in row[1:]:
-            instant = Enclosure(Fraction(time), Fraction(time))
-            if {status, following} == {"no", "must"}:  # an interval of may of no length: crossed in between, in any way
-                found.append(Change(instant, name, "may"))
-            found.append(Change(instant, name, following))
-            status = following
-    found.sort(key=lambda change: change.time.low)
-    return Timeline(robot, initial, tuple(found), Fraction(float(times[-1])))
-
-
 def _judged(tracks: Sequence[_Track], mission: Mission, related: Relations, speed: float, error: float, budget: int) -> Verdict:
     return judge_timelines(mission, {track.robot: _timeline(track, mission, speed, error) for track in tracks}, related, budget)
 
@@ -219,80 +179,6 @@ def _timeline(track: _Track, mission: Mission, speed: float, error: float) -> Ti
     return Timeline(track.robot, plain.initial, plain.changes, plain.duration, track.internal[0], actions)
 
 
-def _statuses(times: Floats, positions: Floats, region: Region, speed: float, error: float) -> list[tuple[float, Status]]:
-    """Return (from when, status), statuses alternating, for one robot and region.
-
-    A status holds for a whole gap if it does in the whole ellipsoid of revolution, which lies within `wide` of the
-    chord; it holds near a sample for as long as the ball that the robot can have reached stays clear of the boundary.
-    """
-    scale = float(extent(Ellipsoid.of(region)).scale) * (1 + _SLACK)  # moving by d changes sqrt(q) by at most scale d
-    centre, matrix = np.array(region.center), region.shape
-    offset = positions - centre
-    turned = offset @ matrix
-    level = np.maximum(np.einsum("ij,ij->i", turned, offset), 0.0)
-    size = np.einsum("ij,jk,ik->i", np.abs(offset), np.abs(matrix), np.abs(offset))
-    if len(times) == 1:
-        return [(0.0, _at_sample(level[0], size[0], scale * error))]
-    step = np.diff(positions, axis=0)
-    gap = longest_gaps(times)
-    length = np.maximum(speed * gap + 2 * error, np.linalg.norm(step, axis=1)) * (1 + _SLACK)
-    wide = np.sqrt(np.maximum(length**2 - np.einsum("ij,ij->i", step, step), 0.0) / 4 + 1e-14 * length**2)
-    reach = scale * wide * (1 + _SLACK)
-    slack = _SLACK * (1 + np.maximum(size[:-1], size[1:])) * 16
-    bend = np.einsum("ij,jk,ik->i", step, matrix, step)
-    slope = 2 * np.einsum("ij,ij->i", turned[:-1], step)
-    place = np.clip(np.divide(-slope, 2 * bend, out=np.zeros_like(slope), where=bend > 0), 0.0, 1.0)
-    lowest = np.minimum.reduce([level[:-1], level[1:], level[:-1] + place * (slope + place * bend)])
-    highest = np.maximum(level[:-1], level[1:])
-    inside = (reach < 1) & (highest + slack <= (1 - reach) ** 2 * (1 - _SLACK))
-    outside = lowest - slack > (1 + reach) ** 2 * (1 + _SLACK)
-    root_low, root_high = np.sqrt(np.maximum(level - 16 * _SLACK * (1 + size), 0.0)), np.sqrt(level + 16 * _SLACK * (1 + size))
-    # for how long after (or before) each sample the ball is inside, or outside, for sure
-    held_in = ((1 - root_high) / scale - error) / speed * (1 - 1e-9)
-    held_out = ((root_low - 1) / scale - error) / speed * (1 - 1e-9)
-    shrink = np.diff(times) / gap  # the clock that was set to 0 may run slow by that much within a gap
-    row: list[tuple[float, Status]] = []
-
-    def add(time: float, status: Status) -> None:
-        if not row or row[-1][1] != status:
-            row.append((time, status))
-
-    for k in range(len(gap)):
-        start, stop = float(times[k]), float(times[k + 1])
-        if inside[k] or outside[k]:
-            add(start, "must" if inside[k] else "no")
-            continue
-        first, until = _near(held_in[k], held_out[k])
-        last, since = _near(held_in[k + 1], held_out[k + 1])
-        if first != "may":
-            add(start, first)
-        left = math.nextafter(start + until * shrink[k], -math.inf)
-        right = math.nextafter(stop - since * shrink[k], math.inf)
-        if left < right or first != last:
-            add(max(min(left, stop), start) if first != "may" else start, "may")
-        if last != "may":
-            add(min(max(right, left, start), stop), last)
-    return row
-
-
-def longest_gaps(times: Floats) -> Floats:
-    """Return upper bounds on the times between samples, whose clock was set to 0 with one rounding each."""
-    return np.nextafter(np.diff(times), np.inf) + np.spacing(times[1:])
-
-
-def _near(held_in: float, held_out: float) -> tuple[Status, float]:
-    if held_in > 0:
-        return "must", held_in
-    return ("no", held_out) if held_out > 0 else ("may", 0.0)
-
-
-def _at_sample(level: float, size: float, reach: float) -> Status:
-    slack = 16 * _SLACK * (1 + size)
-    if reach < 1 and level + slack <= (1 - reach) ** 2:
-        return "must"
-    return "no" if level - slack > (1 + reach) ** 2 else "may"
-
-
 def _sufficient_rate(
     tracks: Sequence[_Track], mission: Mission, related: Relations, speed: float, error: float, budget: int
 ) -> str:
@@ -319,57 +205,6 @@ def _denser(track: _Track, factor: int) -> _Track:
     if internal is not None:
         internal = tuple(internal[math.ceil(i / factor)] for i in range((n - 1) * factor + 1))
     return _Track(track.robot, times, positions, internal)
-
-
-def with_rounding(
-    error: float, speed: float, rounding: tuple[float, float], times: Floats, positions: Iterable[Floats]
-) -> float:
-    """Return the error with what times and positions lost in digits and floats: a time off by s is a position off by speed s.
-
-    Args:
-        error: Bound on the distance between measured and true position, m.
-        speed: Bound on the speed, m/s.
-        rounding: How far times (s) and positions (m) may be off.
-        times: s. Shape (n,).
-        positions: m, of at least one robot; NaN where it was not seen. Shape (n, 3) each.
-
-    Returns:
-        m.
-
-    Raises:
-        BadInput: The rounding is no time and length.
-    """
-    late, off = rounding
-    if not (0 <= late <= _MOST and 0 <= off <= _MOST):
-        raise BadInput(f"rounding must be a time in s and a length in m, from 0 to {_MOST:g}, not {rounding!s:.40}.")
-    late += float(np.spacing(np.max(np.abs(times))))
-    off += 2 * float(np.spacing(max(np.nanmax(np.abs(places), initial=0.0) for places in positions)))
-    return error + (off + speed * late) * (1 + 1e-9)
-
-
-def require_error(error: float) -> None:
-    """Refuse what is no bound on a measured position's error, m.
-
-    Raises:
-        BadInput: It is no number, negative, or too large.
-    """
-    if isinstance(error, bool) or not isinstance(error, int | float) or not 0 <= error <= _MOST:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
-        raise BadInput(f"error must be a length in m, from 0 to {_MOST:g}, not {str(error)[:40]}.")
-
-
-def require_speed(max_speed: float | None) -> float:
-    """Return a bound on the speed, m/s, or refuse what is none.
-
-    Raises:
-        BadInput: There is none, or it is no number, not above 0, or too large.
-    """
-    if max_speed is None:
-        raise BadInput("A sampled path proves nothing without a speed bound: give max_speed (--max-speed) in m/s.")
-    if isinstance(max_speed, bool) or not isinstance(max_speed, int | float) or not 1 / _MOST <= max_speed <= _MOST:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
-        raise BadInput(
-            f"max_speed must be a speed in m/s, from {1 / _MOST:g} (so above 0) to {_MOST:g}, not {str(max_speed)[:40]}."
-        )
-    return float(max_speed)
 
 
 def _tracks(

@@ -18,7 +18,8 @@ from verify.motion.membership import Span
 from verify.motion.regions import relations
 from verify.pieces import torn
 from verify.recordings.asked import World
-from verify.recordings.samples import judge_timelines, sampled_timeline
+from verify.recordings.sampled_timelines import sampled_timeline
+from verify.recordings.samples import judge_timelines
 from verify.recordings.space import recorded_claim
 from verify.recordings.tracks import Floats, Track
 

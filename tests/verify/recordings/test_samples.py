@@ -11,7 +11,9 @@ from tests.strategies import formulas
 from verify import check_samples
 from verify.data import BadInput, Mission, Word
 from verify.logic.semantics import satisfies
-from verify.recordings.samples import check_recording, longest_gaps, sampled_timeline
+from verify.recordings.measurement import longest_gaps
+from verify.recordings.sampled_timelines import sampled_timeline
+from verify.recordings.samples import check_recording
 
 CENTRES = {"a": (0, 0, 1), "b": (1, 0, 1), "c": (2, 0, 1)}  # of radius 0.1
 

@@ -1,0 +1,66 @@
+"""Systems that differ in one thing from what a robot can do: to see whether that thing is what stands in the way of a plan."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ltlplan.systems.transition_systems import TransitionSystem
+from verify.data import Mission
+from verify.data.sections import Action
+
+
+def without(world: TransitionSystem, region: str) -> TransitionSystem:
+    """Return a system in which a region cannot be entered.
+
+    Args:
+        world: What a robot can do.
+        region: Name.
+    """
+    edges = tuple(
+        tuple((target, cost) for target, cost in out if region not in world.labels[target] or region in world.labels[source])
+        for source, out in enumerate(world.edges)
+    )
+    return replace(world, edges=edges)
+
+
+def with_internal(world: TransitionSystem, proposition: str, mission: Mission) -> TransitionSystem:
+    """Return a system in which every state shows an internal proposition; the same where the mission has no such proposition.
+
+    Args:
+        world: What a robot can do.
+        proposition: Name.
+        mission: Whose internal propositions count.
+    """
+    if proposition not in mission.internal_propositions:
+        return world
+    return replace(world, labels=tuple(label | {proposition} for label in world.labels))
+
+
+def leaving_at_once(world: TransitionSystem, action: Action) -> TransitionSystem:
+    """Return a system in which a robot that has made an action is not seen in the region of that action any more.
+
+    Args:
+        world: What a robot can do.
+        action: Of its internal automaton.
+    """
+    if not world.nodes:
+        return world
+    gone = [action.at in node.regions and not node.flying and node.internal == action.target for node in world.nodes]
+    labels = tuple(label - {action.at} if away else label for label, away in zip(world.labels, gone, strict=True))
+    return replace(world, labels=labels)
+
+
+def without_free_flight(world: TransitionSystem) -> TransitionSystem:
+    """Return a system in which robots go from region to region without being seen in between."""
+    if not world.nodes:
+        return world
+    edges = tuple(
+        tuple(
+            (after, cost + more)
+            for target, cost in out
+            for after, more in (world.edges[target] if world.nodes[target].flying else ((target, 0.0),))
+        )
+        + (() if world.nodes[source].flying else tuple((t, c) for t, c in out if world.nodes[t].flying))
+        for source, out in enumerate(world.edges)
+    )
+    return replace(world, edges=edges)
