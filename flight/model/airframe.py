@@ -10,22 +10,21 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 from ruamel.yaml import YAML
 
 from verify.data import Vehicle
+from verify.data.value import Value
 from verify.data.vehicle import NotNegative, Positive
 
 _GENERIC = "generic"
 
 
-class Gains(BaseModel):
+class Gains(Value):
     """Gains of both controllers, per unit of mass and inertia, so that they carry over between airframes.
 
     The `position` gains serve both; the rest belongs to one controller, as said.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     position: tuple[Positive, Positive] = Field(description="1/s^2, on the position error: horizontal, vertical")
     velocity: tuple[Positive, Positive] = Field(description="1/s, on the velocity error: horizontal, vertical")
@@ -38,10 +37,8 @@ class Gains(BaseModel):
     quickened_lag: Positive = Field(description="s, rotor lag that the autopilot's lead leaves of the rotors' own")
 
 
-class Battery(BaseModel):
+class Battery(Value):
     """A lithium cell as voltage behind a resistance; thrust at a given command falls with the voltage."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     full: Positive = Field(description="V, open circuit, charged")
     empty: Positive = Field(description="V, open circuit, discharged")
@@ -57,10 +54,8 @@ class Battery(BaseModel):
         return self
 
 
-class Airframe(BaseModel):
+class Airframe(Value):
     """A vehicle with what moves it: rotors, air, battery and gains."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: str = Field(description="which file of airframes/ it was read from")
     vehicle: Vehicle = Field(description="the physical profile")
