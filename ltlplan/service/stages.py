@@ -14,7 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ltlplan.service.exact import from_bytes, to_bytes
-from verify.data import InternalError, Mission, Plan
+from ltlplan.service.models import Problem
+from ltlplan.service.problems import problem_of
+from verify.data import InternalError, Mission, NotCertified, Plan
 from verify.data.progress import Progress, part_of
 
 if TYPE_CHECKING:
@@ -44,7 +46,7 @@ class Outcome:
         following: Name of the next stage; None after the last.
         files: What is to be kept for the user, by name.
         summary: After the last stage: what `ltlplan run --json` prints.
-        shortfall: After the last stage: what does not hold of the simulated flight; empty where everything does.
+        problem: Why the job has failed, where it has something to show for it.
     """
 
     value: bytes
@@ -52,12 +54,17 @@ class Outcome:
     following: str | None = None
     files: tuple[tuple[str, bytes], ...] = ()
     summary: dict[str, Any] | None = None
-    shortfall: str = ""
+    problem: Problem | None = None
 
 
 def mission_bytes(mission: Mission) -> bytes:
     """Return what the first stage takes."""
     return to_bytes(mission)
+
+
+def mission_of(value: bytes) -> Mission:
+    """Return the mission that is in what the first stage takes."""
+    return from_bytes(value)
 
 
 def run_stage(name: str, value: bytes, progress: Progress) -> Outcome:
@@ -74,7 +81,17 @@ def run_stage(name: str, value: bytes, progress: Progress) -> Outcome:
     stage = _STAGES.get(name.split()[0])
     if stage is None:
         raise InternalError(f"There is no stage '{name:.40}'.")
-    return stage(from_bytes(value), progress)
+    known = from_bytes(value)
+    progress(f"{name} begins", share_before(name))
+    return stage(known, progress)
+
+
+def share_before(name: str) -> float:
+    """Return the share of a job's work that is done before a stage, 0 to 1."""
+    kind, _, number = name.partition(" ")
+    if kind == ROUND:
+        return _PLANNED + (_CERTIFIED - _PLANNED) * (int(number) - 1) / MAX_ROUNDS
+    return {PLAN: 0.0, FLIGHT: _CERTIFIED, FILES: _FLOWN}[kind]
 
 
 def share_after(name: str) -> float:
@@ -168,9 +185,10 @@ def _files(flown: Any, progress: Progress) -> Outcome:  # a Certified and its lo
         names = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
         files = tuple((name, (folder / name).read_bytes()) for name in names)
         result = replace(result, files=tuple(path.relative_to(folder) for path in written))
-    return Outcome(
-        b"", {"files": list(names)}, None, files=files, summary=summary_data(result), shortfall=shortfall(result)
-    )  # fmt: skip
+    missing = shortfall(result)
+    refusal = NotCertified(f"The simulated flight is not the certified one: {missing}.")
+    problem = problem_of(refusal) if missing else None
+    return Outcome(b"", {"files": list(names)}, None, files=files, summary=summary_data(result), problem=problem)
 
 
 _STAGES: dict[str, Callable[[Any, Progress], Outcome]] = {PLAN: _plan, ROUND: _round, FLIGHT: _flight, FILES: _files}

@@ -37,6 +37,19 @@ class Store:
 
     folder: Path
 
+    def open(self) -> None:
+        """Make the folder where there is none, and remove what a kill left half-written; nobody else may be writing.
+
+        Raises:
+            NoRoom: It cannot be made.
+        """
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            for path in self.folder.glob(".new-*"):
+                path.unlink(missing_ok=True)
+        except OSError as error:
+            raise self._no_room(error) from None
+
     def put(self, data: bytes) -> str:
         """Keep bytes and return their digest, once they are on the disk.
 
@@ -51,11 +64,12 @@ class Store:
             place.parent.mkdir(parents=True, exist_ok=True)
             self._write(place, data)
         except OSError as error:
-            reason = "the disk is full" if error.errno in _FULL else os.strerror(error.errno or 0).lower()
-            raise NoRoom(
-                f"{self.folder} cannot be written: {reason}. Make room there; what was accepted waits for it."
-            ) from None
+            raise self._no_room(error) from None
         return digest
+
+    def _no_room(self, error: OSError) -> NoRoom:
+        reason = "the disk is full" if error.errno in _FULL else os.strerror(error.errno or 0).lower()
+        return NoRoom(f"{self.folder} cannot be written: {reason}. Make room there; what was accepted waits for it.")
 
     def _write(self, place: Path, data: bytes) -> None:
         handle, name = tempfile.mkstemp(prefix=".new-", dir=self.folder)
@@ -109,11 +123,6 @@ class Store:
     def digests(self) -> set[str]:
         """Return the digests of all that is kept."""
         return {path.name for path in self.folder.glob("??/*") if _DIGEST.fullmatch(path.name)}
-
-    def clear_halves(self) -> None:
-        """Remove what a kill left half-written; nobody else may be writing."""
-        for path in self.folder.glob(".new-*"):
-            path.unlink(missing_ok=True)
 
     def free(self) -> int:
         """Return how many bytes are free on the disk."""

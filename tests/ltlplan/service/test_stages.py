@@ -58,7 +58,7 @@ def test_what_stages_find_is_plain_data_for_people() -> None:
     summary = outcomes["files"].summary
     assert summary is not None
     assert summary["holds"]
-    assert outcomes["files"].shortfall == ""
+    assert outcomes["files"].problem is None
 
 
 @pytest.mark.parametrize("stage", ["plan", "round 1", "flight"])

@@ -61,5 +61,5 @@ def test_what_a_kill_left_half_written_is_removed(tmp_path: Path) -> None:
     store = Store(tmp_path)
     digest = store.put(b"value")
     (tmp_path / ".new-abc").write_bytes(b"val")
-    store.clear_halves()
+    store.open()
     assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == [digest]

@@ -1,0 +1,130 @@
+"""The database of the jobs before it is used: whether it answers, whose it is, and of which version.
+
+It is one file in the data folder (SQLite), or a PostgreSQL database that was named. What is older is brought to this version in one
+transaction when the engine starts; what is newer, another folder's or no database of ours is refused in words.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import sqlalchemy as sa
+from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, SQLAlchemyError
+
+from verify.data import BadInput
+
+FORMAT = 1
+"""Version of what the service itself writes."""
+FILE = "jobs.sqlite"
+SCHEMA = "dbos"
+"""Where a PostgreSQL database has the engine's tables."""
+PATIENCE = 3.0
+"""s that a database that others hold is waited for at the start."""
+
+
+def url_of(folder: Path, database: str | None) -> str:
+    """Return where the jobs are kept: the PostgreSQL database of that URL, or a file in the data folder.
+
+    Raises:
+        BadInput: It is no URL of a PostgreSQL database.
+    """
+    if database is None:
+        return f"sqlite:///{folder.resolve() / FILE}"
+    try:
+        url = sa.make_url(database)
+    except ArgumentError:
+        raise BadInput("The database is no URL; one is written postgresql://USER:PASSWORD@HOST:5432/NAME.") from None
+    if url.get_backend_name() not in ("postgresql", "postgres"):
+        raise BadInput(f"The database is a PostgreSQL URL (postgresql://...) or left out, not {url.get_backend_name()}.")
+    return url.set(drivername="postgresql").render_as_string(hide_password=False)
+
+
+def prepare(url: str, owner: str, *, tables: int) -> None:
+    """Look at a database before the engine does; what is new is marked as ours.
+
+    Args:
+        url: Of SQLite or PostgreSQL.
+        owner: Names the data folder; a database belongs to one.
+        tables: Version of the engine's tables, up to which it can bring older ones.
+
+    Raises:
+        BadInput: It does not answer, is of a newer version or belongs to another folder; nothing in it was changed.
+    """
+    where = sa.make_url(url)
+    sqlite = where.get_backend_name() == "sqlite"
+    try:
+        if sqlite:
+            engine = sa.create_engine(where, connect_args={"timeout": PATIENCE})
+        else:
+            engine = sa.create_engine(where.set(drivername="postgresql+psycopg"), connect_args={"connect_timeout": 5})
+    except (NoSuchModuleError, ImportError):
+        raise BadInput("PostgreSQL needs psycopg: `pip install 'ltlplan[postgres]'`.") from None
+    try:
+        if sqlite:
+            with engine.connect() as connection:  # writers then do not wait for readers; a property of the file, for ever
+                connection.exec_driver_sql("PRAGMA journal_mode=WAL")
+        with engine.begin() as connection:
+            if sqlite:
+                connection.exec_driver_sql("BEGIN IMMEDIATE")
+            _check_tables(connection, tables)
+            _claim(connection, owner)
+    except DBAPIError as error:
+        raise BadInput(f"{_name(where)} cannot be used: {_reason(error)}") from None
+    except SQLAlchemyError as error:
+        raise BadInput(f"{_name(where)} cannot be used: {str(error).splitlines()[0]}.") from None
+    finally:
+        engine.dispose()
+
+
+def why(error: BaseException) -> str | None:
+    """Return what is wrong with the database in words, or None where an error is not the database's."""
+    return _reason(error) if isinstance(error, DBAPIError) else None
+
+
+def _check_tables(connection: sa.Connection, known: int) -> None:
+    """Refuse a database that a newer engine has written."""
+    schema = None if connection.dialect.name == "sqlite" else SCHEMA
+    if not sa.inspect(connection).has_table("dbos_migrations", schema=schema):
+        return
+    table = "dbos_migrations" if schema is None else f"{schema}.dbos_migrations"
+    written = connection.exec_driver_sql(f"SELECT version FROM {table}").scalar() or 0
+    if written > known:
+        raise _newer(f"its engine's tables are of version {written}, this one knows up to {known}")
+
+
+def _claim(connection: sa.Connection, owner: str) -> None:
+    """Write whose the database is and of which version, or hold it against what is written."""
+    connection.exec_driver_sql("CREATE TABLE IF NOT EXISTS ltlplan_service (name TEXT PRIMARY KEY, value TEXT NOT NULL)")
+    found = {str(name): str(value) for name, value in connection.exec_driver_sql("SELECT name, value FROM ltlplan_service")}
+    if not found:
+        insert = sa.text("INSERT INTO ltlplan_service (name, value) VALUES (:name, :value)")
+        connection.execute(insert, [{"name": "format", "value": str(FORMAT)}, {"name": "folder", "value": owner}])
+        return
+    if not found.get("format", "").isdecimal() or int(found["format"]) > FORMAT:
+        raise _newer(f"it is of format {found.get('format', '')[:40]!r}, this one knows {FORMAT}")
+    if found.get("folder") != owner:
+        raise BadInput(
+            "This database belongs to another data folder, where what its jobs have found is kept: name that folder with --data, or "
+            "take a new database."
+        )
+
+
+def _newer(what: str) -> BadInput:
+    return BadInput(f"The database was written by a newer ltlplan ({what}): start that version, or take another data folder.")
+
+
+def _name(url: sa.URL) -> str:
+    return f"The database {url.database if url.get_backend_name() == 'sqlite' else url.render_as_string(hide_password=True)}"
+
+
+def _reason(error: DBAPIError) -> str:
+    text = " ".join(str(error.orig).split())
+    if "locked" in text:
+        return "another program holds it (database is locked); end that program, then start again."
+    if "disk is full" in text:
+        return "the disk is full; make room there."
+    if "not a database" in text or "malformed" in text:
+        return "it is damaged, or no database at all; put a copy in its place, or take another data folder."
+    if "readonly" in text or "unable to open" in text:
+        return f"it cannot be written ({text}); look at who owns the folder."
+    return f"{text[:300]}."
