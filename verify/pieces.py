@@ -294,7 +294,7 @@ def torn(old: Mission, new: Mission, before: Mapping[str, Status], after: Mappin
     jumped = [
         name
         for name, region in new.all_regions.items()
-        if (region.center, region.quadratic) != (old.all_regions[name].center, old.all_regions[name].quadratic)
+        if (region.center, region.body) != (old.all_regions[name].center, old.all_regions[name].body)
         and (before[name], after[name]) != ("no", "no")
     ]
     if not jumped:

@@ -45,7 +45,8 @@ class RegionMasks:
     def __init__(self, mission: Mission) -> None:
         regions = list(mission.all_regions.values())
         self._centres = np.array([region.center for region in regions]).reshape(-1, 3)
-        self._shapes = [region.shape.tolist() for region in regions]
+        self._regions = regions
+        self._shapes = [region.shape.tolist() if region.is_ellipsoid else None for region in regions]
         self._reaches = np.array([region.outer_radius for region in regions]) * (1 + 1e-9)
         self._type: type = np.int64 if len(regions) <= _BITS else object
 
@@ -68,8 +69,12 @@ class RegionMasks:
         low, high = np.fmin.reduce(positions, axis=1), np.fmax.reduce(positions, axis=1)  # whatever is no number is nowhere
         beside = np.maximum(np.maximum(low - self._centres, self._centres - high), 0.0)
         for bit in np.flatnonzero(np.einsum("ri,ri->r", beside, beside) <= self._reaches**2).tolist():
+            shape = self._shapes[bit]
+            if shape is None:
+                mask |= (self._regions[bit].level(positions.T) <= 1.0).astype(self._type) << bit
+                continue
             x, y, z = (positions[i] - self._centres[bit, i] for i in range(3))
-            ((a, b, c), (_, d, e), (_, _, f)) = self._shapes[bit]
+            ((a, b, c), (_, d, e), (_, _, f)) = shape
             level = a * x * x + d * y * y + f * z * z + 2.0 * (b * x * y + c * x * z + e * y * z)
             mask |= (level <= 1.0).astype(self._type) << bit
         return mask

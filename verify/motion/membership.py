@@ -1,31 +1,31 @@
 """From polynomials to label timelines: for all times, in which regions a robot must, may or cannot be.
 
-With r the path, c and M a region's centre and matrix, q = (r - c)' M (r - c) is a polynomial of degree 14 on each
-piece. A point within the margin d of r has sqrt(q) within s d of the path's, where s^2 bounds the greatest
-eigenvalue of M. So q <= (1 - s d)^2 means *must*, q > (1 + s d)^2 means *no*, and what is neither proved is *may*.
-At margin 0 the two thresholds are one, and an interval that holds exactly one simple root of q - 1 is one switch.
+With r the path and q <= b one of the inequalities that a region is made of, q(r(t)) is a polynomial on each piece, of degree 14,
+or 7 for a half-space. For a point within the margin d of r the bound moves to the safe side (`verify.data.shapes.conditions`):
+of an ellipsoid, with s^2 a bound on its matrix's greatest eigenvalue, q <= (1 - s d)^2 means *must*, q > (1 + s d)^2 means *no*, and
+what is neither proved is *may*. At margin 0 the two thresholds are one, and an interval that holds exactly one simple root
+is one switch. `verify.motion.bodies` says what the inequalities' answers come to for a region.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Literal
 
 import numpy as np
 from flint import fmpq_poly
+from numpy.typing import NDArray
 
 from verify.arithmetic import exact
-from verify.arithmetic.balls import Balls, Floats, constants, dot, gamma, halves, nearest
+from verify.arithmetic.balls import Balls, Floats, concatenate, constants, dot, gamma, halves, nearest
 from verify.arithmetic.bounds import Indices
 from verify.behaviour.timeline import Change, Enclosure, Status
-from verify.data.shapes.region import Region
+from verify.data.shapes.conditions import Condition, HalfSpace
+from verify.data.shapes.inequalities import Inequality, Point
+from verify.motion.bodies import Body, Mark, Span, region_spans
 from verify.motion.paths import Segment, TeamPaths
-from verify.motion.regions import Ellipsoid, extent
-
-Mark = Literal["no", "may", "must", "switch"]
 
 DEPTH_WITH_MARGIN = 20
 """Halvings of a piece before what is not proved yet counts as *may*: a millionth of its duration."""
@@ -39,44 +39,79 @@ MAX_OPEN = 64
 _CHUNK = 20_000
 
 
-@dataclass(frozen=True, slots=True)
-class Span:
-    """A part of one path with one status; "switch" holds exactly one crossing of the boundary."""
-
-    start: Fraction
-    stop: Fraction
-    mark: Mark
-
-
 @dataclass(frozen=True, eq=False)
 class MembershipPolynomials:
-    """Membership polynomials of all segments in all regions, computed once for any margin.
+    """What every region's inequalities are along all segments, computed once for any margin.
 
     Attributes:
         paths: The team.
-        regions: Names, in the mission's order.
-        values: q on each segment and region. Shape (segments, regions, 15).
+        bodies: By region, in the mission's order.
+        columns: For each region the columns of its inequalities in `quadrics` or, for half-spaces, in `planes`.
+        quadrics: Quadratic forms. Shape (segments, quadrics, 15).
+        planes: Of half-spaces, normal . (r - c). Shape (segments, half-spaces, 8).
     """
 
     paths: TeamPaths
-    regions: tuple[str, ...]
-    values: Balls
+    bodies: dict[str, Body]
+    columns: dict[str, tuple[int, ...]]
+    quadrics: Balls
+    planes: Balls
+
+    def values(self, one: Condition) -> Balls:
+        """Return the table that an inequality has its column in."""
+        return self.planes if isinstance(one, HalfSpace) else self.quadrics
 
 
 @np.errstate(all="ignore")
 def membership_polynomials(paths: TeamPaths) -> MembershipPolynomials:
     """Compute the membership polynomials of a team."""
-    regions = paths.mission.all_regions
-    count = len(paths.segments)
-    mid, rad = np.empty((count, len(regions), 15)), np.empty((count, len(regions), 15))
-    for column, region in enumerate(regions.values()):
-        centre = constants(np.array(region.center)).reshape(1, 3, 1)
-        for first in range(0, count, _CHUNK):
-            part = slice(first, first + _CHUNK)
-            offset = paths.positions[part] - centre
-            values = dot(offset, _turned(region.shape, offset))
-            mid[part, column], rad[part, column] = values.mid, values.rad
-    return MembershipPolynomials(paths, tuple(regions), Balls(mid, rad))
+    bodies = {name: Body.of(region) for name, region in paths.mission.all_regions.items()}
+    columns: dict[str, tuple[int, ...]] = {}
+    planes: list[tuple[Body, int]] = []
+    quadrics: list[tuple[Body, int]] = []
+    for name, body in bodies.items():
+        row: list[int] = []
+        for k, one in enumerate(body.conditions):
+            listed = planes if isinstance(one, HalfSpace) else quadrics
+            row.append(len(listed))
+            listed.append((body, k))
+        columns[name] = tuple(row)
+    tables: list[Balls] = []
+    for listed, width in ((quadrics, 15), (planes, 8)):
+        mid = np.empty((len(paths.segments), len(listed), width))
+        rad = np.empty_like(mid)
+        for column, (body, k) in enumerate(listed):
+            for first in range(0, len(paths.segments), _CHUNK):
+                part = slice(first, first + _CHUNK)
+                values = _along(paths.positions[part], body, k)
+                mid[part, column], rad[part, column] = values.mid, values.rad
+        tables.append(Balls(mid, rad))
+    return MembershipPolynomials(paths, bodies, columns, *tables)
+
+
+def _along(positions: Balls, body: Body, k: int) -> Balls:
+    """Return what one of a region's inequalities bounds, as polynomials. Shape (segments, 3, 8) to (segments, degree + 1)."""
+    one = body.conditions[k]
+    if isinstance(one, HalfSpace):
+        normal = constants(np.array(body.inequalities[k].linear)).reshape(1, 3, 1)
+        return dot(normal, positions - constants(np.array(body.centre)).reshape(1, 3, 1))
+    pairs = [nearest(Fraction(c) + own) for c, own in zip(body.centre, one.centre, strict=True)]
+    centre = constants(np.array([value for value, _ in pairs]), np.array([error for _, error in pairs]))
+    offset = positions - centre.reshape(1, 3, 1)
+    return dot(offset, _turned(np.array(body.inequalities[k].quadratic), offset))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Thresholds:
+    """Of one inequality, between which floats lie its greatest value where the ball is inside, and where it is not outside."""
+
+    inside: tuple[float, float]
+    outside: tuple[float, float]
+
+    @classmethod
+    def of(cls, one: Condition, margin: Fraction) -> _Thresholds:
+        within, beyond = one.bounds(margin)
+        return cls((-np.inf, -np.inf) if within is None else _bracket(within), _bracket(beyond))
 
 
 @np.errstate(all="ignore")
@@ -88,17 +123,10 @@ def statuses(found: MembershipPolynomials, margin: Fraction) -> dict[str, dict[s
         margin: Within how many metres of the path the status must hold, exact.
     """
     paths = found.paths
-    near = np.flatnonzero(~_far(found, margin))
-    regions = [paths.mission.all_regions[found.regions[column]] for column in near]
-    thresholds = [_thresholds(region, margin) for region in regions]
-    count = len(near)
-    place = {int(column): k for k, column in enumerate(near)}
-    width = found.values.mid.shape[-1]
-    table = Balls(found.values.mid[:, near].reshape(-1, width), found.values.rad[:, near].reshape(-1, width))
-    inside = np.array([t[0] for t in thresholds] * len(paths.segments)).reshape(-1, 2)
-    outside = np.array([t[1] for t in thresholds] * len(paths.segments)).reshape(-1, 2)
-    depth = DEPTH_WITHOUT if margin == 0 else DEPTH_WITH_MARGIN
-    leaves = _classified(table, inside, outside, depth)
+    leaves = {
+        name: near for name, body in found.bodies.items() if (near := _RegionLeaves.of(found, name, body, margin)) is not None
+    }
+    _classify(leaves.values(), DEPTH_WITHOUT if margin == 0 else DEPTH_WITH_MARGIN)
     result: dict[str, dict[str, tuple[Span, ...]]] = {}
     of_robot: list[list[int]] = [[] for _ in paths.robots]
     for index, segment in enumerate(paths.segments):
@@ -106,32 +134,98 @@ def statuses(found: MembershipPolynomials, margin: Fraction) -> dict[str, dict[s
     for robot, name in enumerate(paths.robots):
         result[name] = {}
         whole = paths.segments[of_robot[robot][0]].start, paths.segments[of_robot[robot][-1]].stop
-        for column, region in enumerate(found.regions):
-            spans: list[Span] = []
-            if column not in place:
-                _append(spans, *whole, "no")
-            for index in of_robot[robot] if column in place else ():
-                segment, row = paths.segments[index], index * count + place[column]
-                parts = leaves[row]
-                if len(parts) == 1 and parts[0][2] is not None:
-                    _append(spans, segment.start, segment.stop, parts[0][2])
-                elif margin == 0:
-                    _without_margin(spans, parts, _SegmentInRegion(found, index, column))
-                else:
-                    for start, stop, mark in parts:
-                        _append(spans, segment.time(start), segment.time(stop), mark or "may")
-            result[name][region] = _settled(spans)
+        for region in found.bodies:
+            if region not in leaves:
+                result[name][region] = (Span(*whole, "no"),)
+                continue
+            near = leaves[region]
+            rows = [near.spans(found.paths, k, of_robot[robot], margin) for k in range(len(near.body.conditions))]
+            result[name][region] = _settled(
+                rows[0] if len(rows) == 1 else region_spans(near.body, [_settled(row) for row in rows])
+            )
     return result
 
 
-def _far(found: MembershipPolynomials, margin: Fraction) -> np.ndarray:
-    """Tell which regions all robots are proved to be out of at all times, by the least coefficients alone. Shape (regions,).
+Leaf = tuple[float, float, Mark | None]
+"""From one place of a segment to another, with its status; None where nothing could be proved."""
 
-    Thresholds are rounded upwards by a thousand times what their floats are off.
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _RegionLeaves:
+    """One region's inequalities along all segments, in parts that are sorted.
+
+    Attributes:
+        body: The region.
+        values: For each inequality its polynomials. Shape (segments, degree + 1) each.
+        thresholds: For each inequality.
+        open: For each inequality the segments that have to be halved, as the whole of them decides neither it nor the region.
+        leaves: For each inequality and segment.
     """
-    scales = [float(extent(Ellipsoid.of(region)).scale) for region in found.paths.mission.all_regions.values()]
-    outside = (1.0 + np.array(scales) * float(margin) * (1 + 2.0**-40)) ** 2 * (1 + 2.0**-40)
-    return np.all(found.values.low.min(-1) > outside, axis=0)
+
+    body: Body
+    values: list[Balls]
+    thresholds: list[_Thresholds]
+    open: list[Indices]
+    leaves: list[list[Sequence[Leaf]]]
+
+    @classmethod
+    def of(cls, found: MembershipPolynomials, name: str, body: Body, margin: Fraction) -> _RegionLeaves | None:
+        """Look at whole segments; None where all robots are proved to be out of the region at all times."""
+        values = [found.values(one)[:, column] for one, column in zip(body.conditions, found.columns[name], strict=True)]
+        thresholds = [_Thresholds.of(one, margin) for one in body.conditions]
+        low, high = [row.low.min(-1) for row in values], [row.high.max(-1) for row in values]
+        broken = [row > bounds.outside[1] for row, bounds in zip(low, thresholds, strict=True)]
+        out = _all(_any(broken[k] for k in part) for part in body.parts)
+        if bool(np.all(out)):
+            return None
+        kept = [row <= bounds.inside[0] for row, bounds in zip(high, thresholds, strict=True)]
+        clear = out | _any(_all(kept[k] for k in cover) for cover in body.covers)
+        opened = [np.flatnonzero(~(clear | no | must)) for no, must in zip(broken, kept, strict=True)]
+        leaves: list[list[Sequence[Leaf]]] = []
+        for no, must in zip(broken, kept, strict=True):
+            marks: list[Mark] = [_CODES[code] or "may" for code in np.select([no, must], [0, 2], 1).tolist()]
+            leaves.append([_WHOLE[mark] for mark in marks])
+        return cls(body, values, thresholds, opened, leaves)
+
+    def spans(self, paths: TeamPaths, k: int, indices: Sequence[int], margin: Fraction) -> list[Span]:
+        """Return the spans of one inequality along one robot's segments."""
+        spans: list[Span] = []
+        for index in indices:
+            segment, parts = paths.segments[index], self.leaves[k][index]
+            if len(parts) == 1 and parts[0][2] is not None:
+                _append(spans, segment.start, segment.stop, parts[0][2])
+            elif margin == 0:
+                _without_margin(spans, _Along(paths, index, self.body, k, self.values[k][index]), parts)
+            else:
+                for start, stop, mark in parts:
+                    _append(spans, segment.time(start), segment.time(stop), mark or "may")
+        return spans
+
+
+_WHOLE: dict[Mark, tuple[Leaf, ...]] = {"no": ((0.0, 1.0, "no"),), "may": ((0.0, 1.0, "may"),), "must": ((0.0, 1.0, "must"),)}
+
+
+def _any(rows: Iterator[NDArray[np.bool_]]) -> NDArray[np.bool_]:
+    return np.logical_or.reduce(list(rows))
+
+
+def _all(rows: Iterator[NDArray[np.bool_]]) -> NDArray[np.bool_]:
+    return np.logical_and.reduce(list(rows))
+
+
+def _classify(regions: Iterable[_RegionLeaves], depth: int) -> None:
+    """Halve what is open of all regions, polynomials of one degree at once."""
+    rows = [(near, k) for near in regions for k in range(len(near.values)) if len(near.open[k])]
+    for degree in sorted({near.values[k].degree for near, k in rows}):
+        chosen = [(near, k) for near, k in rows if near.values[k].degree == degree]
+        table = concatenate([near.values[k][near.open[k]] for near, k in chosen])
+        counts = [len(near.open[k]) for near, k in chosen]
+        inside = np.repeat([near.thresholds[k].inside for near, k in chosen], counts, axis=0)
+        outside = np.repeat([near.thresholds[k].outside for near, k in chosen], counts, axis=0)
+        found = iter(_classified(table, inside, outside, depth))
+        for near, k in chosen:
+            for index in near.open[k].tolist():
+                near.leaves[k][index] = next(found)
 
 
 def changes(spans: dict[str, tuple[Span, ...]]) -> tuple[dict[str, Status], tuple[Change, ...]]:
@@ -164,52 +258,12 @@ def _turned(matrix: Floats, offset: Balls) -> Balls:
     return Balls(mid, rad * (1.0 + 2.0**-40) + 1e-290)
 
 
-def _thresholds(region: Region, margin: Fraction) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return lower and upper float bounds of (1 - s d)^2 and of (1 + s d)^2; -1 stands for "never inside"."""
-    spread = extent(Ellipsoid.of(region)).scale * margin
-    within = (-1.0, -1.0) if spread >= 1 else _bracket((1 - spread) ** 2)
-    return within, _bracket((1 + spread) ** 2)
-
-
 def _bracket(value: Fraction) -> tuple[float, float]:
     number, error = nearest(value)
     if error == 0.0:
         return number, number
     return float(np.nextafter(number, -np.inf)), float(np.nextafter(number, np.inf))
 
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _SegmentInRegion:
-    """One segment of a path, seen from one region.
-
-    Attributes:
-        found: The team's membership polynomials.
-        index: Of the segment, among all of the team's.
-        column: Of the region.
-    """
-
-    found: MembershipPolynomials
-    index: int
-    column: int
-
-    @property
-    def segment(self) -> Segment:
-        return self.found.paths.segments[self.index]
-
-    @property
-    def level(self) -> Balls:
-        """Its membership polynomial, enclosed. Shape (15,)."""
-        return self.found.values[self.index, self.column]
-
-    @property
-    def exact_level(self) -> fmpq_poly:
-        """The same, exactly."""
-        paths = self.found.paths
-        return exact_level(paths, self.index, paths.mission.all_regions[self.found.regions[self.column]])
-
-
-Leaf = tuple[float, float, Mark | None]
-"""From one place of a segment to another, with its status; None where nothing could be proved."""
 
 _CODES: tuple[Mark | None, ...] = ("no", "may", "must", None)
 
@@ -255,17 +309,45 @@ def _classified(table: Balls, inside: Floats, outside: Floats, depth: int) -> li
     return result
 
 
-def _without_margin(spans: list[Span], leaves: Sequence[Leaf], here: _SegmentInRegion) -> None:
+@dataclass(frozen=True, eq=False, slots=True)
+class _Along:
+    """One inequality of a region along one segment.
+
+    Attributes:
+        paths: The team.
+        index: Of the segment.
+        body: The region.
+        k: Of the inequality.
+        values: What it bounds, as balls.
+    """
+
+    paths: TeamPaths
+    index: int
+    body: Body
+    k: int
+    values: Balls
+
+    @property
+    def segment(self) -> Segment:
+        """The segment."""
+        return self.paths.segments[self.index]
+
+    def exact(self) -> fmpq_poly:
+        """Return what must not be above 0, as an exact polynomial in u, from 0 to 1."""
+        return exact_level(self.paths, self.index, self.body.centre, self.body.inequalities[self.k])
+
+
+def _without_margin(spans: list[Span], along: _Along, leaves: Sequence[Leaf]) -> None:
     """Append the spans of one segment at margin 0, with each simple root as a switch."""
-    segment, level = here.segment, here.level
+    segment = along.segment
     for position, (start, stop, mark) in enumerate(leaves):
         around = {leaves[i][2] for i in (position - 1, position + 1) if 0 <= i < len(leaves)}
         if mark is not None:
             _append(spans, segment.time(start), segment.time(stop), mark)
-        elif around == {"no", "must"} and _is_monotone(level, start, stop):
+        elif around == {"no", "must"} and _is_monotone(along.values, start, stop):
             _append(spans, segment.time(start), segment.time(stop), "switch")
         elif segment.kind == "piece":
-            _exactly(spans, start, stop, here)
+            _exactly(spans, along, start, stop)
         else:
             _append(spans, segment.time(start), segment.time(stop), "may")
 
@@ -289,9 +371,9 @@ def _is_monotone(level: Balls, start: float, stop: float) -> bool:
         width /= 2
 
 
-def _exactly(spans: list[Span], start: float, stop: float, here: _SegmentInRegion) -> None:
+def _exactly(spans: list[Span], along: _Along, start: float, stop: float) -> None:
     """Decide a part of a piece that balls leave open, with exact roots: ties, tangencies, roots close together."""
-    segment, level = here.segment, here.exact_level - 1
+    segment, level = along.segment, along.exact()
     low, high = Fraction(start), Fraction(stop)
 
     def mark_at(place: Fraction) -> Mark:
@@ -311,20 +393,21 @@ def _exactly(spans: list[Span], start: float, stop: float, here: _SegmentInRegio
         _append(spans, segment.time(place), segment.time(high), mark_at((place + high) / 2))
 
 
-def exact_level(paths: TeamPaths, index: int, region: Region) -> fmpq_poly:
-    """Return q of one segment and region as an exact polynomial in u, from 0 to 1.
+def exact_level(paths: TeamPaths, index: int, centre: Point, inequality: Inequality) -> fmpq_poly:
+    """Return by how much a segment breaks an inequality, as an exact polynomial in u, from 0 to 1.
 
     Args:
         paths: The team.
         index: Of the segment, among all of the team's.
-        region: The region; q is at most 1 in it.
+        centre: The region's, m.
+        inequality: One of the region's.
     """
-    offset = [p - exact.rational(c) for p, c in zip(paths.exact_position(index), region.center, strict=True)]
-    matrix = region.quadratic
-    total = fmpq_poly([0])
+    offset = [p - exact.rational(c) for p, c in zip(paths.exact_position(index), centre, strict=True)]
+    total = fmpq_poly([-exact.rational(inequality.bound)])
     for i in range(3):
+        total += offset[i] * exact.rational(inequality.linear[i])
         for j in range(3):
-            total += offset[i] * offset[j] * exact.rational(matrix[i][j])
+            total += offset[i] * offset[j] * exact.rational(inequality.quadratic[i][j])
     return total
 
 

@@ -1,6 +1,7 @@
 """What is proved of regions at large: how far a ball of the margin reaches, and which pairs lie apart or inside.
 
-A region is its stored float64 matrix. All proofs here are in rational arithmetic; floats only propose.
+Two ellipsoids, each its stored float64 matrix, are told apart by their forms; bodies of other shapes, part by part, by
+`verify.motion.convex_bodies`. All proofs are in rational arithmetic; floats only propose.
 """
 
 from __future__ import annotations
@@ -18,8 +19,10 @@ from verify.arithmetic.exact import rational
 from verify.behaviour.timeline import Relations
 from verify.data.errors import BadInput
 from verify.data.mission import Mission
+from verify.data.shapes.conditions import covers
 from verify.data.shapes.inequalities import Matrix, Point
 from verify.data.shapes.region import Region
+from verify.motion.convex_bodies import ConvexPart, are_apart, farthest, is_inside
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,28 +77,81 @@ def extent(region: Ellipsoid) -> Extent:
 
 def relations(mission: Mission) -> Relations:
     """Prove which regions have no common point and which lie inside others."""
-    regions = {name: Ellipsoid.of(region) for name, region in mission.all_regions.items()}
+    regions = {name: _Proved.of(region) for name, region in mission.all_regions.items()}
     disjoint: set[tuple[str, str]] = set()
     nested: set[tuple[str, str]] = set()
     names = sorted(regions)
     for a, b, far in _pairs(names, regions):
-        if far or are_disjoint(regions[a], regions[b]):
+        if far or regions[a].is_apart_from(regions[b]):
             disjoint.add((a, b))
             continue
-        if lies_inside(regions[a], regions[b]):
+        if regions[a].is_in(regions[b]):
             nested.add((a, b))
-        if lies_inside(regions[b], regions[a]):
+        if regions[b].is_in(regions[a]):
             nested.add((b, a))
     return Relations(frozenset(disjoint), frozenset(nested))
 
 
-def _pairs(names: list[str], regions: dict[str, Ellipsoid]) -> Iterator[tuple[str, str, bool]]:
+@dataclass(frozen=True, eq=False, slots=True)
+class _Proved:
+    """A region with what is proved of it alone.
+
+    Attributes:
+        centre: m.
+        reach: No point is farther from the centre than this, m.
+        ellipsoid: The region, where it is one.
+        parts: Its convex parts.
+        covers: Convex bodies within it, its parts among them.
+    """
+
+    centre: Point
+    reach: float
+    ellipsoid: Ellipsoid | None
+    parts: tuple[ConvexPart, ...]
+    covers: tuple[ConvexPart, ...]
+
+    @classmethod
+    def of(cls, region: Region) -> _Proved:
+        parts = tuple(ConvexPart(region.center, tuple(part)) for part in region.body)
+        if region.is_ellipsoid:
+            own = Ellipsoid.of(region)
+            return cls(own.centre, float(extent(own).reach), own, parts, parts)
+        around = tuple(ConvexPart(region.center, cover) for cover in covers(region.body))
+        return cls(region.center, max(map(_reach, parts)), None, parts, around)
+
+    def is_apart_from(self, other: _Proved) -> bool:
+        if self.ellipsoid is not None and other.ellipsoid is not None:
+            return are_disjoint(self.ellipsoid, other.ellipsoid)
+        return all(are_apart(a, b) for a in self.parts for b in other.parts)
+
+    def is_in(self, other: _Proved) -> bool:
+        if self.ellipsoid is not None and other.ellipsoid is not None:
+            return lies_inside(self.ellipsoid, other.ellipsoid)
+        return all(any(is_inside(part, cover) for cover in other.covers) for part in self.parts)
+
+
+def _reach(part: ConvexPart) -> float:
+    """Return how far a part reaches from its centre at most, along the world's axes, in m; infinite where that was not proved."""
+    square = Fraction(0)
+    for axis in range(3):
+        sides: list[Fraction] = []
+        for sign in (1, -1):
+            x, y, z = (Fraction(sign * (i == axis)) for i in range(3))
+            far = farthest(part, (x, y, z))
+            if far is None:
+                return math.inf
+            sides.append(abs(far - sign * Fraction(part.centre[axis])))
+        square += max(sides) ** 2
+    return math.nextafter(math.sqrt(square), math.inf) * (1 + 2.0**-50)
+
+
+def _pairs(names: list[str], regions: dict[str, _Proved]) -> Iterator[tuple[str, str, bool]]:
     """Yield all pairs, and whether centres and reaches alone prove them disjoint; those that they do not may be so all the same.
 
     Each float here is within ten roundings of what it stands for, and a thousand times as much is allowed for.
     """
     centres = np.array([regions[name].centre for name in names]).reshape(-1, 3)
-    reaches = np.array([float(extent(regions[name]).reach) for name in names])
+    reaches = np.array([regions[name].reach for name in names])
     for i, name in enumerate(names):
         offsets = centres[i + 1 :] - centres[i]
         gaps = np.einsum("jk,jk->j", offsets, offsets) * (1 - 2.0**-40)

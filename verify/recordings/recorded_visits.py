@@ -95,8 +95,8 @@ def visit_claim(
 
 def widened(mission: Mission, margin: float) -> Mission:
     """Return a mission with every region larger by the margin, in the way in which a certificate's *no* is."""
-    hoops = {name: hoop.scaled(1 + margin / hoop.inner_radius) for name, hoop in mission.hoops.items()}
-    regions = {name: region.scaled(1 + margin / region.inner_radius) for name, region in mission.regions.items()}
+    hoops = {name: hoop.grown(margin) for name, hoop in mission.hoops.items()}
+    regions = {name: region.grown(margin) for name, region in mission.regions.items()}
     return mission.model_copy(update={"hoops": hoops, "regions": regions})
 
 

@@ -1,5 +1,5 @@
 """Where regions are: shapes as mission files name them, compiled once to inequalities that everyone else asks.
 
-Read `inequalities` (the compiled form), then `region` (a body somewhere in the world), then `region_shapes`, the table through which
-packages bring shapes.
+Read `inequalities` (the compiled form), `conditions` (how it is asked exactly) and `measures` (in floats), then `region` (a body somewhere
+in the world) and `region_shapes`, the table of shapes, whose own are in `solids` and `unions`.
 """

@@ -11,8 +11,8 @@ A body moved by d, for the margin, is never a new body: each inequality is asked
 * A half-space n.x <= h: the bounds are h - |n| d and h + |n| d, with an upper bound of |n|, since a rounded normal is not quite a
   unit vector.
 
-This version reads and writes every body, and plans, refines and judges those of one part with one quadratic form around the
-centre (`centred_form`); it refuses the others, so that none is ever judged as what it is not.
+What asks for an ellipsoid's matrix gets it by `centred_form`, which refuses every other body, so that none is ever taken for what
+it is not.
 """
 
 from __future__ import annotations
@@ -45,6 +45,9 @@ class Inequality(Value):
     linear: Point = Field(default=_ZERO, description="m^-1; a half-space's normal")
     bound: Number = Field(default=1.0, description="right-hand side")
 
+    def __hash__(self) -> int:
+        return hash((self.quadratic, self.linear, self.bound))
+
     @model_validator(mode="after")
     def _is_symmetric(self) -> Inequality:
         if self.quadratic != tuple(zip(*self.quadratic, strict=True)):
@@ -74,11 +77,13 @@ def centred_form(parts: Sequence[Sequence[Inequality]]) -> Matrix:
     """
     if len(parts) != 1 or len(parts[0]) != 1:
         count = f"{len(parts)} parts" if len(parts) != 1 else f"a part of {len(parts[0])} inequalities"
-        raise BadInput(f"This version judges regions of one part with one quadratic inequality; this one has {count}.")
+        raise BadInput(
+            f"Only ellipsoids are known here, bodies of one part with one quadratic inequality; this one has {count}."
+        )
     (only,) = parts[0]
     if any(only.linear) or only.bound != 1.0 or only.quadratic != tuple(zip(*only.quadratic, strict=True)):
         raise BadInput(
-            "This version judges regions of one quadratic inequality x' quadratic x <= 1 around their centre; this one is "
+            "Only ellipsoids are known here, bodies of one quadratic inequality x' quadratic x <= 1 around their centre; this one is "
             f"quadratic {[list(row) for row in only.quadratic]}, linear {list(only.linear)}, bound {only.bound:g}."
         )
     least, _, greatest = semi_axes(only.quadratic)
@@ -118,6 +123,21 @@ def turned(parts: Sequence[Sequence[Inequality]], angle: float) -> tuple[tuple[I
         return Inequality.model_validate(
             {"quadratic": tuple(map(tuple, matrix.tolist())), "linear": tuple((turn @ old.linear).tolist()), "bound": old.bound}
         )
+
+    return tuple(tuple(map(one, part)) for part in parts)
+
+
+def grown(parts: Sequence[Sequence[Inequality]], margin: float) -> tuple[tuple[Inequality, ...], ...]:
+    """Return a body larger by a margin in m, each inequality moved outwards, rounded; of convex inequalities only."""
+
+    def one(old: Inequality) -> Inequality:
+        matrix, linear = np.array(old.quadratic), np.array(old.linear)
+        if not matrix.any():
+            return old.model_copy(update={"bound": old.bound + float(np.linalg.norm(linear)) * margin})
+        centre = np.linalg.lstsq(matrix, -linear / 2, rcond=None)[0]
+        square = old.bound - float(linear @ centre) / 2
+        root = math.sqrt(square) + math.sqrt(float(np.linalg.eigvalsh(matrix)[-1])) * margin
+        return old.model_copy(update={"bound": old.bound + root**2 - square})
 
     return tuple(tuple(map(one, part)) for part in parts)
 

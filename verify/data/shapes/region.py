@@ -20,11 +20,13 @@ from verify.data.shapes.inequalities import (
     Parts,
     Point,
     centred_form,
+    grown,
     half_lengths,
     quadratic_form,
     semi_axes,
     turned,
 )
+from verify.data.shapes.measures import Measures, measures
 from verify.data.shapes.region_shapes import REGION_SHAPES, compiled, ellipsoid_matrix
 from verify.data.value import FaultsWithin, Value
 from verify.data.vehicle import Number, Positive
@@ -38,7 +40,7 @@ def _raised(value: Any) -> Any:  # of any type: what a mission file may hold, lo
 
 
 class Region(Value):
-    """A closed body; in this version an ellipsoid: the points r with (r - center)' matrix (r - center) <= 1."""
+    """A closed body around its centre: an ellipsoid, (r - center)' matrix (r - center) <= 1, or parts of inequalities."""
 
     computed_from: ClassVar[dict[str, tuple[str, ...]]] = {"matrix": ("radii", "yaw_deg")}
 
@@ -67,10 +69,10 @@ class Region(Value):
 
     @property
     def quadratic(self) -> Matrix:
-        """M of the region's one inequality (r - center)' M (r - center) <= 1, in m^-2.
+        """M of an ellipsoid (r - center)' M (r - center) <= 1, in m^-2.
 
         Raises:
-            BadInput: Its body is of another kind, which no region that was validated is.
+            BadInput: The region is of another shape.
         """
         if self.matrix is not None:
             return self.matrix
@@ -84,31 +86,59 @@ class Region(Value):
         return np.array(self.quadratic, dtype=np.float64)
 
     @property
+    def is_ellipsoid(self) -> bool:
+        """Tell whether the region is one quadratic form around its centre."""
+        if self.parts is None:
+            return True
+        if len(self.parts) != 1 or len(self.parts[0]) != 1:
+            return False
+        (only,) = self.parts[0]
+        return only.bound == 1.0 and not any(only.linear) and any(map(any, only.quadratic))
+
+    @property
+    def measures(self) -> Measures:
+        """How large the body is and how deep points lie in it, of any shape, in floats."""
+        return measures(self.body)
+
+    @property
     def semi_axes(self) -> tuple[float, float, float]:
-        """Half axes of the ellipsoid in m: its radii where they are given."""
+        """Half axes of an ellipsoid in m: its radii where they are given."""
         return semi_axes(self.quadratic) if self.radii is None else self.radii
 
     @property
     def inner_radius(self) -> float:
-        """Radius of the largest ball around the centre that lies in the region, in m; within d of a point sqrt(level) changes by d over it."""
-        return min(self.semi_axes)
+        """Radius of a ball around the centre that lies in the region, in m; within d of a point sqrt(level) changes by d over it."""
+        return min(self.semi_axes) if self.is_ellipsoid else self.measures.inner_radius
 
     @property
     def outer_radius(self) -> float:
-        """Radius of the least ball around the centre that holds the region, in m."""
-        return max(self.semi_axes)
+        """Radius of a ball around the centre that holds the region, in m."""
+        return max(self.semi_axes) if self.is_ellipsoid else self.measures.outer_radius
+
+    @property
+    def volume(self) -> float:
+        """How large it is, for comparisons, in m^3: of boxes around its parts, or the product of an ellipsoid's half axes."""
+        return math.prod(self.semi_axes) if self.is_ellipsoid else self.measures.volume
 
     @property
     def half_lengths(self) -> tuple[float, float, float]:
         """Half the edges of the least box along the world's axes that holds the region, in m."""
+        if not self.is_ellipsoid:
+            return self.measures.half_lengths
         if self.radii is None:
             return half_lengths(self.quadratic)
         (a, b, c), cos, sin = self.radii, math.cos(self.yaw), math.sin(self.yaw)
         return math.hypot(a * cos, b * sin), math.hypot(a * sin, b * cos), c
 
     def level(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (r - center)' matrix (r - center) in floats, for planning and pictures. Shape (..., 3) to (...)."""
+        """Return what is at most 1 inside, in floats, for planning and pictures. Shape (..., 3) to (...).
+
+        Of an ellipsoid it is (r - center)' matrix (r - center); of other shapes a square whose root falls from 1 on the surface to 0
+        where a point is as deep as the centre, or deeper.
+        """
         offset = points - np.array(self.center)
+        if not self.is_ellipsoid:
+            return self.measures.levels(offset)
         return np.einsum("...i,ij,...j->...", offset, self.shape, offset)
 
     def changed(self, **fields: Any) -> Self:  # of any type: pydantic looks at them
@@ -122,9 +152,11 @@ class Region(Value):
             fields["parts"] = turned(self.parts, math.radians(yaw) - self.yaw)
         return super().changed(**fields)
 
-    def scaled(self, factor: float) -> Self:
-        """Return the region as many times as large around its centre, and not validated: what it was written as is not changed."""
-        form = tuple(map(tuple, (self.shape / factor**2).tolist()))
+    def grown(self, margin: float) -> Self:
+        """Return the region larger by a margin in m, as a certificate's *no* is, and not validated: what it was written as is not changed."""
+        if not self.is_ellipsoid:
+            return self.model_copy(update={"parts": grown(self.body, margin)})
+        form = tuple(map(tuple, (self.shape / (1 + margin / self.inner_radius) ** 2).tolist()))
         if self.parts is None:
             return self.model_copy(update={"matrix": form})
         return self.model_copy(update={"parts": quadratic_form(form)})
@@ -137,7 +169,8 @@ class Region(Value):
             return data
         given = {key: value for key, value in data.items() if value is not None or key not in ("radii", "matrix", "parts")}
         strange = [key for key in given if isinstance(key, str) and key not in cls.model_fields]
-        known = REGION_SHAPES.names() if strange else ()
+        built_in = REGION_SHAPES.built_in  # looked at first: other packages' names are searched for on disk
+        known = tuple(built_in) if built_in.keys() >= set(strange) else REGION_SHAPES.names()
         shapes = [*(key for key in ("radii", "parts") if key in given), *(key for key in strange if key in known)]
         if not shapes:
             names = ", ".join(REGION_SHAPES.names())
@@ -152,10 +185,7 @@ class Region(Value):
             yaw = given.get("yaw_deg", 0.0)
             if not isinstance(yaw, int | float) or not math.isfinite(yaw):
                 yaw = 0.0  # it has a fault of its own
-            try:
-                given["parts"] = compiled(shapes[0], given.pop(shapes[0]), math.radians(yaw))
-            except FaultsWithin as faults:
-                given["radii"] = faults
+            given |= _compiled(shapes[0], given.pop(shapes[0]), math.radians(yaw), given)
         return given
 
     @model_validator(mode="after")
@@ -164,7 +194,10 @@ class Region(Value):
             if self.matrix is not None:
                 raise ValueError("matrix belongs to `radii`; a region of another shape has `parts`")
             try:
-                centred_form(self.parts)
+                if self.is_ellipsoid:
+                    centred_form(self.parts)
+                else:
+                    measures(self.parts)
             except BadInput as error:
                 raise ValueError(str(error)) from None
             return self
@@ -177,6 +210,23 @@ class Region(Value):
         elif self.matrix != tuple(zip(*self.matrix, strict=True)):
             raise ValueError("matrix must be symmetric")
         return self
+
+
+def _compiled(key: str, raw: object, yaw: float, given: dict[str, Any]) -> dict[str, Any]:  # of any type: a file's
+    """Return the fields that a shape's key stands for; of one that says where it is, the centre as well."""
+    try:
+        places_itself = REGION_SHAPES.find(key).places_itself
+        found = compiled(key, raw, 0.0 if places_itself else yaw)
+    except FaultsWithin as faults:
+        return {"radii": faults, **({} if "center" in given else {"center": (0.0, 0.0, 0.0)})}
+    except BadInput as error:
+        return {"radii": FaultsWithin(key, str(error))}
+    if not places_itself:
+        return {"parts": found.parts}
+    for other in ("center", "yaw_deg"):
+        if other in given:
+            return {"radii": FaultsWithin(other, f"`{key}` says itself where it is; leave `{other}` out")}
+    return {"parts": found.parts, "center": found.center}
 
 
 class Hoop(Region):
@@ -205,6 +255,8 @@ class Hoop(Region):
 
     @model_validator(mode="after")
     def _with_normal(self) -> Hoop:
+        if not self.is_ellipsoid:
+            raise ValueError("the region around a ring must be an ellipsoid in this version; give it `radii`")
         cos_pitch = math.cos(self.pitch)
         wanted = (cos_pitch * math.cos(self.yaw), cos_pitch * math.sin(self.yaw), -math.sin(self.pitch))
         if self.normal is None:

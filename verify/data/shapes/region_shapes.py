@@ -16,12 +16,25 @@ from pydantic import TypeAdapter, ValidationError
 
 from verify.data.errors import BadInput
 from verify.data.registry import Registry
-from verify.data.shapes.inequalities import GREATEST_RADIUS, LEAST_RADIUS, Inequality, Matrix, quadratic_form
+from verify.data.shapes.inequalities import GREATEST_RADIUS, LEAST_RADIUS, Inequality, Matrix, Point, quadratic_form
 from verify.data.value import FaultsWithin
 from verify.data.vehicle import Positive
 
 Body = Sequence[Sequence[Inequality]]
 """Parts, whose union the region is; of each its inequalities."""
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """A body and where it is.
+
+    Attributes:
+        center: The region's centre, m, world frame.
+        parts: The body around it.
+    """
+
+    center: Point
+    parts: Body
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,11 +46,14 @@ class RegionShape:
         compiled: Makes the body of what stands there, checked by the schema, and of the region's yaw in rad. A `ValueError`
             (`BadInput` is none) says what is wrong beyond the schema.
         meaning: What stands under the key, with units, in a few words.
+        places_itself: Whether the shape says where it is: then it takes no `center` and no `yaw_deg`, and `compiled`
+            returns a `Placed`.
     """
 
     schema: Any  # a class, or a type such as tuple[float, float, float], for which Python has no common type
-    compiled: Callable[[Any, float], Body]  # takes what the schema makes
+    compiled: Callable[[Any, float], Body | Placed]  # takes what the schema makes
     meaning: str
+    places_itself: bool = False
 
 
 def ellipsoid_matrix(radii: tuple[float, float, float], yaw: float) -> Matrix:
@@ -65,13 +81,43 @@ ELLIPSOID = RegionShape(
 )
 
 REGION_SHAPES: Registry[RegionShape] = Registry(
-    "a shape of regions", "ltlplan.region_shapes", {"radii": "verify.data.shapes.region_shapes:ELLIPSOID"}, RegionShape
+    "a shape of regions",
+    "ltlplan.region_shapes",
+    {
+        "radii": "verify.data.shapes.region_shapes:ELLIPSOID",
+        "size": "verify.data.shapes.solids:BOX",
+        "cylinder": "verify.data.shapes.solids:CYLINDER",
+        "prism": "verify.data.shapes.solids:PRISM",
+        "union": "verify.data.shapes.unions:UNION",
+    },
+    RegionShape,
 )
 """By the key in mission files."""
 
 
-def compiled(key: str, raw: object, yaw: float) -> list[list[dict[str, object]]]:
-    """Return the body of what stands under a shape's key, as plain data for the schema to look at.
+def exact_turn(yaw: float) -> tuple[float, float]:
+    """Return cosine and sine of a yaw in rad, those of quarter turns without rounding."""
+    quarters = yaw / (math.pi / 2)
+    if quarters == round(quarters):
+        return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[round(quarters) % 4]
+    return math.cos(yaw), math.sin(yaw)
+
+
+@dataclass(frozen=True, slots=True)
+class Compiled:
+    """What stands under a shape's key as plain data, for the schema to look at.
+
+    Attributes:
+        parts: The body.
+        center: Where it is, m, of a shape that says so itself; None of others.
+    """
+
+    parts: list[list[dict[str, object]]]
+    center: Point | None
+
+
+def compiled(key: str, raw: object, yaw: float) -> Compiled:
+    """Return the body of what stands under a shape's key.
 
     Args:
         key: The shape's.
@@ -82,17 +128,33 @@ def compiled(key: str, raw: object, yaw: float) -> list[list[dict[str, object]]]
         FaultsWithin: What stands there is not allowed, or the shape cannot be loaded or makes no body of it.
     """
     try:
-        shape = REGION_SHAPES.find(key)
-        return [
-            [dict(_inequality(one)) for one in part]
-            for part in shape.compiled(TypeAdapter(shape.schema).validate_python(raw), yaw)
-        ]
+        found = compiled_parts(REGION_SHAPES.find(key), raw, yaw)
+        body = found.parts if isinstance(found, Placed) else found
+        plain = [[dict(_inequality(one)) for one in part] for part in body]
+        return Compiled(plain, found.center if isinstance(found, Placed) else None)
     except ValidationError as error:
         raise FaultsWithin(key, error) from None
     except (ValueError, BadInput) as error:
         raise FaultsWithin(key, str(error)) from None
     except Exception as error:  # a shape of somebody else's may fail in any way
         raise FaultsWithin(key, f"this shape makes no body of it: {type(error).__name__}: {error}") from error
+
+
+def compiled_parts(shape: RegionShape, raw: object, yaw: float) -> Body | Placed:
+    """Return the body of what stands under a shape's key, as the shape makes it.
+
+    Args:
+        shape: The shape.
+        raw: What stands there, as it was read.
+        yaw: rad.
+
+    Raises:
+        ValueError: The schema, as pydantic's `ValidationError`, or the shape refuses what stands there.
+    """
+    found = shape.compiled(TypeAdapter(shape.schema).validate_python(raw), yaw)
+    if isinstance(found, Placed) != shape.places_itself:
+        raise ValueError("this shape makes no body of it: `places_itself` and what it returns contradict each other")
+    return found
 
 
 def _inequality(one: object) -> Inequality:
