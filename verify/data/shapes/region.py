@@ -167,6 +167,9 @@ class Region(Value):
         """Put the compiled form in the place of a shape's key."""
         if not isinstance(data, dict):
             return data
+        own = data.get("radii") is not None and "matrix" not in data and "parts" not in data
+        if own and data.keys() <= cls.__pydantic_fields__.keys():
+            return data  # as nearly all are written
         given = {key: value for key, value in data.items() if value is not None or key not in ("radii", "matrix", "parts")}
         strange = [key for key in given if isinstance(key, str) and key not in cls.model_fields]
         built_in = REGION_SHAPES.built_in  # looked at first: other packages' names are searched for on disk
