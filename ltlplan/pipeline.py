@@ -90,13 +90,36 @@ class Draft:
         plan: With the precedences that the refusals asked for.
         rounds: How many times refinement ran.
         witnesses: Of all claims that were refused, in all rounds.
-        refused: The claims that the last round's judgement refused.
     """
 
     plan: Plan
     rounds: int = 0
     witnesses: tuple[Witness, ...] = ()
-    refused: tuple[Claim, ...] = ()
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A team that was refined and not certified.
+
+    Attributes:
+        draft: What was refined.
+        team: One trajectory a robot.
+        certificate: What the judge said of them.
+    """
+
+    draft: Draft
+    team: dict[str, Trajectory]
+    certificate: Certificate
+
+    @property
+    def rounds(self) -> int:
+        """How many times refinement ran."""
+        return self.draft.rounds + 1
+
+    @property
+    def claims(self) -> tuple[Claim, ...]:
+        """The claims that were refused."""
+        return tuple(claim for claim in self.certificate.claims if claim.outcome != "holds")
 
 
 @dataclass(frozen=True)
@@ -129,15 +152,17 @@ def certified_team(made: Plan, *, margin: float | None = None, progress: Progres
         Infeasible: Refinement found no trajectory within the limits.
         NotCertified: The last of a handful of rounds was still refused; carries the witnesses.
     """
-    found: Draft | Certified = Draft(check_plan(made))
-    while isinstance(found, Draft):
-        number = found.rounds
-        found = next_round(found, margin=margin, progress=part_of(progress, number / MAX_ROUNDS, (number + 1) / MAX_ROUNDS))
-    return found
+    draft = Draft(check_plan(made))
+    while True:
+        number = draft.rounds
+        found = next_round(draft, margin=margin, progress=part_of(progress, number / MAX_ROUNDS, (number + 1) / MAX_ROUNDS))
+        if isinstance(found, Certified):
+            return found
+        draft = mended(found)
 
 
-def next_round(draft: Draft, *, margin: float | None = None, progress: Progress | None = None) -> Draft | Certified:
-    """Refine once and judge; return what is certified, or what to try next.
+def next_round(draft: Draft, *, margin: float | None = None, progress: Progress | None = None) -> Certified | Refused:
+    """Refine once and judge.
 
     Args:
         draft: The plan, and what was refused before.
@@ -147,7 +172,6 @@ def next_round(draft: Draft, *, margin: float | None = None, progress: Progress 
     Raises:
         BadInput: The plan or its mission is not sound.
         Infeasible: Refinement found no trajectory within the limits.
-        NotCertified: This was the last of a handful of rounds, and still refused; carries the witnesses.
     """
     import refine
     import verify
@@ -162,14 +186,22 @@ def next_round(draft: Draft, *, margin: float | None = None, progress: Progress 
     team = refine.refine(draft.plan, witnesses=draft.witnesses, progress=refining)
     say(f"proving{again}", 0.5)
     certificate = verify.judge(draft.plan, team, margin=margin)
-    refused = tuple(claim for claim in certificate.claims if claim.outcome != "holds")
-    if not refused:
+    if all(claim.outcome == "holds" for claim in certificate.claims):
         return Certified(draft.plan, team, certificate, number)
-    latest = tuple(claim.witness for claim in refused if claim.witness is not None)
-    if number >= MAX_ROUNDS:
-        sentences = " ".join(claim.sentence for claim in refused)
+    return Refused(draft, team, certificate)
+
+
+def mended(refused: Refused) -> Draft:
+    """Return what to refine next after a refusal: the plan with the waits that it asks for, and all witnesses so far.
+
+    Raises:
+        NotCertified: This was the last of a handful of rounds, or the waits go round in a circle; carries the witnesses.
+    """
+    latest = tuple(claim.witness for claim in refused.claims if claim.witness is not None)
+    if refused.rounds >= MAX_ROUNDS:
+        sentences = " ".join(claim.sentence for claim in refused.claims)
         raise NotCertified(f"Not certified after {MAX_ROUNDS} rounds of refinement. {sentences}", latest)
-    return Draft(with_waits(draft.plan, latest), number, (*draft.witnesses, *latest), refused)
+    return Draft(with_waits(refused.draft.plan, latest), refused.rounds, (*refused.draft.witnesses, *latest))
 
 
 def run(

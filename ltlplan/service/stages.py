@@ -2,7 +2,8 @@
 
     mission - plan - round 1 ... round 6 - flight - files
 
-They are the pipeline's own steps (`ltlplan.pipeline`), so that a job's files are those that `ltlplan run` writes, byte for byte.
+They are the pipeline's own steps (`ltlplan.pipeline`), so that a job's files are those that `ltlplan run` writes, byte for byte,
+and `watch.json`, which the page plays.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from ltlplan.service.exact import from_bytes, to_bytes
 from ltlplan.service.models import Problem
-from ltlplan.service.problems import problem_of
+from ltlplan.service.problems import problem_of, witness_data
 from verify.data import InternalError, Mission, NotCertified, Plan
 from verify.data.progress import Progress, part_of
 
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from ltlplan.pipeline import Draft
     from ltlplan.result import Result
     from verify import Claim
-    from verify.data import Witness
 
 PLAN = "plan"
 ROUND = "round"
@@ -128,26 +128,28 @@ def _plan(mission: Mission, progress: Progress) -> Outcome:
 
 
 def _round(draft: Draft, progress: Progress) -> Outcome:
-    from ltlplan.pipeline import Certified, next_round
+    from ltlplan.pipeline import Certified, mended, next_round
+    from ltlplan.service.watching import NAME, watch_json
 
     low, width, number = _PLANNED, (_CERTIFIED - _PLANNED) / MAX_ROUNDS, draft.rounds
     after = next_round(draft, progress=part_of(progress, low + number * width, low + (number + 1) * width))
-    if isinstance(after, Certified):
-        certificate = after.certificate
-        found: dict[str, Any] = {
-            "certified": True,
-            "claims": [claim_data(claim) for claim in certificate.claims],
-            "margin": certificate.margin,
-            "largest_margin": certificate.largest_margin,
-            "duration": certificate.duration,
-        }
-        return Outcome(to_bytes(after), found, FLIGHT)
-    found = {
-        "certified": False,
-        "claims": [claim_data(claim) for claim in after.refused],
-        "precedences": [f"{wait.first} before {wait.then}" for wait in after.plan.precedences],
+    certificate = after.certificate
+    found: dict[str, Any] = {
+        "certified": isinstance(after, Certified),
+        "claims": [claim_data(claim) for claim in certificate.claims],
+        "margin": certificate.margin,
+        "largest_margin": certificate.largest_margin,
+        "duration": certificate.duration,
     }
-    return Outcome(to_bytes(after), found, f"{ROUND} {after.rounds + 1}")
+    if isinstance(after, Certified):
+        return Outcome(to_bytes(after), found, FLIGHT)
+    try:
+        following = mended(after)
+    except NotCertified as error:
+        seen = watch_json(draft.plan, after.team, certificate)
+        return Outcome(b"", found, files=((NAME, seen),), problem=problem_of(error))
+    found["precedences"] = [[list(wait.first), list(wait.then)] for wait in following.plan.precedences]
+    return Outcome(to_bytes(following), found, f"{ROUND} {following.rounds + 1}")
 
 
 def _flight(certified: Any, progress: Progress) -> Outcome:  # a Certified; the pipeline is loaded by then
@@ -174,6 +176,7 @@ def _files(flown: Any, progress: Progress) -> Outcome:  # a Certified and its lo
     from ltlplan.output import write_run
     from ltlplan.report.summary import shortfall, summary_data
     from ltlplan.result import Result
+    from ltlplan.service.watching import NAME, watch_json
 
     certified, log = flown
     part_of(progress, _FLOWN, 1.0)("writing files", 0.0)
@@ -185,6 +188,7 @@ def _files(flown: Any, progress: Progress) -> Outcome:  # a Certified and its lo
         names = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
         files = tuple((name, (folder / name).read_bytes()) for name in names)
         result = replace(result, files=tuple(path.relative_to(folder) for path in written))
+    files += ((NAME, watch_json(plan, certified.team, certified.certificate, log)),)
     missing = shortfall(result)
     refusal = NotCertified(f"The simulated flight is not the certified one: {missing}.")
     problem = problem_of(refusal) if missing else None
@@ -209,27 +213,9 @@ def claim_data(claim: Claim) -> dict[str, Any]:
         "time": _finite(claim.time),
     }
     if claim.witness is not None:
-        data["witness"] = witness_data(claim.witness)
+        seen = witness_data(claim.witness)
+        data["witness"] = {key: _finite(value) if isinstance(value, float) else value for key, value in seen.items()}
     return data
-
-
-def witness_data(witness: Witness) -> dict[str, Any]:
-    """Return a witness as plain data."""
-    return {
-        "claim": witness.claim,
-        "sentence": witness.sentence,
-        "robot": witness.robot,
-        "other": witness.other,
-        "time": _finite(witness.time),
-        "region": witness.region,
-        "visit": witness.visit,
-        "bound": _finite(witness.bound),
-        "limit": _finite(witness.limit),
-        "what": witness.what,
-        "word": [[robot, sorted(letter)] for robot, letter in witness.word],
-        "times": [list(map(_finite, pair)) for pair in witness.times],
-        "order": [[list(first), list(then)] for first, then in witness.order],
-    }
 
 
 def _finite(number: float | None) -> float | None:

@@ -11,10 +11,13 @@ import numpy as np
 import pytest
 
 import ltlplan
+import refine
+import verify
+from ltlplan import pipeline
 from ltlplan.service.exact import from_bytes, to_bytes
 from ltlplan.service.stages import Outcome, mission_bytes, plan_of, run_stage, share_after
 from tests.helpers.flights import small_mission
-from verify.data import InternalError, Mission
+from verify.data import InternalError, Mission, Trajectory
 from verify.data.progress import silent
 
 
@@ -43,8 +46,43 @@ def test_a_jobs_files_are_those_of_the_command(tmp_path: Path) -> None:
         str(path.relative_to(tmp_path / "run")): path.read_bytes() for path in (tmp_path / "run").rglob("*") if path.is_file()
     }
     made = dict(outcomes[-1][1].files)
-    assert made.keys() == written.keys()
+    assert made.keys() == {*written, "watch.json"}
     assert [name for name in written if made[name] != written[name]] == []
+
+
+def test_what_is_refused_to_the_last_can_be_watched(monkeypatch: pytest.MonkeyPatch) -> None:
+    judge = verify.judge
+    monkeypatch.setattr(verify, "judge", lambda plan, team, margin=None: judge(plan, team, margin=0.5))
+    monkeypatch.setattr(pipeline, "MAX_ROUNDS", 1)
+    *_, (name, last) = staged(with_margin())
+    assert name == "round 1"
+    assert last.following is None
+    assert last.problem is not None
+    assert last.problem.exit_code == 5
+    assert last.problem.witnesses
+    assert not json.loads(dict(last.files)["watch.json"])["holds"]
+    assert not last.found["certified"]
+
+
+def test_what_a_refused_round_found_goes_into_the_next(monkeypatch: pytest.MonkeyPatch) -> None:
+    judge = verify.judge
+    monkeypatch.setattr(verify, "judge", lambda plan, team, margin=None: judge(plan, team, margin=0.5))
+    planned = run_stage("plan", mission_bytes(with_margin()), silent)
+    refused = run_stage("round 1", planned.value, silent)
+    assert refused.following == "round 2"
+    monkeypatch.setattr(verify, "judge", judge)
+    again = run_stage("round 2", refused.value, silent)
+    draft = pipeline.mended(pipeline.Refused(pipeline.Draft(ltlplan.plan(with_margin())), *_refused(with_margin())))
+    expected = pipeline.next_round(draft)
+    assert isinstance(expected, pipeline.Certified)
+    assert again.value == to_bytes(expected)
+
+
+def _refused(mission: Mission) -> tuple[dict[str, Trajectory], verify.Certificate]:
+    """Refine once and judge at a margin that the flight cannot have."""
+    plan = ltlplan.plan(mission)
+    team = refine.refine(plan)
+    return team, verify.judge(plan, team, margin=0.5)
 
 
 def test_what_stages_find_is_plain_data_for_people() -> None:
