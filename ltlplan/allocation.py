@@ -33,16 +33,20 @@ class Itinerary:
             region that it visited last.
         cycle_visit: Index of the first visit of the cycle; None for a finite flight, the number of visits for a hover.
         cost: Its own cost, as the method counts; for a lasso, of the prefix and the weighted cycle.
+        stops: Indices of the visits to whose middles it flies, in order, a start inside a region first; None: each visit once.
+            Where regions overlap, it may be in one on its way only, or come back to the middle of one that it has not left.
     """
 
     visits: tuple[Visit, ...]
     word: Word
     cycle_visit: int | None = None
     cost: float = 0.0
+    stops: tuple[int, ...] | None = None
 
     def legs(self, mission: Mission, robot: str) -> frozenset[Leg]:
         """Return the legs that a robot of the mission flies by it; a lasso's closing leg too."""
-        places: list[Point | str] = [mission.agents[robot].start, *(visit.region for visit in self.visits)]
+        stops = range(len(self.visits)) if self.stops is None else self.stops
+        places: list[Point | str] = [mission.agents[robot].start, *(self.visits[stop].region for stop in stops)]
         if self.cycle_visit is not None and self.cycle_visit < len(self.visits):
             places.append(self.visits[self.cycle_visit].region)
         return frozenset((robot, a, b) for a, b in itertools.pairwise(places) if isinstance(b, str))

@@ -14,7 +14,7 @@ from typing import Literal
 
 from ltlplan.allocation import Allocation, Itinerary, Leg
 from ltlplan.logic.budget import TooLarge
-from ltlplan.paths.hoops import route, route_sequence
+from ltlplan.paths.hoops import route_itinerary, route_sequence
 from verify.data import Infeasible, Mission, RobotPlan
 from verify.data.progress import Progress, silent
 
@@ -116,7 +116,7 @@ def lay_path(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, t
     """
 
     def by(directions: Literal["nearest", "cheapest"]) -> RobotPlan:
-        return route(mission, name, does.visits, does.cycle_visit, directions=directions, word=does.word)
+        return route_itinerary(mission, name, does, directions=directions)
 
     try:
         return by(mission.planner.directions), ()

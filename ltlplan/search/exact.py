@@ -28,9 +28,11 @@ from ltlplan.search.team_search import PlanningOutcome, plan_team
 from ltlplan.systems.region_labels import Layout
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import Cost, Node, TransitionSystem
+from ltlplan.systems.visit_log import VisitLog
 from verify.data import Formula, InternalError, Mission, Unsatisfiable, Visit, Word
 from verify.data.language.formula import FALSE
 from verify.data.language.word import stutter_free
+from verify.data.shapes.inequalities import Point
 
 TIES = 1e-6  # m, more than the tiny amounts that break ties between equally dear plans add up to
 MOST_NAMES = 400  # in a formula: decision diagrams of its letters are as deep as that
@@ -176,7 +178,8 @@ def _all_of(parts: Sequence[Formula]) -> Formula:
 
 def itinerary(system: TransitionSystem, path: tuple[int, ...]) -> Itinerary:
     """Read visits, actions, word and cost off a path of a robot's system."""
-    return Itinerary(tuple(visits_of(system, path)), word_along(system, path), None, path_cost(system, path))
+    log = _followed(system, path)
+    return Itinerary(log.visits, word_along(system, path), None, path_cost(system, path), log.stops)
 
 
 def path_cost(system: TransitionSystem, path: tuple[int, ...]) -> float:
@@ -195,22 +198,26 @@ def word_along(system: TransitionSystem, path: tuple[int, ...]) -> Word:
 
 def visits_of(system: TransitionSystem, path: tuple[int, ...]) -> list[Visit]:
     """Return the visits that a path makes, in the order in which they begin, with their actions."""
-    visits: list[Visit] = []
-    current: dict[str, int] = {}  # the visit of each region that the robot is in
+    return list(_followed(system, path).visits)
+
+
+def _followed(system: TransitionSystem, path: tuple[int, ...]) -> VisitLog:
+    log = VisitLog()
     previous: Node | None = None
+    rests: tuple[str, Point | None] | None = None
     for index in path:
         node = system.nodes[index]
-        for region in sorted(node.regions - set(current), key=lambda r: (r == node.entered, r)):
-            current[region] = len(visits)
-            visits.append(Visit(region=region))
-        current = {region: visit for region, visit in current.items() if region in node.regions}
+        new = log.enter(node.regions)
+        at = None if node.flying else (node.place, node.position)
+        # an end that is no region's middle is flown to as the last point, and is a stop only in a region that is new
+        if at not in (None, rests) and (node.position is None or previous is None or new):
+            log.stop(node.place)
+        rests = at
         if previous is not None and previous.internal != node.internal:
             change = (previous.internal, node.internal)
-            action = next(a for a in system.actions if (a.source, a.target) == change and a.at in node.regions)
-            visit = visits[current[action.at]]
-            visits[current[action.at]] = Visit(region=action.at, actions=(*visit.actions, action))
+            log.act(next(a for a in system.actions if (a.source, a.target) == change and a.at in node.regions))
         previous = node
-    return visits
+    return log
 
 
 def _assign_lasso(mission: Mission, systems: Systems, system: TransitionSystem, budget: Budget) -> Assignment:

@@ -302,7 +302,9 @@ class _Inquiry:
             (a, b)
             for a in (given.start, *regions)
             for b in regions
-            if a != b and b not in self.systems.environment.successors[a] and (given.directed or a == given.start or a < b)
+            if a != b
+            and b not in self.systems.graph.environment.successors[a]
+            and (given.directed or a == given.start or a < b)
         ]
         if len(wanted) > 200 or not self.feasible(core, self._with_edges(wanted)):
             return []

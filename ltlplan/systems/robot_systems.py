@@ -6,13 +6,12 @@ which letters it shows on the way, and ways on which that is not clear are left 
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection
 
-from ltlplan.systems.region_labels import Layout, Location
-from ltlplan.systems.transition_systems import Cost, Node, TransitionSystem, environment_of
+from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
+from ltlplan.systems.region_labels import Layout
+from ltlplan.systems.transition_systems import Cost, Node, TransitionSystem
 from verify.data import BadInput, Letter, Mission
 from verify.data.sections import Agent
 from verify.data.shapes.inequalities import Point
@@ -40,25 +39,11 @@ class Systems:
         layout: Layout | None = None,
     ) -> None:
         self.mission = mission
-        self.environment = environment_of(mission)
-        self.layout = layout or Layout(mission)
+        self.graph = RegionGraph(mission, places=places, layout=layout)
+        self.layout = self.graph.layout
         self.cost = cost
         self._regions = mission.all_regions
         self._internal = {state: frozenset(names) for state, names in mission.robot.states.items()}
-        self._places = {
-            name: location
-            for name, location in self.layout.middles.items()
-            if location.clear and (places is None or name in places)
-        }
-        self._around = {region: self.layout.around(region) for region in self._regions}
-        self._holding: dict[str, list[str]] = {region: [] for region in self._regions}
-        """For each region, the places whose middle lies in it."""
-        for name, location in self._places.items():
-            for region in location.inside:
-                self._holding[region].append(name)
-        self._order = {name: index for index, name in enumerate(self._places)}
-        sets = {id(regions): frozenset(regions) for regions in self.environment.successors.values()}
-        self._next = {vertex: sets[id(regions)] for vertex, regions in self.environment.successors.items()}
         self._base: dict[str, _Builder] = {}
 
     def of(self, robot: str) -> TransitionSystem:
@@ -118,36 +103,33 @@ class Systems:
     def _shared(self, robot: str) -> _Builder:
         """Return the part of A that does not depend on where a robot starts."""
         builder = _Builder()
-        points = [_RestPoint(region, region, location) for region, location in self._places.items()]
-        self._grow(builder, robot, points)
+        self._grow(builder, robot, [self.graph.middle(region) for region in self.graph.places])
         return builder
 
     def _add_start(self, builder: _Builder, robot: str, agent: Agent) -> int:
-        start, location = agent.start, self.layout.at(agent.start)
+        location = self.layout.at(agent.start)
         if not location.clear:
             raise BadInput(f"{robot} starts within the margin {self.layout.slack:g} m of a region's border.")
-        place = location.inside[-1] if location.inside else self.environment.start
-        entered = place if location.inside else agent.visited or place
-        self._grow(builder, robot, [_RestPoint(place, entered, location, start)])
-        at = Node(place, not location.inside, self.mission.initial_internal(robot), frozenset(location.inside), entered, start)
-        return builder.index[at]
+        point = self.graph.standing(location, agent.visited)
+        self._grow(builder, robot, [point])
+        return builder.index[self._here(point, self.mission.initial_internal(robot))]
 
-    def _grow(self, builder: _Builder, robot: str, points: list[_RestPoint]) -> None:
+    def _grow(self, builder: _Builder, robot: str, points: list[RestPoint]) -> None:
         """Add points, all ways on from them, and all points that these lead to."""
         waiting = [point for point in points if point not in builder.points]
         for point in waiting:
             self._add_rest_point(builder, point)
         for point in waiting:  # grows while it is walked
-            for transition in self._transitions(point):
+            for transition in self.graph.transitions(point):
                 if transition.end not in builder.points:
                     waiting.append(transition.end)
                     self._add_rest_point(builder, transition.end)
                 self._add_transition(builder, robot, point, transition)
 
-    def _add_rest_point(self, builder: _Builder, point: _RestPoint) -> None:
+    def _add_rest_point(self, builder: _Builder, point: RestPoint) -> None:
         """Add the nodes of a robot at a point, and in the free flight after it where that is clear."""
         builder.points.add(point)
-        around = self._around_rest_point(point)
+        around = self.graph.around(point)
         flies_on = point.place in self.mission.hoops and point.position is None
         for internal in self._internal:
             here = self._here(point, internal)
@@ -156,12 +138,11 @@ class Systems:
                 gone = self._gone(point, internal)
                 builder.add(gone, self._label(gone), 0.0 if flies_on else _REGION_LEAVE)
                 builder.join(here, gone, 0.0)
-        for action in self.mission.robot.actions:
-            if action.at in point.location.inside:
-                builder.join(self._here(point, action.source), self._here(point, action.target), 0.0)
+        for action in self.graph.actions(point):
+            builder.join(self._here(point, action.source), self._here(point, action.target), 0.0)
 
-    def _add_transition(self, builder: _Builder, robot: str, point: _RestPoint, transition: _Transition) -> None:
-        again = transition.end.place == point.place
+    def _add_transition(self, builder: _Builder, robot: str, point: RestPoint, transition: Transition) -> None:
+        again = transition.letters is None and transition.end.place == point.place
         cost = self.leg(robot, point.place if point.position is None or again else point.position, transition.end.place)
         for internal in self._internal:
             previous, goal, due = self._here(point, internal), self._here(transition.end, internal), cost
@@ -176,54 +157,13 @@ class Systems:
                 previous, due = on, 0.0
             builder.join(previous, goal, due)
 
-    def _transitions(self, point: _RestPoint) -> Iterator[_Transition]:
-        """Yield every way on from a point."""
-        around = self._around_rest_point(point)
-        for target in self._targets(point):
-            location = self._places[target]
-            outside = tuple(name for name in location.inside if name != target)
-            start, letters = frozenset(point.location.inside), None
-            if around is not None and around == outside and (self._around[target] is not None or not outside):
-                start = frozenset(around)
-                path: tuple[Letter, ...] = (start, frozenset(location.inside))
-            elif target == point.place:
-                continue
-            else:
-                found = self.layout.way(point.location, location)
-                if found is None:
-                    continue
-                path, letters = found, found[1:-1]
-            entered = self._last_entered(point.entered, path)
-            if entered is not None:
-                yield _Transition(_RestPoint(target, entered, location), letters)
-
-    def _targets(self, point: _RestPoint) -> list[str]:
-        """Return the places to which there may be a way: an edge leads into them, or nothing new is entered on the way."""
-        reached = {place for region in self._next[point.entered] for place in self._holding[region]}
-        reached.update(place for region in point.location.inside for place in self._holding[region])
-        return sorted(reached, key=self._order.__getitem__)
-
-    def _last_entered(self, entered: str, path: Sequence[Letter]) -> str | None:
-        """Return the region entered last on a path, or None where an edge for it is missing."""
-        for before, after in itertools.pairwise(path):
-            for region in after - before:  # one at most: borders are passed one by one
-                if region not in self._next[entered]:
-                    return None
-                entered = region
-        return entered
-
-    def _around_rest_point(self, point: _RestPoint) -> tuple[str, ...] | None:
-        if not point.location.inside:
-            return ()
-        return self._around[point.place] if len(point.location.inside) == len(self.layout.middles[point.place].inside) else None
-
-    def _here(self, point: _RestPoint, internal: str) -> Node:
+    def _here(self, point: RestPoint, internal: str) -> Node:
         return Node(
             point.place, not point.location.inside, internal, frozenset(point.location.inside), point.entered, point.position
         )
 
-    def _gone(self, point: _RestPoint, internal: str) -> Node:
-        return Node(point.place, True, internal, frozenset(self._around_rest_point(point) or ()), point.entered, point.position)
+    def _gone(self, point: RestPoint, internal: str) -> Node:
+        return Node(point.place, True, internal, frozenset(self.graph.around(point) or ()), point.entered, point.position)
 
     def _label(self, node: Node) -> Letter:
         return node.regions | self._internal[node.internal]
@@ -241,42 +181,17 @@ class Systems:
             if node.regions == frozenset(location.inside):
                 entered: str | None = node.entered
             elif node.flying and len(location.inside) == 1 and not node.regions:
-                entered = self._last_entered(node.entered, (node.regions, frozenset(location.inside)))
+                entered = self.graph.last_entered(node.entered, (node.regions, frozenset(location.inside)))
             else:
                 entered = None
             if entered is not None:
-                place = location.inside[-1] if location.inside else self.environment.start
+                place = location.inside[-1] if location.inside else self.graph.environment.start
                 goal = Node(place, not location.inside, node.internal, frozenset(location.inside), entered, end)
                 if goal not in builder.index:
                     builder.add(goal, self._label(goal), 0.0)
                 if goal != node:
                     builder.join(node, goal, math.dist(origin, end))
                 builder.final[builder.index[goal]] = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class _RestPoint:
-    """Where a robot can be at rest: the middle of a region, or its start.
-
-    Attributes:
-        place: The region, or the environment's start vertex.
-        entered: The region entered last.
-        location: The point and the regions around it.
-        position: The point, for a start.
-    """
-
-    place: str
-    entered: str
-    location: Location
-    position: Point | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class _Transition:
-    """The way to the next point; `letters` are the regions in between, or None for the free flight after the last point."""
-
-    end: _RestPoint
-    letters: tuple[Letter, ...] | None
 
 
 class _Builder:
@@ -288,7 +203,7 @@ class _Builder:
         self.labels: list[Letter] = []
         self.edges: list[list[tuple[int, float]]] = []
         self.final: dict[int, float] = {}
-        self.points: set[_RestPoint] = set()
+        self.points: set[RestPoint] = set()
 
     def add(self, node: Node, label: Letter, preference: float | None) -> None:
         self.index[node] = len(self.nodes)

@@ -51,7 +51,7 @@ def stays(path: Spline, regions: dict[str, Region], margin: float) -> tuple[Samp
         edges = np.flatnonzero(near[1:] != near[:-1])
         for begin, end in zip(edges[::2], edges[1::2], strict=True):
             found.append(SampledStay(name, float(times[begin]), float(times[end - 1]), float(level[begin:end].min())))
-    return tuple(sorted(found, key=lambda stay: (stay.start, stay.region)))
+    return tuple(sorted(found, key=lambda stay: (stay.start, stay.end, stay.region)))
 
 
 def violations(path: Spline, mission: Mission, name: str, robot: RobotPlan, clearance: float = 0.0) -> tuple[Witness, ...]:

@@ -98,7 +98,7 @@ def stays(spans: Mapping[str, tuple[Span, ...]]) -> tuple[Stay, ...]:
                 must = tuple((s.start, s.stop) for s in run if s.mark == "must")
                 found.append(Stay(region, run[0].start, run[-1].stop, must))
             run = []
-    return tuple(sorted(found, key=lambda stay: (stay.start, stay.stop)))
+    return tuple(sorted(found, key=lambda stay: (stay.start, stay.stop, stay.region)))
 
 
 def two_laps(row: tuple[Span, ...], knot: Fraction) -> tuple[Span, ...]:

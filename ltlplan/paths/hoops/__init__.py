@@ -8,7 +8,7 @@ keeps clear; `pictures` draws the 2019 paper's figures.
 from ltlplan.paths.hoops.avoidance import Blocked, avoid
 from ltlplan.paths.hoops.hoop_frame import ControlPoints, control_points
 from ltlplan.paths.hoops.primitives import Primitive, choose
-from ltlplan.paths.hoops.sequencer import SplineBlocked, route, route_sequence, segments
+from ltlplan.paths.hoops.sequencer import SplineBlocked, route, route_itinerary, route_sequence, segments
 
 __all__ = [
     "Blocked",
@@ -19,6 +19,7 @@ __all__ = [
     "choose",
     "control_points",
     "route",
+    "route_itinerary",
     "route_sequence",
     "segments",
 ]

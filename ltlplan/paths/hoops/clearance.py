@@ -73,8 +73,12 @@ class Obstacle:
 
     def holds(self, point: Floats) -> bool:
         """Tell whether a point is in the region or nearer to it than allowed."""
+        return self.level_at(point) <= self.level
+
+    def level_at(self, point: Floats) -> float:
+        """Return the region's own level at a point: at most 1 in it."""
         offset = point - self.centre
-        return bool(offset @ self.matrix @ offset <= self.level)
+        return float(offset @ self.matrix @ offset)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

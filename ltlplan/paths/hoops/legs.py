@@ -13,11 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.paths.hoops.avoidance import Blocked, avoid
+from ltlplan.paths.hoops.avoidance import Blocked, Detour, avoid
 from ltlplan.paths.hoops.clearance import Room, blocked
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.primitives import Primitive, choose
 from ltlplan.paths.hoops.sides import Side
+from ltlplan.systems.region_labels import apart
 from verify.data import BadInput, Infeasible, Mission, Visit
 from verify.data.plan import Role
 from verify.data.shapes.region import Hoop
@@ -57,8 +58,10 @@ class Stop:
 class Legs:
     """The stops of one robot's way, leg by leg."""
 
-    def __init__(self, mission: Mission, robot: str, visits: tuple[Visit, ...], where: Room, inside_last: bool) -> None:
-        self.mission, self.visits, self.where, self.inside_last = mission, visits, where, inside_last
+    def __init__(
+        self, mission: Mission, robot: str, visits: tuple[Visit, ...], where: Room, inside_last: bool, stops: tuple[int, ...]
+    ) -> None:
+        self.mission, self.visits, self.where, self.inside_last, self.numbers = mission, visits, where, inside_last, stops
         agent = mission.agents[robot]
         self.start = np.array(agent.start)
         self.end = None if agent.end is None else np.array(agent.end)
@@ -122,19 +125,19 @@ class Legs:
             region = self.mission.all_regions[name]
             axes = hoop_axes(self.mission, name)
             if entered is not None and isinstance(region, Hoop):
-                target = Stop(
-                    control_points(region).ends(entered)[0], "rear" if entered == "F" else "front", name, j, axes=axes
-                )
+                entry = control_points(region).ends(entered)[0]
+                target = Stop(entry, "rear" if entered == "F" else "front", name, j, self._around(name, entry), axes)
             elif isinstance(region, Hoop):
                 self._legs[key] = self._into(i, left, j, region)
                 return self._legs[key]
             else:
-                target = Stop(np.array(region.center), "centre", name, j, frozenset({name}))
+                centre = np.array(region.center)
+                target = Stop(centre, "centre", name, j, self._holding(centre))
             origin = self._exit(i, left)[0]
             if target.role != "centre":
                 turned = np.allclose(origin.position, target.position, atol=1e-9)  # about, where the last passage ended
                 self._legs[key] = [] if turned else self._way(i, left, target)
-            elif i >= 0 and self.visits[i].region == name:
+            elif i >= 0 and self.visits[i].region == name and self.numbers[i] != self.numbers[j]:
                 self._legs[key] = [self._outside(origin, name, j), target]
             else:
                 self._legs[key] = self._with_gate(origin.position, self._way(i, left, target))
@@ -155,11 +158,11 @@ class Legs:
         problem: Blocked | None = None
         for role, position in sorted(ends, key=lambda end: float(np.linalg.norm(end[1] - origin))):
             place = _before_opening(self.mission, name, hoop, role) if self.end is None else self.end
-            rest = Stop(place, "centre", name, j, frozenset({name}), points.frame)
+            rest = Stop(place, "centre", name, j, self._holding(place), points.frame)
             if np.allclose(origin, position, atol=1e-9):
                 return [rest]
             try:
-                return [*self._way(i, left, Stop(position, role, name, j, axes=points.frame)), rest]
+                return [*self._way(i, left, Stop(position, role, name, j, self._around(name, position), points.frame)), rest]
             except Blocked as error:
                 problem = problem or error
         assert problem is not None
@@ -169,7 +172,8 @@ class Legs:
         """Return the leg that closes a lasso: from visit i to the stop at which the cycle began."""
         if np.allclose(self._exit(i, left)[0].position, first.position, atol=1e-9):
             return []
-        return self._way(i, left, replace(first, permitted=frozenset()))
+        around = frozenset[str]() if first.region is None else self._around(first.region, first.position)
+        return self._way(i, left, replace(first, permitted=around))
 
     def _outside(self, origin: Stop, name: str, visit: int) -> Stop:
         """Return a point just outside a region that is left and visited again at once.
@@ -177,13 +181,13 @@ class Legs:
         Raises:
             Blocked: There is no clear point around it.
         """
-        obstacle = self.where.obstacles[name]
+        obstacle, permitted = self.where.obstacles[name], self._holding(origin.position) | {name}
         for way in _AROUND:
             point = obstacle.centre + way * (obstacle.level * 1.3 / float(way @ obstacle.matrix @ way)) ** 0.5
             if self.where.inside(point) and not any(
-                blocked(place, point, self.where, (name,)) for place in (origin.position, obstacle.centre)
+                blocked(place, point, self.where, permitted) for place in (origin.position, obstacle.centre)
             ):
-                return Stop(point, "via", name, visit, frozenset({name}))
+                return Stop(point, "via", name, visit, permitted)
         raise Blocked(
             name, origin.position, obstacle.centre, ["no point around it is clear, so it cannot be left and visited again"]
         )
@@ -198,38 +202,68 @@ class Legs:
         if level <= obstacle.level * 1.2:
             return leg
         gate = target.position + line * min(1.0, (obstacle.level * 1.1 / level) ** 0.5)
-        reached = frozenset({str(target.region)})
+        entered = frozenset({str(target.region)})
+        reached = self._holding(target.position) | self._shared(target.permitted & self._holding(gate), str(target.region))
         return [
             *leg[:-1],
-            Stop(gate, "via", target.region, target.visit, target.permitted - reached),
+            Stop(gate, "via", target.region, target.visit, target.permitted - entered),
             replace(target, permitted=reached),
         ]
 
     def _way(self, i: int, left: Side, target: Stop) -> list[Stop]:
         """Return detours and target; first and last segment may also be in the regions that they leave and reach."""
         origin = self._exit(i, left)[0]
-        leaves = self.start_regions if i < 0 else frozenset({self.visits[i].region} if left is None else ())
+        leaves = self.start_regions if i < 0 else self._left(i, left, origin.position)
         reaches = frozenset(target.permitted)
         if i >= 0 and left is None and (hoop := self.mission.hoops.get(self.visits[i].region)) is not None:
             return self._out_of(i, hoop, origin, target)
         points = avoid(self.mission, self.where, origin.position, target.position, leaves | reaches)
-        way = [
-            Stop(p.position, p.role, p.region, None, leaves if k == 0 else frozenset(), hoop_axes(self.mission, p.region))
-            for k, p in enumerate(points)
-        ]
-        return [*way, replace(target, permitted=reaches | (leaves if not way else frozenset()))]
+        way, last = self._detours(points, leaves)
+        return [*way, replace(target, permitted=reaches | last)]
 
     def _out_of(self, i: int, hoop: Hoop, origin: Stop, target: Stop) -> list[Stop]:
         """Return the stops from a start in a hoop's region to a target: to the hoop's control point on that side first."""
         name, points = self.visits[i].region, control_points(hoop)
         ahead = (origin.position - points.centre) @ np.array(hoop.normal) >= 0.0
-        through = frozenset({name})
+        through = self._holding(origin.position) | {name}
         first = Stop(points.front if ahead else points.rear, "via", name, i, through, points.frame)
         if np.allclose(first.position, target.position, atol=1e-9):
             return [replace(target, permitted=through)]
-        others = avoid(self.mission, self.where, first.position, target.position, target.permitted)
-        way = [Stop(p.position, p.role, p.region, None, frozenset(), hoop_axes(self.mission, p.region)) for p in others]
-        return [first, *way, target]
+        leaves = self._around(name, first.position)
+        others = avoid(self.mission, self.where, first.position, target.position, target.permitted | leaves)
+        way, last = self._detours(others, leaves)
+        return [first, *way, replace(target, permitted=target.permitted | last)]
+
+    def _detours(self, points: Sequence[Detour], leaves: frozenset[str]) -> tuple[list[Stop], frozenset[str]]:
+        """Return the stops of a detour, and which regions the leg's last segment may still be in: those not left by then."""
+        way: list[Stop] = []
+        for point in points:
+            way.append(Stop(point.position, point.role, point.region, None, leaves, hoop_axes(self.mission, point.region)))
+            # around a body in a region the way is still in that region
+            leaves = self._shared(leaves & self._holding(point.position), point.region)
+        return way, leaves
+
+    def _holding(self, point: Floats) -> frozenset[str]:
+        """Return the regions that hold a point."""
+        near = np.flatnonzero(np.linalg.norm(self.where.centres - point, axis=1) <= self.where.reaches)
+        obstacles = list(self.where.obstacles.values()) if len(near) else []
+        return frozenset(obstacles[k].name for k in near if obstacles[k].level_at(point) <= 1.0)
+
+    def _around(self, name: str, point: Floats) -> frozenset[str]:
+        """Return the other regions that hold a point beside a region, and its centre: those that it stands in."""
+        return (self._holding(point) & self._holding(np.array(self.mission.all_regions[name].center))) - {name}
+
+    def _left(self, i: int, side: Side, place: Floats) -> frozenset[str]:
+        """Return the regions that a leg from a visit begins in."""
+        region = self.mission.all_regions[self.visits[i].region]
+        if side is not None and isinstance(region, Hoop):
+            return self._around(self.visits[i].region, place)
+        return self._holding(place) | {self.visits[i].region}
+
+    def _shared(self, names: frozenset[str], name: str) -> frozenset[str]:
+        """Return those of some regions that may have a point in common with another one."""
+        regions = self.mission.all_regions
+        return frozenset(other for other in names if not apart(regions[other], regions[name]))
 
     def _passage(self, i: int, side: Side) -> list[Stop]:
         if side is None:
@@ -238,7 +272,7 @@ class Legs:
         region = self.mission.all_regions[name]
         assert isinstance(region, Hoop)
         points = control_points(region)
-        through = frozenset({name})
+        through = self._holding(points.centre)
         return [
             Stop(points.centre, "centre", name, i, through, points.frame),
             Stop(points.ends(side)[1], "front" if side == "F" else "rear", name, i, through, points.frame),

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ltlplan.allocation import Itinerary
 from ltlplan.paths.costs import cost_of, plan_cost
 from ltlplan.paths.final_hover import then_hovering
 from ltlplan.paths.hoops.clearance import Conflict, Room, conflicts, room
@@ -100,7 +101,29 @@ def route(
     if word is None:
         leaves = mission.agents[robot].end is not None and cycle_visit is None and not _ends_at_last(mission, robot, visits)
         word = word_of(mission, robot, visits, cycle_visit, stays=False if leaves else None)
-    asked = _Asked(robot, visits, cycle_visit, word)
+    return _laid(mission, _Asked(robot, visits, cycle_visit, word, tuple(range(len(visits)))), directions)
+
+
+def route_itinerary(mission: Mission, robot: str, does: Itinerary, *, directions: Directions | None = None) -> RobotPlan:
+    """Lead one robot along what it was allocated: as `route`, but to the middles of those regions only in which it stops.
+
+    Args:
+        mission: Hoops, regions, workspace, margin and nominal speed.
+        robot: Name of the agent.
+        does: Its visits, word and stops.
+        directions: As for `route`.
+
+    Raises:
+        BadInput: As `route`.
+        Infeasible: As `route`.
+    """
+    if does.stops is None or does.stops == tuple(range(len(does.visits))):
+        return route(mission, robot, does.visits, does.cycle_visit, directions=directions, word=does.word)
+    _check(mission, robot, does.visits, does.cycle_visit)
+    return _laid(mission, _Asked(robot, does.visits, does.cycle_visit, does.word, does.stops), directions)
+
+
+def _laid(mission: Mission, asked: _Asked, directions: Directions | None) -> RobotPlan:
     problem: Infeasible | None = None
     for slack in _SLACKS:
         try:
@@ -136,27 +159,34 @@ def segments(mission: Mission, plan: RobotPlan) -> tuple[Primitive, ...]:
 
 @dataclass(frozen=True, slots=True)
 class _Asked:
-    """What one robot is to visit, and the word that it shows by that."""
+    """What one robot is to visit, the word that it shows by that, and which of its visits are flown to the middle, in order."""
 
     robot: str
     visits: tuple[Visit, ...]
     cycle_visit: int | None
     word: Word
+    stops: tuple[int, ...]
 
 
 def _route(mission: Mission, asked: _Asked, directions: Directions, slack: float) -> RobotPlan:
     robot, visits, cycle_visit, word = asked.robot, asked.visits, asked.cycle_visit, asked.word
     where = room(mission, slack)
-    inside_last = _ends_inside(mission, robot, visits, cycle_visit, word)
-    legs = Legs(mission, robot, visits, where, inside_last)
-    sides = choose_sides(mission, legs.start, visits, cycle_visit, legs.length, directions, legs.begins_inside, inside_last)
+    flown = tuple(visits[stop] for stop in asked.stops)
+    inside_last = _ends_inside(mission, robot, flown, cycle_visit, word)
+    legs = Legs(mission, robot, flown, where, inside_last, asked.stops)
+    sides = choose_sides(mission, legs.start, flown, cycle_visit, legs.length, directions, legs.begins_inside, inside_last)
     stops, cycle = legs.stops(sides, cycle_visit)
     stops, times, cycle = _repaired(stops, cycle, where, mission.planner.speed, Counter(v.region for v in visits))
     hovers = cycle_visit == len(visits)
+    side_of = dict(zip(asked.stops, sides, strict=True))
+    serves = [None if stop.visit is None else asked.stops[stop.visit] for stop in stops]
     plan = RobotPlan(
         word=Word(word.letters).compressed() if hovers else word,
-        visits=tuple(visit.model_copy(update={"direction": side}) for visit, side in zip(visits, sides, strict=True)),
-        waypoints=tuple(Waypoint(position=_point(s.position), role=s.role, region=s.region, visit=s.visit) for s in stops),
+        visits=tuple(visit.model_copy(update={"direction": side_of.get(k)}) for k, visit in enumerate(visits)),
+        waypoints=tuple(
+            Waypoint(position=_point(s.position), role=s.role, region=s.region, visit=visit)
+            for s, visit in zip(stops, serves, strict=True)
+        ),
         times=tuple(times),
         cycle_visit=None if hovers else cycle_visit,
         cycle_waypoint=cycle,
