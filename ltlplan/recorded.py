@@ -11,6 +11,7 @@ from verify.data.progress import Progress, silent
 
 if TYPE_CHECKING:
     from verify import FlightVerdict
+    from verify.recordings.flight_log import Samples
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,10 +21,12 @@ class Recorded:
     Attributes:
         mission: Name of the mission that was flown.
         verdict: What the recording shows, claim by claim.
+        samples: What was measured.
     """
 
     mission: str
     verdict: FlightVerdict
+    samples: Samples
 
 
 def judge_flight(
@@ -64,7 +67,8 @@ def judge_flight(
         )
         begin = None if start is None else 0.0
     (progress or silent)("judging the recording", 0.0)
-    return Recorded(asked.mission.name, check_flight(samples, asked, max_speed=max_speed, error=error, start=begin))
+    verdict = check_flight(samples, asked, max_speed=max_speed, error=error, start=begin)
+    return Recorded(asked.mission.name, verdict, samples)
 
 
 def _is_our_log(path: str | os.PathLike[str]) -> bool:

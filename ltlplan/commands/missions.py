@@ -55,8 +55,8 @@ def write_template(name: str) -> Path:
         BadInput: The name is no name for a mission, or the file exists.
     """
     import re
-    from importlib import resources
 
+    from ltlplan.missions import template_text
     from verify.data import BadInput
     from verify.data.storage.file_names import name_fault
 
@@ -66,10 +66,9 @@ def write_template(name: str) -> Path:
     if (fault := name_fault(Path(stem).name)) is not None:
         raise BadInput(fault)
     path = Path(f"{stem}.yaml")
-    template = (resources.files("ltlplan") / "missions" / "template" / "mission.yaml").read_text(encoding="utf-8")
     try:
         with path.open("x", encoding="utf-8") as file:
-            file.write(template.replace("NAME", Path(stem).name))
+            file.write(template_text(Path(stem).name))
     except FileExistsError:
         raise BadInput(f"{path} exists already; nothing was written.") from None
     except OSError as error:

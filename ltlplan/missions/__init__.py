@@ -30,6 +30,16 @@ def shipped_mission_text(name: str) -> str:
     return (resources.files("ltlplan.missions") / f"{name}.yaml").read_text(encoding="utf-8")
 
 
+def template_text(name: str) -> str:
+    """Return a commented mission to start from.
+
+    Args:
+        name: What it is called.
+    """
+    text = (resources.files("ltlplan.missions") / "template" / "mission.yaml").read_text(encoding="utf-8")
+    return text.replace("NAME", name)
+
+
 def load_mission(source: str | os.PathLike[str]) -> Mission:
     """Read a mission from a file, or a shipped one by its name.
 

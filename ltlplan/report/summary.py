@@ -52,7 +52,7 @@ def visits_text(robot: RobotPlan) -> str:
 HEADER = ("claim", "robot", "verdict", "bound", "limit", "tight at")
 
 
-def claim_rows(certificate: Certificate) -> list[tuple[str, ...]]:
+def claim_rows(certificate: Certificate | FlightVerdict) -> list[tuple[str, ...]]:
     """Return all claims as rows of text under `HEADER`."""
     return [_row(claim) for claim in certificate.claims]
 

@@ -22,6 +22,9 @@ for _name in (
     "ltlplan.paths.improvement",
     "ltlplan.report.run_page",
     "ltlplan.output",
+    "ltlplan.recorded",
+    "ltlplan.service.page.judging",
+    "ltlplan.service.watching",
     "refine.solvers.nlp",
     "refine.solvers.qp",
     "refine.team",
@@ -34,3 +37,9 @@ for _name in (
 
 with contextlib.suppress(Exception):  # a stage that needs it says that it is not there
     importlib.import_module("ltlplan.logic.spot_engine").engine()
+
+with contextlib.suppress(Exception):  # plotly and ruamel.yaml load much at first use only, which is while somebody types
+    from ltlplan.missions import shipped_mission_text
+    from ltlplan.service.page.checking import check_text
+
+    check_text(shipped_mission_text("firefighting"), lambda _sentence, _share: None)

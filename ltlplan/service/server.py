@@ -98,9 +98,9 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
     questions = Questions(small, settings.data / "scratch", most_waiting=limits.waiting_questions)
     service = Service(settings, Jobs(settings, _workers(settings)), questions, tokens)
     app = application(service)
-    if page:
-        _add_page(app, service)
     end_routes(app, page=page)
+    if page:
+        _add_page(app, service)  # last: it answers every path that nothing before it has
     rules = Rules(
         tokens=tokens,
         names=own_names(settings.host, settings.names),

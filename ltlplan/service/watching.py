@@ -7,6 +7,7 @@ It is made once, in the worker that proved (or refused) the flight, where all th
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -23,7 +24,7 @@ from verify.data import LtlplanError
 
 if TYPE_CHECKING:
     from flight import FlightLog
-    from verify import Certificate, Claim
+    from verify import Certificate, Claim, FlightVerdict
     from verify.data import Mission, Plan, Trajectory, Witness
 
 NAME = "watch.json"
@@ -111,7 +112,7 @@ def automata_data(mission: Mission, replay: Replay | None = None) -> list[Json]:
     return found
 
 
-def claims_data(certificate: Certificate) -> list[Json]:
+def claims_data(certificate: Certificate | FlightVerdict) -> list[Json]:
     """Return every claim as plain data, each with its row of text as the command line shows it."""
     rows = claim_rows(certificate)
     return [_claim_data(claim, row) for claim, row in zip(certificate.claims, rows, strict=True)]
@@ -125,15 +126,20 @@ def _claim_data(claim: Claim, row: tuple[str, ...]) -> Json:
         "other": claim.other,
         "outcome": claim.outcome,
         "sentence": claim.sentence,
-        "time": claim.time,
-        "room": room,
+        "time": _finite(claim.time),
+        "room": _finite(room),
         "row": list(row),
         "witness": None if claim.witness is None else witness_data(claim.witness),
     }
 
 
 def witness_data(witness: Witness) -> Json:
-    """Return a witness as plain data."""
+    """Return a witness as plain data; figures that are not finite are left out."""
     data = asdict(witness)
     data["word"] = [[robot, sorted(letter)] for robot, letter in witness.word]
-    return data
+    data["times"] = [[_finite(time) for time in pair] for pair in witness.times]
+    return {key: _finite(value) if isinstance(value, float) else value for key, value in data.items()}
+
+
+def _finite(number: float | None) -> float | None:
+    return number if number is not None and math.isfinite(number) else None

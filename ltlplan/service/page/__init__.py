@@ -1,0 +1,36 @@
+"""What a browser shows of the service: missions written with help, plans followed, flights watched, trusted, judged, taken away.
+
+Begin with `frame`, which puts one module a tab together (`write`, `plan`, `trust`, `judge`, `take_away`; a flight is watched in
+`assets/flight.js`); `desk` is what one person has open, `elements` are the page's own parts over NiceGUI, whose scripts are in `assets`.
+`checking` and `judging` run in workers, as all that computes. NiceGUI is loaded only where pages are served.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fastapi import FastAPI
+
+    from ltlplan.service.service import Service
+
+
+def add_pages(server: FastAPI, service: Service) -> None:
+    """Make the page part of a server; one a process, because NiceGUI has one app a process.
+
+    Args:
+        server: Whose routes it joins; they come first.
+        service: What it shows.
+
+    Raises:
+        MissingEngine: NiceGUI is not installed.
+    """
+    try:
+        from ltlplan.service.page.frame import put_pages
+    except ModuleNotFoundError as error:
+        if error.name is None or not error.name.startswith("nicegui"):
+            raise
+        from verify.data import MissingEngine
+
+        raise MissingEngine("The page needs NiceGUI: pip install 'ltlplan[service]'.") from None
+    put_pages(server, service)

@@ -1,0 +1,369 @@
+// A 3-D scene to scale, made of the figures that the reports are made of. It draws only when something changed.
+import { CSS2DObject, CSS2DRenderer, OrbitControls, THREE } from "nicegui-scene";
+
+const FOV = 32; // degrees
+const EYE = new THREE.Vector3(0.8, -1.7, 1.0).normalize(); // where the reports' scenes are looked at from
+
+function css(name) {
+  return getComputedStyle(document.body).getPropertyValue(name).trim() || "#808080";
+}
+
+function points(trace) {
+  return Array.from(trace.x, (x, i) => new THREE.Vector3(x, trace.y[i], trace.z[i]));
+}
+
+function tag(text, kind, at) {
+  const element = document.createElement("div");
+  element.className = "tag3d " + kind;
+  element.textContent = text;
+  const label = new CSS2DObject(element);
+  if (at) label.position.copy(at);
+  return label;
+}
+
+// A round line: browsers draw lines of one pixel only.
+function lineGeometry(path, radius, sides = 6) {
+  const corners = [], index = [];
+  let tangent = new THREE.Vector3(1, 0, 0), across = new THREE.Vector3(), moved = false;
+  for (let i = 0; i < path.length; i++) {
+    const way = new THREE.Vector3().subVectors(path[Math.min(i + 1, path.length - 1)], path[Math.max(i - 1, 0)]);
+    if (way.length() > 1e-6) { tangent = way.normalize(); moved = true; }
+    across.copy(Math.abs(tangent.z) < 0.9 ? new THREE.Vector3(0, 0, 1) : new THREE.Vector3(1, 0, 0)).cross(tangent).normalize();
+    const up = new THREE.Vector3().crossVectors(tangent, across);
+    for (let k = 0; k < sides; k++) {
+      const angle = (2 * Math.PI * k) / sides;
+      const c = radius * Math.cos(angle), s = radius * Math.sin(angle);
+      corners.push(path[i].x + c * across.x + s * up.x, path[i].y + c * across.y + s * up.y, path[i].z + c * across.z + s * up.z);
+      if (i + 1 < path.length) {
+        const a = i * sides + k, b = i * sides + ((k + 1) % sides);
+        index.push(a, b, a + sides, b, b + sides, a + sides);
+      }
+    }
+  }
+  if (!moved) return null;
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(corners, 3));
+  geometry.setIndex(index);
+  return geometry;
+}
+
+function meshGeometry(trace) {
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(trace.x.flatMap((x, i) => [x, trace.y[i], trace.z[i]]), 3));
+  geometry.setIndex(trace.i.flatMap((a, n) => [a, trace.j[n], trace.k[n]]));
+  geometry.computeVertexNormals();
+  return geometry;
+}
+
+function tickStep(span, most) {
+  const rough = span / most, power = 10 ** Math.floor(Math.log10(rough));
+  return [1, 2, 5, 10].map((f) => f * power).find((step) => step >= rough * 0.999);
+}
+
+function robotBody(colour, size) {
+  const body = new THREE.Group();
+  const paint = new THREE.MeshLambertMaterial({ color: colour });
+  const dark = new THREE.MeshLambertMaterial({ color: new THREE.Color(colour).multiplyScalar(0.55) });
+  body.add(new THREE.Mesh(new THREE.SphereGeometry(0.24 * size, 16, 12), paint));
+  for (const angle of [0.25, 0.75, 1.25, 1.75]) {
+    const x = 0.62 * size * Math.cos(angle * Math.PI), y = 0.62 * size * Math.sin(angle * Math.PI);
+    const arm = new THREE.Mesh(new THREE.CylinderGeometry(0.06 * size, 0.06 * size, 0.62 * size), dark);
+    arm.rotation.z = Math.PI / 2 + angle * Math.PI + Math.PI;
+    arm.position.set(x / 2, y / 2, 0);
+    const rotor = new THREE.Mesh(new THREE.TorusGeometry(0.3 * size, 0.045 * size, 6, 20), paint);
+    rotor.position.set(x, y, 0.08 * size);
+    body.add(arm, rotor);
+  }
+  return body;
+}
+
+export class Scene {
+  constructor(holder) {
+    this.holder = holder;
+    this.scene = new THREE.Scene();
+    this.camera = new THREE.PerspectiveCamera(FOV, 1, 0.01, 1000);
+    this.camera.up.set(0, 0, 1);
+    this.robots = [];
+    this.waiting = false;
+    try {
+      this.renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true });
+    } catch {
+      const note = document.createElement("p");
+      note.className = "warning";
+      note.textContent = "The 3-D picture needs WebGL, which this browser does not have; times, labels and claims do not.";
+      holder.append(note);
+      return;
+    }
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.labels = new CSS2DRenderer();
+    this.labels.domElement.className = "tags3d";
+    holder.append(this.renderer.domElement, this.labels.domElement);
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.addEventListener("change", () => this.draw());
+    this.controls.addEventListener("start", () => { this.gliding = null; });
+    this.scene.add(new THREE.AmbientLight(0xffffff, 2.2));
+    const light = new THREE.DirectionalLight(0xffffff, 1.6);
+    light.position.set(1, -2, 4);
+    this.scene.add(light);
+    this.content = new THREE.Group();
+    this.marks = new THREE.Group();
+    this.added = new THREE.Group();
+    this.scene.add(this.content, this.marks, this.added);
+    this.sizes = new ResizeObserver(() => this.resize());
+    this.sizes.observe(holder);
+    this.dark = window.matchMedia("(prefers-color-scheme: dark)");
+    this.repaint = () => { this.drawRoom(); this.draw(); };
+    this.dark.addEventListener("change", this.repaint);
+  }
+
+  dispose() {
+    if (!this.renderer) return;
+    this.sizes.disconnect();
+    this.dark.removeEventListener("change", this.repaint);
+    this.clear(this.content);
+    this.clear(this.marks);
+    this.clear(this.added);
+    this.controls.dispose();
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
+    this.holder.replaceChildren();
+  }
+
+  clear(group) {
+    group.traverse((object) => {
+      if (object.isCSS2DObject) object.element.remove();
+      if (object.geometry) object.geometry.dispose();
+      if (object.material) object.material.dispose();
+    });
+    group.clear();
+  }
+
+  // Shows a figure: `traces` and `layout` as the reports have them; its last traces are the robots, one each.
+  show(figure, robots, paths) {
+    if (!this.renderer) return;
+    this.clear(this.content);
+    this.clear(this.marks);
+    this.clear(this.added);
+    const axes = figure.layout.scene;
+    const ranges = ["xaxis", "yaxis", "zaxis"].map((axis) => axes[axis].range);
+    this.low = new THREE.Vector3(...ranges.map((r) => r[0]));
+    this.high = new THREE.Vector3(...ranges.map((r) => r[1]));
+    const span = new THREE.Vector3().subVectors(this.high, this.low);
+    this.size = span.length();
+    const same = this.bounds && this.bounds.low.equals(this.low) && this.bounds.high.equals(this.high);
+    this.bounds = { low: this.low.clone(), high: this.high.clone() };
+    const moving = robots ? robots.length : 0;
+    const still = moving ? figure.traces.slice(0, -moving) : figure.traces;
+    for (const trace of still) this.addTrace(trace, robots || []);
+    this.robots = (robots || []).map((name, i) => this.addRobot(name, figure.traces[figure.traces.length - moving + i], paths && paths[i]));
+    this.room = new THREE.Group();
+    this.content.add(this.room);
+    this.drawRoom();
+    if (!same) this.lookAtAll();
+    this.resize();
+  }
+
+  addTrace(trace, robots) {
+    if (trace.visible === false) return;
+    const group = trace.legendgroup || trace.name;
+    let object = null;
+    if (trace.type === "mesh3d") {
+      const clear = (trace.opacity ?? 1) < 1;
+      object = new THREE.Mesh(meshGeometry(trace), new THREE.MeshLambertMaterial({
+        color: trace.color, transparent: clear, opacity: trace.opacity ?? 1, depthWrite: !clear, side: THREE.DoubleSide,
+      }));
+      object.renderOrder = clear ? 2 : 0;
+    } else if (trace.mode === "text") {
+      object = tag(trace.text[0], "region", points(trace)[0]);
+    } else if (trace.mode && trace.mode.startsWith("lines")) {
+      if (robots.includes(trace.name)) return; // its path is drawn with the robot
+      const dotted = trace.line && trace.line.dash && trace.line.dash !== "solid";
+      if (dotted) object = this.dots(points(trace), trace.line.color);
+      else {
+        const geometry = lineGeometry(points(trace), 0.0022 * this.size);
+        if (geometry) object = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ color: trace.line.color }));
+      }
+    } else if (trace.mode === "markers") {
+      object = new THREE.Group();
+      for (const at of points(trace)) {
+        const mark = new THREE.Mesh(new THREE.OctahedronGeometry(0.007 * this.size), new THREE.MeshLambertMaterial({ color: trace.marker.color }));
+        mark.position.copy(at);
+        object.add(mark);
+      }
+    }
+    if (!object) return;
+    object.userData.group = group;
+    this.content.add(object);
+  }
+
+  dots(path, colour) {
+    const geometry = new THREE.BufferGeometry().setFromPoints(path);
+    return new THREE.Points(geometry, new THREE.PointsMaterial({ color: colour, size: 2.5, sizeAttenuation: false }));
+  }
+
+  addRobot(name, trace, path) {
+    const colour = trace.marker.color;
+    const body = robotBody(colour, Math.max(0.05, 0.028 * this.size));
+    body.position.copy(points(trace)[0]);
+    const label = tag(name, "robot");
+    label.center.set(0.5, 1.9);
+    body.add(label);
+    const drop = new THREE.Line(new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3(0, 0, -1)]),
+      new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity: 0.45 }));
+    body.add(drop);
+    const robot = { name, body, label, drop, group: name, samples: path ? path.length : 0 };
+    if (path) {
+      const whole = lineGeometry(path.map((p) => new THREE.Vector3(...p)), 0.003 * this.size);
+      if (whole) {
+        const past = new THREE.BufferGeometry();
+        past.setAttribute("position", whole.getAttribute("position"));
+        past.setIndex(whole.getIndex());
+        const ahead = new THREE.Mesh(whole, new THREE.MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.35 }));
+        robot.past = new THREE.Mesh(past, new THREE.MeshBasicMaterial({ color: colour }));
+        robot.past.scale.setScalar(1);
+        for (const part of [ahead, robot.past]) { part.userData.group = name; this.content.add(part); }
+      }
+    }
+    body.userData.group = name;
+    this.content.add(body);
+    return robot;
+  }
+
+  // Floor, edges and figures of the workspace, in the reader's light or dark colours.
+  drawRoom() {
+    if (!this.room) return;
+    this.clear(this.room);
+    const { low, high } = this, grey = css("--soft"), faint = css("--line");
+    const line = (a, b) => [new THREE.Vector3(...a), new THREE.Vector3(...b)];
+    const floor = [];
+    const label = (text, at, kind = "tick") => this.room.add(tag(text, kind, new THREE.Vector3(...at)));
+    for (const [axis, other] of [["x", "y"], ["y", "x"]]) {
+      const step = tickStep(high[axis] - low[axis], 6);
+      for (let v = Math.ceil(low[axis] / step - 1e-9) * step; v <= high[axis] + 1e-9; v += step) {
+        const a = { [axis]: v, [other]: low[other] }, b = { [axis]: v, [other]: high[other] };
+        floor.push(...line([a.x, a.y, low.z], [b.x, b.y, low.z]));
+        const out = 0.018 * this.size;
+        if (axis === "x") label(String(+v.toFixed(3)), [v, low.y - out, low.z]);
+        else label(String(+v.toFixed(3)), [high.x + out, v, low.z]);
+      }
+    }
+    const stepZ = tickStep(high.z - low.z, 4);
+    for (let v = Math.ceil(low.z / stepZ - 1e-9) * stepZ; v <= high.z + 1e-9; v += stepZ) {
+      if (v - low.z > 0.3 * stepZ) label(String(+v.toFixed(3)), [low.x - 0.018 * this.size, low.y, v]);
+    }
+    const far = 0.055 * this.size;
+    label("x (m)", [(low.x + high.x) / 2, low.y - far, low.z], "axis");
+    label("y (m)", [high.x + far, (low.y + high.y) / 2, low.z], "axis");
+    label("z (m)", [low.x - far, low.y, (low.z + high.z) / 2], "axis");
+    this.room.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(floor), new THREE.LineBasicMaterial({ color: faint })));
+    const box = new THREE.Box3(low.clone(), high.clone());
+    const frame = new THREE.Box3Helper(box, new THREE.Color(grey));
+    frame.material.transparent = true;
+    frame.material.opacity = 0.35;
+    this.room.add(frame);
+  }
+
+  lookAtAll() {
+    const middle = new THREE.Vector3().addVectors(this.low, this.high).multiplyScalar(0.5);
+    const shape = (this.holder.clientWidth || 4) / (this.holder.clientHeight || 3);
+    const half = (FOV / 360) * Math.PI;
+    const narrow = Math.min(half, Math.atan(Math.tan(half) * shape));
+    this.distance = (0.47 * this.size) / Math.sin(narrow);
+    this.controls.target.copy(middle);
+    this.camera.position.copy(middle).addScaledVector(EYE, this.distance);
+    this.camera.near = 0.01 * this.distance;
+    this.camera.far = 20 * this.distance;
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.gliding = null;
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.holder;
+    if (!this.renderer || !width || !height) return;
+    const first = !this.seen && this.low;
+    this.renderer.setSize(width, height);
+    this.labels.setSize(width, height);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    if (first) { this.seen = true; this.lookAtAll(); }
+    this.draw();
+  }
+
+  // Moves the robots; `share` of the samples are behind them.
+  move(places, share) {
+    places.forEach((p, i) => {
+      const robot = this.robots[i];
+      if (!robot) return;
+      robot.body.position.set(...p);
+      robot.drop.scale.z = Math.max(p[2] - this.low.z, 1e-3);
+      if (robot.past) robot.past.geometry.setDrawRange(0, Math.floor(share * (robot.samples - 1)) * 36);
+    });
+    this.draw();
+  }
+
+  // Shows or hides everything of a robot or a region.
+  toggle(group, shown) {
+    this.content.traverse((object) => {
+      if (object.userData.group === group) object.visible = shown;
+    });
+    this.draw();
+  }
+
+  // Marks places: rings with words, and a line between two of them.
+  mark(places, words) {
+    this.clear(this.marks);
+    for (const place of places) this.marks.add(tag("", "ring", new THREE.Vector3(...place)));
+    if (places.length > 1) {
+      const ends = places.slice(0, 2).map((p) => new THREE.Vector3(...p));
+      const geometry = lineGeometry(ends, 0.002 * this.size);
+      if (geometry) this.marks.add(new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ color: css("--mark") })));
+    }
+    if (places.length && words) {
+      const at = new THREE.Vector3();
+      for (const place of places) at.add(new THREE.Vector3(...place));
+      const label = tag(words, "callout", at.multiplyScalar(1 / places.length));
+      label.center.set(0.5, -0.9);
+      this.marks.add(label);
+    }
+    this.draw();
+  }
+
+  // Shows recorded places as dots.
+  addDots(tracks) {
+    this.clear(this.added);
+    for (const { colour, path } of tracks) this.added.add(this.dots(path.map((p) => new THREE.Vector3(...p)), colour));
+    this.draw();
+  }
+
+  glideTo(place) {
+    const to = new THREE.Vector3(...place);
+    const from = this.controls.target.clone();
+    const away = this.camera.position.clone().sub(from);
+    const nearer = away.clone().setLength(Math.min(away.length(), 0.62 * this.distance));
+    const begin = performance.now();
+    const span = window.matchMedia("(prefers-reduced-motion: reduce)").matches ? 1 : 450;
+    const glide = (this.gliding = (now) => {
+      if (this.gliding !== glide) return;
+      const s = Math.min((now - begin) / span, 1), share = s * s * (3 - 2 * s);
+      this.controls.target.lerpVectors(from, to, share);
+      this.camera.position.copy(this.controls.target).add(away.clone().lerp(nearer, share));
+      this.controls.update();
+      this.draw();
+      if (s < 1) requestAnimationFrame(glide);
+    });
+    requestAnimationFrame(glide);
+  }
+
+  draw() {
+    if (this.waiting || !this.renderer) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      if (!this.holder.isConnected || !this.holder.clientWidth) return;
+      this.renderer.render(this.scene, this.camera);
+      this.labels.render(this.scene, this.camera);
+      this.holder.dataset.drawn = "yes";
+    });
+  }
+}

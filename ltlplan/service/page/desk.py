@@ -1,0 +1,126 @@
+"""What one person has open: a job, its mission's text, a tab. The tabs are told of it, and tell it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from nicegui import Client, background_tasks
+from nicegui.element import Element
+
+from ltlplan.service.page.elements import say
+from verify.data import LtlplanError
+
+if TYPE_CHECKING:
+    from ltlplan.service.models import Job
+    from ltlplan.service.service import Service
+
+TABS = ("write", "plan", "watch", "trust", "judge", "take away")
+ADDRESS = {tab: tab.replace(" ", "-") for tab in TABS}
+
+
+@dataclass(eq=False)
+class Desk:
+    """What one person has open.
+
+    Attributes:
+        service: The running service.
+        client: The browser's page.
+        job: The job that is looked at.
+        tab: The tab that is seen.
+        texts: Missions as they were written, by the job that was made of them.
+        on_job: Told the job when it is another one or has come further.
+        on_progress: Told a sentence and the share done while it is computed.
+        on_tab: Told the tab when it is another one.
+        write: Shows a mission's text in the first tab.
+    """
+
+    service: Service
+    client: Client
+    job: Job | None = None
+    tab: str = "write"
+    texts: dict[str, str] = field(default_factory=dict[str, str])
+    on_job: list[Callable[[Job | None], None]] = field(default_factory=list[Callable[["Job | None"], None]])
+    on_progress: list[Callable[[str, float], None]] = field(default_factory=list[Callable[[str, float], None]])
+    on_tab: list[Callable[[str], None]] = field(default_factory=list[Callable[[str], None]])
+    write: Callable[[str], Awaitable[None]] | None = None
+    _following: asyncio.Task[None] | None = None
+
+    async def open(self, job_id: str, tab: str) -> None:
+        """Look at a job.
+
+        Args:
+            job_id: The job's.
+            tab: The tab to be seen.
+
+        Raises:
+            BadInput: There is no such job.
+        """
+        job = await self.service.jobs.job(job_id)
+        self._set_job(job)
+        self.show(tab)
+        self.leave()
+        if job.ended is None:
+            self._following = background_tasks.create(self._follow(job_id), name=f"following job {job_id}")
+
+    def close_job(self) -> None:
+        """Look at no job any more."""
+        self.leave()
+        self._set_job(None)
+        self.show("plan")
+
+    def leave(self) -> None:
+        """Stop following the job."""
+        if self._following is not None:
+            self._following.cancel()
+            self._following = None
+
+    def show(self, tab: str) -> None:
+        """Show a tab, and note it in the address."""
+        self.tab = tab
+        for told in self.on_tab:
+            told(tab)
+        if tab == "write":
+            path = "/"
+        elif self.job is None:
+            path = f"/{ADDRESS[tab]}"
+        else:
+            path = f"/jobs/{self.job.id}/{ADDRESS[tab]}"
+        self.client.run_javascript(f"history.replaceState(null, '', {path!r})")
+
+    async def text_of(self, job: Job) -> str:
+        """Return a job's mission as it was written here, or as it was resolved."""
+        return self.texts.get(job.id) or await self.service.jobs.mission(job.id)
+
+    async def guarded(self, work: Awaitable[None], place: Element | None = None) -> None:
+        """Wait for work, and say in words what goes wrong with it.
+
+        Args:
+            work: The work.
+            place: Where in the page it belongs.
+        """
+        try:
+            await work
+        except LtlplanError as error:
+            with place or self.client.content:
+                say(error)
+
+    def _set_job(self, job: Job | None) -> None:
+        self.job = job
+        for told in self.on_job:
+            told(job)
+
+    async def _follow(self, job_id: str) -> None:
+        """Tell the tabs what happens to a job until it ends."""
+        jobs = self.service.jobs
+        async for event in jobs.events(job_id):
+            if self.job is None or self.job.id != job_id:
+                return
+            if event.kind == "progress":
+                for told in self.on_progress:
+                    told(event.sentence, event.share)
+            elif event.kind in ("stage", "state"):
+                self._set_job(await jobs.job(job_id))
+        self._set_job(await jobs.job(job_id))

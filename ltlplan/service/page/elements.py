@@ -1,0 +1,191 @@
+"""The page's own elements: an editor that knows faults and names, a mission's world, a flight that plays.
+
+They are small Vue components over what NiceGUI brings in its wheel (CodeMirror, three.js); nothing is fetched from elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Iterable, Sequence
+from typing import Any
+
+import nicegui
+from nicegui import ui
+from nicegui.element import Element
+from nicegui.elements.mixins.text_element import TextElement
+from nicegui.events import GenericEventArguments
+
+Json = dict[str, Any]  # of any type: JSON nests
+Told = Callable[[str], Awaitable[None]]
+
+_WHEEL = nicegui.__path__[0] + "/elements"
+
+
+class Editor(Element, component="assets/editor.js", esm={"nicegui-codemirror": f"{_WHEEL}/codemirror/dist"}):  # pyright: ignore[reportGeneralTypeIssues]  # NiceGUI's own way to name a component
+    """A text that is written with help.
+
+    Args:
+        label: What is written, for those who cannot see it.
+        language: CodeMirror's name of the text's language, if any.
+        single: Whether it is one line.
+        hint: Shown while it is empty.
+        on_text: Told the text a quarter of a second after a change.
+        on_submit: Called on Ctrl-Enter.
+    """
+
+    def __init__(
+        self,
+        label: str,
+        *,
+        language: str | None = None,
+        single: bool = False,
+        hint: str = "",
+        on_text: Told,
+        on_submit: Callable[[], Awaitable[None]] | None = None,
+    ) -> None:
+        super().__init__()
+        self._props.update({"label": label, "language": language, "single": single, "hint": hint, "value": "", "faults": []})
+        self.text = ""
+
+        async def told(event: GenericEventArguments) -> None:
+            self.text = str(event.args)
+            self._props["value"] = self.text
+            await on_text(self.text)
+
+        self.on("text", told)
+        if on_submit is not None:
+            self.on("submit", lambda _event: on_submit())
+
+    def put(self, text: str) -> None:
+        """Show another text."""
+        self.text = text
+        self._props["value"] = text
+        self.update()
+
+    def underline(self, faults: list[Json]) -> None:
+        """Underline faults, each with `from`, `to` and `message`."""
+        self._props["faults"] = faults
+        self.update()
+
+    def complete(self, names: Json, operators: Json) -> None:
+        """Offer names and operators, each with what it is."""
+        self._props["names"], self._props["operators"] = names, operators
+        self.update()
+
+    def reveal(self, offset: int) -> None:
+        """Put the cursor at an offset and bring it into view."""
+        self.run_method("reveal", offset)
+
+
+class World(
+    Element,
+    component="assets/world.js",
+    dependencies=["assets/ltlplan_scene.js"],
+    esm={"nicegui-scene": f"{_WHEEL}/scene/dist"},
+):
+    """A mission's world before anything is planned.
+
+    Args:
+        label: What is seen, for those who cannot see it.
+    """
+
+    def __init__(self, label: str) -> None:
+        super().__init__()
+        self._props["label"] = label
+
+    def put(self, figure: Json) -> None:
+        """Show another world.
+
+        Args:
+            figure: `traces` and `layout`, and the names of the `robots` that are the last traces.
+        """
+        self._props["figure"] = figure
+        self.update()
+
+
+class Flight(Element, component="assets/flight.js"):
+    """A flight that plays, with what is claimed of it."""
+
+    def show(self, url: str | None) -> None:
+        """Show a flight.
+
+        Args:
+            url: Where its `watch.json` is; None shows none.
+        """
+        if self._props.get("url") != (url or ""):
+            self._props["url"] = url or ""
+            self._props["verdict"] = None
+            self.update()
+
+    def look(self, view: str) -> None:
+        """Show it to be watched ("watch"), trusted ("trust") or judged ("judge")."""
+        self._props["view"] = view
+        self.update()
+
+    def judge(self, verdict: Json | None) -> None:
+        """Show what a recording says of the flight: `sentence`, `claims`, `assumptions`, `flown`."""
+        self._props["verdict"] = verdict
+        self.update()
+
+
+class Words(TextElement):
+    """An element that holds text and nothing else: whatever stands in it is never read as markup.
+
+    Args:
+        tag: Of HTML.
+        content: The text.
+        classes: Of CSS.
+    """
+
+    def __init__(self, tag: str, content: str, classes: str = "") -> None:
+        super().__init__(tag=tag, text=content)
+        self.classes(classes)
+
+
+def box(classes: str = "", *, tag: str = "div") -> Element:
+    """Return an element to put others into.
+
+    Args:
+        classes: Of CSS.
+        tag: Of HTML.
+    """
+    return ui.element(tag).classes(classes)
+
+
+def button(content: str, act: Callable[[], object], classes: str = "", *, label: str | None = None) -> Words:
+    """Return a button.
+
+    Args:
+        content: What stands on it.
+        act: Called on a click; may return something to wait for.
+        classes: Of CSS.
+        label: What it does, where its words do not say so.
+    """
+    made = Words("button", content, classes).props("type=button")
+    if label is not None:
+        made.props["aria-label"] = label  # called, it would read the words as a list of properties
+    made.on("click", lambda _event: act())
+    return made
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Element:
+    """Return a table of text.
+
+    Args:
+        header: Words over the columns.
+        rows: Cells.
+    """
+    with box("scroll") as place, box(tag="table"):
+        with box(tag="thead"), box(tag="tr"):
+            for cell in header:
+                Words("th", cell)
+        with box(tag="tbody"):
+            for row in rows:
+                with box(tag="tr"):
+                    for cell in row:
+                        Words("td", cell)
+    return place
+
+
+def say(problem: Exception | str, *, good: bool = False) -> None:
+    """Tell a person something that passes: an error in the words of the command line, or that something is done."""
+    ui.notify(str(problem), type="positive" if good else "negative", multi_line=True, close_button="close", timeout=6000)

@@ -1,0 +1,139 @@
+"""The page's frame: what stands above the tabs, and how they are put together for one person."""
+
+from __future__ import annotations
+
+from importlib import resources
+from typing import TYPE_CHECKING
+
+from nicegui import app, ui
+
+from ltlplan.report.inline import package_text
+from ltlplan.service.page.desk import ADDRESS, TABS, Desk
+from ltlplan.service.page.elements import Flight, Words, box, button, say
+from ltlplan.service.page.judge import judge_tab
+from ltlplan.service.page.plan import plan_tab
+from ltlplan.service.page.take_away import take_away_tab
+from ltlplan.service.page.trust import trust_tab
+from ltlplan.service.page.write import write_tab
+from verify.data import LtlplanError
+
+if TYPE_CHECKING:
+    from fastapi import FastAPI
+
+    from ltlplan.service.models import Job
+    from ltlplan.service.service import Service
+
+_SIGNS = {"queued": "waits", "running": "runs", "done": "done", "failed": "refused", "cancelled": "cancelled"}
+_FAVICON = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32"><g fill="none" stroke="#1f77e0" stroke-width="3">'
+    '<circle cx="8" cy="8" r="5"/><circle cx="24" cy="8" r="5"/><circle cx="8" cy="24" r="5"/><circle cx="24" cy="24" r="5"/>'
+    '<path d="M11 11l10 10M21 11l-10 10"/></g></svg>'
+)
+
+
+def put_pages(server: FastAPI, service: Service) -> None:
+    """Make the page part of a server.
+
+    Args:
+        server: Whose routes it joins; they come first.
+        service: What it shows.
+    """
+    ui.add_css(package_text("style.css"), shared=True)
+    ui.add_css((resources.files("ltlplan.service.page") / "assets" / "page.css").read_text(encoding="utf-8"), shared=True)
+
+    async def at_tab(tab: str, job: str | None) -> None:
+        await _page(service, tab, job)
+
+    @ui.page("/")
+    async def write() -> None:
+        await at_tab("write", None)
+
+    for name in TABS[1:]:
+
+        def at(tab: str = name) -> None:
+            async def without_job() -> None:
+                await at_tab(tab, None)
+
+            async def with_job(job: str) -> None:
+                await at_tab(tab, job)
+
+            ui.page(f"/{ADDRESS[tab]}")(without_job)
+            ui.page(f"/jobs/{{job}}/{ADDRESS[tab]}")(with_job)
+
+        at()
+
+    @ui.page("/jobs/{job}")
+    async def of_job(job: str) -> None:
+        await at_tab("plan", job)
+
+    app.config.socket_io_js_transports = ["websocket", "polling"]
+    ui.run_with(
+        server, title="ltlplan", favicon=_FAVICON, dark=None, tailwind=False, show_welcome_message=False, reconnect_timeout=10.0
+    )
+
+
+async def _page(service: Service, tab: str, job: str | None) -> None:
+    client = ui.context.client
+    desk = Desk(service, client)
+    client.on_delete(desk.leave)
+    client.content.classes("page")
+    _header(desk)
+    with box("tabs", tag="main"):
+        panels = {name: box("panel").props(f"role=tabpanel id={ADDRESS[name]}-panel") for name in TABS if name != "watch"}
+        flight = Flight()
+    with panels["write"]:
+        await write_tab(desk)
+    with panels["plan"]:
+        await plan_tab(desk)
+    with panels["trust"]:
+        trust_tab(desk, flight)
+    with panels["judge"]:
+        judge_tab(desk, flight)
+    with panels["take away"]:
+        take_away_tab(desk)
+
+    def turned(to: str) -> None:
+        for name, panel in panels.items():
+            panel.set_visibility(name == to)
+        flight.set_visibility(to in ("watch", "trust", "judge"))
+        if to in ("watch", "trust", "judge"):
+            flight.look(to)
+
+    def come_further(found: Job | None) -> None:
+        seen = found is not None and any(file.name == "watch.json" for file in found.files)
+        flight.show(f"/api/jobs/{found.id}/files/watch.json" if found is not None and seen else None)
+
+    desk.on_tab.append(turned)
+    desk.on_job.append(come_further)
+    if job is None:
+        desk.show(tab)
+        return
+    try:
+        await desk.open(job, tab)
+    except LtlplanError as error:
+        desk.show("plan")
+        say(error)
+
+
+def _header(desk: Desk) -> None:
+    with box("top", tag="header"):
+        Words("strong", "ltlplan", "brand")
+        tabs: dict[str, Words] = {}
+        with box("tablist", tag="nav").props('role=tablist aria-label="Parts of the page"'):
+            for name in TABS:
+                tabs[name] = button(name.capitalize(), lambda name=name: desk.show(name)).props("role=tab")
+        at = button("", lambda: desk.show("plan"), "current", label="The job that is looked at")
+        at.set_visibility(False)
+
+    def turned(to: str) -> None:
+        for name, tab in tabs.items():
+            tab.props(f"aria-selected={'true' if name == to else 'false'} tabindex={0 if name == to else -1}")
+
+    def come_further(job: Job | None) -> None:
+        at.set_visibility(job is not None)
+        if job is not None:
+            at.set_text(f"{job.mission}: {_SIGNS[job.state]}")
+            at.classes(replace=f"current {job.state}")
+
+    desk.on_tab.append(turned)
+    desk.on_job.append(come_further)

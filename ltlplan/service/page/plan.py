@@ -1,0 +1,211 @@
+"""The second tab: jobs, and of one of them its stages as they go, with what each found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from ltlplan.service.page.elements import Words, box, button, say, table
+
+if TYPE_CHECKING:
+    from ltlplan.service.models import Job, Stage
+    from ltlplan.service.page.desk import Desk
+
+Found = Mapping[str, Any]  # of any type: what stages found is JSON
+
+_STATES = {"queued": "waits", "running": "runs", "done": "done", "failed": "refused", "cancelled": "cancelled"}
+_REFRESH = 3.0
+"""s between looks at the list while it is seen."""
+_MOST = 60
+_REFUSALS = 6
+"""Refused claims of a round that are written out."""
+
+
+class _Planning:
+    """The tab while it is used."""
+
+    def __init__(self, desk: Desk) -> None:
+        self.desk = desk
+        self.listed: list[tuple[str, str]] = []
+        with box("planning"):
+            with box("jobs", tag="section").props('aria-label="Jobs"'):
+                Words("h2", "Jobs")
+                self.list = box("job-list", tag="ul")
+            self.one = box("job", tag="section").props('aria-label="The job"')
+        self.bar: ui.element | None = None
+        self.sentence: Words | None = None
+        desk.on_job.append(self.show)
+        desk.on_progress.append(self.progress)
+        desk.on_tab.append(lambda tab: self.timer.activate() if tab == "plan" else self.timer.deactivate())
+        self.timer = ui.timer(_REFRESH, self.refresh, active=False)
+
+    async def refresh(self) -> None:
+        """List the jobs again where something changed."""
+        jobs = await self.desk.service.jobs.jobs(limit=_MOST)
+        chosen = "" if self.desk.job is None else self.desk.job.id
+        state = [(job.id, job.state) for job in jobs] + [(chosen, "chosen")]
+        if state == self.listed:
+            return
+        self.listed = state
+        self.list.clear()
+        with self.list:
+            if not jobs:
+                Words("li", "None yet: write a mission and plan it.", "soft")
+            for job in jobs:
+                with box(tag="li"):
+                    made = button(
+                        "", lambda job=job: self.desk.guarded(self.desk.open(job.id, "plan"), self.list), f"entry {job.state}"
+                    )
+                    made.props(f"aria-current={'true' if job.id == chosen else 'false'}")
+                    with made:
+                        Words("b", job.mission)
+                        Words("span", _STATES[job.state], f"chip {job.state}")
+                        Words("small", f"{job.title}", "title")
+                        Words("small", f"{_clock(job.submitted)}, seed {job.seed}", "soft")
+
+    def progress(self, sentence: str, share: float) -> None:
+        """Show what is being done at the moment."""
+        if self.bar is not None and self.sentence is not None:
+            self.bar.props(f"value={share:.3f}")
+            self.sentence.set_text(f"{sentence} ...")
+
+    def show(self, job: Job | None) -> None:
+        """Show a job as far as it has come."""
+        self.one.clear()
+        self.bar = self.sentence = None
+        self.timer.activate()
+        with self.one:
+            if job is None:
+                Words("p", "Choose a job, or write a mission.", "soft")
+                return
+            self._head(job)
+            with box("stages", tag="ol"):
+                for stage in job.stages:
+                    _stage(stage)
+            if job.problem is not None:
+                with box("problem").props("role=alert"):
+                    Words("h3", job.problem.title)
+                    Words("pre", job.problem.detail, "words-of-command")
+                    if job.state == "failed":
+                        button("What would mend it", lambda: self.desk.show("trust"), "primary")
+
+    def _head(self, job: Job) -> None:
+        with box("head"):
+            Words("h2", job.mission)
+            Words("span", _STATES[job.state], f"chip {job.state}").props("role=status data-state=" + job.state)
+            if job.ended is None:
+                button("Cancel", lambda: self.desk.guarded(self._cancel(job), self.one), "danger")
+            elif job.state == "done":
+                button("Watch it", lambda: self.desk.show("watch"), "primary")
+            if job.ended is not None:
+                button("Delete", lambda: self.desk.guarded(self._delete(job), self.one), "quiet")
+        Words("code", job.title, "asked")
+        times = [f"seed {job.seed}", f"handed in {_clock(job.submitted)}"]
+        if job.started and job.ended:
+            times.append(f"took {_seconds(job.started, job.ended)}")
+        Words("p", ", ".join(times), "soft")
+        if job.ended is None:
+            self.bar = ui.element("progress").props(f'max=1 value={job.share:.3f} aria-label="How much is done"')
+            waits = "waits for a free worker" if job.state == "queued" else job.sentence or "working"
+            self.sentence = Words("p", f"{waits} ...", "sentence").props("aria-live=polite")
+
+    async def _cancel(self, job: Job) -> None:
+        await self.desk.service.jobs.cancel(job.id)
+        await self.desk.open(job.id, "plan")
+
+    async def _delete(self, job: Job) -> None:
+        with ui.dialog() as dialog, box("dialog"):
+            Words("p", f"Delete the job of {job.mission} and all its files? This cannot be undone.")
+            with box("row"):
+                button("Delete it", lambda: dialog.submit(True), "danger")
+                button("Keep it", lambda: dialog.submit(False))
+        if not await dialog:
+            return
+        await self.desk.service.jobs.delete(job.id)
+        self.desk.close_job()
+        await self.refresh()
+        with self.one:
+            say(f"The job of {job.mission} is deleted.", good=True)
+
+
+def _stage(stage: Stage) -> None:
+    """Show one stage and what it found."""
+    with box(f"stage {stage.state}", tag="li").props(f'data-stage="{stage.name}"'):
+        with box("line"):
+            Words("b", stage.name)
+            Words("span", _STATES[stage.state], f"chip {stage.state}")
+            if stage.started and stage.ended:
+                Words("span", _seconds(stage.started, stage.ended), "soft")
+        found = stage.found
+        if stage.name == "plan" and "words" in found:
+            _plan(found)
+        elif stage.name.startswith("round") and "claims" in found:
+            _round(found)
+        elif stage.name == "flight" and "tracking" in found:
+            _flight(found)
+        elif stage.name == "files" and "files" in found:
+            Words("p", f"{len(found['files'])} files, to be taken away.")
+
+
+def _plan(found: Found) -> None:
+    rows = [(robot, found["visits"].get(robot, ""), word) for robot, word in found["words"].items()]
+    table(("robot", "visits", "word"), rows)
+    bound = (
+        ""
+        if found.get("lower_bound") is None
+        else (", the cheapest" if found.get("complete") else ", not sure to be the cheapest")
+    )
+    Words("p", f"Cost {found['cost']:.3f} by the method {found['method']}{bound if found['method'] == 'exact' else ''}.")
+    for note in found["notes"]:
+        Words("p", note, "soft")
+
+
+def _round(found: Found) -> None:
+    claims = found["claims"]
+    if found.get("certified"):
+        largest = found.get("largest_margin")
+        more = "" if largest is None else f"; {1000 * largest:.1f} mm would hold too"
+        Words("p", f"All {len(claims)} claims are proved at a margin of {1000 * found['margin']:g} mm{more}.", "verdict holds")
+        return
+    refused = [claim for claim in claims if claim["outcome"] != "holds"]
+    Words("p", f"{len(refused)} claims are refused; refinement tries again with what they say:", "verdict fails")
+    with box(tag="ul"):
+        for claim in refused[:_REFUSALS]:
+            Words("li", f"{claim['name']}: {claim['sentence']}")
+        if len(refused) > _REFUSALS:
+            Words("li", f"and {len(refused) - _REFUSALS} more", "soft")
+    for (first, before), (then, after) in found.get("precedences", ()):
+        Words("p", f"From now on {first}'s visit {before + 1} is over before {then}'s visit {after + 1} begins.", "soft")
+
+
+def _flight(found: Found) -> None:
+    rows = [
+        (robot, f"{1000 * flown['worst']:.1f} mm", f"{1000 * flown['rms']:.1f} mm")
+        for robot, flown in found["tracking"].items()
+    ]
+    table(("robot", "worst tracking error", "RMS"), rows)
+    for sentence in found.get("sentences", ()):
+        Words("p", sentence, "soft")
+
+
+def _clock(time: str) -> str:
+    return datetime.fromisoformat(time).strftime("%Y-%m-%d %H:%M:%S UTC")
+
+
+def _seconds(start: str, end: str) -> str:
+    seconds = (datetime.fromisoformat(end) - datetime.fromisoformat(start)).total_seconds()
+    return f"{seconds:.1f} s" if seconds < 100 else f"{seconds / 60:.1f} min"
+
+
+async def plan_tab(desk: Desk) -> None:
+    """Make the tab.
+
+    Args:
+        desk: What the person has open.
+    """
+    planning = _Planning(desk)
+    planning.show(None)
+    await planning.refresh()

@@ -1,0 +1,113 @@
+"""The sixth tab: what a job made, to be taken away: files, exports, the report, a link."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from nicegui import ui
+
+from ltlplan.service import questions as asked
+from ltlplan.service.page.elements import Words, box, button, say
+
+if TYPE_CHECKING:
+    from ltlplan.service.models import Job
+    from ltlplan.service.page.desk import Desk
+
+_WHAT = {
+    "mission.yaml": "the mission with every default written out",
+    "plan.json": "words, visits and waypoints",
+    "certificate.json": "every claim, with digests of what it covers",
+    "flight.csv": "the simulated flight",
+    "report.html": "the report: one file that opens without a network",
+    "manifest.json": "digests of all files",
+    "watch.json": "what this page plays",
+}
+
+
+class _Away:
+    """The tab while it is used."""
+
+    def __init__(self, desk: Desk) -> None:
+        self.desk = desk
+        self.place = box("away")
+        self.formats: list[str] = []
+        desk.on_job.append(self.show)
+
+    def show(self, job: Job | None) -> None:
+        """Offer what a job made."""
+        self.place.clear()
+        with self.place:
+            if job is None:
+                Words("p", "Choose a job under Plan; what it made is here.", "soft")
+                return
+            self._link(job)
+            if not job.files:
+                Words("p", "This job has made no files.", "soft")
+                return
+            if job.state == "done":
+                self._together(job)
+            _files(job)
+
+    def _link(self, job: Job) -> None:
+        with box("row link"):
+            Words("span", "A link to this job:", "soft")
+            path = f"/jobs/{job.id}"
+            _link(path, path)
+            button(
+                "Copy it",
+                lambda: ui.run_javascript(f"navigator.clipboard.writeText(location.origin + {json.dumps(path)})"),
+                "quiet",
+            )
+
+    def _together(self, job: Job) -> None:
+        with box("row"):
+            if any(file.name == "report.html" for file in job.files):
+                _link(f"/api/jobs/{job.id}/report", "Open the report", "button primary").props("target=_blank")
+            _link(f"/api/jobs/{job.id}/archive", "All files as one archive", "button").props("download")
+        Words("h2", "For a vehicle")
+        Words("p", "The certificate is proved again before anything is written for a vehicle.", "soft")
+        place = box("row exports")
+        ui.timer(0.0, lambda: self._exports(job, place), once=True)
+
+    async def _exports(self, job: Job, place: ui.element) -> None:
+        if not self.formats:
+            try:
+                self.formats = [
+                    each["name"] for each in json.loads(await self.desk.service.questions.ask(asked.export_formats))
+                ]
+            except ValueError as error:
+                say(error)
+        with place:
+            for name in self.formats:
+                _link(f"/api/jobs/{job.id}/exports/{name}", name, "button").props("download")
+
+
+def _files(job: Job) -> None:
+    Words("h2", "Files")
+    Words("p", "Unpacked from the archive they are a folder that `ltlplan recheck` proves again.", "soft")
+    with box("scroll"), box(tag="table"), box(tag="tbody"):
+        for file in job.files:
+            what = _WHAT.get(file.name) or (
+                "a robot's polynomials" if file.name.endswith(".csv") and "/" not in file.name else ""
+            )
+            with box(tag="tr"):
+                with box(tag="td"):
+                    _link(f"/api/jobs/{job.id}/files/{file.name}", file.name).props("download")
+                Words("td", f"{file.size / 1000:,.1f} kB", "number")
+                Words("td", what, "soft")
+
+
+def _link(address: str, content: str, classes: str = "") -> Words:
+    made = Words("a", content, classes)
+    made.props["href"] = address  # called, it would read an address as a list of properties
+    return made
+
+
+def take_away_tab(desk: Desk) -> None:
+    """Make the tab.
+
+    Args:
+        desk: What the person has open.
+    """
+    _Away(desk).show(None)
