@@ -208,8 +208,8 @@ def campaign(
         changes: As for `fly`.
 
     Raises:
-        BadInput: There are no such conditions, trajectories do not fit the mission, the certificate's margin is 0, or the number of runs or workers is out
-            of range.
+        BadInput: There are no such conditions, trajectories do not fit the mission, the certificate's margin is 0, or the
+            number of runs or workers is out of range.
         NotCertified: The certificate is of other trajectories or of another mission.
     """
     conditions = conditions.changed(**changes)

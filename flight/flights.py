@@ -51,7 +51,8 @@ def fly(
         changes: Some of the conditions as keywords, `wind="1.5+0.4"` for instance, in place of those of `conditions`.
 
     Raises:
-        BadInput: There are no such conditions, plan or trajectories are not sound or do not fit each other, or the certificate's margin is 0.
+        BadInput: There are no such conditions, plan or trajectories are not sound or do not fit each other, or the
+            certificate's margin is 0.
         NotCertified: The certificate is of other trajectories or of another mission.
     """
     conditions = conditions.changed(**changes)

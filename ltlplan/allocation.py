@@ -1,8 +1,8 @@
 """What a planning method returns: which robot makes which visits, showing which word.
 
-A planning method is a function from a mission to an `Allocation`. It lays no paths and makes no plan: `ltlplan.paths.nominal` lays paths along
-any method's allocation, `ltlplan.paths.improvement` improves them, `ltlplan.planner` makes the plan. A method that finds words and
-paths together, because it prices words by the very paths, returns those paths as part of its allocation.
+A planning method is a function from a mission to an `Allocation`. It lays no paths and makes no plan: `ltlplan.paths.nominal`
+lays paths along any method's allocation, `ltlplan.paths.improvement` improves them, `ltlplan.planner` makes the plan. A method
+that finds words and paths together, because it prices words by the very paths, returns those paths as part of its allocation.
 """
 
 from __future__ import annotations

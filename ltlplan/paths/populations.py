@@ -1,9 +1,10 @@
 """Several Gaussians that share the candidates of each round; twice, the worse half of them leaves.
 
 A Gaussian that is fitted to its own elite settles in one valley of the costs, and which one depends on its mean and its first
-draws. Several that draw for themselves, from means of their own, settle in several. Each batch of a round goes to one of them in turn, so that those that
-stay get more of every round: with four, a quarter each at first, then a half, then one gets all. The budget is the same as
-for one Gaussian (successive halving: Jamieson and Talwalkar, "Non-stochastic best arm identification", AISTATS 2016).
+draws. Several that draw for themselves, from means of their own, settle in several. Each batch of a round goes to one of them
+in turn, so that those that stay get more of every round: with four, a quarter each at first, then a half, then one gets all.
+The budget is the same as for one Gaussian (successive halving: Jamieson and Talwalkar, "Non-stochastic best arm
+identification", AISTATS 2016).
 """
 
 from __future__ import annotations

@@ -3,7 +3,8 @@
 At every instant of an encounter a plane is put between each two, whose normal turns with the encounter: first it faces along
 the line between them, then aside, then along the line again. Each robot's part is a row for each Bernstein point of a short
 interval, so that the distance holds at all times and not at samples. The plane may run midway (both give way) or along one
-robot's path (only the other does); where more than two meet, all give way by one rule. Nothing here knows limits: the caller slows the whole encounter, which keeps it as it is.
+robot's path (only the other does); where more than two meet, all give way by one rule. Nothing here knows limits: the caller
+slows the whole encounter, which keeps it as it is.
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
 """When a robot is on its way to a visit: the times at which the limits of that leg hold.
 
 The way to a visit ends when the robot is in the region for sure. It begins with the last earlier visit that is over for sure
-before the robot may be in the region, as soon as it may have left that earlier one: a visit that may last longer is around
-this one, or overlaps it, and what leads there from within it leads here as well. Where there is none the way begins with the
-flight. Times surely in that earlier visit do not count. An excursion out of the region and back is a way to it as well: between two times surely in it, and after the last one
-wherever the nominal path itself leaves and comes back. In a lap a visit is come to from the lap before, too.
+before the robot may be in the region, as soon as it may have left that earlier one: a visit that may last longer is around this
+one, or overlaps it, and what leads there from within it leads here as well. Where there is none the way begins with the flight.
+Times surely in that earlier visit do not count. An excursion out of the region and back is a way to it as well: between two
+times surely in it, and after the last one wherever the nominal path itself leaves and comes back. In a lap a visit is come to
+from the lap before, too.
 """
 
 from __future__ import annotations

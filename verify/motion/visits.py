@@ -185,8 +185,9 @@ def internal_changes(
 ) -> tuple[tuple[InternalChange, ...], ActionFault | None]:
     """Place the planned actions in time.
 
-    Actions of a visit are spread evenly over the longest time that the robot is in the region for sure (of a visit that is under
-    way when a lap begins: before it does), so that no two share an instant; a single one is at its middle. Every instant is a float, the one that is written and flown.
+    Actions of a visit are spread evenly over the longest time that the robot is in the region for sure (of a visit that is
+    under way when a lap begins: before it does), so that no two share an instant; a single one is at its middle. Every instant
+    is a float, the one that is written and flown.
 
     Args:
         mission: Says which actions are permitted.

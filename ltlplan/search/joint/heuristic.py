@@ -1,9 +1,10 @@
 """How much is surely left to fly, and to where, under `team: joint`: an admissible heuristic, from each conjunct by itself.
 
-While one robot flies, what all of them show together changes in one way: the flying robot's letter is taken out and its
-next one put in. So a conjunct's state and the propositions that it sees held now are walked as a small graph: from what is
-held, any part may stay, and one robot's letter is added, at no less than the shortest leg into such a place. As in `ltlplan.search.heuristic`,
-that price is shared out among the conjuncts that the letter concerns, and the conjuncts' amounts add up to a lower bound.
+While one robot flies, what all of them show together changes in one way: the flying robot's letter is taken out and its next
+one put in. So a conjunct's state and the propositions that it sees held now are walked as a small graph: from what is held, any
+part may stay, and one robot's letter is added, at no less than the shortest leg into such a place. As in
+`ltlplan.search.heuristic`, that price is shared out among the conjuncts that the letter concerns, and the conjuncts' amounts
+add up to a lower bound.
 """
 
 from __future__ import annotations
