@@ -131,7 +131,13 @@ class Processes:
         self._listener.join()
 
     def submit(self, work: Callable[..., Found], /, *arguments: object, progress: Progress | None = None) -> Future[Found]:
-        """Have a function called in one of the processes, as `Workers.submit` says."""
+        """Have a function called in one of the processes, as `Workers.submit` says.
+
+        Args:
+            work: A function of a module.
+            arguments: What it is called with.
+            progress: Told what the function tells.
+        """
         number = next(self._numbers)
         if progress is not None:
             self._told[number] = progress

@@ -18,6 +18,7 @@ from ltlplan.commands.shared.old_spellings import spelled_now
 
 COMMANDS = {
     "run": "Plan, refine, certify, fly in simulation and export a mission.",
+    "batch": "Run every mission of a folder, each into a folder of its own.",
     "plan": "Plan a mission: each robot's word, visits and cost.",
     "certify": "Prove a folder's trajectories, or judge a recorded flight.",
     "recheck": "Prove a folder's certificate again, from its files alone.",

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ltlplan.commands.shared import flight_options, options
+from ltlplan.commands.shared import flight_options, machines, options
 from ltlplan.commands.shared.simulation import Outcome, certified, simulating, written
 from verify.data.progress import part_of
 
@@ -17,7 +18,10 @@ if TYPE_CHECKING:
 def command(
     source: flight_options.TeamArgument,
     runs: Annotated[int, typer.Option("--runs", min=1, help="How many flights.")] = 100,
-    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes; findings do not depend on it.")] = 1,
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, help="Processes (default: 1); findings do not depend on it.")
+    ] = None,
+    dask: machines.DaskOption = None,
     out: flight_options.OutOption = None,
     seed: options.SeedOption = None,
     wind: flight_options.WindOption = None,
@@ -32,11 +36,12 @@ def command(
 
     conditions = Conditions(wind, noise, model, controller)
     with simulating(out, CAMPAIGN_FILES, quiet=json) as progress:
-        plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
-        found = campaign(
-            plan, team, certificate, runs=runs, seed=plan.seed if seed is None else seed, conditions=conditions, workers=workers,
-            progress=part_of(progress, 0.5, 1.0),
-        )  # fmt: skip
+        with nullcontext(workers or 1) if dask is None else machines.cluster_at(dask, workers) as those:
+            plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
+            found = campaign(
+                plan, team, certificate, runs=runs, seed=plan.seed if seed is None else seed, conditions=conditions, workers=those,
+                progress=part_of(progress, 0.5, 1.0),
+            )  # fmt: skip
         files = written(out, lambda folder: write_campaign(plan, found, folder))
     _outcome(found).show(files, as_json=json)
 

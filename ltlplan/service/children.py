@@ -16,7 +16,7 @@ import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
-from multiprocessing import forkserver
+from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, cast
@@ -107,7 +107,7 @@ def supervised(
 
 def warm_up() -> None:
     """Begin to load what every piece of work is forked from, so that the first one does not wait for it; returns at once."""
-    with _STARTING:
+    with _starting():
         multiprocessing.get_context("forkserver").set_forkserver_preload(_PRELOADED)
         forkserver.ensure_running()
 
@@ -130,7 +130,7 @@ class Child:
         self._answer: tuple[Any, ...] | None = None
         self._fault: LtlplanError | None = None
         context = multiprocessing.get_context("forkserver")
-        with _STARTING:
+        with _starting():
             context.set_forkserver_preload(_PRELOADED)
             self._connection, far = context.Pipe(duplex=False)
             self._process = context.Process(target=_work, args=(far, work, arguments, bounds), daemon=True)
@@ -227,6 +227,20 @@ _MEMORY = (
     "This took more than the {} MB of memory that a stage may take; simplify the formula, or take fewer robots and regions, or run it "
     "yourself with `ltlplan run`."
 )
+
+
+@contextlib.contextmanager
+def _starting() -> Any:
+    """Start one process at a time, and none that hears Ctrl-C: whoever hears it ends them."""
+    held = hasattr(signal, "pthread_sigmask")
+    with _STARTING:
+        resource_tracker.ensure_running()  # which lets Ctrl-C be heard again where it has to be started first
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if held else ()
+        try:
+            yield
+        finally:
+            if held:
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextlib.contextmanager

@@ -17,7 +17,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
-from importlib.util import find_spec
+from importlib import import_module
 from secrets import token_hex
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
@@ -75,8 +75,10 @@ class Cluster:
             MissingEngine: The extra `dask` is not installed.
             ClusterError: No scheduler answers, it has no workers, or one of them would not find the same.
         """
-        if find_spec("distributed") is None:
-            raise MissingEngine("A Dask cluster needs `distributed`; install it with: pip install 'ltlplan[dask]'.")
+        try:
+            import_module("distributed")
+        except ImportError:
+            raise MissingEngine("A Dask cluster needs distributed: pip install 'ltlplan[dask]'.") from None
         for name in ("client", "comm", "core", "batched"):  # what they complain of is told in our own words
             logging.getLogger(f"distributed.{name}").setLevel(logging.CRITICAL)
         self.address = address
@@ -268,9 +270,9 @@ class Cluster:
             do_supervised, packed, self.bounds, self.versions, key, key=key, pure=False, priority=-rank, workers=some
         )
         result = asyncio.ensure_future(asked.result())
+        result.add_done_callback(lambda ended: ended.cancelled() or ended.exception())  # whoever still waits hears it too
         try:
-            while not result.done():
-                await asyncio.wait([result], timeout=_LOOK)
+            while not (await asyncio.wait([result], timeout=_LOOK))[0]:
                 if self._client is not client:
                     return None
                 self._check_workers(progress)

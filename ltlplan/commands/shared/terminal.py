@@ -28,7 +28,7 @@ def report(error: Exception, *, as_json: bool) -> int:
 
 def _report_error(error: LtlplanError, *, as_json: bool) -> int:
     """Tell a user's mistake or an honest refusal, without a traceback; return the exit code."""
-    return _report(type(error).__name__, _kind(error), str(error), error.exit_code, as_json=as_json)
+    return _report(type(error).__name__, kind(error.exit_code), str(error), error.exit_code, as_json=as_json)
 
 
 def _report_os_error(error: OSError, *, as_json: bool) -> int:
@@ -68,7 +68,8 @@ def _report(name: str, kind: str, sentence: str, code: int, *, as_json: bool) ->
     return code
 
 
-def _kind(error: LtlplanError) -> str:
+def kind(exit_code: int) -> str:
+    """Return what an exit code means, in words."""
     return {
         1: "bug of ours",
         2: "bad input",
@@ -76,4 +77,4 @@ def _kind(error: LtlplanError) -> str:
         4: "no trajectory found",
         5: "not certified",
         6: "does not fit the vehicle",
-    }.get(error.exit_code, "error")
+    }.get(exit_code, "error")
