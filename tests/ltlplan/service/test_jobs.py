@@ -6,59 +6,23 @@ import asyncio
 import sqlite3
 import threading
 import time
-from collections.abc import AsyncIterator, Callable, Coroutine
-from contextlib import asynccontextmanager
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 import ltlplan
-from ltlplan.service.jobs import Jobs
-from ltlplan.service.models import ENDED, Event, Job
+from ltlplan.service.models import ENDED
 from ltlplan.service.problems import Busy, Conflict, NotFound
-from ltlplan.service.settings import Limits, Settings
-from ltlplan.service.workers import LocalWorkers
+from ltlplan.service.settings import Limits
 from tests.helpers.flights import small_mission
+from tests.helpers.job_services import begun, ended, heard, run, service
 from verify.data import BadInput, Mission
 
 pytestmark = pytest.mark.xdist_group("service")
 
 SMALL = small_mission("F a", margin=0.05)
 LARGE = ltlplan.load_mission("hoops-published")
-
-
-@asynccontextmanager
-async def service(folder: Path, **changes: Any) -> AsyncIterator[Jobs]:
-    workers = LocalWorkers(changes.pop("workers", 2))
-    folder.mkdir(exist_ok=True)
-    jobs = Jobs(Settings(data=folder, **changes), workers)
-    await jobs.start()
-    try:
-        yield jobs
-    finally:
-        await jobs.stop()
-        await asyncio.to_thread(workers.close)
-
-
-def run(coroutine: Coroutine[Any, Any, None]) -> None:
-    asyncio.run(asyncio.wait_for(coroutine, 120))
-
-
-async def ended(jobs: Jobs, job: Job) -> Job:
-    async for _event in jobs.events(job.id):
-        pass
-    return await jobs.job(job.id)
-
-
-async def heard(jobs: Jobs, job: Job, *, after: int = 0) -> list[Event]:
-    return [event async for event in jobs.events(job.id, after=after)]
-
-
-async def begun(jobs: Jobs, job: Job) -> None:
-    async for event in jobs.events(job.id):
-        if event.kind == "stage":
-            return
 
 
 def impossible() -> Mission:
@@ -191,9 +155,7 @@ def test_the_plan_is_there_as_soon_as_it_is_made(tmp_path: Path) -> None:
     async def check() -> None:
         async with service(tmp_path / "data") as jobs:
             job = await jobs.submit(SMALL)
-            async for event in jobs.events(job.id):
-                if event.kind == "stage" and event.stage == "round 1":
-                    break
+            await begun(jobs, job, "round 1")
             mission = await jobs.mission(job.id)
             assert ltlplan.parse_mission(mission) == SMALL
             assert await jobs.plan(job.id) == (mission, plan.to_json())
@@ -206,9 +168,7 @@ def test_what_goes_on_after_a_stop_does_not_begin_anew(tmp_path: Path) -> None:
     async def check() -> None:
         async with service(tmp_path / "data", workers=1) as jobs:
             job = await jobs.submit(SMALL)
-            async for event in jobs.events(job.id):
-                if event.kind == "stage" and event.stage == "round 1":
-                    break
+            await begun(jobs, job, "round 1")
         async with service(tmp_path / "data") as jobs:
             assert (await jobs.job(job.id)).state not in ENDED
             plan = (await jobs.job(job.id)).stages[0]

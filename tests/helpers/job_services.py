@@ -1,0 +1,51 @@
+"""Services without a network, for tests of jobs."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Coroutine
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+from ltlplan.service.jobs import Jobs
+from ltlplan.service.models import Event, Job
+from ltlplan.service.settings import Settings
+from ltlplan.service.workers import LocalWorkers
+
+
+@asynccontextmanager
+async def service(folder: Path, **changes: Any) -> AsyncIterator[Jobs]:
+    """Keep jobs in a folder; `changes` are `workers` and what else the settings have."""
+    workers = LocalWorkers(changes.pop("workers", 2))
+    folder.mkdir(exist_ok=True)
+    jobs = Jobs(Settings(data=folder, **changes), workers)
+    try:
+        await jobs.start()
+        yield jobs
+    finally:
+        await jobs.stop()
+        await asyncio.to_thread(workers.close)
+
+
+def run(coroutine: Coroutine[Any, Any, None]) -> None:
+    asyncio.run(asyncio.wait_for(coroutine, 300))
+
+
+async def ended(jobs: Jobs, job: Job) -> Job:
+    """Return a job when it has ended."""
+    async for _event in jobs.events(job.id):
+        pass
+    return await jobs.job(job.id)
+
+
+async def heard(jobs: Jobs, job: Job, *, after: int = 0) -> list[Event]:
+    """Return all events of a job, when it has ended."""
+    return [event async for event in jobs.events(job.id, after=after)]
+
+
+async def begun(jobs: Jobs, job: Job, stage: str = "plan") -> None:
+    """Wait until a stage of a job has begun."""
+    async for event in jobs.events(job.id):
+        if event.kind == "stage" and event.stage == stage:
+            return
