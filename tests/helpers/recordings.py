@@ -122,3 +122,13 @@ def darting(
 def dense(times: np.ndarray, at: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Return positions of such a path at many times."""
     return np.stack([np.interp(times, at, corners[:, i]) for i in range(3)], axis=1)
+
+
+def aside(by, middle, *, robot="quad0", width=0.6):
+    """Return a change that moves a robot aside smoothly, most of all in the middle."""
+
+    def change(name, times, places):
+        bump = np.exp(-(((times - middle) / width) ** 2))
+        return places + bump[:, None] * np.array(by) if name == robot else places
+
+    return change

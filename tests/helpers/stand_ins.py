@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from flight.logs.log import FlightLog
 from verify.data import Mission, Plan, RobotPlan, Trajectory, Visit, Waypoint, Word
 from verify.data.mission_file import parse_mission
 
@@ -158,3 +159,19 @@ def stand_in(plan: Plan, team, **changes) -> StandIn:
     visits = any(visit.region == "tank" for visit in plan.robots["quad0"].visits)
     actions = (Instant("quad0", 0, Fraction(5, 2), "empty", "full"),) if visits else ()
     return StandIn(plan.mission, {name: path.digest() for name, path in team.items()}, actions=actions, **changes)
+
+
+def hover(pieces=1, place=(0.0, 0.0, 1.0), duration=1.0) -> Trajectory:
+    """Pieces of a hover, all of one length in s."""
+    coefficients = np.zeros((pieces, 4, 8))
+    coefficients[:, :3, 0] = float32(place)
+    return Trajectory(np.full(pieces, duration), coefficients)
+
+
+def changed_log(log: FlightLog, **changes: object) -> FlightLog:
+    """Return a log with some of its columns replaced, and nothing that was said of it."""
+    values = {
+        name: getattr(log, name)
+        for name in ("mission", "robots", "times", "position", "velocity", "attitude", "thrust", "rates", "error", "letters")
+    }
+    return FlightLog(**{**values, **changes})

@@ -9,7 +9,7 @@ import pytest
 
 import verify
 from refine import on_grid, refine
-from tests.refine.test_team import ball, patrol_plan, robot_plan, room, straight
+from tests.helpers.plans_by_hand import ball, patrol_plan, robot_plan, room, straight
 from verify.data import BadInput, Infeasible, Plan, Visit, Waypoint
 from verify.data.plan import Role
 from verify.data.sections import Agent

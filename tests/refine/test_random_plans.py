@@ -10,8 +10,8 @@ import pytest
 import verify
 from refine import refine
 from tests.helpers.easy_answers import easy_answer, faults, sampled
+from tests.helpers.plans_by_hand import ball, room, straight
 from tests.helpers.random_plans import random_plan
-from tests.refine.test_team import ball, room, straight
 from verify.data import DoesNotFit, Infeasible, Plan, Witness
 from verify.data.sections import Agent
 

@@ -1,4 +1,4 @@
-"""Logs and recordings: round trips, files of others by column names, and everything that is no log."""
+"""Logs and recordings: round trips, files of others by column names, and what they are compared with."""
 
 from __future__ import annotations
 
@@ -12,17 +12,9 @@ import pytest
 
 import flight
 from flight.logs.log import COLUMNS
-from flight.logs.tables import log_from_csv
+from tests.helpers.stand_ins import changed_log, rest_to_rest, stand_in
 from tests.helpers.stand_ins import flight as made_flight
-from tests.helpers.stand_ins import rest_to_rest, stand_in
-from verify.data import BadInput, NotCertified, Plan, Trajectory
-
-
-@pytest.fixture(scope="module")
-def flown():
-    plan, team = made_flight()
-    cert = stand_in(plan, team)
-    return team, cert, flight.fly(plan, team, cert, noise=0.001, seed=5)
+from verify.data import BadInput, Plan, Trajectory
 
 
 def test_a_log_has_the_columns_of_the_contract(flown):
@@ -69,39 +61,6 @@ def test_an_mcap_recording_is_read_back_by_mcap(flown, tmp_path):
     assert states == [" ".join(sorted(row[0])) for row in log.letters]
 
 
-@pytest.mark.parametrize(
-    ("damage", "message"),
-    [
-        (lambda rows: rows[:4] + rows[5:], "gap"),
-        (lambda rows: rows[:-1], "gap"),
-        (lambda rows: [*rows[:3], *rows[5:7], *rows[3:5], *rows[7:]], "times must go forward"),
-        (lambda rows: rows[:1], "no rows"),
-        (lambda rows: [",".join(COLUMNS[1:]), *rows[1:]], "lacks the columns t"),
-        (lambda rows: [*rows[:2], rows[2].replace(",", ";"), *rows[3:]], "cells under"),
-        (lambda rows: [*rows[:2], "x" + rows[2], *rows[3:]], "must be a number"),
-        (lambda rows: [*rows[:2], "nan" + rows[2][rows[2].index(",") :], *rows[3:]], "finite"),
-    ],
-)
-def test_damaged_logs_are_refused(flown, damage, message):
-    rows = flown[2].to_csv().splitlines()
-    with pytest.raises(BadInput, match=message):
-        log_from_csv("\n".join(damage(rows)))
-
-
-def test_other_files_are_refused(flown, tmp_path):
-    (tmp_path / "picture.csv").write_bytes(b"\x89PNG\xff\xfe")
-    (tmp_path / "flight.parquet").write_bytes(b"PAR1 not really")
-    with pytest.raises(BadInput, match="UTF-8"):
-        flight.read_log(tmp_path / "picture.csv")
-    with pytest.raises(BadInput, match="cannot be read"):
-        flight.read_log(tmp_path / "nothing.csv")
-    with pytest.raises(BadInput, match=r"\.csv, \.parquet or \.mcap"):
-        flight.write_log(flown[2], tmp_path / "flight.xlsx")
-    pytest.importorskip("pyarrow", reason="pyarrow is not installed")
-    with pytest.raises(BadInput, match="Parquet"):
-        flight.read_log(tmp_path / "flight.parquet")
-
-
 def recorded(log, layout):
     """The log's measured positions as another system would write them."""
     lines = []
@@ -139,33 +98,6 @@ def test_recordings_are_read_by_the_names_of_their_columns(flown, tmp_path, layo
         flight.compare(found, cert)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("t,robot,x,y,z\n0,quad0,0,0,0\n1,quad0,0,0,0\n", "no rows for 'quad1'"),
-        ("t,quad0.x,quad0.y,quad0.z\n0,0,0,0\n1,0,0,0\n", "position of 'quad1'"),
-        ("clock,robot,x,y,z\n0,quad0,0,0,0\n1,quad0,0,0,0\n", "column for the time"),
-        ("t,robot,x,y,z\n1,quad0,0,0,0\n0,quad1,0,0,0\n", "go forward"),
-        ("t,robot,x,y,z\n1,quad0,0,here,0\n2,quad1,0,0,0\n", "finite number"),
-        ("t,robot,x,y,z\n", "fewer than two"),
-        ("t,robot,x,y,z\n1,quad0\n2,quad1,0,0,0\n", "cells under"),
-    ],
-)
-def test_recordings_that_cannot_be_understood_are_refused(tmp_path, text, message):
-    (tmp_path / "mocap.csv").write_text(text)
-    with pytest.raises(BadInput, match=message):
-        flight.read_recording(tmp_path / "mocap.csv", ("quad0", "quad1"))
-
-
-def test_a_column_that_is_not_there_is_named(tmp_path):
-    (tmp_path / "mocap.csv").write_text("Frame time,x,y,z\n0,0,0,0\n1,0,0,0\n")
-    with pytest.raises(BadInput, match="Did you mean 'Frame time'"):
-        flight.read_recording(tmp_path / "mocap.csv", ("quad0",), columns={"t": "Frame Time"})
-    assert len(flight.read_recording(tmp_path / "mocap.csv", ("quad0",), columns={"t": "Frame time"}).times) == 2
-    with pytest.raises(BadInput, match="before the flight's start"):
-        flight.read_recording(tmp_path / "mocap.csv", ("quad0",), columns={"t": "Frame time"}, start=5.0)
-
-
 def test_a_log_compares_with_its_certificate_as_the_monitor_said(flown):
     team, cert, log = flown
     for given in (None, team):
@@ -179,55 +111,6 @@ def test_a_log_compares_with_its_certificate_as_the_monitor_said(flown):
         assert len(result.sentences) >= 4
 
 
-def changed(log, **changes):
-    values = {
-        name: getattr(log, name)
-        for name in ("mission", "robots", "times", "position", "velocity", "attitude", "thrust", "rates", "error", "letters")
-    }
-    return flight.FlightLog(**{**values, **changes})
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda log: {"position": 1000 * log.position}, "millimetres"),
-        (lambda log: {"times": 1000 * log.times}, "ms or us"),
-        (lambda log: {"times": 0.001 * log.times}, "other units"),
-        (lambda log: {"times": log.times + 2.0 * (log.times > 2.0)}, "gap of 2.01 s"),
-        (lambda log: {"times": log.times + 2.0}, "begins 2 s after"),
-        (lambda log: {"times": log.times * 0.5}, "before the flight does"),
-        (lambda log: {"robots": ("quad0", "quad7")}, "quad7"),
-    ],
-)
-def test_logs_that_cannot_be_this_flight_are_refused_with_a_hint(flown, change, message):
-    _, cert, log = flown
-    with pytest.raises(BadInput, match=message):
-        flight.compare(changed(log, **change(log)), cert)
-
-
-def test_a_flight_outside_its_tube_is_not_covered(flown):
-    _, cert, log = flown
-    error = np.array(log.error)
-    error[100, 1] = 0.051
-    result = flight.compare(changed(log, error=error), cert)
-    assert result.tube == "outside"
-    assert not result.covered
-    assert result.worst_time["quad1"] == pytest.approx(1.0)
-    nearly = np.array(log.error)
-    nearly[100, 1] = 0.0499
-    assert flight.compare(changed(log, error=nearly), cert, measurement=0.001).tube == "unknown"
-
-
-def test_comparing_needs_a_certificate_of_this_team(flown):
-    team, cert, log = flown
-    with pytest.raises(NotCertified, match="no certificate"):
-        flight.compare(log, None)
-    with pytest.raises(NotCertified, match="does not cover"):
-        flight.compare(log, cert, {"quad0": team["quad1"], "quad1": team["quad0"]})
-    with pytest.raises(BadInput, match="measurement"):
-        flight.compare(log, cert, measurement=-1.0)
-
-
 def test_a_logs_word_and_errors_are_those_of_its_samples(flown):
     _, _, log = flown
     times = [time for time, _ in log.word("quad0")]
@@ -237,24 +120,6 @@ def test_a_logs_word_and_errors_are_those_of_its_samples(flown):
         log.position[0, 0, 0] = 1.0
 
 
-@pytest.mark.parametrize(("first", "last"), [(0.4, 0.0), (0.0, 0.9)])
-def test_a_log_that_does_not_cover_the_flight_is_not_covered_by_its_certificate(flown, first, last):
-    """Where a robot was before the first sample, or after the last one, nobody knows."""
-    team, cert, log = flown
-    kept = (log.times >= first) & (log.times <= log.times[-1] - last)
-    part = changed(
-        log, times=log.times[kept], position=log.position[kept], velocity=log.velocity[kept], attitude=log.attitude[kept],
-        thrust=log.thrust[kept], rates=log.rates[kept], error=log.error[kept],
-        letters=tuple(letters for letters, keep in zip(log.letters, kept, strict=True) if keep),
-    )  # fmt: skip
-    for given in (None, team):
-        result = flight.compare(part, cert, given)
-        assert result.tube == "unknown"
-        assert not any("covers this flight" in sentence for sentence in result.sentences)
-    recording = flight.Recording(log.robots, part.times, part.position)
-    assert flight.compare(recording, cert, team).tube == "unknown"
-
-
 def test_comparing_judges_every_claim_of_paths(flown):
     team, cert, log = flown
     result = flight.compare(log, cert, team)
@@ -262,7 +127,7 @@ def test_comparing_judges_every_claim_of_paths(flown):
     assert {"tube", "formula", "transitions", "actions", "workspace", "separation"} <= {c.name for c in result.judged.claims}
     away = np.array(log.position)
     away[100:110, 1] += (0.0, 0.0, 0.3)
-    broken = flight.compare(changed(log, position=away), cert, team)
+    broken = flight.compare(changed_log(log, position=away), cert, team)
     assert broken.tube == "outside"
     assert not broken.covered
     assert broken.bound["quad1"] >= 0.29

@@ -13,7 +13,7 @@ from refine.corridor.points import with_rests
 from refine.feedback import feedback_of
 from refine.single.flight import robot_flight
 from refine.single.values import Problem, RefinementOptions
-from tests.refine.test_team import ball, room, straight
+from tests.helpers.plans_by_hand import ball, room, straight
 from verify.data import BadInput, Mission, Plan
 from verify.data.plan import Precedence
 from verify.data.rules.spacing import spacing_of

@@ -10,7 +10,7 @@ from refine import refine
 from refine.coordination.reciprocal_avoidance import avoid_by_rule, mover
 from refine.corridor.fitting import fit
 from refine.corridor.planned import corridor_of
-from tests.refine.test_team import ball, straight
+from tests.helpers.plans_by_hand import ball, straight
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Trajectory
 from verify.data.sections import Agent, Box, Spec
 from verify.data.shapes.region import Region

@@ -14,8 +14,8 @@ from refine.coordination.departures import GRID, Orders
 from refine.feedback import feedback_of
 from refine.single.flight import robot_flight
 from refine.single.values import Problem, RefinementOptions, RobotFlight
+from tests.helpers.plans_by_hand import ball, robot_plan, room, straight, through
 from tests.helpers.random_plans import random_plan
-from tests.refine.test_team import ball, robot_plan, room, straight, through
 from verify.data import Infeasible, Plan, Waypoint
 from verify.data.rules.spacing import Spacing
 from verify.data.sections import Agent

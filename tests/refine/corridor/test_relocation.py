@@ -10,7 +10,7 @@ import pytest
 import verify
 from refine import refine
 from refine.corridor.relocation import moved_apart
-from tests.refine.test_team import ball, room, straight
+from tests.helpers.plans_by_hand import ball, room, straight
 from verify.data import Infeasible, Plan
 from verify.data.sections import Agent
 

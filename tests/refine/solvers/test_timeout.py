@@ -8,7 +8,7 @@ import pytest
 import refine
 from refine import Limits, SolverTimeout, minimum_snap, time_optimal
 from refine.solvers import nlp, qp, retiming
-from tests.refine.test_team import patrol_plan, sequence_plan
+from tests.helpers.plans_by_hand import patrol_plan, sequence_plan
 from verify.data import Infeasible, LtlplanError
 
 POINTS = np.array([[0.0, 0.0, 1.0], [1.0, 0.5, 1.2], [2.0, -0.5, 1.0], [3.0, 0.0, 1.4]])

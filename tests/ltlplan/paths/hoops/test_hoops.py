@@ -7,11 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ltlplan.missions import load_mission
-from ltlplan.paths.hoops import Blocked, SplineBlocked, avoid, control_points, route, route_sequence, segments
+from ltlplan.paths.hoops import avoid, control_points, route, route_sequence, segments
 from ltlplan.paths.hoops.clearance import blocked, room
 from ltlplan.paths.least_snap_spline import nominal_trajectory
 from tests.helpers.courses import courses
-from verify.data import BadInput, Infeasible, Mission, Visit, Word, parse_mission
+from tests.helpers.hoops import REGIONS, crowded, small_mission
+from verify.data import Infeasible, Mission, Visit, Word, parse_mission
 from verify.data.shapes.region import Hoop, Region
 
 SHIPPED = ("hoops-sequence", "hoops-published")
@@ -30,22 +31,6 @@ def stays(mission: Mission, path) -> list[str]:
         inside = region.level(path) <= 1.0
         found += [(int(i), name) for i in np.flatnonzero(inside & ~np.concatenate([[False], inside[:-1]]))]
     return [name for _, name in sorted(found)]
-
-
-def small_mission(**changes) -> Mission:
-    base = {
-        "hoops": "h0: {center: [0, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}",
-        "agents": "quad0: {start: [-1.2, 0, 1]}",
-        "sequence": "h0F",
-        "workspace": "{min: [-2, -2, 0.2], max: [2, 2, 2]}",
-        "spec": "{trace: finite}",
-    }
-    base.update(changes)
-    text = "format: 1\nname: small\nvehicle: crazyflie-2.1\n"
-    text += f"sequence: {base['sequence']}\nspec: {base['spec']}\nworkspace: {base['workspace']}\n"
-    text += "hoops:\n" + "".join(f"  {line}\n" for line in base["hoops"].split("\n"))
-    text += "agents:\n  " + base["agents"] + "\n"
-    return parse_mission(text)
 
 
 # The sequencer
@@ -254,14 +239,6 @@ def test_avoid_takes_the_nearer_point_and_several_in_a_row():
     assert all(blocked(a, b, room(mission)) is None for a, b in itertools.pairwise(stops))
 
 
-def crowded(places, **changes):
-    hoops = "\n".join(
-        f"h{i}: {{center: [{x:.3f}, {y:.3f}, {z:.3f}], yaw_deg: {yaw:.1f}, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}}"
-        for i, (x, y, z, yaw) in enumerate(places)
-    )
-    return small_mission(hoops=hoops, agents="quad0: {start: [-1.8, -1.8, 0.4]}", **changes)
-
-
 def keeps_clear(mission, stops):
     """Tell, by dense samples and a hoop's definition alone, whether straight lines enter no hoop and meet no ring."""
     line = np.concatenate([np.linspace(a, b, 400) for a, b in itertools.pairwise(stops)])
@@ -283,12 +260,6 @@ def test_two_hoops_in_each_others_way_are_passed_by_the_points_of_both():
     assert keeps_clear(mission, [start, *(p.position for p in points), end])
 
 
-def test_a_start_too_near_a_ring_is_refused_and_said_to_be():
-    mission = crowded([(0.0, 0.0, 1.0, 0.0), (1.2, 0.0, 1.0, 0.0)])
-    with pytest.raises(Blocked, match=r"\(0.05, 0.28, 1.00\) itself is nearer to it than"):
-        avoid(mission, room(mission), np.array([0.05, 0.28, 1.0]), np.array([1.5, 0.0, 1.0]))
-
-
 def test_avoid_keeps_clear_of_all_hoops_between_the_control_points_of_crowded_ones():
     rng, found = np.random.default_rng(7), []
     for _ in range(6):
@@ -307,90 +278,12 @@ def test_avoid_keeps_clear_of_all_hoops_between_the_control_points_of_crowded_on
     assert np.all(np.bincount(found)[:3] > 0)  # free lines, one hoop in the way, several in a row
 
 
-def test_a_hoop_whose_both_sides_are_blocked_is_refused_by_name():
-    hoops = (
-        "h0: {center: [1.2, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}\n"
-        "wall: {center: [0, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}"
-    )
-    mission = small_mission(hoops=hoops, workspace="{min: [-2, -0.4, 0.2], max: [2, 0.4, 2]}")
-    with pytest.raises(Blocked, match="'wall' stands in the way") as refused:
-        route_sequence(mission)
-    assert refused.value.region == "wall"
-    assert refused.value.exit_code == 4
-    assert "wall or outside the workspace" in str(refused.value)
-
-
-def test_a_spline_without_room_is_refused_by_name():
-    # a turn back within 8 cm of the wall cannot be flown, though every control point is inside
-    hoops = "h0: {center: [1.5, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02, reach: 0.4}"
-    mission = small_mission(hoops=hoops, sequence="h0F h0R", workspace="{min: [-2, -2, 0.2], max: [1.95, 2, 2]}")
-    with pytest.raises(SplineBlocked, match="workspace"):
-        route_sequence(mission.model_copy(update={"margin": 0.05}))
-
-
-@pytest.mark.parametrize(
-    ("robot", "visits", "cycle", "match"),
-    [
-        ("quad9", [], None, "not an agent. Did you mean 'quad0'"),
-        ("quad0", [Visit(region="hop0")], None, "not a region. Did you mean"),
-        ("quad0", [Visit(region="hoop0")], 2, "0 to 1"),
-    ],
-)
-def test_what_does_not_exist_is_refused(robot, visits, cycle, match):
-    with pytest.raises(BadInput, match=match):
-        route(load_mission("hoops-ltl"), robot, visits, cycle)
-
-
-def test_an_end_is_not_dropped_for_a_cycle():
-    mission = load_mission("hoops-sequence")
-    assert mission.agents["quad0"].end is not None
-    with pytest.raises(BadInput, match="a cycle never ends"):
-        route(mission, "quad0", [Visit(region="hoop0")], 0)
-
-
-def test_missions_without_a_sequence_are_refused():
-    with pytest.raises(BadInput, match="no `sequence`"):
-        route_sequence(load_mission("hoops-ltl"))
-
-
-@pytest.mark.parametrize(
-    ("change", "match"),
-    [
-        ({"sequence": "h0"}, "lacks its side"),
-        ({"sequence": "h1F"}, "not a hoop"),
-        ({"hoops": "h0: {center: [0, 0, 1], radii: [0.2, 0, 0.2], opening: 0.25, rim: 0.02}"}, "greater than 0"),
-        ({"hoops": "h0: {center: [1.9, 0, 1], radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}"}, "control point"),
-    ],
-)
-def test_missions_with_bad_hoops_are_refused(change, match):
-    with pytest.raises(BadInput, match=match):
-        small_mission(**change)
-
-
-def test_a_hoop_named_twice_is_refused():
-    text = "h0: {center: [0, 0, 1], radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}"
-    with pytest.raises(BadInput, match="duplicate"):
-        small_mission(hoops=f"{text}\n{text}")
-
-
 def test_the_same_mission_gives_the_same_plan():
     ((mission, plan),) = courses(seed=2, count=1)
     assert route_sequence(mission) == plan
 
 
 # Lassos over regions, and flights that begin or end inside one
-
-REGIONS = """
-format: 1
-name: regions
-spec: {{formula: G F a & G F b, trace: infinite}}
-regions:
-  a: {{center: [0, 0, 1], radii: [0.3, 0.2, 0.2]}}
-  b: {{center: [1, 0.5, 1], radii: [0.2, 0.2, 0.2]}}
-agents: {{quad0: {{start: {start}}}}}
-vehicle: crazyflie-2.1
-workspace: {{min: [-2, -2, 0.2], max: [2, 2, 2]}}
-"""
 
 
 @pytest.mark.parametrize(
@@ -418,33 +311,6 @@ def test_a_lasso_over_regions_repeats_its_cycles_first_waypoint_in_free_flight(s
     again = lap.evaluate(np.linspace(0, lap.duration, 6000))[:, :3]
     once = entered[plan.cycle_visit :] if plan.cycle_visit < len(entered) else []
     assert stays(mission, again) == entered + 2 * once
-
-
-def test_an_end_inside_the_last_region_is_reached_and_elsewhere_refused():
-    text = REGIONS.format(start="[-1, 0, 1]").replace("G F a & G F b, trace: infinite", "F a")
-    mission = parse_mission(text.replace("start: [-1, 0, 1]", "start: [-1, 0, 1], end: [0.1, 0, 1]"))
-    plan = route(mission, "quad0", [Visit(region="a")])
-    assert plan.waypoints[-1].position == (0.1, 0.0, 1.0)
-    assert "a" in plan.word.letters[-1]
-    with pytest.raises(BadInput, match="lies in or at 'a'"):
-        route(mission, "quad0", [Visit(region="b")])
-    outside = parse_mission(text.replace("start: [-1, 0, 1]", "start: [-1, 0, 1], end: [-1, 1, 1]"))
-    plan = route(outside, "quad0", [Visit(region="a")])
-    assert plan.waypoints[-1].position == (-1.0, 1.0, 1.0)
-    assert plan.word.letters[-1] == frozenset()
-
-
-def test_an_end_in_the_hoop_that_is_flown_through_last_is_refused_with_that_reason():
-    mission = small_mission(agents="quad0: {start: [-1.2, 0, 1], end: [0.07, 0, 1]}")
-    with pytest.raises(BadInput, match="'h0', a hoop that is flown through, and so left again"):
-        route_sequence(mission)
-
-
-def test_control_points_too_near_their_own_ring_are_refused_with_what_to_change():
-    hoops = "h0: {center: [0, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02, reach: 0.05}"
-    with pytest.raises(Blocked, match="set a larger `reach`") as refused:
-        route_sequence(small_mission(hoops=hoops))
-    assert refused.value.region == "h0"
 
 
 def test_a_word_that_ends_in_free_flight_leads_out_of_a_plain_region() -> None:
