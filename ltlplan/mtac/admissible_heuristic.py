@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,7 +46,7 @@ class TeamModel:
 
 
 _Node = tuple[Any, ...]  # no union: the length tells which one it is
-"""(states, vertex, internal) inside a region, or (states,) where some free robot goes on."""
+"""(states, `AgentState.key`) inside a region, or (states,) where some free robot goes on."""
 
 
 class AdmissibleHeuristic:
@@ -56,8 +56,7 @@ class AdmissibleHeuristic:
         """Prepare a heuristic; bounds are computed when they are asked for."""
         self._world, self._automaton, self._decomposition_set = team.world, team.automaton, team.in_decomposition_set
         self._starts, self._metric, self._takes_off = team.starts, team.metric, team.takes_off
-        self._regions = {name: region.center for name, region in team.world.mission.all_regions.items()}
-        self._tables: dict[frozenset[str], dict[tuple[States, str | None, str], float]] = {}
+        self._tables: dict[frozenset[str], dict[_Node, float]] = {}
         self._legs: dict[tuple[str | None, Point, str], float] = {}
 
     def read(self, states: States, letters: Collection[Letter]) -> States:
@@ -92,7 +91,7 @@ class AdmissibleHeuristic:
             where: Where the robot is.
             free: Robots that have not begun.
         """
-        return self._table(free, states, where).get((states, where.vertex, where.internal), math.inf)
+        return self._table(free, states, where).get((states, where.key), math.inf)
 
     def bound_at_start(self, states: States, free: frozenset[str]) -> float:
         """Lower bound when nobody is under way and `free` are the robots that may go on."""
@@ -107,9 +106,9 @@ class AdmissibleHeuristic:
         if self._takes_off:
             states = self.read(states, [self._world.letter(where)])
         for move in self._world.moves(where, first=True):
-            after = self.read(states, self._world.shown(where, move))
+            after = self.read(states, move.shown)
             if DEAD not in after:
-                yield move, after, self._world.after(move), self._leg(robot, where.position, move.visit.region)
+                yield move, after, move.end, 0.0 if _only_acts(move) else self._leg(robot, where.position, move.visit.region)
 
     def _leg(self, robot: str | None, position: Point, region: str) -> float:
         key = (robot, position, region)
@@ -118,10 +117,10 @@ class AdmissibleHeuristic:
             self._legs[key] = min(self._metric(r, position, region) for r in robots)
         return self._legs[key]
 
-    def _table(self, free: frozenset[str], states: States, where: AgentState) -> dict[tuple[States, str | None, str], float]:
+    def _table(self, free: frozenset[str], states: States, where: AgentState) -> dict[_Node, float]:
         """Backward shortest paths over everything that can be reached from here, any robot of `free` joining in."""
         table = self._tables.get(free)
-        root = (states, where.vertex, where.internal)
+        root: _Node = (states, where.key)
         if table is not None and root in table:
             return table
         into: dict[_Node, list[tuple[_Node, float]]] = defaultdict(list)
@@ -140,17 +139,16 @@ class AdmissibleHeuristic:
                     seen.add(target)
                     stack.append(target)
         costs = distances(ends, lambda node: into[node])
-        table = {node: costs.get(node, math.inf) for node in seen if len(node) == 3}
+        table = {node: costs.get(node, math.inf) for node in seen if len(node) > 1}
         self._tables[free] = {**self._tables.get(free, {}), **table}
         return self._tables[free]
 
     def _start_classes(self, free: frozenset[str]) -> list[tuple[AgentState, dict[str, float]]]:
         """Free robots that read and move alike, with the least first leg to each region among them."""
-        classes: dict[tuple[object, ...], tuple[AgentState, dict[str, float]]] = {}
+        classes: dict[Hashable, tuple[AgentState, dict[str, float]]] = {}
         for robot in sorted(free):
             where = self._starts[robot]
-            key = (where.vertex, where.internal, where.inside)
-            _, legs = classes.setdefault(key, (where, {}))
+            _, legs = classes.setdefault(self._world.alike(where), (where, {}))
             for region in self._world.mission.all_regions:
                 legs[region] = min(legs.get(region, math.inf), self._leg(robot, where.position, region))
         return list(classes.values())
@@ -163,20 +161,24 @@ class AdmissibleHeuristic:
             for where, legs in starts:
                 begun = self.read(states, [world.letter(where)]) if self._takes_off else states
                 for move in world.moves(where, first=True):
-                    after = self.read(begun, world.shown(where, move))
+                    after = self.read(begun, move.shown)
                     if DEAD not in after:
-                        yield (after, move.visit.region, move.internal), legs[move.visit.region], False
+                        yield (after, move.key), 0.0 if _only_acts(move) else legs[move.visit.region], False
             return
-        states, vertex, internal = node
-        left = self.read(states, [world.free_letter(internal)])
-        if self.accepts(states) or self.accepts(left):
+        states, key = node
+        where, leaving = world.reached(key)
+        over = (states,) if leaving is None else (states, self.read(states, [leaving]))
+        if self.accepts(over[0]) or self.accepts(over[-1]):
             yield node, 0.0, True
-        for rest in (states, left):
+        for rest in over:
             if starts and DEAD not in rest and self._decomposition_set(rest):
                 yield (rest,), 0.0, False
-        where = AgentState(self._regions[vertex], frozenset({vertex}), vertex, internal)
         for move in world.moves(where):
-            after = self.read(states, world.shown(where, move))
-            if DEAD not in after and (after, move.visit.region, move.internal) != node:
-                target = (after, move.visit.region, move.internal)
-                yield target, self._leg(None, where.position, move.visit.region), False
+            after = self.read(states, move.shown)
+            if DEAD not in after and (move.key != key or after != states):
+                yield (after, move.key), self._leg(None, where.position, move.visit.region), False
+
+
+def _only_acts(move: Move) -> bool:
+    """Tell whether a robot goes on from where it hovers, not from the middle of its region."""
+    return move.in_place and move.end.place is None

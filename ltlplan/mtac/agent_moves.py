@@ -2,22 +2,23 @@
 
 The team automaton of the 2022 paper (Def. 4.6) is walked, never built: a state of it is a robot, the automaton's
 states so far, and the robot's `AgentState` in A = E x R. A robot's next step is a whole visit: it leaves where it is,
-enters a region, and may change its internal state there. Since the states are a set, the same walk serves before
-take-off (one state) and in flight (all states that the readings so far may have led to, see `sharing.belief`).
+flies to the middle of a region, and may change its internal state there. Which region may be entered from where, what is read on the
+way and what is permitted there is said by `ltlplan.systems.region_graph`, as for the exact search. Since the states are a set, the
+same walk serves before take-off (one state) and in flight (all states that the readings so far may have led to, see `sharing.belief`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Container, Hashable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ltlplan.systems.transition_systems import Environment, environment_of
-from verify.data import BadInput, Letter, Mission, Visit
+from ltlplan.allocation import Itinerary
+from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
+from ltlplan.systems.region_labels import Location
+from ltlplan.systems.visit_log import VisitLog
+from verify.data import Letter, Mission, Visit, Word
 from verify.data.sections import Action
 from verify.data.shapes.inequalities import Point
 
@@ -25,6 +26,9 @@ State = Hashable
 """A state of the automaton, its dead state included."""
 
 States = frozenset[State]
+
+Key = tuple[Hashable, str, str]
+"""Where a robot is, the region that it entered last, and its internal state."""
 
 
 class Accepting(Protocol):
@@ -46,19 +50,25 @@ class AgentState:
     Attributes:
         position: m.
         inside: The regions that it is in.
-        vertex: Vertex of the environment: the region that it visited last, or the start vertex.
+        vertex: Vertex of the environment: the region that it entered last, or the start vertex.
         internal: Its internal state.
+        place: The region in whose middle it is; None where it is anywhere else.
     """
 
     position: Point
     inside: frozenset[str]
     vertex: str
     internal: str
+    place: str | None = None
+
+    @property
+    def key(self) -> Key:
+        """What tells this state from the others that one robot can be in."""
+        return (self.place or (self.position, self.inside), self.vertex, self.internal)
 
     def seen_in(self, regions: frozenset[str]) -> AgentState:
         """Return the state of the robot where it is seen in some regions, or in none."""
-        entered = regions - self.inside
-        return replace(self, inside=regions, vertex=min(entered, default=self.vertex))
+        return replace(self, inside=regions, vertex=min(regions - self.inside, default=self.vertex), place=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,16 +76,32 @@ class Move:
     """One visit as the next step.
 
     Attributes:
-        visit: Region and actions.
-        letters: Shown from entering to leaving, the leaving not included.
-        internal: The internal state afterwards.
-        in_place: The robot is in the region already and only acts.
+        visit: The region to whose middle it leads, and the actions made there.
+        letters: Shown after that of free flight, if any, up to the last action.
+        in_place: The robot stays where it is and only acts.
+        departs: The letter of the free flight that comes first; None where the robot is in it already, or where the way leads from one
+            region straight into the next.
+        regions: The regions that the robot is in, one set after another.
+        end: Where the robot is then, still inside.
+        left: Its letter once it has left that place; None where it is not clear what it would be in.
+        key: Of `end`.
+        shown: All letters of the move, the leaving of where the robot is first.
     """
 
     visit: Visit
     letters: tuple[Letter, ...]
-    internal: str
-    in_place: bool = False
+    in_place: bool
+    departs: Letter | None = field(compare=False)
+    regions: tuple[frozenset[str], ...] = field(compare=False)
+    end: AgentState = field(compare=False)
+    left: Letter | None = field(compare=False)
+    key: Key = field(compare=False)
+    shown: tuple[Letter, ...] = field(compare=False)
+
+    @property
+    def internal(self) -> str:
+        """The internal state afterwards."""
+        return self.end.internal
 
 
 @dataclass(frozen=True)
@@ -89,20 +115,39 @@ class World:
     mission: Mission
 
     @cached_property
-    def environment(self) -> Environment:
-        """Which regions can be visited after each vertex; coming back to the region just left is always allowed."""
-        return environment_of(self.mission)
+    def graph(self) -> RegionGraph:
+        """Where robots can rest, and the ways between."""
+        return RegionGraph(self.mission)
 
     @cached_property
-    def neighbours(self) -> dict[str, tuple[str, ...]]:
-        """The environment's successors, in the order in which the mission lists regions."""
-        place = {region: index for index, region in enumerate(self.mission.all_regions)}
-        every = self.environment.successors
-        ordered = {id(nexts): tuple(sorted(nexts, key=place.__getitem__)) for nexts in every.values()}  # often one for all
-        return {vertex: ordered[id(nexts)] for vertex, nexts in every.items()}
+    def overlaps(self) -> bool:
+        """Whether some regions may have a point in common."""
+        return any(self.graph.layout.neighbours.values())
 
     @cached_property
-    def _moves(self) -> dict[tuple[str, str], tuple[Move, ...]]:
+    def region_sets(self) -> frozenset[frozenset[str]]:
+        """The sets of regions that robots are in, wherever they fly from where they start."""
+        layout = self.graph.layout
+        sets = {frozenset[str](), *(frozenset(location.inside) for location in layout.middles.values())}
+        if self.overlaps:
+            points = [self._point(self.start(robot)) for robot in self.mission.agents]
+            points += [self.graph.middle(region) for region in self.graph.places]
+            seen = set(points)
+            for point in points:  # grows while it is walked
+                sets.update((frozenset(point.location.inside), frozenset(self.graph.around(point) or ())))
+                for transition in self.graph.transitions(point):
+                    sets.update(transition.letters or ())
+                    if transition.end not in seen:
+                        seen.add(transition.end)
+                        points.append(transition.end)
+        return frozenset(sets)
+
+    @cached_property
+    def _moves(self) -> dict[Hashable, tuple[Move, ...]]:
+        return {}
+
+    @cached_property
+    def _known(self) -> dict[Key, tuple[AgentState, Letter | None]]:
         return {}
 
     def free_letter(self, internal: str) -> Letter:
@@ -114,108 +159,133 @@ class World:
         return self.free_letter(where.internal) | where.inside
 
     def start(self, robot: str) -> AgentState:
-        """Return where a robot is at time 0.
-
-        Raises:
-            BadInput: It starts in two regions at once.
-        """
+        """Return where a robot is at time 0."""
         agent = self.mission.agents[robot]
-        return self.at(agent.start, self.mission.initial_internal(robot), vertex=agent.visited, where=f"{robot} starts")
+        return self.at(agent.start, self.mission.initial_internal(robot), vertex=agent.visited)
 
-    def at(self, position: Point, internal: str, *, vertex: str | None = None, where: str = "the robot is") -> AgentState:
+    def at(self, position: Point, internal: str, *, vertex: str | None = None) -> AgentState:
         """Return the state of a robot at a point.
 
         Args:
             position: m.
             internal: Its internal state.
-            vertex: The region that it visited last, if any.
-            where: Begins the sentence of a refusal.
-
-        Raises:
-            BadInput: The point lies in two regions at once.
+            vertex: The region that it visited last, if any; inside regions that is the innermost one.
         """
-        inside = self._holding(position)
-        if len(inside) > 1:
-            raise BadInput(f"{where} in {' and '.join(inside)} at once; these regions overlap there.")
-        if inside:
-            return AgentState(position, frozenset(inside), inside[0], internal)
-        return AgentState(position, frozenset(), self.environment.start if vertex is None else vertex, internal)
+        point = self.graph.standing(self.graph.layout.at(position), vertex)
+        return AgentState(position, frozenset(point.location.inside), point.entered, internal)
 
-    def start_in_overlap(self) -> str | None:
-        """Return a sentence about the first robot that starts in several regions at once, where moves are not known; or None."""
-        for robot, agent in self.mission.agents.items():
-            inside = self._holding(agent.start)
-            if len(inside) > 1:
-                return f"{robot} starts in {' and '.join(inside)} at once"
-        return None
+    def reached(self, key: Key) -> tuple[AgentState, Letter | None]:
+        """Return the state at the end of a move with this key, and the letter once that place is left (see `Move.left`)."""
+        return self._known[key]
 
-    def _holding(self, position: Point) -> list[str]:
-        """Return the regions that hold a point, in the mission's order."""
-        return [n for n, r in self.mission.all_regions.items() if float(r.level(np.array(position))) <= 1.0]
+    def left(self, where: AgentState) -> Letter | None:
+        """Return the letter of a robot that has left the regions where it hovers; None where it is not clear what it would be in."""
+        around = self.graph.around(self._point(where))
+        return None if around is None else self.free_letter(where.internal).union(around)
 
-    def regions_at(self, positions: NDArray[np.float64]) -> list[frozenset[str]]:
-        """Return the regions that each point is in. Shape (n, 3)."""
-        names = list(self.mission.all_regions)
-        if not names:
-            return [frozenset()] * len(positions)
-        centres, shapes = self._shapes
-        offset = positions[:, None] - centres
-        inside = np.einsum("nri,rij,nrj->nr", offset, shapes, offset) <= 1.0
-        return [frozenset(names[k] for k in np.flatnonzero(row)) for row in inside]
-
-    @cached_property
-    def _shapes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        regions = self.mission.all_regions.values()
-        return np.array([region.center for region in regions]), np.array([region.shape for region in regions])
+    def alike(self, where: AgentState) -> Hashable:
+        """Return a key under which robots have the same moves: where no regions overlap, wherever they hover."""
+        place = (where.place or where.position) if self.overlaps else None
+        return (where.vertex, where.internal, where.inside, place)
 
     def moves(self, where: AgentState, *, first: bool = False) -> tuple[Move, ...]:
         """Return every visit that a robot can make next; a first move may also be to act where the robot already is."""
-        key = (where.vertex, where.internal)
-        if key not in self._moves:
-            self._moves[key] = tuple(self._all_moves(*key))
-        if not first or not where.inside:
-            return self._moves[key]
-        acts = [
-            Move(
-                Visit(region=region, actions=actions),
-                tuple(where.inside | self.free_letter(a.target) for a in actions),
-                reached,
-                True,
-            )
-            for region in sorted(where.inside)
-            for actions, reached in self._chains(region, where.internal)
-            if actions
-        ]
-        return (*acts, *self._moves[key])
+        key = self.alike(where)
+        moves = self._moves.get(key)
+        if moves is None:
+            moves = self._moves[key] = tuple(self._onward(where))
+        return (*self._acts(where), *moves) if first and where.inside else moves
 
-    def after(self, move: Move) -> AgentState:
-        """Return where a robot is once it has made its visit's last action, still inside."""
-        region = move.visit.region
-        return AgentState(self.mission.all_regions[region].center, frozenset({region}), region, move.internal)
+    def retraced(self, where: AgentState, moves: tuple[Move, ...]) -> tuple[Move, ...] | None:
+        """Return the moves that make the same visits from elsewhere; None where one cannot be made.
 
-    def shown(self, where: AgentState, move: Move) -> tuple[Letter, ...]:
-        """Return the letters of a move, the leaving of the region where the robot is first."""
-        if not where.inside or move.in_place:
-            return move.letters
-        return (self.free_letter(where.internal), *move.letters)
+        Args:
+            where: From where.
+            moves: In order.
+        """
+        found: list[Move] = []
+        for wanted in moves:
+            every = self.moves(where, first=wanted.in_place)
+            move = next((m for m in every if m.visit == wanted.visit and m.in_place == wanted.in_place), None)
+            if move is None:
+                return None
+            found.append(move)
+            where = move.end
+        return tuple(found)
 
-    def _all_moves(self, vertex: str, internal: str) -> Iterator[Move]:
-        for region in self.neighbours.get(vertex, ()):
-            for actions, reached in self._chains(region, internal):
-                letters = [frozenset({region}) | self.free_letter(internal)]
-                letters += [frozenset({region}) | self.free_letter(action.target) for action in actions]
-                yield Move(Visit(region=region, actions=actions), tuple(letters), reached)
+    def _point(self, where: AgentState) -> RestPoint:
+        layout = self.graph.layout
+        if where.place is not None:
+            return RestPoint(where.place, where.vertex, layout.middles[where.place])
+        location = layout.at(where.position)
+        if where.inside != frozenset(location.inside):  # seen elsewhere than it hovers, at a border
+            location = Location(where.position, layout.outermost_first(where.inside), clear=False)
+        place = location.inside[-1] if location.inside else self.graph.environment.start
+        return RestPoint(place, where.vertex, location, where.position)
 
-    def _chains(self, region: str, internal: str) -> Iterator[tuple[tuple[Action, ...], str]]:
-        """Yield the sequences of actions that a visit allows, none first, no internal state twice."""
+    def _onward(self, where: AgentState) -> Iterator[Move]:
+        point = self._point(where)
+        for transition in self.graph.transitions(point):
+            end = transition.end
+            for actions, reached in self._chains(end, where.internal):
+                there = AgentState(end.location.point, frozenset(end.location.inside), end.entered, reached, end.place)
+                move = self._move(where, point, transition, actions, there)
+                if move.letters:  # a way within the same regions shows nothing
+                    yield move
+
+    def _move(
+        self, where: AgentState, point: RestPoint, transition: Transition, actions: tuple[Action, ...], there: AgentState
+    ) -> Move:
+        free, departs = self.free_letter(where.internal), None
+        path = [*(transition.letters or ()), there.inside]
+        if transition.letters is None and where.inside:
+            around = frozenset(self.graph.around(point) or ())
+            departs = free | around
+            path.insert(0, around)
+        letters = [free | regions for regions in path[departs is not None :] if regions != where.inside or departs is not None]
+        letters += [there.inside | self.free_letter(action.target) for action in actions]
+        visit = Visit(region=there.place or "", actions=actions)
+        return self._ended(visit, tuple(letters), departs, tuple(path), there)
+
+    def _acts(self, where: AgentState) -> Iterator[Move]:
+        point = self._point(where)
+        apart = not self.graph.layout.neighbours[point.place]
+        for actions, reached in self._chains(point, where.internal):
+            if actions:
+                # where no other region is near, what follows is the same from wherever in the region it is
+                there = (
+                    AgentState(self.graph.layout.regions[point.place].center, where.inside, point.place, reached, point.place)
+                    if apart
+                    else replace(where, internal=reached)
+                )
+                letters = tuple(where.inside | self.free_letter(action.target) for action in actions)
+                visit = Visit(region=point.place, actions=actions)
+                yield self._ended(visit, letters, None, (), there, in_place=True)
+
+    def _ended(
+        self,
+        visit: Visit,
+        letters: tuple[Letter, ...],
+        departs: Letter | None,
+        regions: tuple[frozenset[str], ...],
+        there: AgentState,
+        *,
+        in_place: bool = False,
+    ) -> Move:
+        key, left = there.key, self.left(there)
+        self._known[key] = (there, left)
+        shown = letters if departs is None else (departs, *letters)
+        return Move(visit, letters, in_place, departs, regions, there, left, key, shown)
+
+    def _chains(self, point: RestPoint, internal: str) -> Iterator[tuple[tuple[Action, ...], str]]:
+        """Yield the sequences of actions that a point permits, none first, no internal state twice."""
+        permitted = tuple(self.graph.actions(point))
         queue: list[tuple[tuple[Action, ...], str, frozenset[str]]] = [((), internal, frozenset({internal}))]
         while queue:
             actions, state, seen = queue.pop(0)
             yield actions, state
             queue += [
-                ((*actions, a), a.target, seen | {a.target})
-                for a in self.mission.robot.actions
-                if a.at == region and a.source == state and a.target not in seen
+                ((*actions, a), a.target, seen | {a.target}) for a in permitted if a.source == state and a.target not in seen
             ]
 
 
@@ -235,27 +305,44 @@ class RobotTask:
 
     @property
     def visits(self) -> tuple[Visit, ...]:
-        """Regions and actions; a robot that begins inside a region begins with a visit of it."""
-        visits = tuple(move.visit for move in self.moves)
-        if not self.where.inside or (self.moves and self.moves[0].in_place):
-            return visits
-        return (*(Visit(region=region) for region in sorted(self.where.inside)), *visits)
+        """Regions as they are entered, with actions; a robot that begins inside regions begins with visits of them."""
+        return self._log().visits
+
+    @property
+    def end(self) -> AgentState:
+        """Where the robot is after its last visit's actions, still inside."""
+        return self.moves[-1].end if self.moves else self.where
+
+    @property
+    def ahead(self) -> tuple[Letter, ...]:
+        """The letters after the present one."""
+        letters = [letter for move in self.moves for letter in move.shown]
+        if self.moves and self.leaves and self.moves[-1].left is not None:
+            letters.append(self.moves[-1].left)
+        return tuple(letters)
+
+    def itinerary(self, world: World) -> Itinerary:
+        """Return what the robot does, with the word that it shows."""
+        log = self._log()
+        word = Word((world.letter(self.where), *self.ahead)).compressed()
+        return Itinerary(log.visits, word, stops=log.stops)
 
     def then(self, move: Move, leaves: bool) -> RobotTask:
         """Return the task with one more visit."""
         return replace(self, moves=(*self.moves, move), leaves=leaves)
 
-    def end(self, world: World) -> AgentState:
-        """Return where the robot is after its last visit's actions, still inside."""
-        return world.after(self.moves[-1]) if self.moves else self.where
-
-    def ahead(self, world: World) -> tuple[Letter, ...]:
-        """Return the letters after the present one."""
-        letters: list[Letter] = []
-        where = self.where
+    def _log(self) -> VisitLog:
+        log, inside = VisitLog(), self.where.inside
+        log.enter(inside)
+        if inside:
+            log.stop(self.where.vertex if self.where.vertex in inside else min(inside))
         for move in self.moves:
-            letters += world.shown(where, move)
-            where = world.after(move)
-        if self.moves and self.leaves:
-            letters.append(world.free_letter(where.internal))
-        return tuple(letters)
+            for regions in move.regions:
+                log.enter(regions)
+            if not move.in_place:
+                log.stop(move.visit.region)
+            for action in move.visit.actions:
+                log.act(action)
+        if self.moves and self.leaves and (left := self.moves[-1].left) is not None:
+            log.enter(left & self.end.inside)
+        return log

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from ltlplan.mtac.admissible_heuristic import AdmissibleHeuristic, TeamModel
-from ltlplan.mtac.agent_moves import RobotTask, States
+from ltlplan.mtac.agent_moves import Key, RobotTask, States
 from verify.data import BadInput
 from verify.data.progress import Progress
 from verify.data.shapes.region import Hoop
@@ -60,7 +60,7 @@ class BeamNode:
     tasks: Mapping[str, RobotTask] = field(default_factory=dict)
     costs: Mapping[str, float] = field(default_factory=dict)
     score: float = 0.0
-    passed: frozenset[tuple[States, str, str]] = frozenset()
+    passed: frozenset[tuple[States, Key]] = frozenset()
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -153,7 +153,7 @@ class BeamSearch:
         task = one.tasks[one.order[-1]]
         usual = isinstance(self.mission.all_regions[task.moves[-1].visit.region], Hoop)
         for leaves in (usual, not usual):
-            if self.heuristic.accepts(self.over(one.states, task, leaves)):
+            if may_end(task, leaves) and self.heuristic.accepts(self.over(one.states, task, leaves)):
                 yield leaves
 
     def over(self, states: States, task: RobotTask, leaves: bool) -> States:
@@ -164,7 +164,8 @@ class BeamSearch:
             task: What the robot has done.
             leaves: Whether it flies out of that region.
         """
-        return self.heuristic.read(states, [self.world.free_letter(task.end(self.world).internal)]) if leaves else states
+        left = task.moves[-1].left
+        return self.heuristic.read(states, [left]) if leaves and left is not None else states
 
     def next_beam(self, beam: Sequence[BeamNode], bound: float) -> list[BeamNode]:
         """Return the best neighbours of some walks, their paths optimised (lines 6 to 19)."""
@@ -186,7 +187,7 @@ class BeamSearch:
             if not math.isfinite(cost):
                 continue
             costs = {**choice.costs, robot: cost}
-            rest = self.heuristic.bound(choice.states, task.end(self.world), self.everybody - set(choice.order))
+            rest = self.heuristic.bound(choice.states, task.end, self.everybody - set(choice.order))
             chosen.append(replace(choice, costs=costs, score=self.score(costs, rest)))
             chosen = sorted(chosen, key=lambda walk: walk.score)[: self.options.width]
         self.consulted.append(consulted)
@@ -202,7 +203,11 @@ class BeamSearch:
             robot = one.order[-1]
             usual = tasks[robot].leaves
             # the last region is left, or not, as is usual for it, unless only the other choice divides the task
-            choices = [leaves for leaves in (usual, not usual) if self.decomposition(self.over(states, tasks[robot], leaves))]
+            choices = [
+                leaves
+                for leaves in (usual, not usual)
+                if may_end(tasks[robot], leaves) and self.decomposition(self.over(states, tasks[robot], leaves))
+            ]
             if not choices:
                 return
             states = self.over(states, tasks[robot], choices[0])
@@ -225,18 +230,28 @@ class BeamSearch:
             task: What it has done so far.
             first: Whether this is its first visit.
         """
-        where = task.end(self.world)
+        where = task.end
         free = self.everybody - set(one.order)
         for move in self.world.moves(where, first=first):
-            after = self.heuristic.read(states, self.world.shown(where, move))
-            node = (after, move.visit.region, move.internal)
+            after = self.heuristic.read(states, move.shown)
+            node = (after, move.key)
             if self.heuristic.is_dead(after) or node in one.passed:
                 continue
-            longer = task.then(move, leaves=move.visit.region in self.mission.hoops)
-            rest = self.heuristic.bound(after, longer.end(self.world), free)
+            longer = task.then(move, leaves=move.visit.region in self.mission.hoops and move.left is not None)
+            rest = self.heuristic.bound(after, move.end, free)
             if not math.isfinite(rest):
                 continue
             known = one.costs[robot] + self.heuristic.leg(robot, where.position, move.visit.region)
             guess = self.score({**one.costs, robot: known}, rest)
             passed = frozenset({node}) if first else one.passed | {node}
             yield guess, replace(one, states=after, tasks={**one.tasks, robot: longer}, passed=passed)
+
+
+def may_end(task: RobotTask, leaves: bool) -> bool:
+    """Tell whether a robot may end like that: out of its last region only where it is clear what it is in then.
+
+    Args:
+        task: Its visits.
+        leaves: Whether it flies out of the last region.
+    """
+    return not leaves or task.moves[-1].left is not None

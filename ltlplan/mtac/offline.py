@@ -35,7 +35,7 @@ from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.optimality_gap import optimality_gap, straight_line_costs
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.paths.costs import cost_of, team_cost
-from ltlplan.paths.hoops import route
+from ltlplan.paths.hoops import route_itinerary
 from ltlplan.paths.improvement import ImprovedPath, improved_path, searched_cost, with_ramped_times
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Word
 from verify.data.progress import Progress, silent
@@ -49,6 +49,7 @@ class Shared:
         paths: One for each robot, in the mission's order.
         order: Robots in the order in which tasks were handed over.
         cost: The objective.
+        stops: Of each robot, as in an itinerary.
         tried: How many paths were optimised.
         consulted: The costs compared at each step: (robot, region) and the cost of the robot's path up to it.
     """
@@ -56,6 +57,7 @@ class Shared:
     paths: dict[str, ImprovedPath]
     order: tuple[str, ...]
     cost: float
+    stops: dict[str, tuple[int, ...]]
     tried: int
     consulted: tuple[dict[tuple[str, str], float], ...] = ()
 
@@ -64,8 +66,7 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
     """Share a mission among its robots so that the team's cost is low; the paths that words were priced by come with it.
 
     Handover is tried only in states of the decomposition set, where the rest of the mission may be done by another robot
-    (2022 paper, Algorithm 2, lines 8 to 14). Where the beam finishes no words, or a robot starts
-    in several regions at once, the words of the exact search are returned, without paths.
+    (2022 paper, Algorithm 2, lines 8 to 14). Where the beam finishes no words, those of the exact search are returned, without paths.
 
     Args:
         mission: What is asked; `planner` gives objective, costs and the numbers of cross-entropy.
@@ -83,17 +84,17 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
         from ltlplan.search.method import exact
 
         answer = exact(mission, context)
-        overlap = World(mission).start_in_overlap()
-        reason = "finished no words" if overlap is None else f"shares nothing where {overlap}"
-        return replace(answer, notes=(f"MTAC-E {reason}; these are the exact search's.", *answer.notes))
+        return replace(answer, notes=("MTAC-E finished no words; these are the exact search's.", *answer.notes))
     plans = {name: path.plan for name, path in found.paths.items()}
     notes = [f"MTAC-E optimised {found.tried} paths; handed over in the order {', '.join(found.order) or 'of nobody'}."]
     bound = None
     if chosen.optimality_gap:
-        gap, bound = optimality_gap(mission, {name: plan.visits for name, plan in plans.items()})
+        gap, bound = optimality_gap(mission, {name: tuple(plans[name].visits[k] for k in found.stops[name]) for name in plans})
         notes.append(gap)
     return Allocation(
-        robots={name: Itinerary(plan.visits, plan.word, plan.cycle_visit, plan.cost) for name, plan in plans.items()},
+        robots={
+            name: Itinerary(plan.visits, plan.word, plan.cycle_visit, plan.cost, found.stops[name]) for name, plan in plans.items()
+        },
         cost=found.cost, order=found.order, paths=plans, lower_bound=bound, notes=tuple(notes),
     )  # fmt: skip
 
@@ -110,7 +111,7 @@ def share_tasks(
         options: How to search.
 
     Returns:
-        None where the beam finished no words, or a robot starts in several regions at once.
+        None where the beam finished no words.
 
     Raises:
         BadInput: The trace is infinite.
@@ -118,15 +119,13 @@ def share_tasks(
     if mission.spec.trace == "infinite":
         raise BadInput("MTAC-E shares tasks that end; an infinite trace belongs to one robot: use `method: exact`.")
     world = World(mission)
-    if world.start_in_overlap() is not None:
-        return None
     starts = {robot: world.start(robot) for robot in mission.agents}
     reader = Reader(world)
     paths = _Paths(mission, world, int(rng.integers(2**63)))
 
     def holds(tasks: Mapping[str, RobotTask]) -> bool:
         return reader.holds_in_every_order(
-            {r: (world.letter(where), *tasks.get(r, RobotTask(where)).ahead(world)) for r, where in starts.items()}
+            {r: (world.letter(where), *tasks.get(r, RobotTask(where)).ahead) for r, where in starts.items()}
         )
 
     team = TeamModel(
@@ -137,9 +136,11 @@ def share_tasks(
     best = search.search(progress)
     if best is None:
         return None
-    found = {robot: paths.best(robot, best.tasks.get(robot, RobotTask(where))) for robot, where in starts.items()}
+    tasks = {robot: best.tasks.get(robot, RobotTask(where)) for robot, where in starts.items()}
+    found = {robot: paths.best(robot, task) for robot, task in tasks.items()}
+    stops = {robot: task.itinerary(world).stops or () for robot, task in tasks.items()}
     cost = team_cost(mission, [path.plan.cost for path in found.values()])
-    return Shared(found, best.order, cost, len(paths.tried), tuple(search.consulted))
+    return Shared(found, best.order, cost, stops, len(paths.tried), tuple(search.consulted))
 
 
 class _Paths:
@@ -153,10 +154,10 @@ class _Paths:
         """Cost-to-go (line 7): the cost of a robot's whole path so far, by cross-entropy; infinite where there is no way."""
         key = (robot, task.moves, task.leaves)
         if key not in self.tried:
-            word = self.word(task)
+            does = task.itinerary(self.world)
             try:
-                nominal = with_ramped_times(route(self.mission, robot, task.visits, word=word), cost_of(self.mission, robot))
-                cost = searched_cost(self.mission, robot, nominal, self.draws(robot, word))
+                nominal = with_ramped_times(route_itinerary(self.mission, robot, does), cost_of(self.mission, robot))
+                cost = searched_cost(self.mission, robot, nominal, self.draws(robot, does.word))
             except Infeasible:
                 return math.inf
             self.tried[key] = nominal, cost
@@ -164,13 +165,9 @@ class _Paths:
 
     def best(self, robot: str, task: RobotTask) -> ImprovedPath:
         """Return the path whose cost was found, judged for all times."""
-        word = self.word(task)
-        nominal = route(self.mission, robot, task.visits, word=word)
-        return improved_path(self.mission, robot, nominal, lambda: self.draws(robot, word))
-
-    def word(self, task: RobotTask) -> Word:
-        """Return the word of a robot that does this from its start."""
-        return Word((self.world.letter(task.where), *task.ahead(self.world))).compressed()
+        does = task.itinerary(self.world)
+        nominal = route_itinerary(self.mission, robot, does)
+        return improved_path(self.mission, robot, nominal, lambda: self.draws(robot, does.word))
 
     def draws(self, robot: str, word: Word) -> Generator:
         """Return a source that depends on nothing but the seed, the robot and what it does."""

@@ -35,6 +35,10 @@ def straight_line_costs(mission: Mission) -> Callable[[str, Point, str], float]:
 def optimality_gap(mission: Mission, visits: Mapping[str, Sequence[Visit]]) -> tuple[str, float | None]:
     """Compare an assignment with the exact one by straight lines.
 
+    Args:
+        mission: What is asked.
+        visits: The regions to whose middles each robot flies, in order, one that it starts in first.
+
     Returns:
         A sentence for a person, and the exact search's lower bound where it has one.
 
@@ -52,13 +56,18 @@ def optimality_gap(mission: Mission, visits: Mapping[str, Sequence[Visit]]) -> t
 
 
 def straight_cost(mission: Mission, visits: Mapping[str, Sequence[Visit]]) -> float:
-    """Return the objective of each robot's visits when every leg is a straight line, as the exact search counts."""
+    """Return the objective of each robot's visits when every leg is a straight line, as the exact search counts.
+
+    Args:
+        mission: Gives starts, regions and weights.
+        visits: The regions to whose middles each robot flies, in order, one that it starts in first.
+    """
     costs: list[float] = []
     leg = straight_line_costs(mission)
     for robot, own in visits.items():
         position, total = mission.agents[robot].start, 0.0
-        for visit in own:
-            inside = float(mission.all_regions[visit.region].level(np.array(position))) <= 1.0
+        for index, visit in enumerate(own):
+            inside = index == 0 and float(mission.all_regions[visit.region].level(np.array(position))) <= 1.0
             total += 0.0 if inside else leg(robot, position, visit.region)
             position = mission.all_regions[visit.region].center if not inside else position
         costs.append(total)

@@ -41,7 +41,7 @@ class Reader:
         self._commutes: dict[Letter, bool] = {}
         self.initial: State = self._automaton.initial
         free = {world.free_letter(state) for state in mission.robot.states}
-        self.shown = tuple(sorted(free | {f | {region} for f in free for region in mission.all_regions}, key=sorted))
+        self.shown = tuple(sorted({f | regions for f in free for regions in world.region_sets}, key=sorted))
 
     @property
     def accepting(self) -> Reader:
@@ -121,8 +121,10 @@ class Reader:
         """Tell whether the words have the sequential property (Def. 4.5)."""
         if self._joint:
             return holds_one_at_a_time(self, words)
-        numbers = {letter: i for i, letter in enumerate(self.shown)}
-        task = Task(conjunct_automata(self._formula, "finite"), self.shown)
+        unforeseen = frozenset(letter for word in words.values() for letter in word) - frozenset(self.shown)
+        letters = (*self.shown, *sorted(unforeseen, key=sorted))  # where regions overlap, more may be flown than planned
+        numbers = {letter: i for i, letter in enumerate(letters)}
+        task = Task(conjunct_automata(self._formula, "finite"), letters)
         monoid = TransitionMonoid(task)
         return OrderCheck(task).failing_order([monoid.of(numbers[x] for x in word) for word in words.values()]) is None
 

@@ -131,6 +131,8 @@ def _cuts(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats,
     stays.sort()
     if [name for _, _, name in stays] != [visit.region for visit in plan.visits]:
         return None
+    if any(later[0] < earlier[1] for earlier, later in itertools.pairwise(stays)):
+        return None  # in regions that overlap the nominal path's waypoints say where each visit is made
     nothing: frozenset[str] = frozenset()
     cuts = [_Cut(float(at[0]), "start", None, 0 if stays and stays[0][0] == 0 else None, nothing)]
     for index, ((first, last, name), visit) in enumerate(zip(stays, plan.visits, strict=True)):

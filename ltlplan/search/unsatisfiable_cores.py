@@ -221,6 +221,8 @@ class _Inquiry:
         pairs = [(a, b) for a, b in itertools.combinations(regions, 2) if not any({a, b} <= label for label in shown)]
         for a, b in pairs:
             allowed = [letter for letter in letters if not {a, b} <= letter]
+            if not _satisfiable(core, allowed) and b in self.systems.layout.neighbours[a]:
+                return [f"{a} and {b} may overlap, but no straight way between middles of regions is in both at once for sure."]
             if not _satisfiable(core, allowed):
                 return [f"{a} and {b} lie apart: no robot is in both at once."]
         return [f"No robot is ever in two of {_and(regions)} at once."] if pairs else []

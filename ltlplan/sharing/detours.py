@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.paths.hoops import route
-from verify.data import Infeasible, Mission, RobotPlan, Visit, Word
+from ltlplan.allocation import Itinerary
+from ltlplan.paths.hoops import route_itinerary
+from verify.data import Infeasible, Mission, RobotPlan
 from verify.data.shapes.inequalities import Point
 from verify.data.shapes.region import Region
 
@@ -39,14 +40,12 @@ class WayAhead:
     Attributes:
         robot: Who flies.
         start: m, where it hovers.
-        visits: What it visits, with its start region first where it begins inside.
-        word: The letters that it will show.
+        does: What it visits and shows; regions that it begins in are visits, too.
     """
 
     robot: str
     start: Point
-    visits: tuple[Visit, ...]
-    word: Word
+    does: Itinerary
 
     def route(self, mission: Mission, end: Point | None = None) -> RobotPlan:
         """Lay the way in a mission, as if the robot were alone.
@@ -60,7 +59,7 @@ class WayAhead:
         """
         changes = {"start": self.start} if end is None else {"start": self.start, "end": end}
         agent = mission.agents[self.robot].model_copy(update=changes)
-        return route(mission.model_copy(update={"agents": {self.robot: agent}}), self.robot, self.visits, word=self.word)
+        return route_itinerary(mission.model_copy(update={"agents": {self.robot: agent}}), self.robot, self.does)
 
 
 def led_around(mission: Mission, way: WayAhead, hovering: Iterable[Point], distance: float) -> RobotPlan:

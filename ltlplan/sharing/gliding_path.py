@@ -109,11 +109,10 @@ class GlidingPath:
         return float(self.times[-1])
 
     @cached_property
-    def centres(self) -> Floats:
-        """Nominal time at the centre of each visit, s. Shape (visits,)."""
-        stops = zip(self.plan.waypoints, self.plan.times, strict=True)
-        at = {w.visit: t for w, t in stops if w.role in ("centre", "start")}
-        return np.array([at[k] for k in range(len(self.plan.visits))], dtype=np.float64)
+    def stops(self) -> tuple[tuple[int, float], ...]:
+        """The visits whose middles it comes to, in order, with the nominal time there, s; a start inside a region is one."""
+        points = zip(self.plan.waypoints, self.plan.times, strict=True)
+        return tuple((w.visit, t) for w, t in points if w.visit is not None and w.role in ("centre", "start"))
 
     def gliding(self, now: float) -> bool:
         """Tell whether the points are on their way to new places."""

@@ -70,8 +70,9 @@ class Pilot:
         detour: Letters to show before the present visit's, after something unforeseen.
         course: Its path.
         clock: Where it is on its path.
+        arrivals: The regions to which its visits have led so far, in order.
         entered: Whether it is committed to the present passage.
-        visit: Index of the present visit in the course's plan.
+        stop_number: Index of the present visit among the course's stops.
         stop: Whether to wait even within a passage, because its ring has moved.
     """
 
@@ -83,9 +84,10 @@ class Pilot:
         self.detour: tuple[Letter, ...] = ()
         self.course = gliding_path_of(_hover(where))
         self.clock = Clock()
+        self.arrivals: tuple[str, ...] = ()
         self.entered = False
         self.stop = False
-        self.visit = 0
+        self.stop_number = 0
         self.cost: WeightedCost = cost_of(mission, name)
         self.problem: PathProblem | None = None
         self.sampling: Sampling | None = None
@@ -95,6 +97,7 @@ class Pilot:
         self.better: Floats | None = None
         self.better_cost = math.inf
         self.passages: list[RegionTimes] = []
+        self.newly: tuple[frozenset[str], ...] = ()
         self.table: Floats = self.course.new[:1]
         self.price = 0.0
 
@@ -105,13 +108,17 @@ class Pilot:
 
     @property
     def chain(self) -> tuple[Letter, ...]:
-        """The letters of the present passage that are still to come, up to and with the one that leaves the region."""
-        return (*self.detour, *self._letters(0)[self.shown :])
+        """The letters of the present passage that are still to come, up to and with the one of free flight after it.
+
+        A way that leads from one region straight into the next belongs to the same passage.
+        """
+        later = (letter for k in range(1, self._passage) for letter in self._letters(k))
+        return (*self.detour, *self._letters(0)[self.shown :], *later)
 
     @property
     def rest(self) -> tuple[Letter, ...]:
-        """The letters of the visits after the present one."""
-        return tuple(letter for k in range(1, len(self.moves)) for letter in self._letters(k))
+        """The letters of the visits after the present passage."""
+        return tuple(letter for k in range(self._passage, len(self.moves)) for letter in self._letters(k))
 
     @property
     def done(self) -> bool:
@@ -127,8 +134,13 @@ class Pilot:
         if k >= len(self.moves):
             return ()
         move = self.moves[k]
-        last = k == len(self.moves) - 1
-        return move.letters if last and not self.leaves else (*move.letters, self.world.free_letter(move.internal))
+        leaving = self.moves[k + 1].departs if k + 1 < len(self.moves) else move.left if self.leaves else None
+        return move.letters if leaving is None else (*move.letters, leaving)
+
+    @property
+    def _passage(self) -> int:
+        """How many visits the present passage makes."""
+        return next((k for k in range(1, len(self.moves)) if self.moves[k].departs is not None), len(self.moves))
 
     def take(self, task: RobotTask, plan: RobotPlan, rng: Generator) -> None:
         """Begin a task along a plan that starts where the robot hovers.
@@ -141,8 +153,9 @@ class Pilot:
         self.moves, self.leaves, self.shown, self.entered, self.stop = task.moves, task.leaves, 0, False, False
         starts_inside = bool(task.where.inside)
         in_place = bool(self.moves) and self.moves[0].in_place
-        self.visit = 0 if in_place or not starts_inside else 1
-        self.detour = () if in_place or not starts_inside or not self.moves else (self.world.free_letter(self.where.internal),)
+        self.stop_number = 0 if in_place or not starts_inside else 1
+        self.detour = tuple(move.departs for move in self.moves[:1] if move.departs is not None)
+        self.newly = _newly(task)
         self.clock = Clock()
         self.problem = self.state = None
         plan = with_ramped_times(plan, self.cost)
@@ -167,9 +180,13 @@ class Pilot:
             self.detour = self.detour[1:]
             return True
         self.shown += 1
+        move = self.moves[0]
+        if self.shown == len(move.letters) - len(move.visit.actions):
+            self.arrivals = (*self.arrivals, move.visit.region)
         if self.shown == len(self._letters(0)):
-            self.moves, self.shown, self.entered = self.moves[1:], 0, False
-            self.visit += 1
+            self.entered = self.entered and self._passage > 1
+            self.moves, self.shown = self.moves[1:], 0
+            self.stop_number += 1
         return True
 
     def surprised(self, inside: frozenset[str]) -> None:
@@ -192,15 +209,17 @@ class Pilot:
         actions = move.visit.actions
         if not 0 <= acted < len(actions) or move.visit.region not in self.where.inside:
             return None
-        if self.visit < len(self.passages) and self.clock.time < self.passages[self.visit].centre - 1e-9:
+        if self.stop_number < len(self.passages) and self.clock.time < self.passages[self.stop_number].centre - 1e-9:
             return None
         return actions[acted]
 
     def comes_to_region(self, dt: float) -> bool:
         """Tell whether the robot must decide now whether to enter the next region: later it could not stop before it."""
-        if self.entered or not self.moves or self.visit >= len(self.passages):
+        if self.entered or not self.moves or self.stop_number >= len(self.passages):
             return False
-        return self.clock.time + self.clock.run_on + 2 * dt >= self.passages[self.visit].enter
+        if self.where.inside and self.moves[0].departs is None:  # from within a region straight into the next: when it sets out
+            return not self.detour
+        return self.clock.time + self.clock.run_on + 2 * dt >= self.passages[self.stop_number].enter
 
     def future(self, horizon: NDArray[np.floating], *, go: bool) -> Floats:
         """Return where the robot will be, m. Shape (len(horizon), 3)."""
@@ -311,16 +330,21 @@ class Pilot:
         paths = self.sampling.paths(self.course.new)
         self.table = paths.axes(0)[:, :, 0]
         self.price = float(self.cost(paths)[0])
-        instants, centres = self.sampling.instants, self.course.centres
+        instants, stops = self.sampling.instants, self.course.stops
+        centres = np.array([time for _, time in stops], dtype=np.float64)
         between = np.concatenate([[-math.inf], (centres[1:] + centres[:-1]) / 2, [math.inf]])
         self.passages = []
-        for k, visit in enumerate(self.course.plan.visits):
-            region = self.mission.all_regions[visit.region]
-            level = region.level(self.table)
+        for k, (visit, _) in enumerate(stops):
+            name = self.course.plan.visits[visit].region
+            level = self.mission.all_regions[name].level(self.table)
             own = (instants >= between[k]) & (instants <= between[k + 1])
             at = int(np.argmin(np.where(own, level, np.inf)))
-            near = level <= (1.0 + 1.5 * max(self.mission.margin, 0.02) / region.inner_radius) ** 2
-            before, after = np.flatnonzero(~near[:at]), np.flatnonzero(~near[at:])
+            near = self._near(name, level)
+            after = np.flatnonzero(~near[at:])
+            others = self.newly[k] - {name} if k < len(self.newly) else ()
+            for other in others:  # entered on the way there
+                near = near | self._near(other, self.mission.all_regions[other].level(self.table))
+            before = np.flatnonzero(~near[:at])
             self.passages.append(
                 RegionTimes(
                     float(instants[before[-1]]) if len(before) else 0.0,
@@ -328,6 +352,22 @@ class Pilot:
                     float(instants[at + after[0]]) if len(after) else math.inf,
                 )
             )
+
+    def _near(self, name: str, level: Floats) -> NDArray[np.bool_]:
+        """Tell at which levels the course may be in a region, margin included."""
+        return level <= (1.0 + 1.5 * max(self.mission.margin, 0.02) / self.mission.all_regions[name].inner_radius) ** 2
+
+
+def _newly(task: RobotTask) -> tuple[frozenset[str], ...]:
+    """Return, for each stop of a task, the regions that are entered on the way there."""
+    inside, found = task.where.inside, [task.where.inside] if task.where.inside else []
+    for move in task.moves:
+        if not move.in_place:
+            new = frozenset[str]()
+            for regions in move.regions:
+                new, inside = new | (regions - inside), regions
+            found.append(new)
+    return tuple(found)
 
 
 def _hover(where: AgentState) -> RobotPlan:

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from numpy.random import Generator
 
+from ltlplan.allocation import Itinerary
 from ltlplan.mtac.agent_moves import RobotTask
 from ltlplan.sharing.belief import can_finish
 from ltlplan.sharing.cross_entropy import OnlineSettings
@@ -43,7 +44,7 @@ class PilotedTeam(TeamInFlight[Pilot], ABC):
             every_order: Whether the words are to hold in every order of the robots, not only in some.
 
         Raises:
-            BadInput: The trace is infinite, there is a sequence, N <= 1 / rho, or a robot starts in two regions.
+            BadInput: The trace is infinite, there is a sequence, or N <= 1 / rho.
         """
         super().__init__(mission, lambda asked, world, name, where: Pilot(asked, world, name, where, settings))
         self.rng, self.every_order = rng, every_order
@@ -74,9 +75,8 @@ class PilotedTeam(TeamInFlight[Pilot], ABC):
         Raises:
             Infeasible: There is none.
         """
-        word = Word((self.world.letter(pilot.where), *task.ahead(self.world)))
-        visits = task.visits if task.moves else ()
-        return led_around(self.mission, WayAhead(pilot.name, pilot.where.position, visits, word), around, self.distance)
+        does = task.itinerary(self.world) if task.moves else Itinerary((), Word((self.world.letter(pilot.where),)))
+        return led_around(self.mission, WayAhead(pilot.name, pilot.where.position, does), around, self.distance)
 
     def rests(self, pilot: Pilot, now: float) -> bool:
         """Tell whether a robot hovers, so that it can begin another course."""

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ltlplan.allocation import Itinerary
 from ltlplan.mtac.agent_moves import RobotTask
 from ltlplan.sharing.belief import admits
 from ltlplan.sharing.detours import WayAhead, places_aside, way_aside
@@ -63,7 +64,10 @@ def _around(team: PilotedTeam, name: str, now: float, tried: set[tuple[str, Poin
     others = [other for other in team.pilots if other != name and team.rests(team.pilots[other], now)]
     team.root(pilot, now)
     tried.add((name, pilot.where.position))
-    task = RobotTask(pilot.where, pilot.moves, pilot.leaves)
+    moves = team.world.retraced(pilot.where, pilot.moves)
+    if moves is None:
+        return None
+    task = RobotTask(pilot.where, moves, pilot.leaves)
     try:
         plan = team.plan_for(pilot, task, [_point(_at(team, other, now)) for other in others])
     except Infeasible:
@@ -90,7 +94,10 @@ def _steps_aside(team: PilotedTeam, name: str, passing: str, now: float) -> bool
     pilot = team.pilots[name]
     team.root(pilot, now)
     where = pilot.where
-    letters = () if not where.inside else (team.world.free_letter(where.internal),)
+    free = team.world.free_letter(where.internal)
+    if where.inside and team.world.left(where) != free:
+        return False  # one region or border after another lies on its way out
+    letters = (free,) if where.inside else ()
     ahead = team.ahead()
     inside = {n: p.chain for n, p in team.pilots.items() if p.entered}
     rest = {n: p.rest if n in inside else p.ahead for n, p in team.pilots.items()}
@@ -99,7 +106,7 @@ def _steps_aside(team: PilotedTeam, name: str, passing: str, now: float) -> bool
     others = [_at(team, other, now)[None] for other in team.pilots if other != name]
     ways = [_ahead(team, other) for other, p in team.pilots.items() if other != name and not p.arrived]
     visits = tuple(Visit(region=region) for region in sorted(where.inside))
-    way = WayAhead(name, where.position, visits, Word((team.world.letter(where), *letters)))
+    way = WayAhead(name, where.position, Itinerary(visits, Word((team.world.letter(where), *letters))))
     for place in places_aside(team.mission, where.position, [*others, *ways, _ahead(team, passing)], team.distance)[:_PLACES]:
         plan = way_aside(team.mission, way, place)
         if plan is not None:

@@ -12,12 +12,13 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ltlplan.mtac.admissible_heuristic import TeamModel
-from ltlplan.mtac.agent_moves import Move, RobotTask, World
+from ltlplan.mtac.agent_moves import AgentState, Move, RobotTask, World
 from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.optimality_gap import straight_line_costs
 from ltlplan.sharing.pilot import Pilot
 from ltlplan.sharing.piloted_team import PilotedTeam
-from verify.data import LtlplanError, Unsatisfiable, Visit
+from verify.data import Letter, LtlplanError, Unsatisfiable
+from verify.data.language.word import stutter_free
 from verify.data.mission import check_mission
 from verify.data.progress import silent
 
@@ -59,7 +60,7 @@ def _by_walks(team: PilotedTeam, blocked: set[tuple[str, tuple[Move, ...]]]) -> 
         for move in task.moves:
             if not move.in_place:
                 total += leg(robot, position, move.visit.region)
-                position = world.after(move).position
+                position = move.end.position
         return total
 
     robots = TeamModel(
@@ -96,19 +97,38 @@ def _by_exact_search(team: PilotedTeam, blocked: set[tuple[str, tuple[Move, ...]
 
 def _holds(team: PilotedTeam, tasks: Mapping[str, RobotTask]) -> bool:
     """Tell whether the team can finish by these tasks."""
-    return team.keeps({robot: task.ahead(team.world) for robot, task in tasks.items()})
+    return team.keeps({robot: task.ahead for robot, task in tasks.items()})
 
 
 def _part(world: World, pilot: Pilot, itinerary: Itinerary) -> RobotTask:
-    """Return one robot's visits as its task."""
-    where = pilot.where
-    moves: list[Move] = []
-    for index, visit in enumerate(itinerary.visits):
-        here = index == 0 and bool(where.inside)  # it begins there, and does something there or not
-        if here and not visit.actions:
+    """Return what one robot does as its task.
+
+    Raises:
+        Unsatisfiable: No visits that a robot in flight makes show that word.
+    """
+    stops = range(len(itinerary.visits)) if itinerary.stops is None else itinerary.stops
+    regions = tuple(itinerary.visits[stop].region for stop in stops)
+    if pilot.where.inside:
+        regions = regions[1:]
+    moves = _showing(world, pilot.where, regions, itinerary.word.letters, first=True)
+    if moves is None:
+        raise Unsatisfiable(f"{pilot.name} cannot show {itinerary.word} from where it is.")
+    end = moves[-1].end if moves else pilot.where
+    return RobotTask(pilot.where, moves, not end.inside or not end.inside <= itinerary.word.letters[-1])
+
+
+def _showing(
+    world: World, where: AgentState, regions: tuple[str, ...], word: tuple[Letter, ...], *, first: bool = False
+) -> tuple[Move, ...] | None:
+    """Return moves by which a robot comes to some regions one after another and shows a word, its present letter first; None if none do."""
+    if not regions and len(word) <= 1 + (len(where.inside) > 0 and world.left(where) == word[-1]):
+        return ()
+    for move in world.moves(where, first=first):
+        if not move.in_place and move.visit.region != next(iter(regions), None):
             continue
-        wanted = Visit(region=visit.region, actions=visit.actions)
-        move = next(m for m in world.moves(where, first=here) if m.visit == wanted and m.in_place == here)
-        moves.append(move)
-        where = world.after(move)
-    return RobotTask(pilot.where, tuple(moves), not where.inside or not where.inside <= itinerary.word.letters[-1])
+        seen = stutter_free((word[0], *move.shown))
+        if seen == word[: len(seen)]:
+            rest = _showing(world, move.end, regions if move.in_place else regions[1:], word[len(seen) - 1 :])
+            if rest is not None:
+                return (move, *rest)
+    return None

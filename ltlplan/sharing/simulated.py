@@ -11,22 +11,23 @@ because a robot can be made to wait; a plan promises no times.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.allocation import Allocation, Context, Itinerary
-from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.optimality_gap import optimality_gap
 from ltlplan.paths.costs import Sampling, WeightedCost, cost_of, plan_cost, team_cost
-from ltlplan.paths.hoops import route
+from ltlplan.paths.hoops import route_itinerary
 from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.path_problem import PathProblem
 from ltlplan.paths.path_result import candidate_plans
 from ltlplan.paths.word_filter import word_filter
+from ltlplan.sharing.pilot import Pilot
 from ltlplan.sharing.team import OnlineTeam
 from ltlplan.sharing.team_in_flight import PERIOD
+from ltlplan.systems.visit_log import VisitLog
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Unsatisfiable, Visit, Word
 from verify.data.language.sequence import Direction
 from verify.data.shapes.inequalities import Point
@@ -47,8 +48,6 @@ _STILL = 1e-7
 def online_mtac_e(mission: Mission, context: Context) -> Allocation:
     """Share a mission by online MTAC-E in simulated time, and return who did what with the paths that were flown.
 
-    Where a robot starts in several regions at once, the words of the exact search are returned, without paths.
-
     Args:
         mission: What is asked; `planner` gives costs and the numbers of online cross-entropy.
         context: Source of draws, progress.
@@ -57,17 +56,9 @@ def online_mtac_e(mission: Mission, context: Context) -> Allocation:
         BadInput: The trace is infinite.
         Unsatisfiable: No words that these robots can fly satisfy the formula in every order; the message says why.
         Infeasible: No way between the hoops was found, or robots had no way past each other.
-        TooLarge: The exact search was asked, and used up its budget before it had an answer.
     """
     if mission.spec.trace == "infinite":
         raise BadInput("MTAC-E shares tasks that end; an infinite trace belongs to one robot: use `method: exact`.")
-    overlap = World(mission).start_in_overlap()
-    if overlap is not None:
-        from ltlplan.search.method import exact
-
-        answer = exact(mission, context)
-        note = f"Online MTAC-E shares nothing where {overlap}; these are the exact search's."
-        return replace(answer, notes=(note, *answer.notes))
     say = context.progress
     say("sharing the tasks", 0.05)
     try:
@@ -89,8 +80,7 @@ def online_mtac_e(mission: Mission, context: Context) -> Allocation:
         if desired.holding is not None:
             raise Infeasible(f"Online MTAC-E came to no end: {desired.holding}")
         for j, (name, pilot) in enumerate(team.pilots.items()):
-            here = pilot.where
-            flown[name].see(here.inside, here.internal, mission)
+            flown[name].see(pilot, mission)
             x, y, z = (float(v) for v in desired.flat[0, :3, j])
             flown[name].points.append((x, y, z))
         if desired.finished:
@@ -104,25 +94,28 @@ class _Flown:
 
     start: Point
     points: list[Point] = field(default_factory=list)
-    visits: list[Visit] = field(default_factory=list)
+    log: VisitLog = field(default_factory=VisitLog)
     entered: list[int] = field(default_factory=list)
-    inside: frozenset[str] = frozenset()
     internal: str | None = None
+    arrivals: int = 0
 
     def __post_init__(self) -> None:
         self.points.append(self.start)
 
-    def see(self, inside: frozenset[str], internal: str, mission: Mission) -> None:
+    def see(self, pilot: Pilot, mission: Mission) -> None:
         """Take note of where the robot is seen, and of what it has done there."""
-        for region in sorted(inside - self.inside):
-            self.visits.append(Visit(region=region))
-            self.entered.append(len(self.points) - 1)
-        if self.internal is not None and internal != self.internal and inside:
-            change = (self.internal, internal)
-            done = next(a for a in mission.robot.actions if (a.source, a.target) == change and a.at in inside)
-            last = max(k for k, visit in enumerate(self.visits) if visit.region == done.at)
-            self.visits[last] = Visit(region=done.at, actions=(*self.visits[last].actions, done))
-        self.inside, self.internal = inside, internal
+        where, begins = pilot.where, self.internal is None
+        new = self.log.enter(where.inside)
+        self.entered += [len(self.points) - 1] * len(new)
+        if begins and where.inside:
+            self.log.stop(where.vertex)
+        for region in pilot.arrivals[self.arrivals :]:
+            self.log.stop(region)
+        self.arrivals = len(pilot.arrivals)
+        if not begins and where.internal != self.internal and where.inside:
+            change = (self.internal, where.internal)
+            self.log.act(next(a for a in mission.robot.actions if (a.source, a.target) == change and a.at in where.inside))
+        self.internal = where.internal
 
     @property
     def moving(self) -> Floats:
@@ -134,7 +127,7 @@ class _Flown:
     def sided(self, mission: Mission) -> tuple[Visit, ...]:
         """Return the visits with the sides from which hoops were flown through; None where one was not."""
         points, visits = np.array(self.points), []
-        for visit, first in zip(self.visits, self.entered, strict=True):
+        for visit, first in zip(self.log.visits, self.entered, strict=True):
             hoop, direction = mission.hoops.get(visit.region), None
             if hoop is not None:
                 direction = _direction(hoop, points[first:])
@@ -157,21 +150,24 @@ def _allocation(
 ) -> Allocation:
     words = {name: Word(tuple(team.word(name))) for name in mission.agents}
     plans: dict[str, RobotPlan] = {}
+    stops: dict[str, tuple[int, ...]] = {}
     notes = [f"Online MTAC-E flew {seconds:.1f} s of simulated time until the formula was satisfied.", *switched]
     for name, track in flown.items():
-        plans[name], note = _robot_plan(mission, name, track, words[name])
+        # where no regions overlap, it was in the middle of each
+        stops[name] = track.log.stops if team.world.overlaps else tuple(range(len(track.log.visits)))
+        plans[name], note = _robot_plan(mission, name, track, Itinerary(track.sided(mission), words[name], stops=stops[name]))
         notes += note
-    gap, bound = optimality_gap(mission, {name: plan.visits for name, plan in plans.items()})
+    gap, bound = optimality_gap(mission, {name: tuple(plans[name].visits[k] for k in stops[name]) for name in plans})
     return Allocation(
-        robots={name: Itinerary(plan.visits, plan.word, plan.cycle_visit, plan.cost) for name, plan in plans.items()},
+        robots={name: Itinerary(plan.visits, plan.word, plan.cycle_visit, plan.cost, stops[name]) for name, plan in plans.items()},
         cost=team_cost(mission, [plan.cost for plan in plans.values()]), paths=plans, lower_bound=bound, notes=(*notes, gap),
     )  # fmt: skip
 
 
-def _robot_plan(mission: Mission, name: str, track: _Flown, word: Word) -> tuple[RobotPlan, list[str]]:
+def _robot_plan(mission: Mission, name: str, track: _Flown, did: Itinerary) -> tuple[RobotPlan, list[str]]:
     """Return one robot's plan along the path that it flew, or with a note, along its visits where that path is not clear for all times."""
     cost = cost_of(mission, name)
-    nominal = route(mission, name, track.sided(mission), word=word)
+    nominal = route_itinerary(mission, name, did)
     if nominal.still:
         return nominal, []
     for candidate in _along(mission, nominal, track.moving, cost):

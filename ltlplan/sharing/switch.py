@@ -10,8 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from ltlplan.mtac.admissible_heuristic import Metric
 from ltlplan.mtac.agent_moves import Move, RobotTask, World
 from ltlplan.mtac.optimality_gap import straight_line_costs
@@ -40,11 +38,15 @@ class Handover:
     kept: int
 
     def tasks(self, world: World, pilots: Mapping[str, Pilot]) -> dict[str, RobotTask]:
-        """Return what both have to do afterwards, from where they are."""
+        """Return what both have to do afterwards, from where they are; nothing where one of them cannot do it."""
         moves = pilots[self.giver].moves
+        kept = world.retraced(pilots[self.giver].where, moves[: self.kept])
+        given = world.retraced(pilots[self.taker].where, moves[self.kept :])
+        if kept is None or given is None:
+            return {}
         return {
-            self.giver: _part(world, self.giver, pilots[self.giver], moves[: self.kept]),
-            self.taker: _part(world, self.taker, pilots[self.taker], moves[self.kept :]),
+            self.giver: _part(world, self.giver, pilots[self.giver], kept),
+            self.taker: _part(world, self.taker, pilots[self.taker], given),
         }
 
 
@@ -54,18 +56,15 @@ def _part(world: World, robot: str, pilot: Pilot, moves: tuple[Move, ...]) -> Ro
     leaves = True
     if moves and moves[-1].visit.region not in mission.hoops:
         end = mission.agents[robot].end
-        leaves = end is not None and world.regions_at(np.array([end], dtype=np.float64)) != [{moves[-1].visit.region}]
+        leaves = end is not None and moves[-1].visit.region not in world.graph.layout.at(end).inside
     return RobotTask(pilot.where, moves, leaves)
 
 
-def better_hands(
-    mission: Mission, world: World, pilots: Mapping[str, Pilot], allowed: Callable[[Handover], bool]
-) -> Handover | None:
+def better_hands(mission: Mission, pilots: Mapping[str, Pilot], allowed: Callable[[Handover], bool]) -> Handover | None:
     """Return the hand-over that saves most of those that are allowed (see `may_change`), or None.
 
     Args:
         mission: Gives the costs.
-        world: Moves.
         pilots: The robots in the air.
         allowed: Whether a hand-over may be.
     """
@@ -78,13 +77,13 @@ def better_hands(
         position = pilot.where.position
         for kept in range(len(pilot.moves)):
             rest = pilot.moves[kept:]
-            own = _length(world, leg, giver, position, rest)
+            own = _length(leg, giver, position, rest)
             for taker in idle:
-                gain = own - _length(world, leg, taker, pilots[taker].where.position, rest)
+                gain = own - _length(leg, taker, pilots[taker].where.position, rest)
                 handover = Handover(giver, taker, kept)
                 if gain > SWITCH_GAIN * own and (best is None or gain > best[0]) and allowed(handover):
                     best = (gain, handover)
-            position = world.after(pilot.moves[kept]).position
+            position = pilot.moves[kept].end.position
     return None if best is None else best[1]
 
 
@@ -106,21 +105,22 @@ def may_change(world: World, reader: Reader, belief: Belief, pilots: Mapping[str
         return False
     if taker.where.internal != (giver.moves[kept - 1].internal if kept else giver.where.internal):
         return False
-    if giver.moves[kept].visit.region not in world.neighbours.get(taker.where.vertex, ()):
+    tasks = handover.tasks(world, pilots)
+    if not tasks:
         return False
     states = belief.settled
-    for letter in RobotTask(giver.where, giver.moves[:kept]).ahead(world):
+    for letter in RobotTask(giver.where, tasks[handover.giver].moves).ahead:
         states = frozenset(reader.successor(state, letter) for state in states)
     if not reader.in_decomposition_set(states, begun=belief.settled):
         return False
     ahead = {name: pilot.ahead for name, pilot in pilots.items()}
-    ahead.update((name, task.ahead(world)) for name, task in handover.tasks(world, pilots).items())
+    ahead.update((name, task.ahead) for name, task in tasks.items())
     return can_finish(belief, ahead)
 
 
-def _length(world: World, leg: Metric, robot: str, position: Point, moves: tuple[Move, ...]) -> float:
+def _length(leg: Metric, robot: str, position: Point, moves: tuple[Move, ...]) -> float:
     total = 0.0
     for move in moves:
         total += leg(robot, position, move.visit.region)
-        position = world.after(move).position
+        position = move.end.position
     return total

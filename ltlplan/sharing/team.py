@@ -72,7 +72,7 @@ class OnlineTeam(PilotedTeam):
                 is enough, because the gate keeps it. The world may then not change.
 
         Raises:
-            BadInput: The trace is infinite, there is a sequence, N <= 1 / rho, or a robot starts in two regions.
+            BadInput: The trace is infinite, there is a sequence, or N <= 1 / rho.
             Unsatisfiable: Nothing that these robots can fly satisfies the formula.
             Infeasible: No way between the hoops was found.
         """
@@ -193,7 +193,7 @@ class OnlineTeam(PilotedTeam):
         for name in unforeseen:
             self.pilots[name].surprised(inside[name])
         # what was foreseen was asked for at the gate
-        if unforeseen and self.holding is None and not can_finish(self.belief, self.ahead()):
+        if unforeseen and self.holding is None and (self.world.overlaps or not can_finish(self.belief, self.ahead())):
             seen_by = ", ".join(unforeseen)
             self.hold(f"at {now:.2f} s {seen_by} showed letters after which the plan cannot be finished")
 
@@ -293,14 +293,14 @@ class OnlineTeam(PilotedTeam):
         if not may_change(self.world, self.reader, self.belief, self.pilots, handover):
             return False
         tasks = handover.tasks(self.world, self.pilots) if self.every_order else {}
-        return not tasks or self.keeps({**self.ahead(), **{name: task.ahead(self.world) for name, task in tasks.items()}})
+        return not tasks or self.keeps({**self.ahead(), **{name: task.ahead for name, task in tasks.items()}})
 
     def _switch(self, now: float) -> tuple[str, ...]:
         """Let a task that nobody has begun change hands where that is clearly cheaper (lines 15 to 17)."""
         if self.holding is not None:
             return ()
         if self._handover is None and self.steps % SWITCH_STEPS == 0:
-            self._handover = better_hands(self.mission, self.world, self.pilots, self._may_change)
+            self._handover = better_hands(self.mission, self.pilots, self._may_change)
         if self._handover is None:
             return ()
         giver, taker = self._handover.giver, self._handover.taker
@@ -314,7 +314,7 @@ class OnlineTeam(PilotedTeam):
         self.root(other, now)
         tasks = self._handover.tasks(self.world, self.pilots)
         self._handover = None
-        if self._laid(tasks) is not None:
+        if not tasks or self._laid(tasks) is not None:
             self.hold(f"at {now:.2f} s a task could not change hands from {giver} to {taker}")
             return ()
         regions = ", ".join(move.visit.region for move in tasks[taker].moves)

@@ -84,7 +84,7 @@ class TeamInFlight(ABC, Generic[Robot]):
             pilot: Makes what leads one robot, from the mission, its world, the robot's name and where it is.
 
         Raises:
-            BadInput: The trace is infinite, there is a sequence, or a robot starts in two regions.
+            BadInput: The trace is infinite, or there is a sequence.
         """
         if mission.spec.trace == "infinite":
             raise BadInput("online MTAC-E shares tasks that end; an infinite trace is flown from a plan, by `ltlplan run`.")
@@ -157,7 +157,9 @@ class TeamInFlight(ABC, Generic[Robot]):
         """Return the letters that have changed, and the regions that each robot is in; planned actions happen here."""
         events: dict[str, Letter] = {}
         inside: dict[str, frozenset[str]] = {}
-        where = self.world.regions_at(np.array([positions[name] for name in self.pilots], dtype=np.float64).reshape(-1, 3))
+        where = self.world.graph.layout.regions_at(
+            np.array([positions[name] for name in self.pilots], dtype=np.float64).reshape(-1, 3)
+        )
         for (name, pilot), here in zip(self.pilots.items(), where, strict=True):
             x, y, z = (float(v) for v in positions[name])
             inside[name] = here

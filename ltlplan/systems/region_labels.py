@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from verify.data import Letter, Mission
 from verify.data.shapes.inequalities import Point
@@ -72,8 +74,17 @@ class Layout:
         offsets = np.array(point) - self._centres
         levels = np.sqrt(np.maximum(np.einsum("ni,nij,nj->n", offsets, self._shapes, offsets), 0.0))
         clear = bool(np.all(np.abs(levels - 1) * self._least > self.slack))
-        inside = [self._names[k] for k in np.flatnonzero(levels <= 1)]
-        return Location(point, tuple(sorted(inside, key=self._size, reverse=True)), clear)
+        return Location(point, self.outermost_first(self._names[k] for k in np.flatnonzero(levels <= 1)), clear)
+
+    def outermost_first(self, regions: Iterable[str]) -> tuple[str, ...]:
+        """Return regions in the order of their sizes, the largest first."""
+        return tuple(sorted(regions, key=self._size, reverse=True))
+
+    def regions_at(self, points: NDArray[np.float64]) -> list[frozenset[str]]:
+        """Return the regions that hold each of some points, m. Shape (n, 3)."""
+        offset = points[:, None] - self._centres
+        inside = np.einsum("nri,rij,nrj->nr", offset, self._shapes, offset) <= 1.0
+        return [frozenset(self._names[k] for k in np.flatnonzero(row)) for row in inside]
 
     def around(self, region: str) -> tuple[str, ...] | None:
         """Return the regions that a robot is in just after it has left this one; None where that is not clear."""

@@ -225,17 +225,18 @@ def test_words_of_an_itinerary_are_those_of_the_transition_system(fire):
     world = World(fire)
     task = RobotTask(world.start("quad0"))
     for region in ("water", "smoke", "loc2"):
-        where = task.end(world)
+        where = task.end
         moves = [m for m in world.moves(where, first=not task.moves) if m.visit.region == region]
         task = task.then(max(moves, key=lambda m: len(m.visit.actions)), leaves=True)
-    shown = (world.letter(task.where), *task.ahead(world))
+    shown = (world.letter(task.where), *task.ahead)
     assert shown == word_of(fire, "quad0", task.visits).prefix
 
 
 def test_robots_move_along_edges_only(fire):
     world = World(fire)
-    assert set(world.neighbours["robot"]) == {"water", "smoke", "loc1"}
-    assert set(world.neighbours["loc2"]) == {"smoke", "loc2"}
+    assert {move.visit.region for move in world.moves(world.start("quad0"))} == {"water", "smoke", "loc1"}
+    at_loc2 = world.at(fire.hoops["loc2"].center, "no_water")
+    assert {move.visit.region for move in world.moves(at_loc2)} == {"smoke", "loc2"}
     assert all("loc2" not in {m.visit.region for m in world.moves(world.start(robot))} for robot in fire.agents)
 
 

@@ -45,7 +45,7 @@ def test_a_robot_shows_every_region_that_it_is_in(lead):
 
 def test_what_is_forbidden_in_an_overlap_is_noticed_when_a_robot_is_seen_there():
     team = OnlineTeam(overlapping("F c & G !(a & b)"), rng=np.random.default_rng(0))
-    team.step(0.02, {"quad0": (0.0, 0.0, 1.0)})
+    team.step(0.02, {"quad0": (-0.5, 0.0, 1.0)})
     assert team.holding is None
     team.step(0.04, {"quad0": (0.2, 0.0, 1.0)})
     assert team.holding is not None

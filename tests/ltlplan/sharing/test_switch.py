@@ -29,7 +29,7 @@ def given_to(flight, robot, *regions):
     world = World(flight.team.mission)
     tasks = {name: RobotTask(pilot.where) for name, pilot in flight.team.pilots.items()}
     for region in regions:
-        end = tasks[robot].end(world)
+        end = tasks[robot].end
         move = next(move for move in world.moves(end) if move.visit.region == region)
         tasks[robot] = tasks[robot].then(move, leaves=False)
     for name, task in tasks.items():
