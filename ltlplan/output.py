@@ -179,7 +179,7 @@ def make_export(
     say, target = progress or silent, EXPORT_TARGETS.resolve(format)
     say("proving the folder's certificate again", 0.0)
     certificate = recheck(Path(folder))
-    plan, given = read_folder(folder)
+    plan, given = read_folder(Path(folder))
     team = given
     if target.prepare is not None:
         say("fitting the paths to the format", 0.4)

@@ -85,7 +85,7 @@ def begin_log(stream: TextIO | None = None) -> None:
     """
     stream = sys.stderr if stream is None else stream
     handler = logging.StreamHandler(stream)
-    handler.setFormatter(_Plain() if stream.isatty() else _Json())
+    handler.setFormatter(_Plain() if stream is not None and stream.isatty() else _Json())
     root = logging.getLogger()
     root.handlers[:] = [handler]
     root.setLevel(logging.WARNING)

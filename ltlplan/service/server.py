@@ -120,9 +120,8 @@ def _workers(settings: Settings) -> Any:  # what has the surface of `LocalWorker
         return Cluster(settings.dask, patient=True, seconds=limits.stage_seconds, megabytes=limits.stage_megabytes)
     from ltlplan.service.workers import LocalWorkers
 
-    count = (
-        settings.workers or os.process_cpu_count() if hasattr(os, "process_cpu_count") else settings.workers or os.cpu_count()
-    )
+    processors = getattr(os, "process_cpu_count", os.cpu_count)  # from Python 3.13 on: those that this process may use
+    count = settings.workers or processors()
     return LocalWorkers(count or 1, seconds=limits.stage_seconds, megabytes=limits.stage_megabytes)
 
 

@@ -62,9 +62,10 @@ class Service:
 
     async def shipped_missions(self) -> bytes:
         """Return the shipped missions as JSON."""
-        if self._shipped is None:
-            self._shipped = await self.questions.ask(asked.shipped_missions)
-        return self._shipped
+        shipped = self._shipped
+        if shipped is None:
+            self._shipped = shipped = await self.questions.ask(asked.shipped_missions)
+        return shipped
 
 
 async def places(jobs: Jobs, job: str) -> Place:

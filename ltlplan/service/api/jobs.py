@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from fastapi import APIRouter, Header, Path, Query, Request, Response
 from fastapi.responses import FileResponse, StreamingResponse
@@ -18,7 +18,7 @@ from ltlplan.service.problems import Busy
 from ltlplan.service.service import places, planned
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import AsyncGenerator, AsyncIterator, Generator
 
 router = APIRouter(prefix="/api", tags=["jobs"])
 
@@ -126,7 +126,7 @@ async def follow_job(
     )
 
 
-async def _counted(request: Request, chunks: Any) -> Any:
+async def _counted(request: Request, chunks: AsyncIterator[bytes]) -> AsyncGenerator[bytes]:
     """Pass a stream on, if there are not too many of them."""
     with _one_more(request):
         async for chunk in chunks:

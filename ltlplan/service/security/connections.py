@@ -24,7 +24,7 @@ def with_head_clock(seconds: float) -> type[H11Protocol]:
 
         def data_received(self, data: bytes) -> None:
             super().data_received(data)
-            waiting = self.cycle is None or self.cycle.response_complete
+            waiting = self.cycle is None or self.cycle.response_complete  # pyright: ignore[reportUnnecessaryComparison]  # None before the first
             if not waiting:
                 self._stop()
             elif self._clock is None:
@@ -52,7 +52,8 @@ def with_head_clock(seconds: float) -> type[H11Protocol]:
 
         def _end(self) -> None:
             self._clock = None
-            if not self.transport.is_closing() and (self.cycle is None or self.cycle.response_complete):
+            waiting = self.cycle is None or self.cycle.response_complete  # pyright: ignore[reportUnnecessaryComparison]  # None before the first
+            if waiting and not self.transport.is_closing():
                 self.transport.close()
 
     return Protocol
