@@ -22,7 +22,7 @@ from verify.arithmetic import exact
 from verify.arithmetic.balls import Balls, Floats, concatenate, constants, dot, gamma, halves, nearest
 from verify.arithmetic.bounds import Indices
 from verify.behaviour.timeline import Change, Enclosure, Status
-from verify.data.shapes.conditions import Condition, HalfSpace
+from verify.data.shapes.conditions import Condition, HalfSpace, Quadric
 from verify.data.shapes.inequalities import Inequality, Point
 from verify.motion.bodies import Body, Mark, Span, region_spans
 from verify.motion.paths import Segment, TeamPaths
@@ -95,8 +95,11 @@ def _along(positions: Balls, body: Body, k: int) -> Balls:
     if isinstance(one, HalfSpace):
         normal = constants(np.array(body.inequalities[k].linear)).reshape(1, 3, 1)
         return dot(normal, positions - constants(np.array(body.centre)).reshape(1, 3, 1))
-    pairs = [nearest(Fraction(c) + own) for c, own in zip(body.centre, one.centre, strict=True)]
-    centre = constants(np.array([value for value, _ in pairs]), np.array([error for _, error in pairs]))
+    if any(one.centre):
+        pairs = [nearest(Fraction(c) + own) for c, own in zip(body.centre, one.centre, strict=True)]
+        centre = constants(np.array([value for value, _ in pairs]), np.array([error for _, error in pairs]))
+    else:
+        centre = constants(np.array(body.centre))
     offset = positions - centre.reshape(1, 3, 1)
     return dot(offset, _turned(np.array(body.inequalities[k].quadratic), offset))
 
@@ -123,8 +126,11 @@ def statuses(found: MembershipPolynomials, margin: Fraction) -> dict[str, dict[s
         margin: Within how many metres of the path the status must hold, exact.
     """
     paths = found.paths
+    far = _far(found, margin)
     leaves = {
-        name: near for name, body in found.bodies.items() if (near := _RegionLeaves.of(found, name, body, margin)) is not None
+        name: near
+        for name, body in found.bodies.items()
+        if name not in far and (near := _RegionLeaves.of(found, name, body, margin)) is not None
     }
     _classify(leaves.values(), DEPTH_WITHOUT if margin == 0 else DEPTH_WITH_MARGIN)
     result: dict[str, dict[str, tuple[Span, ...]]] = {}
@@ -144,6 +150,22 @@ def statuses(found: MembershipPolynomials, margin: Fraction) -> dict[str, dict[s
                 rows[0] if len(rows) == 1 else region_spans(near.body, [_settled(row) for row in rows])
             )
     return result
+
+
+def _far(found: MembershipPolynomials, margin: Fraction) -> set[str]:
+    """Return ellipsoids that all robots are proved to be out of at all times, by the least coefficients alone.
+
+    Thresholds are rounded upwards by a thousand times what their floats are off.
+    """
+    scales: dict[str, float] = {}
+    for name, body in found.bodies.items():
+        first, *more = body.conditions
+        if not more and isinstance(first, Quadric) and first.square == 1:
+            scales[name] = float(first.scale)
+    outside = (1.0 + np.array(list(scales.values())) * float(margin) * (1 + 2.0**-40)) ** 2 * (1 + 2.0**-40)
+    columns = [found.columns[name][0] for name in scales]
+    out = np.all(found.quadrics.low[:, columns].min(-1) > outside, axis=0)
+    return {name for name, sure in zip(scales, out.tolist(), strict=True) if sure}
 
 
 Leaf = tuple[float, float, Mark | None]

@@ -7,6 +7,7 @@ it compiles to is kept in `matrix` where it is an ellipsoid and in `parts` other
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
@@ -39,6 +40,11 @@ def _raised(value: Any) -> Any:  # of any type: what a mission file may hold, lo
     return value
 
 
+@lru_cache(maxsize=4096)
+def _ellipsoid(matrix: Matrix) -> tuple[tuple[Inequality, ...], ...]:
+    return quadratic_form(matrix)
+
+
 class Region(Value):
     """A closed body around its centre: an ellipsoid, (r - center)' matrix (r - center) <= 1, or parts of inequalities."""
 
@@ -65,7 +71,7 @@ class Region(Value):
     @property
     def body(self) -> tuple[tuple[Inequality, ...], ...]:
         """The region as parts of inequalities around its centre, whatever its shape."""
-        return quadratic_form(self.quadratic) if self.parts is None else self.parts
+        return _ellipsoid(self.quadratic) if self.parts is None else self.parts
 
     @property
     def quadratic(self) -> Matrix:
