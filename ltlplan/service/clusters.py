@@ -19,7 +19,7 @@ from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from importlib import import_module
 from secrets import token_hex
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 from ltlplan.service.children import Bounds, WorkerDied, error_from
 from ltlplan.service.cluster_tasks import TOPIC, Answer, do_supervised, join_in
@@ -44,6 +44,12 @@ _LOOK = 1.0
 
 class ClusterError(BadInput):
     """A Dask cluster that cannot be used, or not any more."""
+
+
+class _Tell(Protocol):
+    """Progress whose share may be the one that was told last."""
+
+    def __call__(self, sentence: str, share: float | None = None, /) -> None: ...
 
 
 class _Lost(Exception):
@@ -223,13 +229,19 @@ class Cluster:
 
     async def _done(self, packed: bytes, progress: Progress, rank: float) -> Any:
         """Have work done, on one worker after the other if need be, and return what was found or raise what was raised."""
-        task, died = asyncio.current_task(), 0
+        task, died, reached = asyncio.current_task(), 0, 0.0
         self._work.add(task)
+
+        def tell(sentence: str, share: float | None = None) -> None:
+            nonlocal reached
+            reached = reached if share is None else share
+            progress(sentence, reached)
+
         try:
             while True:
-                answer = await self._answer(packed, progress, rank)
+                answer = await self._answer(packed, tell, rank)
                 if answer is None:
-                    await self._patience(progress)
+                    await self._patience(tell)
                 elif answer[0] == "found":
                     return pickle.loads(answer[1])
                 elif answer[0] == "differs":
@@ -242,7 +254,7 @@ class Cluster:
         finally:
             self._work.discard(task)
 
-    async def _patience(self, progress: Progress) -> None:
+    async def _patience(self, tell: _Tell) -> None:
         """Wait a moment for a scheduler that went away, or give up."""
         if not self._patient:
             raise ClusterError(  # nothing of ours is lost: files are written whole, by us
@@ -250,10 +262,10 @@ class Cluster:
                 "again and repeat this, or leave --dask out to compute on this machine."
             )
         if self._client is None:
-            progress(f"waiting for the Dask scheduler at {self.address}", 0.0)
+            tell(f"waiting for the Dask scheduler at {self.address}")
         await asyncio.sleep(_LOOK)
 
-    async def _answer(self, packed: bytes, progress: Progress, rank: float) -> Answer | None:
+    async def _answer(self, packed: bytes, tell: _Tell, rank: float) -> Answer | None:
         """Ask the cluster once; None where its scheduler has gone."""
         from distributed import KilledWorker
 
@@ -262,10 +274,10 @@ class Cluster:
             return None
         some = [worker for worker in self._threads if worker not in self._refused] if self._refused else None
         if some == []:
-            self._give_up(progress)
+            self._give_up(tell)
             return None
         key = f"ltlplan-{token_hex(16)}"
-        self._told[key] = progress
+        self._told[key] = tell
         asked = client.submit(
             do_supervised, packed, self.bounds, self.versions, key, key=key, pure=False, priority=-rank, workers=some
         )
@@ -275,7 +287,7 @@ class Cluster:
             while not (await asyncio.wait([result], timeout=_LOOK))[0]:
                 if self._client is not client:
                     return None
-                self._check_workers(progress)
+                self._check_workers(tell)
             return result.result()
         except CancelledError:  # Dask's own word for what it lost with the scheduler; ours is asyncio's
             return None
@@ -293,17 +305,17 @@ class Cluster:
             self._told.pop(key, None)
             self._begun.discard(key)
 
-    def _check_workers(self, progress: Progress) -> None:
+    def _check_workers(self, tell: _Tell) -> None:
         """Give up, or say that we wait, where there has been no worker for long."""
         if time.monotonic() - self._with_workers > _GRACE:
-            self._give_up(progress)
+            self._give_up(tell)
 
-    def _give_up(self, progress: Progress) -> None:
+    def _give_up(self, tell: _Tell) -> None:
         """Say why no worker does the work, and raise it unless we are patient."""
         told = next((self._refused[worker] for worker in self._threads if worker in self._refused), self._no_workers())
         if not self._patient:
             raise ClusterError(told)
-        progress(f"waiting: {told}", 0.0)
+        tell(f"waiting: {told}")
 
     def _no_workers(self) -> str:
         return (
