@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from ltlplan.logic.translation import translate
     from ltlplan.missions import load_mission
     from ltlplan.pipeline import plan, run
+    from ltlplan.recorded import judge_flight
     from ltlplan.result import Result
+    from ltlplan.service.client import Client
     from verify.data import (
         BadInput,
         DoesNotFit,
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "Automaton": "ltlplan.logic.automaton",
     "BadInput": "verify.data",
+    "Client": "ltlplan.service.client",
     "DoesNotFit": "verify.data",
     "FormulaError": "verify.data",
     "Infeasible": "verify.data",
@@ -60,6 +63,7 @@ _HOMES = {
     "Vehicle": "verify.data",
     "Word": "verify.data",
     "decomposition_set": "ltlplan.logic.decomposition",
+    "judge_flight": "ltlplan.recorded",
     "load_mission": "ltlplan.missions",
     "load_plan": "verify.data",
     "load_vehicle": "verify.data",
@@ -74,6 +78,7 @@ __version__ = "0.2.0"
 __all__ = [
     "Automaton",
     "BadInput",
+    "Client",
     "DoesNotFit",
     "FormulaError",
     "Infeasible",
@@ -91,6 +96,7 @@ __all__ = [
     "Vehicle",
     "Word",
     "decomposition_set",
+    "judge_flight",
     "load_mission",
     "load_plan",
     "load_vehicle",

@@ -68,6 +68,10 @@ class Pool(Protocol):
         """Have work done somewhere; what is of lower rank comes first."""
         ...
 
+    def close(self) -> None:
+        """End all work."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class StoredFile:

@@ -83,7 +83,7 @@ def begin_log(stream: TextIO | None = None) -> None:
     Args:
         stream: Where to; standard error by default.
     """
-    stream = sys.stderr if stream is None else stream
+    stream = stream or sys.stderr
     handler = logging.StreamHandler(stream)
     handler.setFormatter(_Plain() if stream is not None and stream.isatty() else _Json())
     root = logging.getLogger()

@@ -12,18 +12,17 @@ import json
 import shutil
 import tempfile
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ltlplan.service.models import ProblemFault
 from ltlplan.service.problems import Busy, NotFound, faults_of
-from verify.data import BadInput, Mission, MissionError, parse_mission
+from verify.data import BadInput, LtlplanError, Mission, MissionError, parse_mission
 from verify.data.progress import Progress
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
     from concurrent.futures import Future
 
     from verify.data.sections import TeamReading
@@ -242,7 +241,8 @@ def export(
     from ltlplan.output import make_export
 
     _put(files, folder)
-    return zipped(make_export(folder, target, vehicle=vehicle, options=options, progress=report).files)
+    with _without_places(folder):
+        return zipped(make_export(folder, target, vehicle=vehicle, options=options, progress=report).files)
 
 
 def recheck(folder: Path, files: Place, report: Progress) -> bytes:
@@ -257,7 +257,8 @@ def recheck(folder: Path, files: Place, report: Progress) -> bytes:
     from verify import recheck as prove_again
 
     _put(files, folder)
-    return prove_again(folder).to_json().encode()
+    with _without_places(folder):
+        return prove_again(folder).to_json().encode()
 
 
 def judge_flight(
@@ -291,10 +292,8 @@ def judge_flight(
         _put(files, asked)
     flown.write_bytes(recording)
     given = {name: value for name, value in bounds.items() if value is not None}
-    try:
+    with _without_places(folder):
         judged = judged_of(asked, flown, **given, progress=report)
-    except BadInput as error:
-        raise _without_places(error, folder) from None
     return as_json({"mission": judged.mission, **judged.verdict.to_dict()})
 
 
@@ -312,12 +311,14 @@ def _fitting(files: Mapping[str, bytes]) -> dict[str, bytes]:
     return {name: files[name] for name in known if name in files}
 
 
-def _without_places(error: BadInput, folder: Path) -> BadInput:
-    """Return an error whose words do not say where on this machine files were meanwhile."""
-    words = str(error).replace(f"{folder}/run/", "").replace(f"{folder}/", "")
-    if words != str(error) and not isinstance(error, MissionError):
-        error.args = (words,)
-    return error
+@contextmanager
+def _without_places(folder: Path) -> Generator[None]:
+    """Let errors not say where on this machine files were meanwhile."""
+    try:
+        yield
+    except LtlplanError as error:
+        error.args = (str(error).replace(f"{folder}/run/", "").replace(f"{folder}/", "").replace(str(folder), "The job"),)
+        raise
 
 
 def export_formats(report: Progress) -> bytes:

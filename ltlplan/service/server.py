@@ -120,8 +120,8 @@ def _workers(settings: Settings) -> Any:  # what has the surface of `LocalWorker
         return Cluster(settings.dask, patient=True, seconds=limits.stage_seconds, megabytes=limits.stage_megabytes)
     from ltlplan.service.workers import LocalWorkers
 
-    processors = getattr(os, "process_cpu_count", os.cpu_count)  # from Python 3.13 on: those that this process may use
-    count = settings.workers or processors()
+    processors = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count()
+    count = settings.workers or processors
     return LocalWorkers(count or 1, seconds=limits.stage_seconds, megabytes=limits.stage_megabytes)
 
 

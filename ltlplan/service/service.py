@@ -41,6 +41,11 @@ class Service:
     _missions: OrderedDict[str, Mission] = field(default_factory=OrderedDict, init=False, repr=False)
     _shipped: bytes | None = field(default=None, init=False, repr=False)
 
+    def close(self) -> None:
+        """End all processes; jobs that have not ended go on at the next start."""
+        self.questions.close()
+        self.jobs.workers.close()
+
     async def mission(self, text: str) -> Mission:
         """Return the mission of a text, read in a process of its own.
 
@@ -62,10 +67,10 @@ class Service:
 
     async def shipped_missions(self) -> bytes:
         """Return the shipped missions as JSON."""
-        shipped = self._shipped
-        if shipped is None:
-            self._shipped = shipped = await self.questions.ask(asked.shipped_missions)
-        return shipped
+        found = self._shipped
+        if found is None:
+            found = self._shipped = await self.questions.ask(asked.shipped_missions)
+        return found
 
 
 async def places(jobs: Jobs, job: str) -> Place:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import logging
 from collections.abc import AsyncGenerator, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 
@@ -15,7 +17,7 @@ import ltlplan
 from ltlplan.service.api import about, flights, jobs, missions
 from ltlplan.service.api.answers import WordsRequest
 from ltlplan.service.api.schema import with_schema
-from ltlplan.service.log import note_bug
+from ltlplan.service.log import note, note_bug
 from ltlplan.service.models import Event
 from ltlplan.service.problems import BodyTooLarge, Forbidden, MethodNotAllowed, NotFound, UnsupportedMedia
 from ltlplan.service.security.gate import refusal
@@ -63,11 +65,13 @@ def application(service: Service) -> FastAPI:
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncGenerator[None]:
         await service.jobs.start()
+        warming = asyncio.create_task(_warm(service, _app))
         try:
             yield
         finally:
+            warming.cancel()
             await service.jobs.stop()
-            service.questions.close()
+            await asyncio.to_thread(service.close)
 
     app = FastAPI(
         title="ltlplan",
@@ -78,7 +82,6 @@ def application(service: Service) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         lifespan=lifespan,
-        license_info={"name": "GPL-3.0-or-later", "identifier": "GPL-3.0-or-later"},
     )
     app.state.service, app.state.streams = service, 0
     for routes in (missions, jobs, flights, about):
@@ -87,6 +90,15 @@ def application(service: Service) -> FastAPI:
     with_schema(app, {"WordsRequest": WordsRequest.model_json_schema(), "Event": Event.model_json_schema()})
     _tell_errors(app)
     return app
+
+
+async def _warm(service: Service, app: FastAPI) -> None:
+    """Have ready what the first who asks would wait for: processes to fork from, and the documentation."""
+    try:
+        await service.shipped_missions()
+        await asyncio.to_thread(app.openapi)
+    except LtlplanError as error:  # whoever asks next is told
+        note("not ready yet", level=logging.WARNING, reason=str(error))
 
 
 def end_routes(app: FastAPI, *, page: bool) -> None:

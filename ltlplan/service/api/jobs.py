@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Literal
+from collections.abc import AsyncIterator
+from typing import Annotated, Literal
 
-from fastapi import APIRouter, Header, Path, Query, Request, Response
+from fastapi import APIRouter, FastAPI, Header, Path, Query, Request, Response
 from fastapi.responses import FileResponse, StreamingResponse
 
 from ltlplan.service import questions as asked
@@ -16,9 +16,6 @@ from ltlplan.service.api.schema import content, mission_body, problems
 from ltlplan.service.models import FileEntry, Job, State
 from ltlplan.service.problems import Busy
 from ltlplan.service.service import places, planned
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator, AsyncIterator, Generator
 
 router = APIRouter(prefix="/api", tags=["jobs"])
 
@@ -114,35 +111,28 @@ async def follow_job(
     last_event_id: Annotated[int | None, Header(description="the same, as browsers send it", ge=0)] = None,
 ) -> Response:
     """Follow a job by server-sent events: stages, rounds, costs, claim by claim. What was missed is told again."""
-    service = service_of(request)
+    service, most = service_of(request), service_of(request).settings.limits.streams
+    if request.app.state.streams >= most:
+        raise Busy(f"{most} streams are open, which is the most; close one, or ask without following.")
     found = service.jobs.events((await service.jobs.job(job)).id, after=max(after, last_event_id or 0))
     first = await anext(found, None)
     if first is None:
         return Response(status_code=204)
     return StreamingResponse(
-        _counted(request, events.stream(first, found, service.stopping)),
+        _counted(request.app, events.stream(first, found, service.stopping)),
         media_type=events.MEDIA_TYPE,
         headers={"x-accel-buffering": "no"},
     )
 
 
-async def _counted(request: Request, chunks: AsyncIterator[bytes]) -> AsyncGenerator[bytes]:
-    """Pass a stream on, if there are not too many of them."""
-    with _one_more(request):
+async def _counted(app: FastAPI, chunks: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+    """Pass a stream on, and count it while it is open."""
+    app.state.streams += 1
+    try:
         async for chunk in chunks:
             yield chunk
-
-
-@contextmanager
-def _one_more(request: Request) -> Generator[None]:
-    state, most = request.app.state, service_of(request).settings.limits.streams
-    if state.streams >= most:
-        raise Busy(f"{most} streams are open, which is the most; close one, or ask without following.")
-    state.streams += 1
-    try:
-        yield
     finally:
-        state.streams -= 1
+        app.state.streams -= 1
 
 
 @router.get("/jobs/{job}/files", response_model=tuple[FileEntry, ...], responses=problems(404), tags=["files"])

@@ -18,14 +18,19 @@ def with_head_clock(seconds: float) -> type[H11Protocol]:
     class Protocol(H11Protocol):
         _clock: asyncio.TimerHandle | None = None
 
+        @property
+        def _idle(self) -> bool:
+            """Whether no request is being answered, so that a head is waited for."""
+            cycle: Any = self.cycle  # None before the first request, whatever uvicorn declares
+            return cycle is None or bool(cycle.response_complete)
+
         def connection_made(self, transport: Any) -> None:  # as asyncio declares it
             super().connection_made(transport)
             self._start()
 
         def data_received(self, data: bytes) -> None:
             super().data_received(data)
-            waiting = self.cycle is None or self.cycle.response_complete  # pyright: ignore[reportUnnecessaryComparison]  # None before the first
-            if not waiting:
+            if not self._idle:
                 self._stop()
             elif self._clock is None:
                 self._start()
@@ -52,8 +57,7 @@ def with_head_clock(seconds: float) -> type[H11Protocol]:
 
         def _end(self) -> None:
             self._clock = None
-            waiting = self.cycle is None or self.cycle.response_complete  # pyright: ignore[reportUnnecessaryComparison]  # None before the first
-            if waiting and not self.transport.is_closing():
+            if not self.transport.is_closing() and self._idle:
                 self.transport.close()
 
     return Protocol

@@ -1,0 +1,329 @@
+"""A service from afar, under the library's names: `Client(url).run(mission)` for `ltlplan.run(mission)`.
+
+What comes back are the library's own values, and errors of its own classes with the same words. A certificate that comes over a network
+is no proof: `run`, `recheck` and `Submitted.result` fetch the files and prove them again, here, by the library's own judge.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ltlplan.service.models import Health, Job, State
+from ltlplan.service.remote.submitted import Submitted
+from ltlplan.service.remote.wire import Wire, checked, job_of, segment, unpacked
+from verify.data import BadInput, Mission, Plan, mission_to_yaml, parse_mission
+from verify.data.progress import Progress
+from verify.data.storage.reading import read_bytes
+
+if TYPE_CHECKING:
+    from ltlplan.pipeline import Asked
+    from ltlplan.result import Result
+    from verify import Certificate, TeamVerdict, Verdict
+    from verify.data.sections import TeamReading
+    from verify.words.word_verdict import Letters
+
+PATIENCE = 60.0
+"""s that an answer is waited for."""
+_RECORDING = 200_000_000
+_YAML = {"content-type": "application/yaml"}
+
+
+class Client:
+    """A service, by its address.
+
+    Use it in a `with` statement, or call `close` at the end.
+    """
+
+    def __init__(self, url: str, token: str | None = None, *, timeout: float = PATIENCE) -> None:
+        """Prepare to ask a service; nothing is sent yet.
+
+        Args:
+            url: Where it is, such as "http://127.0.0.1:8000".
+            token: A bearer token, where it needs one.
+            timeout: s that an answer is waited for.
+
+        Raises:
+            BadInput: That is no address.
+            MissingEngine: The extra `service` is not installed.
+        """
+        self._wire = Wire(url, token, timeout)
+
+    @property
+    def url(self) -> str:
+        """Where it is."""
+        return self._wire.url
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the connection."""
+        self._wire.close()
+
+    # The library's names
+
+    def plan(self, mission: Asked, *, seed: int | None = None, progress: Progress | None = None) -> Plan:
+        """Plan a mission; as `ltlplan.plan`. The job goes on there, so that `run` finds it.
+
+        Args:
+            mission: What is asked: a mission, or the path or name that `ltlplan.load_mission` reads one by.
+            seed: Source of every draw, instead of the mission's own.
+            progress: Told a sentence and the share of the whole job done, 0 to 1.
+
+        Raises:
+            LtlplanError: As `ltlplan.plan`, or what the service refused.
+        """
+        return self.submit(mission, seed=seed).plan(progress=progress)
+
+    def run(
+        self,
+        mission: Asked,
+        out: str | os.PathLike[str] | None = None,
+        *,
+        seed: int | None = None,
+        progress: Progress | None = None,
+    ) -> Result:
+        """Plan, refine, certify and fly a mission there; as `ltlplan.run`. Everything is proved again here.
+
+        Args:
+            mission: What is asked: a mission, or the path or name that `ltlplan.load_mission` reads one by.
+            out: Folder to write, as `ltlplan.run` writes it.
+            seed: Source of every draw, instead of the mission's own.
+            progress: Told a sentence and the share done, 0 to 1.
+
+        Raises:
+            LtlplanError: As `ltlplan.run`, or what the service refused.
+        """
+        return self.submit(mission, seed=seed).result(out, progress=progress)
+
+    def check_word(self, formula: str, word: Letters | str, cycle: Iterable[Iterable[str]] | None = None) -> Verdict:
+        """Decide whether a word satisfies a formula; as `verify.check_word`.
+
+        Args:
+            formula: LTL in Spot's syntax.
+            word: A word, sets of names, or Spot's notation.
+            cycle: Letters that are repeated for ever.
+
+        Raises:
+            BadInput: Formula or word cannot be read.
+        """
+        from ltlplan.service.remote.words import notation, verdict_of
+
+        told = self._wire.ask("POST", "/api/words/check", json={"formula": formula, "words": [notation(word, cycle)]}).json()
+        return verdict_of(told["word"])
+
+    def check_team(self, formula: str, words: Mapping[str, Letters | str], reading: TeamReading = "own") -> TeamVerdict:
+        """Decide what a team's words satisfy without regard to times; as `verify.check_team`.
+
+        Args:
+            formula: LTLf in Spot's syntax.
+            words: Each robot's word.
+            reading: "own": each robot's letters by themselves; "joint": their unions.
+
+        Raises:
+            BadInput: The formula or a word cannot be read.
+        """
+        from ltlplan.service.remote.words import notation, verdict_of
+        from verify import TeamVerdict
+
+        asked = {name: notation(word) for name, word in words.items()}
+        told = self._wire.ask("POST", "/api/words/check", json={"formula": formula, "words": asked, "reading": reading}).json()
+        return TeamVerdict(verdict_of(told["sequential"]), verdict_of(told["parallel"]))
+
+    def load_mission(self, source: str | os.PathLike[str]) -> Mission:
+        """Read a mission: a shipped one of the service's by its name, or a file of yours.
+
+        Args:
+            source: Name or path.
+
+        Raises:
+            BadInput: There is no such mission, or it has faults.
+        """
+        if isinstance(source, str) and not Path(source).suffix and not Path(source).exists():
+            for each in self.missions():
+                if each["name"] == source:
+                    return parse_mission(each["text"], f"{source}.yaml")
+        from ltlplan.missions import load_mission
+
+        return load_mission(source)
+
+    def missions(self) -> list[dict[str, Any]]:
+        """Return the shipped missions: name, robots, trace, what each asks, and its text."""
+        return self._wire.ask("GET", "/api/missions").json()
+
+    def check_mission(self, text: str) -> Mission:
+        """Return the mission of a text, after the service has checked it.
+
+        Args:
+            text: YAML or JSON.
+
+        Raises:
+            MissionError: All faults, with their lines.
+        """
+        self._wire.ask("POST", "/api/missions/check", content=text.encode(), headers=_YAML)
+        return parse_mission(text)
+
+    def judge_flight(
+        self,
+        source: Submitted | str | os.PathLike[str],
+        recording: str | os.PathLike[str],
+        *,
+        max_speed: float | None = None,
+        error: float = 0.0,
+        start: float | None = None,
+    ) -> dict[str, Any]:
+        """Judge a recorded flight there, claim by claim; what `ltlplan certify --flight` prints as JSON.
+
+        Args:
+            source: What it was to do: a job (or its id), or a run's folder here.
+            recording: The flight's file: a table of motion capture, or a log of ours.
+            max_speed: Bound on every robot's speed, m/s.
+            error: Bound on a position's error, m.
+            start: When the flight began on the recording's clock, s.
+
+        Raises:
+            LtlplanError: It cannot be judged, and why.
+        """
+        flown = read_bytes(recording, most=_RECORDING, what="recording")
+        parts: list[tuple[str, tuple[str, bytes, str]]] = [("recording", (Path(recording).name, flown, "text/csv"))]
+        given = {"max_speed": max_speed, "error": error, "start": start}
+        data = {name: repr(float(value)) for name, value in given.items() if value is not None}
+        if isinstance(source, Submitted):
+            data["job"] = source.id
+        elif Path(source).is_dir():
+            names = sorted(path for path in Path(source).iterdir() if path.suffix in (".yaml", ".json", ".csv"))
+            kept = (path for path in names if path.name not in ("flight.csv", "manifest.json"))
+            parts += [("files", (path.name, path.read_bytes(), "application/octet-stream")) for path in kept]
+        else:
+            data["job"] = str(source)
+        return self._wire.ask("POST", "/api/flights/judge", data=data, files=parts).json()
+
+    def recheck(self, job: Submitted | str) -> Certificate:
+        """Prove a job's certificate again, here, from its files alone; as `verify.recheck`.
+
+        Args:
+            job: A job, or its id.
+
+        Raises:
+            NotCertified: A file is not the one that was certified, or a claim is not proved.
+        """
+        from verify import recheck
+
+        with tempfile.TemporaryDirectory() as scratch:
+            return recheck(self._of(job).download(Path(scratch) / "run"))
+
+    def export(
+        self,
+        job: Submitted | str,
+        out: str | os.PathLike[str],
+        format: str = "crazyswarm2",  # noqa: A002  # the name that users type
+        *,
+        vehicle: str | None = None,
+        rate: float | None = None,
+    ) -> tuple[Path, ...]:
+        """Write a job's certified flight for a vehicle; as `flight.export`.
+
+        Args:
+            job: A job, or its id.
+            out: Folder to write.
+            format: What for; `exports` lists them.
+            vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
+            rate: px4, ros2: setpoints a second.
+
+        Raises:
+            DoesNotFit: The vehicle or its format cannot hold the flight.
+            LtlplanError: There is no such job or format, or the folder cannot be written.
+        """
+        from verify.data.storage.folders import write_files
+
+        options = {"vehicle": vehicle, "rate": rate}
+        given = {name: value for name, value in options.items() if value is not None}
+        packed = self._wire.ask("GET", f"/api/jobs/{segment(self._of(job).id)}/exports/{segment(format)}", params=given).content
+        return write_files(out, unpacked(packed))
+
+    def exports(self) -> tuple[str, ...]:
+        """Return the names of what flights can be written for."""
+        return tuple(each["name"] for each in self._wire.ask("GET", "/api/exports").json())
+
+    # Jobs
+
+    def submit(self, mission: Asked, *, seed: int | None = None) -> Submitted:
+        """Submit a mission: when this returns, it will be done, whatever happens to the service meanwhile.
+
+        Args:
+            mission: What is asked: a mission, or the path or name that `ltlplan.load_mission` reads one by.
+            seed: Source of every draw, instead of the mission's own.
+
+        Raises:
+            MissionError: All faults of the mission.
+            LtlplanError: What else the service refused.
+        """
+        if isinstance(mission, str | os.PathLike):
+            mission = self.load_mission(mission)
+        if not isinstance(mission, Mission):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers may not check
+            raise BadInput(f"A mission is a Mission, a path, or the name of a shipped mission, not {type(mission).__name__}.")
+        return self.submit_text(mission_to_yaml(mission), seed=seed)
+
+    def submit_text(self, text: str, *, seed: int | None = None) -> Submitted:
+        """Submit a mission's file as it is; faults have its lines.
+
+        Args:
+            text: YAML or JSON.
+            seed: Source of every draw, instead of the mission's own.
+
+        Raises:
+            MissionError: All faults of the mission.
+            LtlplanError: What else the service refused.
+        """
+        given = {} if seed is None else {"seed": seed}
+        told = self._wire.ask("POST", "/api/jobs", content=text.encode(), headers=_YAML, params=given)
+        return Submitted(self._wire, job_of(told.content))
+
+    def jobs(self, *, state: State | None = None, limit: int = 50, before: str | None = None) -> tuple[Submitted, ...]:
+        """Return jobs, the newest first.
+
+        Args:
+            state: Only those in this state.
+            limit: At most so many.
+            before: Only those submitted before the job of this id.
+        """
+        asked = {"state": state, "limit": limit, "before": before}
+        told = self._wire.ask("GET", "/api/jobs", params={name: value for name, value in asked.items() if value is not None})
+        return tuple(Submitted(self._wire, checked(Job, each)) for each in told.json())
+
+    def job(self, id: str) -> Submitted:  # noqa: A002  # the name that users type
+        """Return a job by its id.
+
+        Raises:
+            BadInput: There is no such job.
+        """
+        return Submitted(self._wire, job_of(self._wire.ask("GET", f"/api/jobs/{segment(id)}").content))
+
+    def cancel(self, job: Submitted | str) -> Submitted:
+        """End a job at once; one that has ended stays as it is."""
+        return Submitted(self._wire, job_of(self._wire.ask("POST", f"/api/jobs/{segment(self._id(job))}/cancel").content))
+
+    def delete(self, job: Submitted | str) -> None:
+        """Delete a job that has ended, with its files.
+
+        Raises:
+            BadInput: There is no such job, or it has not ended.
+        """
+        self._wire.ask("DELETE", f"/api/jobs/{segment(self._id(job))}")
+
+    def health(self) -> Health:
+        """Return whether the service works."""
+        return checked(Health, self._wire.ask("GET", "/health", also=(503,)).json())
+
+    def _of(self, job: Submitted | str) -> Submitted:
+        return job if isinstance(job, Submitted) else self.job(job)
+
+    def _id(self, job: Submitted | str) -> str:
+        return job.id if isinstance(job, Submitted) else job

@@ -1,0 +1,52 @@
+"""One service for all tests that only ask it, in all processes of a run; it ends with the run."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Generator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from ltlplan import Client
+from ltlplan.service.remote.submitted import Submitted
+from tests.helpers.services import ONE_HOOP, Served, start
+
+Once = Callable[[str, Callable[[Path], Any]], Any]
+
+
+@pytest.fixture(scope="session")
+def served(once: Once) -> Served:
+    """Return a service that is running, with limits on time that tests can wait for."""
+    guard = os.getppid() if "PYTEST_XDIST_WORKER" in os.environ else os.getpid()
+
+    def made(folder: Path) -> Served:
+        folder.mkdir()
+        limits = {"body_seconds": 1.5, "head_seconds": 1.5, "reads": [1000.0, 100000], "questions_asked": [1000.0, 100000]}
+        process, found = start(folder / "data", limits=limits, guard=guard)
+        process.returncode = 0  # it outlives this process
+        return found
+
+    return once("service", made)
+
+
+@pytest.fixture
+def http(served: Served) -> Generator[httpx.Client]:
+    """Yield a connection to the service."""
+    with httpx.Client(base_url=served.url, timeout=60) as client:
+        yield client
+
+
+@pytest.fixture
+def client(served: Served) -> Generator[Client]:
+    """Yield a client of the service."""
+    with Client(served.url) as client:
+        yield client
+
+
+@pytest.fixture
+def done(client: Client) -> Submitted:
+    """Return a job that is done."""
+    return client.submit_text(ONE_HOOP).wait()
