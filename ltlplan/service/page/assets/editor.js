@@ -47,7 +47,11 @@ export default {
         return { dom };
       } };
     });
-    const language = new CM.Compartment();
+    const language = new CM.Compartment(), paint = new CM.Compartment();
+    this.dark = window.matchMedia("(prefers-color-scheme: dark)");
+    const painted = () => (this.dark.matches ? CM.syntaxHighlighting(CM.oneDarkHighlightStyle) : []);
+    this.repaint = () => this.view.dispatch({ effects: paint.reconfigure(painted()) });
+    this.dark.addEventListener("change", this.repaint);
     const keys = this.single ? [{ key: "Enter", run: () => { this.send(); return true; } }] : [];
     keys.push({ key: "Mod-Enter", run: () => { this.send(); this.$emit("submit"); return true; } });
     const extensions = [
@@ -55,7 +59,7 @@ export default {
       CM.basicSetup,
       CM.EditorState.languageData.of(() => [{ autocomplete: complete }]),
       CM.EditorView.contentAttributes.of({ "aria-label": this.label, spellcheck: "false", autocapitalize: "off" }),
-      faultsField, hover, waiting, colours, language.of([]),
+      faultsField, hover, waiting, colours, language.of([]), paint.of(painted()),
       CM.placeholder(this.hint || ""),
     ];
     if (this.single) {
@@ -71,6 +75,7 @@ export default {
   },
   beforeUnmount() {
     clearTimeout(this.timer);
+    this.dark.removeEventListener("change", this.repaint);
     this.view.destroy();
   },
   methods: {

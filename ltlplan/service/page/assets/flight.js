@@ -13,7 +13,7 @@ export default {
   template: `
 <div class="flight" :data-view="view" :data-ready="data ? 'yes' : 'no'">
   <p v-if="trouble" class="warning" role="alert">{{ trouble }}</p>
-  <div class="theatre" v-show="data">
+  <div class="theatre" :class="{ alone: !beside }" v-show="data">
     <div class="stage3d">
       <div class="holder" ref="holder" role="img" :aria-label="'Moving 3-D picture of ' + (data ? data.mission : 'the flight')"></div>
       <div class="player">
@@ -32,7 +32,7 @@ export default {
       </ul>
       <p class="keys">Space plays, arrows step, + and - change the speed. Drag turns the picture, scrolling zooms.</p>
     </div>
-    <aside class="side" v-if="data">
+    <aside class="side" v-if="data" v-show="beside">
       <div v-show="view === 'watch'" class="now">
         <h2>Now</h2>
         <dl class="letters">
@@ -62,7 +62,7 @@ export default {
               <button type="button" class="claim" :class="[claim.outcome, { chosen: chosen === claim.key }]" :aria-expanded="chosen === claim.key" @click="choose(claim)">
                 <span class="mark" :title="claim.outcome">{{ signs[claim.outcome] }}</span>
                 <span class="what">{{ claim.name }} <small>{{ claim.who }}</small></span>
-                <span class="figures">{{ claim.row[3] }}<template v-if="claim.row[4]"> <small>of {{ claim.row[4] }}</small></template></span>
+                <span class="figures">{{ claim.row[3] }}<small v-if="claim.row[4]">limit {{ claim.row[4] }}</small></span>
                 <span class="room" :title="claim.room === null ? '' : 'room to its limit: ' + Math.round(100 * claim.room) + ' %'"><i v-if="claim.room !== null" :style="{ width: share(claim.room) }" :class="{ little: claim.room < 0.15 }"></i></span>
               </button>
               <p class="sentence" v-if="chosen === claim.key">{{ claim.sentence }}
@@ -116,6 +116,7 @@ export default {
       }
       return [...kinds.values()];
     },
+    beside() { return this.view !== "judge" || Boolean(this.verdict); },
     good() { return this.shownClaims.every((claim) => claim.outcome === "holds"); },
     said() {
       if (this.view === "judge") return this.verdict ? this.verdict.sentence : "";
@@ -129,7 +130,12 @@ export default {
   watch: {
     url() { this.load(); },
     verdict() { this.drawFlown(); },
-    view() { this.stop(); this.unmark(); this.$nextTick(() => this.scene3d && this.scene3d.resize()); },
+    view() {
+      this.stop();
+      if (this.chosen && this.scene3d) this.all();
+      this.unmark();
+      this.$nextTick(() => this.scene3d && this.scene3d.resize());
+    },
   },
   mounted() {
     this.scene3d = null;

@@ -268,7 +268,7 @@ export class Scene {
     const shape = (this.holder.clientWidth || 4) / (this.holder.clientHeight || 3);
     const half = (FOV / 360) * Math.PI;
     const narrow = Math.min(half, Math.atan(Math.tan(half) * shape));
-    this.distance = (0.47 * this.size) / Math.sin(narrow);
+    this.distance = (0.43 * this.size) / Math.sin(narrow);
     this.controls.target.copy(middle);
     this.camera.position.copy(middle).addScaledVector(EYE, this.distance);
     this.camera.near = 0.01 * this.distance;

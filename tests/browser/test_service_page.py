@@ -1,0 +1,264 @@
+"""The service's page in a real browser, as somebody uses it who has never seen it: one server and one browser for the whole story."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import re
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.browser.devtools import CHROMIUM
+
+pytest.importorskip("nicegui", reason="needs the service's extra")
+playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright to drive a browser")
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium to look at the page"),
+]
+
+LIMIT = 240_000
+"""ms that anything may take: many times what an idle machine needs."""
+
+FORMULA = "F loc1 & F loc2 & G(smoke -> carrying)"
+OPTIONS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"]
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Start a service on a free port of this machine, and return where it is."""
+    data = tmp_path_factory.mktemp("service") / "data"
+    command = [sys.executable, "-m", "ltlplan", "serve", "--port", "0", "--workers", "1", "--data", str(data)]
+    started = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env={**os.environ, "OMP_NUM_THREADS": "1"}
+    )
+    lines: queue.Queue[str] = queue.Queue()
+    reader = threading.Thread(target=lambda: [lines.put(line) for line in started.stdout or ()], daemon=True)
+    reader.start()
+    said = ""
+    try:
+        while not (found := re.search(r"http://127\.0\.0\.1:\d+", said)):
+            assert started.poll() is None, said
+            said += lines.get(timeout=LIMIT / 1000)
+        yield found.group()
+    finally:
+        started.terminate()
+        try:
+            started.wait(30)
+        except subprocess.TimeoutExpired:
+            started.kill()
+            started.wait()
+        reader.join(30)
+        assert started.stdout is not None
+        started.stdout.close()
+
+
+class Visitor:
+    """A browser's window that notes whom it asks and what goes wrong in it."""
+
+    def __init__(self, browser: Any, address: str, *, width: int = 1280, height: int = 800, dark: bool = False) -> None:
+        self.address = address
+        self.context = browser.new_context(
+            viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light", accept_downloads=True
+        )
+        self.context.set_default_timeout(LIMIT)
+        self.page = self.context.new_page()
+        self.elsewhere: list[str] = []
+        self.complaints: list[str] = []
+        self.page.on("request", self._asked)
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("console", lambda told: self.complaints.append(told.text) if told.type == "error" else None)
+
+    def _asked(self, request: Any) -> None:
+        if not request.url.startswith((self.address, "data:", "blob:")):
+            self.elsewhere.append(request.url)
+
+    def open(self, path: str) -> None:
+        """Open a page of the service."""
+        self.page.goto(self.address + path)
+
+    def wait(self, condition: str) -> None:
+        """Wait until a condition in JavaScript holds."""
+        self.page.wait_for_function(f"() => {condition}", timeout=LIMIT)
+
+    def said(self, place: str) -> str:
+        """Return the text of a place."""
+        return self.page.locator(place).first.inner_text()
+
+    def tab(self, name: str) -> None:
+        """Open a tab."""
+        self.page.get_by_role("tab", name=name, exact=True).click()
+
+    def write_formula(self, text: str) -> None:
+        """Write a formula where formulas are written."""
+        self.page.locator(".editor.line .cm-content").click()
+        self.page.keyboard.press("Control+a")
+        self.page.keyboard.insert_text(text)
+
+    def end(self) -> None:
+        """Close the window; it asked nobody else, and nothing went wrong in it."""
+        self.context.close()
+        assert self.elsewhere == []
+        assert self.complaints == []
+
+
+def test_a_mission_from_its_first_mistake_to_a_file_that_is_certified(address: str, tmp_path: Path) -> None:
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
+        visitor = Visitor(browser, address)
+        _a_mistake_is_underlined_and_mended(visitor)
+        _what_is_written_is_never_markup(visitor)
+        job = _stages_are_seen_as_they_go(visitor)
+        _the_flight_plays(visitor)
+        _the_tightest_claim_is_shown_where_it_is(visitor, job)
+        _a_recorded_flight_is_judged(visitor, job, tmp_path)
+        _files_are_taken_away_and_certified_again(visitor, job, tmp_path / "away")
+        _a_refusal_says_what_would_mend_it(visitor)
+        visitor.end()
+        _it_is_read_on_a_phone_in_the_dark(Visitor(browser, address, width=390, height=844, dark=True), job)
+        browser.close()
+
+
+def _a_mistake_is_underlined_and_mended(visitor: Visitor) -> None:
+    visitor.open("/")
+    visitor.wait("document.querySelector('.state')?.textContent.includes('No faults')")
+    assert visitor.page.locator(".words li").all_inner_texts()[2] == "Always: if in smoke, then carrying."
+    assert visitor.page.locator("svg.automaton").count() == 3
+    visitor.write_formula("F lok1 & F loc2 & G(smoke -> carrying)")
+    visitor.wait("document.querySelectorAll('.fault').length === 2")
+    assert visitor.page.locator(".fault").all_inner_texts() == ["lok1", "lok1"], "in the mission and in the formula"
+    assert "Did you mean 'loc1'?" in visitor.said(".fault-line")
+    assert visitor.page.get_by_role("button", name="Plan it").is_disabled()
+    visitor.write_formula("F lo")
+    visitor.page.keyboard.type("c")
+    visitor.page.wait_for_selector(".cm-tooltip-autocomplete")
+    assert "loc1hoop" in visitor.said(".cm-tooltip-autocomplete").replace("\n", "")
+    visitor.page.keyboard.press("Escape")
+    visitor.write_formula(FORMULA)
+    visitor.wait("document.querySelector('.state').textContent.includes('No faults') && !document.querySelector('.fault')")
+
+
+def _what_is_written_is_never_markup(visitor: Visitor) -> None:
+    visitor.page.evaluate(
+        """() => {
+          const view = document.querySelector(".editor:not(.line)").editorView, text = view.state.doc.toString();
+          const at = text.indexOf("name: firefighting") + 6;
+          view.dispatch({ changes: { from: at, to: at + 12, insert: "<script>document.title = 'mine'</script><img src=x onerror=alert(1)>" } });
+        }"""
+    )
+    visitor.page.wait_for_selector(".fault-line")
+    assert "<script>" in visitor.said(".fault-line")
+    assert visitor.page.locator(".page img, .page script").count() == 0
+    assert visitor.page.title() == "ltlplan"
+    visitor.page.get_by_role("button", name="firefighting", exact=True).click()
+    visitor.wait("document.querySelector('.state').textContent.includes('No faults: firefighting')")
+
+
+def _stages_are_seen_as_they_go(visitor: Visitor) -> str:
+    visitor.page.get_by_role("button", name="Plan it").click()
+    visitor.page.wait_for_selector('[data-stage="plan"]')
+    for stage in ("plan", "round 1", "flight", "files"):
+        visitor.page.wait_for_selector(f'[data-stage="{stage}"].done')
+    assert "waterF [no_water -> carrying] smokeF loc2F" in visitor.said('[data-stage="plan"]')
+    assert "All 49 claims are proved" in visitor.said('[data-stage="round 1"]')
+    visitor.page.wait_for_selector('[role=status][data-state="done"]')
+    found = re.search(r"/jobs/([0-9a-f]+-\d+)/plan$", visitor.page.url)
+    assert found, visitor.page.url
+    return found[1]
+
+
+def _the_flight_plays(visitor: Visitor) -> None:
+    visitor.page.get_by_role("button", name="Watch it").click()
+    visitor.page.wait_for_selector(".flight[data-ready=yes] .holder[data-drawn=yes]")
+    now = "Number(document.querySelector('.clock').value)"
+    assert visitor.page.locator(".todo b").all_inner_texts() == ["open", "open", "kept so far"]
+    visitor.page.keyboard.press("+")
+    assert visitor.page.locator(".speed").input_value() == "2"
+    visitor.page.keyboard.press("Space")
+    visitor.wait(f"{now} > 0.3")
+    visitor.page.keyboard.press("Space")
+    stopped = visitor.page.evaluate(now)
+    visitor.page.keyboard.press("ArrowRight")
+    assert visitor.page.evaluate(now) == pytest.approx(stopped + 0.25, abs=0.02)
+    visitor.page.keyboard.press("End")
+    visitor.wait("document.querySelector('.todo').textContent.includes('done') && !document.querySelector('.todo .open')")
+    assert visitor.page.locator(".automata .node.accepting.here").count() == 3
+    visitor.page.keyboard.press("Home")
+    assert visitor.page.evaluate(now) == 0
+
+
+def _the_tightest_claim_is_shown_where_it_is(visitor: Visitor, job: str) -> None:
+    claims = visitor.page.request.get(f"{visitor.address}/api/jobs/{job}/files/watch.json").json()["claims"]
+    tightest = min((claim for claim in claims if claim["name"] == "rims"), key=lambda claim: claim["room"])
+    visitor.tab("Trust")
+    visitor.page.locator(".claim", has_text="rims").click()
+    assert tightest["sentence"] in visitor.said(".claims .sentence")
+    clock = float(visitor.page.locator(".clock").input_value())
+    assert clock == pytest.approx(tightest["time"], abs=0.01)
+    visitor.page.wait_for_selector(".tag3d.callout")
+    assert visitor.page.locator(".tag3d.ring").count() == 1
+
+
+def _a_recorded_flight_is_judged(visitor: Visitor, job: str, folder: Path) -> None:
+    log = folder / "flight.csv"
+    log.write_bytes(visitor.page.request.get(f"{visitor.address}/api/jobs/{job}/files/flight.csv").body())
+    visitor.tab("Judge")
+    visitor.page.locator(".judging input[type=file]").set_input_files(log)
+    visitor.wait("document.querySelector('.judging .sentence').textContent.startsWith('flight.csv: ')")
+    assert visitor.said(".judging .sentence").startswith("flight.csv: "), visitor.said(".judging .sentence")
+    visitor.page.wait_for_selector(".flight[data-view=judge] .claim")
+    assert visitor.page.locator(".flight .verdict").first.is_visible()
+
+
+def _files_are_taken_away_and_certified_again(visitor: Visitor, job: str, folder: Path) -> None:
+    folder.mkdir()
+    visitor.tab("Take away")
+    for name in ("mission.yaml", "plan.json", "quad0.csv", "quad1.csv", "quad2.csv"):
+        with visitor.page.expect_download() as coming:
+            visitor.page.get_by_role("link", name=name, exact=True).click()
+        coming.value.save_as(folder / name)
+    done = subprocess.run(
+        [sys.executable, "-m", "ltlplan", "certify", str(folder), "--json"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    certificate = visitor.page.request.get(f"{visitor.address}/api/jobs/{job}/certificate").json()
+    assert json.loads(done.stdout)["trajectories"] == certificate["trajectories"]
+    report = visitor.page.request.get(f"{visitor.address}/api/jobs/{job}/report")
+    assert len(report.body()) <= 2_000_000
+    assert visitor.page.get_by_role("link", name=f"/jobs/{job}").is_visible()
+
+
+def _a_refusal_says_what_would_mend_it(visitor: Visitor) -> None:
+    visitor.tab("Write")
+    visitor.write_formula("F loc2 & G !smoke")
+    visitor.wait("document.querySelector('.words').textContent.includes('not in smoke')")
+    visitor.page.get_by_role("button", name="Plan it").click()
+    visitor.page.wait_for_selector('[role=status][data-state="failed"]')
+    assert "`F loc2` and `G !smoke` cannot hold together." in visitor.said(".job .words-of-command")
+    visitor.page.get_by_role("button", name="What would mend it").click()
+    assert visitor.page.locator(".conflict code").all_inner_texts() == ["F loc2", "G !smoke"]
+    visitor.page.get_by_role("button", name="Leave out G !smoke").click()
+    visitor.wait("document.querySelector('.words').textContent === 'At some time in loc2.'")
+    visitor.wait("document.querySelector('.editor.line').editorView.state.doc.toString() === 'F loc2'")
+
+
+def _it_is_read_on_a_phone_in_the_dark(visitor: Visitor, job: str) -> None:
+    for path in ("/", f"/jobs/{job}/plan", f"/jobs/{job}/watch", f"/jobs/{job}/trust", f"/jobs/{job}/take-away"):
+        visitor.open(path)
+        visitor.page.wait_for_selector("[role=tab][aria-selected=true]")
+        if path.endswith("watch"):
+            visitor.page.wait_for_selector(".flight[data-ready=yes] .holder[data-drawn=yes]")
+        assert visitor.page.evaluate("document.documentElement.scrollWidth") <= 390, path
+    ink, paper = visitor.page.evaluate(
+        "[getComputedStyle(document.body).color, getComputedStyle(document.body).backgroundColor]"
+    )
+    assert sum(map(int, re.findall(r"\d+", ink)[:3])) > sum(map(int, re.findall(r"\d+", paper)[:3])) + 300
+    visitor.end()
