@@ -13,8 +13,10 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.basedatatypes import BaseTraceType
+from scipy.spatial import ConvexHull
 
 from verify.data.shapes.inequalities import surface
+from verify.data.shapes.measures import outline
 from verify.data.shapes.region import Hoop, Region
 
 Floats = NDArray[np.float64]
@@ -32,11 +34,23 @@ def region_shapes(name: str, region: Region, colour: str) -> list[BaseTraceType]
         colour: As CSS has it.
     """
     rim: list[BaseTraceType] = [_ring(name, region, colour)] if isinstance(region, Hoop) else []
-    return [_body(name, region, colour), _name_above(name, region), *rim]
+    bodies = [_body(name, region, colour)] if region.is_ellipsoid else _parts(name, region, colour)
+    return [*bodies, _name_above(name, region), *rim]
+
+
+def _parts(name: str, region: Region, colour: str) -> list[BaseTraceType]:
+    """A translucent body for each convex part of a region of another shape."""
+    drawn: list[BaseTraceType] = []
+    for part in region.measures.parts:
+        corners = outline(part)
+        hull = ConvexHull(corners, qhull_options="QJ")
+        i, j, k = (column.tolist() for column in hull.simplices.T)
+        drawn.append(_mesh(corners + np.array(region.center), (i, j, k), name, colour, group=name, opacity=0.28))
+    return drawn
 
 
 def _body(name: str, region: Region, colour: str) -> go.Mesh3d:
-    """A translucent body: an ellipsoid by its radii and yaw, any other shape by where rays from its centre leave it."""
+    """A translucent ellipsoid, by its radii and yaw or by where rays from its centre leave it."""
     azimuth, polar = np.meshgrid(np.linspace(0, 2 * np.pi, 25)[:-1], np.linspace(0, np.pi, 13))
     ways = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1).reshape(-1, 3)
     own = surface(region.body, ways) if region.radii is None else (ways * region.radii) @ _turn_z(region.yaw).T

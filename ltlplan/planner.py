@@ -40,9 +40,6 @@ def make_plan(
         Infeasible: A word exists, but no way between the hoops was found.
     """
     mission = with_seed(mission, seed)
-    for region, body in mission.all_regions.items():
-        if not body.is_ellipsoid:
-            raise BadInput(f"'{region}' is no ellipsoid; other shapes are judged, and not planned in this version.")
     say, rng = progress or silent, np.random.default_rng(mission.planner.seed)
     if mission.passages is not None:
         from ltlplan.paths.nominal import nominal_sequence

@@ -1,7 +1,7 @@
 """What a leg of the path must stay out of, as convex bodies with separating planes.
 
-Two bodies are enough: an ellipsoid (a region that the word does not allow, grown by the margin; the place where another
-robot hovers) and a ring's disc (rim and opening, grown by the margin and the vehicle's radius). A plane between a straight
+These are an ellipsoid (a region that the word does not allow, grown by the margin; the place where another robot hovers), a
+convex part of a region of another shape, likewise, and a ring's disc (rim and opening, grown by the margin and the vehicle's radius). A plane between a straight
 leg and a convex body keeps the leg's whole curve outside once all its Bernstein points are on the far side.
 """
 
@@ -13,6 +13,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from verify.data.shapes.measures import Solid, solids
 from verify.data.shapes.region import Hoop, Region
 
 Floats = NDArray[np.float64]
@@ -149,11 +150,108 @@ class Disc:
         return Plane(normal, float(normal @ nearest) + self.growth)
 
 
-Obstacle = Ball | Disc
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A convex part of a region, grown: faces and quadrics moved outwards.
+
+    Attributes:
+        name: What it stands for, in messages.
+        centre: Of the region, m. Shape (3,).
+        solid: The part, grown, around the centre.
+    """
+
+    name: str
+    centre: Floats
+    solid: Solid
+
+    @cached_property
+    def reach(self) -> float:
+        """How far its points are from its centre at most, in m."""
+        return float(np.linalg.norm(self.solid.corners, axis=1).max())
+
+    def signed_distance(self, points: Floats) -> Floats:
+        """Return how far points are outside, in m (a lower bound of the distance), negative inside. Shape (..., 3) to (...)."""
+        offset = points - self.centre
+        return -self.solid.body.depths(offset.reshape(-1, 3)).reshape(offset.shape[:-1])
+
+    def meets(self, a: Floats, b: Floats) -> bool:
+        """Tell whether the segment a b has no plane between it and the body."""
+        return self.plane(a, b) is None
+
+    def grown(self, by: float) -> Part:
+        """Return it grown by `by` m more."""
+        return replace(self, solid=Solid.of(self.solid.body.grown(by)))
+
+    def plane(self, a: Floats, b: Floats) -> Plane | None:
+        """Return a plane with the body on one side and the segment a b on the other; None where they meet."""
+        ends = np.stack([a, b]) - self.centre
+        across = np.cross(self.solid.edges, b - a) if len(self.solid.edges) else np.zeros((0, 3))
+        sizes = np.linalg.norm(across, axis=1)
+        ways = across[sizes > 1e-9] / sizes[sizes > 1e-9, None]
+        gap, normal = self.solid.beside(ends, np.concatenate([ways, -ways]))
+        if gap <= 0.0:
+            return None
+        return Plane(normal, float(np.min(ends @ normal)) - gap + float(normal @ self.centre))
 
 
-def grown_region(name: str, region: Region, margin: float) -> Ball:
-    """Return the ellipsoid outside of which a point cannot be in the region within `margin` (scaled by 1 + margin / min radius).
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """A region of several parts, grown.
+
+    Attributes:
+        name: What it stands for, in messages.
+        centre: m. Shape (3,).
+        parts: Each convex.
+    """
+
+    name: str
+    centre: Floats
+    parts: tuple[Part, ...]
+
+    @cached_property
+    def reach(self) -> float:
+        """How far its points are from its centre at most, in m."""
+        return max(part.reach for part in self.parts)
+
+    def signed_distance(self, points: Floats) -> Floats:
+        """Return how far points are outside, in m (a lower bound of the distance), negative inside. Shape (..., 3) to (...)."""
+        return np.min([part.signed_distance(points) for part in self.parts], axis=0)
+
+    def meets(self, a: Floats, b: Floats) -> bool:
+        """Tell whether the segment a b has no plane between it and one of the parts."""
+        return any(part.meets(a, b) for part in self.parts)
+
+    def grown(self, by: float) -> Parts:
+        """Return it grown by `by` m more."""
+        return replace(self, parts=tuple(part.grown(by) for part in self.parts))
+
+
+Obstacle = Ball | Disc | Part
+GrownRegion = Ball | Part | Parts
+
+
+def convex_parts(body: GrownRegion) -> tuple[Ball | Part, ...]:
+    """Return the convex bodies that a region is made of: each has a plane of its own."""
+    return body.parts if isinstance(body, Parts) else (body,)
+
+
+def grown_region(name: str, region: Region, margin: float) -> GrownRegion:
+    """Return the body outside of which a point cannot be in the region within `margin`.
+
+    Args:
+        name: What it is called in messages.
+        region: Of any shape; an ellipsoid is scaled by 1 + margin / its least radius.
+        margin: m.
+    """
+    if region.is_ellipsoid:
+        return grown_ellipsoid(name, region, margin)
+    centre = np.array(region.center)
+    parts = tuple(Part(name, centre, solid) for solid in solids(region.body, margin))
+    return parts[0] if len(parts) == 1 else Parts(name, centre, parts)
+
+
+def grown_ellipsoid(name: str, region: Region, margin: float) -> Ball:
+    """Return an ellipsoid scaled by 1 + margin / its least radius.
 
     Args:
         name: What it is called in messages.

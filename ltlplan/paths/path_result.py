@@ -170,5 +170,4 @@ def _middle(obstacle: Obstacle, times: Floats, path: Floats, *, through: bool) -
 
 
 def _level(obstacle: Obstacle, path: Floats) -> Floats:
-    offset = path - obstacle.centre
-    return np.einsum("ni,ij,nj->n", offset, obstacle.matrix, offset)
+    return obstacle.levels(path - obstacle.centre)

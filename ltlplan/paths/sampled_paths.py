@@ -77,8 +77,10 @@ def label(mission: Mission, positions: Floats, *, grow: float = 0.0) -> Labels:
     centres = np.array([region.center for region in regions]).reshape(-1, 3)
     levels = np.array([scaled_level(region.inner_radius, grow) for region in regions])
     reach = np.array([region.outer_radius for region in regions]) * np.sqrt(levels)
+    shapes = [region.shape if region.is_ellipsoid else None for region in regions]
     for start, i, index, offset in samples_near(positions, centres, reach):
-        inside = index[ellipsoid_level(regions[i].shape, offset) <= levels[i]]
+        level = ellipsoid_level(shapes[i], offset) if regions[i].is_ellipsoid else regions[i].measures.levels(offset.T)
+        inside = index[level <= levels[i]]
         flat[start + inside] |= 1 << i
     return Labels(codes, names)
 

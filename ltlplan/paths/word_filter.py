@@ -71,7 +71,7 @@ class WordFilter:
         for start, k, index, offset in samples_near(positions, centres, reach):
             i = bodies[k]
             body, obstacle = self._bodies[i], self._bodies[i].obstacle
-            level = ellipsoid_level(obstacle.matrix, offset)
+            level = ellipsoid_level(obstacle.matrix, offset) if obstacle.measures is None else obstacle.levels(offset.T)
             along = None if obstacle.normal is None else obstacle.normal @ offset
             at = start + index
             if body.weight:

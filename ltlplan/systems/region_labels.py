@@ -19,7 +19,15 @@ from numpy.typing import NDArray
 
 from verify.data import Letter, Mission
 from verify.data.shapes.inequalities import Point
-from verify.data.shapes.region import Hoop, Region
+from verify.data.shapes.measures import widest_gap
+from verify.data.shapes.region import Hoop, Region, ellipsoid_matrices
+
+Floats = NDArray[np.float64]
+
+_SAMPLES = 1001
+"""Places on a way at which the border of a region is looked for, where no formula gives it."""
+_GAP = 1e-9
+"""m; regions that are not farther from each other than this may have a point in common."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +55,8 @@ class Layout:
         every = list(self.regions.values())
         self._names = list(self.regions)
         self._centres = np.array([region.center for region in every]).reshape(-1, 3)
-        self._shapes = np.array([region.shape for region in every]).reshape(-1, 3, 3)
+        self._shapes = ellipsoid_matrices(every)
+        self._others = [k for k, region in enumerate(every) if not region.is_ellipsoid]
         self._least = np.array([region.inner_radius for region in every])
         self._greatest = np.array([region.outer_radius for region in every])
 
@@ -73,6 +82,8 @@ class Layout:
         """Return which regions hold a point."""
         offsets = np.array(point) - self._centres
         levels = np.sqrt(np.maximum(np.einsum("ni,nij,nj->n", offsets, self._shapes, offsets), 0.0))
+        for k in self._others:
+            levels[k] = math.sqrt(float(self.regions[self._names[k]].level(np.array(point))))
         clear = bool(np.all(np.abs(levels - 1) * self._least > self.slack))
         return Location(point, self.outermost_first(self._names[k] for k in np.flatnonzero(levels <= 1)), clear)
 
@@ -115,6 +126,7 @@ class Layout:
                 return None
             borders.append((*found, name))
         borders.sort()
+        borders = self._straight_on(borders, current)
         if any(later[0] <= earlier[1] for earlier, later in itertools.pairwise(borders)):
             return None
         letters = [current]
@@ -123,11 +135,32 @@ class Layout:
             letters.append(current)
         return tuple(letters)
 
+    def _straight_on(self, borders: list[tuple[float, float, str]], start: frozenset[str]) -> list[tuple[float, float, str]]:
+        """Put the borders of two regions that share a wall one after the other where a way leads straight from one into the other.
+
+        At the wall the way shows both names for an instant: the region that is entered is so before the other one is left.
+        """
+        ordered = list(borders)
+        for k, (earlier, later) in enumerate(itertools.pairwise(borders)):
+            (low, high, one), (_, end, other) = earlier, later
+            inside = {one, other} & start
+            if later[0] > high or len(inside) != 1 or other not in self.neighbours[one]:
+                continue
+            if any(self.regions[name].is_ellipsoid for name in (one, other)):
+                continue
+            (left,) = inside
+            entered, middle = other if left == one else one, (low + max(high, end)) / 2
+            ordered[k], ordered[k + 1] = (low, math.nextafter(middle, 0.0), entered), (middle, max(high, end), left)
+        return ordered
+
     def _border(self, name: str, start: Point, end: Point) -> tuple[float, float] | None:
         """Return where, as shares of the way, a region's border may be met: between its scalings by the margin."""
         region = self.regions[name]
         outwards = float(region.level(np.array(start))) < 1
         here, there = (start, end) if outwards else (end, start)  # now the way leads out of the region
+        if not region.is_ellipsoid:
+            found = self._crossing(region, np.array(here), np.array(there))
+            return found if outwards or found is None else (1 - found[1], 1 - found[0])
         offset, step = np.array(here) - np.array(region.center), np.array(there) - np.array(here)
         a = float(step @ region.shape @ step)
         b = float(offset @ region.shape @ step)
@@ -144,13 +177,25 @@ class Layout:
             return None
         return (low, high) if outwards else (1 - high, 1 - low)
 
+    def _crossing(self, region: Region, here: Floats, there: Floats) -> tuple[float, float] | None:
+        """Return where a way out of a region of any shape may meet its border, as shares of the way, one sample to spare."""
+        shares = np.linspace(0.0, 1.0, _SAMPLES)
+        levels = np.sqrt(region.level(here + shares[:, None] * (there - here)))
+        slack = self.slack / region.inner_radius
+        within, beyond = np.flatnonzero(levels > 1 - slack), np.flatnonzero(levels < 1 + slack)
+        if not len(within) or within[0] == 0 or not len(beyond) or beyond[-1] == _SAMPLES - 1:
+            return None
+        return float(shares[within[0] - 1]), float(shares[beyond[-1] + 1])
+
     def _size(self, name: str) -> float:
-        return math.prod(self.regions[name].semi_axes)
+        return self.regions[name].volume
 
 
 def apart(one: Region, other: Region) -> bool:
-    """Tell whether two ellipsoids have no common point for sure."""
+    """Tell whether two regions have no common point for sure."""
     between = np.array(other.center) - np.array(one.center)
+    if not (one.is_ellipsoid and other.is_ellipsoid):
+        return widest_gap(one.body, other.body, between) > _GAP
     distance = float(np.linalg.norm(between))
     if distance > (one.outer_radius + other.outer_radius) * (1 + 1e-9):
         return True

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.bodies import Ball, Obstacle, blocking, within
+from refine.bodies import Ball, GrownRegion, Obstacle, blocking, convex_parts, within
 from refine.corridor.legs import Space, TimedWaypoint, refused, show
 from refine.corridor.roadmap import way_around
 
@@ -20,6 +20,8 @@ _BESIDE = 0.05
 """m by which a detour passes clear of what it goes around."""
 _REACH = np.arange(1, 61) * 0.05
 _EXITS = 6
+_STEPS = 101
+"""Places along a direction at which it is looked for where a region is left, where no formula gives it."""
 _TURNS = np.arange(64) + 0.5
 _DIRECTIONS = np.stack(
     [
@@ -43,8 +45,8 @@ class Barriers:
     """
 
     obstacles: tuple[Obstacle, ...]
-    left: tuple[Ball, ...]
-    entered: tuple[Ball, ...]
+    left: tuple[GrownRegion, ...]
+    entered: tuple[GrownRegion, ...]
 
 
 def detour(
@@ -73,7 +75,7 @@ def detour(
     legs = None if around is None else _without_return([a, *around, b], barriers)
     if legs is not None:
         return legs
-    everything = (*obstacles, *left, *entered)
+    everything = (*obstacles, *(part for region in (*left, *entered) for part in convex_parts(region)))
     exits = _outside(a, b, left, obstacles, low, high) if left else [a]
     entries = _outside(b, a, entered, obstacles, low, high) if entered else [b]
     for p, q in itertools.product(exits, entries) if left or entered else ():
@@ -105,16 +107,19 @@ def _without_return(nodes: list[Floats], barriers: Barriers) -> list[tuple[Float
         if not all(meets[:legs]) or not all(inside[:legs]):
             return None
         out = range(legs, last) if region in left else range(last - legs)
-        bodies = [(*body, region) if leg in out else body for leg, body in enumerate(bodies)]
+        bodies = [(*body, *convex_parts(region)) if leg in out else body for leg, body in enumerate(bodies)]
     return list(zip(nodes[1:], bodies, strict=True))
 
 
 def _outside(
-    point: Floats, other: Floats, regions: tuple[Ball, ...], obstacles: tuple[Obstacle, ...], low: Floats, high: Floats
+    point: Floats, other: Floats, regions: tuple[GrownRegion, ...], obstacles: tuple[Obstacle, ...], low: Floats, high: Floats
 ) -> list[Floats]:
     """Return places just outside the regions around a point, to which straight legs are free: the ones on the way first."""
     reach = np.zeros(len(_DIRECTIONS))
     for region in regions:  # where |root (point + t direction - centre)| = 1
+        if not isinstance(region, Ball):
+            reach = np.maximum(reach, _left_at(point, region))
+            continue
         step, offset = _DIRECTIONS @ region.root.T, region.root @ (point - region.centre)
         square, along = np.sum(step**2, axis=1), step @ offset
         reach = np.maximum(reach, (np.sqrt(along**2 + square * (1.0 - offset @ offset)) - along) / square)
@@ -125,6 +130,14 @@ def _outside(
     lengths = np.linalg.norm(places - point, axis=1) + np.linalg.norm(places - other, axis=1)
     order = [int(k) for k in np.argsort(lengths, kind="stable") if clear[k]]
     return [places[k] for k in order if blocking(point, places[k], obstacles) is None][:_EXITS]
+
+
+def _left_at(point: Floats, region: GrownRegion) -> Floats:
+    """Return how far along each direction a region is left for good, m; a step more than needed at most."""
+    far = np.linspace(0.0, float(np.linalg.norm(point - region.centre)) + region.reach, _STEPS)
+    inside = region.signed_distance(point + far[:, None, None] * _DIRECTIONS) <= 0.0
+    last = _STEPS - 1 - np.argmax(inside[::-1], axis=0)
+    return np.where(inside.any(axis=0), far[np.minimum(last + 1, _STEPS - 1)], 0.0)
 
 
 def _around(

@@ -18,6 +18,7 @@ from refine.limits.usage import shares_used
 from refine.limits.values import Limits
 from refine.spline.values import Spline
 from verify.data import Mission, RobotPlan
+from verify.data.shapes.measures import widest_gap
 from verify.data.shapes.region import Region
 
 Floats = NDArray[np.float64]
@@ -188,6 +189,9 @@ def _apart_before(mission: Mission, robot: RobotPlan, visit: int, earlier: Itera
 
 def _apart(region: Region, other: Region, margin: float) -> bool:
     """Tell whether a plane is found between two regions, both grown by the margin."""
+    if not (region.is_ellipsoid and other.is_ellipsoid):
+        between = np.array(other.center) - np.array(region.center)
+        return widest_gap(region.body, other.body, between) > 2.0 * margin
     spreads = [np.linalg.inv(r.shape) * (1.0 + margin / r.inner_radius) ** 2 for r in (region, other)]
     between = np.array(other.center) - np.array(region.center)
     normal = between

@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.bodies import Ball, Disc, Obstacle, grown_region, ring, within
+from refine.bodies import Ball, Disc, GrownRegion, Obstacle, Part, Parts, convex_parts, grown_region, ring, within
 from verify.data import Infeasible, Mission, RobotPlan, Witness
 from verify.data.plan import Role, Waypoint
 from verify.data.rules.passage_room import room_in_opening, room_in_region
@@ -16,7 +16,7 @@ from verify.data.rules.spacing import ROUNDING
 from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
-Body = TypeVar("Body", Ball, Disc)
+Body = TypeVar("Body", Ball, Disc, Part, Parts)
 
 CLEARANCE = 1e-3
 """m kept on top of the margin, so that rounding and engine tolerances cannot use the margin up."""
@@ -66,7 +66,7 @@ class TimedWaypoint:
 class Bodies:
     """Regions and rings grown by the margin (rings by the vehicle's radius too), by name."""
 
-    regions: dict[str, Ball]
+    regions: dict[str, GrownRegion]
     rings: dict[str, Disc]
 
 
@@ -146,7 +146,7 @@ def leg_between(space: Space, robot: RobotPlan, here: TimedWaypoint, there: Time
     near = set(within(regions, ends.min(axis=0) - clearance, ends.max(axis=0) + clearance))
     for index, (region, grown) in enumerate(bodies.regions.items()):
         if index not in near and region != passing:
-            obstacles.append(grown)
+            obstacles += convex_parts(grown)
             continue
         body = trimmed(grown, ends, clearance)
         inside = body.signed_distance(ends) <= 0.0
@@ -161,7 +161,7 @@ def leg_between(space: Space, robot: RobotPlan, here: TimedWaypoint, there: Time
                 stop,
                 f"{name}: waypoint {show(stop.position)} lies within the margin of '{region}', which is not visited there.",
             )
-        obstacles.append(body)
+        obstacles += convex_parts(body)
     obstacles += [trimmed(disc, ends, clearance) for hoop, disc in bodies.rings.items() if hoop != passing]
     obstacles += [
         body for body in (trimmed(place, ends, HOVERING) for place in extra) if np.all(body.signed_distance(ends) > 0.0)

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.bodies import Ball, grown_region
+from refine.bodies import Ball, grown_ellipsoid
 from refine.corridor.approach import through_approach_corridors
 from refine.corridor.legs import (
     CLEARANCE,
@@ -201,7 +201,9 @@ def visit_room(mission: Mission, robot: RobotPlan, stop: TimedWaypoint, clearanc
     if hoop is None:
         if stop.role not in ("centre", "via") or inner <= 0.0:
             return None
-        whole = grown_region(stop.region, region, 0.0)
+        if not region.is_ellipsoid:
+            return _ball_inside(mission, stop, region)
+        whole = grown_ellipsoid(stop.region, region, 0.0)
         return replace(whole, root=whole.root / inner)
     if not through or stop.role not in PASSAGE:
         return None
@@ -214,6 +216,13 @@ def visit_room(mission: Mission, robot: RobotPlan, stop: TimedWaypoint, clearanc
     along = np.outer(normal, normal)
     foot = centre + along @ (stop.position - centre)
     return Ball(stop.region, foot, (np.eye(3) - along) / radius + along / _ACROSS)
+
+
+def _ball_inside(mission: Mission, stop: TimedWaypoint, region: Region) -> Ball | None:
+    """Return a ball around a visit's point in which all of it is deep enough in a region of any shape; None where none is left."""
+    deep = float(region.measures.depths((stop.position - np.array(region.center))[None])[0])
+    radius = DEEP * (deep - mission.margin - CLEARANCE)
+    return None if radius <= 0.0 else Ball(stop.region or "", stop.position, np.eye(3) / radius)
 
 
 def _deep_enough(mission: Mission, name: str, region_name: str, region: Region, position: Floats) -> Floats:
@@ -230,4 +239,5 @@ def _deep_enough(mission: Mission, name: str, region_name: str, region: Region, 
     if level <= depth:
         return position
     centre = np.array(region.center)
-    return centre + (position - centre) * depth / level
+    moved = centre + (position - centre) * depth / level
+    return moved if region.is_ellipsoid or region.level(moved) <= (1 + 1e-9) * depth**2 else centre

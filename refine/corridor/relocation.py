@@ -9,13 +9,15 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.bodies import Ball, Obstacle, grown_region, keep_out
+from refine.bodies import Ball, Disc, GrownRegion, grown_ellipsoid, keep_out
 from refine.corridor.legs import CLEARANCE, bodies_of, leads_to
 from refine.corridor.planned import DEEP
 from verify.data import Mission, Plan, RobotPlan, Waypoint
+from verify.data.shapes.region import Region
 
 Floats = NDArray[np.float64]
 
+_UNIT_BOX = np.array(list(itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3)))
 _UNIT_BALL = np.array([p for p in itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3) if np.linalg.norm(p) <= 1.0])
 
 
@@ -143,8 +145,8 @@ def _places(mission: Mission, robot: RobotPlan, waypoint: Waypoint, taken: tuple
         return np.zeros((0, 3))
     grow = mission.margin + CLEARANCE
     grown = bodies_of(mission, CLEARANCE)
-    bodies: dict[str, Obstacle] = {**grown.regions, **{disc.name: disc for disc in grown.rings.values()}}
-    cloud = np.array(region.center) + inner * _UNIT_BALL @ np.linalg.inv(grown_region("", region, 0.0).root)
+    bodies: dict[str, GrownRegion | Disc] = {**grown.regions, **{disc.name: disc for disc in grown.rings.values()}}
+    cloud = np.array(region.center) + _cloud(region, inner)
     points = np.concatenate([np.array(waypoint.position)[None], cloud])
     free = np.all(
         (points >= np.array(mission.workspace.min) + grow) & (points <= np.array(mission.workspace.max) - grow), axis=1
@@ -157,3 +159,11 @@ def _places(mission: Mission, robot: RobotPlan, waypoint: Waypoint, taken: tuple
         if clear.any():
             return points[clear]
     return np.zeros((0, 3))
+
+
+def _cloud(region: Region, inner: float) -> Floats:
+    """Return points of a region around its centre, down to a share of its depth. Shape (points, 3)."""
+    if region.is_ellipsoid:
+        return inner * _UNIT_BALL @ np.linalg.inv(grown_ellipsoid("", region, 0.0).root)
+    grid = _UNIT_BOX * region.half_lengths
+    return grid[region.level(np.array(region.center) + grid) <= inner**2]

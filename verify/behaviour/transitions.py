@@ -19,7 +19,7 @@ from verify.data.sections import Environment
 from verify.logic.progression import OutOfBudget
 from verify.logic.verdict import Verdict
 
-_State = tuple[int, str, str]  # node, vertex of E, internal state
+_State = tuple[int, frozenset[str], str]  # node, vertices of E that the robot may be taken to be at, internal state
 
 
 def judge_transitions(mission: Mission, timelines: Mapping[str, Timeline], relations: Relations) -> list[Verdict]:
@@ -120,33 +120,42 @@ class _Search:
     def _begin(self) -> dict[_State, _State | None]:
         internal = self.mission.initial_internal(self.robot.robot)
         return {
-            (node, vertex, internal): None
+            (node, frozenset({vertex}), internal): None
             for node in self.robot.initial
             for vertex in sorted(self.regions[node]) or [self.before]
         }
 
     def _moves(self, state: _State) -> Iterator[tuple[_Fault | None, _State]]:
-        node, vertex, internal = state
+        node, vertices, internal = state
         for target in self.robot.following[node]:
             entered = self.regions[target] - self.regions[node]
             done = 0 if (node, target) in self.robot.laps else self.robot.actions[target] - self.robot.actions[node]
             if len(entered) + done > 1:
                 continue  # the same in single steps is followed as well
             fault: _Fault | None = None
-            after = (target, vertex, internal)
+            after = (target, vertices | self._gone_back(state, target), internal)
             if entered:
                 region = next(iter(entered))
                 fault = self._entry(state, region)
-                after = (target, region, internal)
+                after = (target, frozenset({region}), internal)
             elif done:
                 fault, reached = self._action(self.robot.actions[node], node, target, internal)
-                after = (target, vertex, reached)
+                after = (target, vertices, reached)
             yield fault, after
 
+    def _gone_back(self, state: _State, target: int) -> frozenset[str]:
+        """Return the regions that a robot still is in and has gone back to along an edge, by leaving the region that it came to last."""
+        node, vertices, _ = state
+        left = vertices & (self.regions[node] - self.regions[target])
+        if self.edges is None or not left:
+            return frozenset()
+        return frozenset(region for region in self.regions[target] for vertex in left if region in self.edges.get(vertex, ()))
+
     def _entry(self, state: _State, region: str) -> _Fault | None:
-        node, vertex, _ = state
-        if self.edges is None or region == vertex or region in self.edges.get(vertex, ()):
+        node, vertices, _ = state
+        if self.edges is None or any(region == vertex or region in self.edges.get(vertex, ()) for vertex in vertices):
             return None
+        vertex = min(vertices, key=lambda name: (name not in self.regions[node], name))
         before = f"its start ({vertex})" if vertex == self.start else vertex
         reachable = sorted(self.edges.get(vertex, ()))
         sentence = f"{self.robot.robot} can enter {region} straight from {before}, which no edge of the environment joins"

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from verify.data.mission import Mission
 from verify.data.rules.passage_room import room_in_opening, room_in_region
+from verify.data.shapes.measures import ConvexBody, Measures
 from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
@@ -24,6 +25,8 @@ Kind = Literal["region", "ring", "plane", "again", "workspace"]
 
 _DEGREE = 14  # of a squared distance along a piece of degree 7
 _HALVINGS = 14
+_STEPS = 401
+"""Places on a line at which a region's level is looked at, where no formula gives it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +53,7 @@ class Obstacle:
 
     Attributes:
         centre: m. Shape (3,).
-        matrix: The ellipsoid's. Shape (3, 3).
+        matrix: The ellipsoid's; of another shape zero. Shape (3, 3).
         level: Points outside have a level above this one.
         normal: Of the ring, where there is one. Shape (3,).
         height: m; the ring with its clearance fills |x| <= height along the normal.
@@ -58,6 +61,8 @@ class Obstacle:
         inner: m; points nearer to the axis than this pass through the opening, and are in the region meanwhile.
         near: m; a path that stays on one side of the opening keeps this far from it.
         reach: m; points farther from the centre than this are clear of all of it.
+        measures: Of a region of another shape; None of an ellipsoid.
+        grown: Its parts, larger by what is kept from it.
     """
 
     name: str
@@ -70,6 +75,8 @@ class Obstacle:
     inner: float = 0.0
     near: float = 0.0
     reach: float = np.inf
+    measures: Measures | None = None
+    grown: tuple[ConvexBody, ...] = ()
 
     def holds(self, point: Floats) -> bool:
         """Tell whether a point is in the region or nearer to it than allowed."""
@@ -78,7 +85,30 @@ class Obstacle:
     def level_at(self, point: Floats) -> float:
         """Return the region's own level at a point: at most 1 in it."""
         offset = point - self.centre
+        if self.measures is not None:
+            return float(self.measures.levels(offset[None])[0])
         return float(offset @ self.matrix @ offset)
+
+    def levels(self, offsets: Floats) -> Floats:
+        """Return the region's level at offsets from its centre. Shape (n, 3) to (n,)."""
+        if self.measures is not None:
+            return self.measures.levels(offsets)
+        return np.einsum("ni,ij,nj->n", offsets, self.matrix, offsets)
+
+    def exit(self, way: Floats, level: float) -> float:
+        """Return how far from the centre along a unit vector a level is left for good, m."""
+        if self.measures is None:
+            return (level / float(way @ self.matrix @ way)) ** 0.5
+        far = np.linspace(0.0, 3.0 * self.reach, _STEPS)
+        return float(far[min(np.flatnonzero(self.levels(far[:, None] * way) <= level)[-1] + 1, _STEPS - 1)])
+
+    def gate(self, point: Floats, line: Floats, level: float) -> float | None:
+        """Return the share of a line from a point in the region at which a level is left for good; None where it ends before that."""
+        shares = np.linspace(0.0, 1.0, _STEPS)
+        within = np.flatnonzero(self.levels(point - self.centre + shares[:, None] * line) <= level)
+        if not len(within) or within[-1] == _STEPS - 1:
+            return None
+        return float(shares[within[-1] + 1])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -131,8 +161,14 @@ def room(mission: Mission, slack: float = 0.0) -> Room:
                 near,
                 max(reach, 1.000001 * float(np.hypot(outer, height))),
             )
-        else:
+        elif region.is_ellipsoid:
             obstacles[name] = Obstacle(name, centre, region.shape, level, reach=reach)
+        else:
+            reach = 1.000001 * (region.outer_radius + 2.0 * near)
+            grown = tuple(body.grown(near) for body in region.measures.parts)
+            obstacles[name] = Obstacle(
+                name, centre, np.zeros((3, 3)), level, reach=reach, measures=region.measures, grown=grown
+            )
     return Room(
         obstacles,
         np.array(mission.workspace.min) + near,
@@ -163,12 +199,13 @@ def conflicts(coefficients: Floats, durations: Floats, where: Room, permitted: S
     for piece, name, kind, first, second in _claims(path, velocity, where, permitted):
         claims.append((first, second))
         labels.append((piece, kind, name))
-    if not claims:
-        return []
-    found = _refuted(np.array(claims) @ to_bernstein.T)
-    return sorted(
-        (Conflict(labels[i][0], share, labels[i][1], labels[i][2]) for i, share in found), key=lambda c: (c.piece, c.share)
-    )
+    found = _refuted(np.array(claims) @ to_bernstein.T) if claims else []
+    result = [Conflict(labels[i][0], share, labels[i][1], labels[i][2]) for i, share in found]
+    for obstacle, body in [(one, body) for one in where.obstacles.values() for body in one.grown]:
+        pieces, outside = _outside(path, obstacle, body, permitted)
+        met = _refuted(outside @ to_bernstein.T) if len(pieces) else []
+        result += [Conflict(pieces[i], share, "region", obstacle.name) for i, share in met]
+    return sorted(result, key=lambda c: (c.piece, c.share))
 
 
 def blocked(start: Floats, end: Floats, where: Room, permitted: Collection[str] = ()) -> Conflict | None:
@@ -201,7 +238,7 @@ def _claims(
         level = np.einsum("pna,ab,pnb->pn", offset, obstacle.matrix, offset)
         enters = [obstacle.name in allowed for allowed in permitted]
         for piece in pieces:
-            if not enters[piece]:
+            if not enters[piece] and obstacle.measures is None:
                 yield piece, obstacle.name, "region", level[piece] - obstacle.level, never
         if obstacle.normal is None:
             continue
@@ -227,6 +264,26 @@ def _claims(
         for piece in every:
             yield piece, "workspace", "workspace", path[piece, :, axis] - where.low[axis], never
             yield piece, "workspace", "workspace", where.high[axis] - path[piece, :, axis], never
+
+
+def _outside(
+    path: Floats, obstacle: Obstacle, body: ConvexBody, permitted: Sequence[Collection[str]]
+) -> tuple[list[int], Floats]:
+    """Return the pieces near a convex body that may not enter it, and for each the functions of which one is above zero outside.
+
+    Returns:
+        Pieces, and values at the nodes. Shape (pieces, inequalities, nodes).
+    """
+    hull = np.einsum("mn,pna->pma", _interpolation()[1], path)
+    low, high = hull.min(axis=1) - obstacle.centre, hull.max(axis=1) - obstacle.centre
+    beside = np.linalg.norm(np.maximum(np.maximum(low, -high), 0.0), axis=1)
+    pieces = [i for i in np.flatnonzero(beside <= obstacle.reach).tolist() if obstacle.name not in permitted[i]]
+    offset = path[pieces] - obstacle.centre
+    faces = np.einsum("pna,fa->pfn", offset, body.normals) - body.distances[:, None]
+    rows = [faces]
+    for matrix, centre, root in zip(body.matrices, body.centres, body.roots, strict=True):
+        rows.append((np.einsum("pna,ab,pnb->pn", offset - centre, matrix, offset - centre) - root**2)[:, None])
+    return pieces, np.concatenate(rows, axis=1)
 
 
 def _stays_on_its_side(ends: Floats, near: float) -> bool:

@@ -183,7 +183,7 @@ class Legs:
         """
         obstacle, permitted = self.where.obstacles[name], self._holding(origin.position) | {name}
         for way in _AROUND:
-            point = obstacle.centre + way * (obstacle.level * 1.3 / float(way @ obstacle.matrix @ way)) ** 0.5
+            point = obstacle.centre + way * obstacle.exit(way, obstacle.level * 1.3)
             if self.where.inside(point) and not any(
                 blocked(place, point, self.where, permitted) for place in (origin.position, obstacle.centre)
             ):
@@ -198,10 +198,14 @@ class Legs:
         before = leg[-2].position if len(leg) > 1 else origin
         obstacle = self.where.obstacles[str(target.region)]
         line = before - target.position
-        level = float(line @ obstacle.matrix @ line)
-        if level <= obstacle.level * 1.2:
+        if obstacle.measures is None:
+            level = float(line @ obstacle.matrix @ line)
+            share = None if level <= obstacle.level * 1.2 else min(1.0, (obstacle.level * 1.1 / level) ** 0.5)
+        else:
+            share = obstacle.gate(target.position, line, obstacle.level * 1.1)
+        if share is None:
             return leg
-        gate = target.position + line * min(1.0, (obstacle.level * 1.1 / level) ** 0.5)
+        gate = target.position + line * share
         entered = frozenset({str(target.region)})
         reached = self._holding(target.position) | self._shared(target.permitted & self._holding(gate), str(target.region))
         return [

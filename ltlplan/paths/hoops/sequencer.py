@@ -247,8 +247,7 @@ def _visited_again(stops: Sequence[Stop], spline: LeastSnapSpline, where: Room, 
     found = []
     for name, count in visits.items():
         obstacle = where.obstacles[name]
-        offset = path - obstacle.centre
-        level = np.einsum("ni,ij,nj->n", offset, obstacle.matrix, offset)
+        level = obstacle.levels(path - obstacle.centre)
         for bound in (1.0, obstacle.level):
             inside = level <= bound
             if int(inside[0]) + int(np.sum(inside[1:] & ~inside[:-1])) > count:

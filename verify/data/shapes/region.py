@@ -7,6 +7,7 @@ it compiles to is kept in `matrix` where it is an ellipsoid and in `parts` other
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from functools import lru_cache
 from typing import Annotated, Any, ClassVar, Self
 
@@ -123,7 +124,7 @@ class Region(Value):
 
     @property
     def volume(self) -> float:
-        """How large it is, for comparisons, in m^3: of boxes around its parts, or the product of an ellipsoid's half axes."""
+        """How large it is beside a ball of radius 1 m: the product of an ellipsoid's half axes; of other shapes roughly."""
         return math.prod(self.semi_axes) if self.is_ellipsoid else self.measures.volume
 
     @property
@@ -219,6 +220,12 @@ class Region(Value):
         elif self.matrix != tuple(zip(*self.matrix, strict=True)):
             raise ValueError("matrix must be symmetric")
         return self
+
+
+def ellipsoid_matrices(regions: Collection[Region]) -> NDArray[np.float64]:
+    """Return the matrix of each ellipsoid among some regions, in m^-2, and zeros for other shapes. Shape (regions, 3, 3)."""
+    zero = np.zeros((3, 3))
+    return np.array([region.shape if region.is_ellipsoid else zero for region in regions]).reshape(-1, 3, 3)
 
 
 def _compiled(key: str, raw: object, yaw: float, given: dict[str, Any]) -> dict[str, Any]:  # of any type: a file's
