@@ -31,7 +31,7 @@ margin: {margin}
 """)
 
 
-@pytest.mark.parametrize("ends", [False, True])
+@pytest.mark.parametrize("ends", [pytest.param(False, marks=pytest.mark.slow), True])
 @pytest.mark.parametrize(
     ("margin", "separation", "separation_z"), [(0.05, 0.3, None), (0.02, 0.15, None), (0.03, 0.3, 0.6), (0.03, 0.4, 0.16)]
 )

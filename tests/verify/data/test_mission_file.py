@@ -277,8 +277,8 @@ HOSTILE = {
     "brackets": ("[" * 20_000, ":1: this is nested too deeply"),
     "braces": ("a: " + "{b: " * 20_000, ":1: this is nested too deeply"),
     "indented": ("".join(" " * depth + "a:\n" for depth in range(900)), "nested too deeply"),
-    "many": ("a: [" + "1, " * 200_000 + "]", "too long for a mission"),
-    "aliases": ("a: &x 1\nb: [" + "*x, " * 200_000 + "]", "too long for a mission"),
+    "many": ("a: [" + "1, " * 60_000 + "]", "too long for a mission"),
+    "aliases": ("a: &x 1\nb: [" + "*x, " * 60_000 + "]", "too long for a mission"),
     "long": ("name: " + "a" * 200_000, "a text or number of 200000 characters"),
 }
 
