@@ -26,7 +26,7 @@ from ltlplan.service.models import ENDED, Event, FileEntry, Health, Job, Problem
 from ltlplan.service.problems import Busy, Conflict, NotFound, problem_of
 from ltlplan.service.settings import Settings
 from ltlplan.service.stages import PLAN, Outcome, mission_bytes, mission_of, plan_of, run_stage, share_after
-from ltlplan.service.store import NoRoom, Store
+from ltlplan.service.store import NoRoom, Store, no_room
 from ltlplan.service.versions import key_of, software
 from ltlplan.service.workers import WorkFuture
 from verify.data import LtlplanError, Mission, check_mission, mission_to_yaml
@@ -154,7 +154,7 @@ class Jobs:
         _log.info("%d jobs in %s, %d of them go on", len(records), self.settings.data, going)
 
     async def stop(self) -> None:
-        """Let go of everything; jobs that have not ended go on at the next start."""
+        """Let go of everything, the workers too; jobs that have not ended go on at the next start."""
         if self._watching is not None:
             self._watching.cancel()
         for entry in self._entries.values():
@@ -162,6 +162,7 @@ class Jobs:
         if self._engine is not None:
             engine, self._engine = self._engine, None
             await asyncio.to_thread(engine.stop)
+        await asyncio.to_thread(self.workers.close)
 
     # What is asked
 
@@ -655,10 +656,10 @@ def _folder_name(folder: Path) -> str:
     """Return the data folder's own name, by which a database knows it; one is drawn for a new folder."""
     place = folder / "folder"
     try:
+        if not place.exists():
+            beside = place.with_suffix(f".{uuid.uuid4().hex}")
+            beside.write_text(f"{uuid.uuid4().hex}\n", encoding="ascii")
+            beside.replace(place)
         return place.read_text(encoding="ascii").strip()
-    except FileNotFoundError:
-        name = uuid.uuid4().hex
-        beside = place.with_suffix(f".{uuid.uuid4().hex}")
-        beside.write_text(name + "\n", encoding="ascii")
-        beside.replace(place)
-        return name
+    except OSError as error:
+        raise no_room(folder, error) from None

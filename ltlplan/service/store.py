@@ -27,6 +27,12 @@ class NoRoom(BadInput):
     """There is no room to write."""
 
 
+def no_room(folder: Path, error: OSError) -> NoRoom:
+    """Return what to say of a folder that the system does not let us write."""
+    reason = "the disk is full" if error.errno in _FULL else os.strerror(error.errno or 0).lower()
+    return NoRoom(f"{folder} cannot be written: {reason}. Make room there; what was accepted waits for it.")
+
+
 @dataclass(frozen=True, slots=True)
 class Store:
     """A folder of values.
@@ -48,7 +54,7 @@ class Store:
             for path in self.folder.glob(".new-*"):
                 path.unlink(missing_ok=True)
         except OSError as error:
-            raise self._no_room(error) from None
+            raise no_room(self.folder, error) from None
 
     def put(self, data: bytes) -> str:
         """Keep bytes and return their digest, once they are on the disk.
@@ -64,12 +70,8 @@ class Store:
             place.parent.mkdir(parents=True, exist_ok=True)
             self._write(place, data)
         except OSError as error:
-            raise self._no_room(error) from None
+            raise no_room(self.folder, error) from None
         return digest
-
-    def _no_room(self, error: OSError) -> NoRoom:
-        reason = "the disk is full" if error.errno in _FULL else os.strerror(error.errno or 0).lower()
-        return NoRoom(f"{self.folder} cannot be written: {reason}. Make room there; what was accepted waits for it.")
 
     def _write(self, place: Path, data: bytes) -> None:
         handle, name = tempfile.mkstemp(prefix=".new-", dir=self.folder)

@@ -25,7 +25,6 @@ async def service(folder: Path, **changes: Any) -> AsyncIterator[Jobs]:
         yield jobs
     finally:
         await jobs.stop()
-        await asyncio.to_thread(workers.close)
 
 
 def run(coroutine: Coroutine[Any, Any, None]) -> None:

@@ -58,7 +58,6 @@ async def main(data: Path, seeds: int, database: str | None) -> None:
         assert whole.state in ENDED
         states[job.id] = json.dumps([whole.state, [stage.name for stage in whole.stages], len(whole.files)])
     await jobs.stop()
-    await asyncio.to_thread(workers.close)
     for name, state in states.items():
         notes.note(f"ended {name} {state}")
     notes.note("over")

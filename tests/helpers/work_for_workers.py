@@ -9,6 +9,8 @@ import sys
 import time
 from pathlib import Path
 
+from ltlplan.service.exact import from_bytes
+from ltlplan.service.stages import Outcome
 from verify.data import MissionError
 from verify.data.progress import Progress
 from verify.data.rules.faults import Fault
@@ -64,3 +66,11 @@ def die_once(mark: str, _report: Progress) -> str:
         Path(mark).touch()
         os.kill(os.getpid(), signal.SIGKILL)
     return "lived"
+
+
+def stand_in_stage(name: str, value: bytes, report: Progress) -> Outcome:
+    """Stand in for a job's stages: one that takes as much processor time as the mission's seed says, in hundredths of a second."""
+    report(name, 0.0)
+    mission = from_bytes(value)
+    spin(mission.planner.seed % 1000 / 100, report)
+    return Outcome(b"", {})
