@@ -66,6 +66,14 @@ class AgentState:
         """What tells this state from the others that one robot can be in."""
         return (self.place or (self.position, self.inside), self.vertex, self.internal)
 
+    def log(self) -> VisitLog:
+        """Return a log of visits that begins where the robot is."""
+        log = VisitLog()
+        log.enter(self.inside)
+        if self.inside:
+            log.stop(self.vertex if self.vertex in self.inside else min(self.inside))
+        return log
+
     def seen_in(self, regions: frozenset[str]) -> AgentState:
         """Return the state of the robot where it is seen in some regions, or in none."""
         return replace(self, inside=regions, vertex=min(regions - self.inside, default=self.vertex), place=None)
@@ -172,7 +180,8 @@ class World:
             vertex: The region that it visited last, if any; inside regions that is the innermost one.
         """
         point = self.graph.standing(self.graph.layout.at(position), vertex)
-        return AgentState(position, frozenset(point.location.inside), point.entered, internal)
+        inside = frozenset(point.location.inside)
+        return AgentState(position, inside, point.place if inside else point.entered, internal)
 
     def reached(self, key: Key) -> tuple[AgentState, Letter | None]:
         """Return the state at the end of a move with this key, and the letter once that place is left (see `Move.left`)."""
@@ -221,7 +230,8 @@ class World:
         if where.inside != frozenset(location.inside):  # seen elsewhere than it hovers, at a border
             location = Location(where.position, layout.outermost_first(where.inside), clear=False)
         place = location.inside[-1] if location.inside else self.graph.environment.start
-        return RestPoint(place, where.vertex, location, where.position)
+        entered = self.graph.begun_in(location.inside) if len(location.inside) > 1 else None
+        return RestPoint(place, entered or where.vertex, location, where.position)
 
     def _onward(self, where: AgentState) -> Iterator[Move]:
         point = self._point(where)
@@ -332,10 +342,7 @@ class RobotTask:
         return replace(self, moves=(*self.moves, move), leaves=leaves)
 
     def _log(self) -> VisitLog:
-        log, inside = VisitLog(), self.where.inside
-        log.enter(inside)
-        if inside:
-            log.stop(self.where.vertex if self.where.vertex in inside else min(inside))
+        log = self.where.log()
         for move in self.moves:
             for regions in move.regions:
                 log.enter(regions)

@@ -9,16 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.allocation import Itinerary
-from ltlplan.mtac.agent_moves import RobotTask
+from ltlplan.mtac.agent_moves import AgentState, RobotTask, World
 from ltlplan.sharing.belief import admits
 from ltlplan.sharing.detours import WayAhead, places_aside, way_aside
 from ltlplan.sharing.piloted_team import PilotedTeam
-from verify.data import Infeasible, Visit, Word
+from verify.data import Infeasible, Letter, Word
 from verify.data.shapes.inequalities import Point
 
 Floats = NDArray[np.float64]
@@ -94,26 +95,41 @@ def _steps_aside(team: PilotedTeam, name: str, passing: str, now: float) -> bool
     pilot = team.pilots[name]
     team.root(pilot, now)
     where = pilot.where
-    free = team.world.free_letter(where.internal)
-    if where.inside and team.world.left(where) != free:
-        return False  # one region or border after another lies on its way out
-    letters = (free,) if where.inside else ()
-    ahead = team.ahead()
+    free, ahead = team.world.free_letter(where.internal), team.ahead()
     inside = {n: p.chain for n, p in team.pilots.items() if p.entered}
     rest = {n: p.rest if n in inside else p.ahead for n, p in team.pilots.items()}
-    if letters and not (team.keeps({**ahead, name: letters}) and admits(team.belief, {**inside, name: letters}, rest)):
-        return False
+
+    @cache
+    def may_show(letters: tuple[Letter, ...]) -> bool:
+        return team.keeps({**ahead, name: letters}) and admits(team.belief, {**inside, name: letters}, rest)
+
     others = [_at(team, other, now)[None] for other in team.pilots if other != name]
     ways = [_ahead(team, other) for other, p in team.pilots.items() if other != name and not p.arrived]
-    visits = tuple(Visit(region=region) for region in sorted(where.inside))
-    way = WayAhead(name, where.position, Itinerary(visits, Word((team.world.letter(where), *letters))))
     for place in places_aside(team.mission, where.position, [*others, *ways, _ahead(team, passing)], team.distance)[:_PLACES]:
-        plan = way_aside(team.mission, way, place)
+        sets = _out_to(team.world, where, place)
+        letters = None if sets is None else tuple(free | regions for regions in sets)
+        if sets is None or letters is None or (letters and not may_show(letters)):
+            continue
+        log = where.log()
+        for regions in sets:
+            log.enter(regions)
+        does = Itinerary(log.visits, Word((team.world.letter(where), *letters)), stops=log.stops)
+        plan = way_aside(team.mission, WayAhead(name, where.position, does), place)
         if plan is not None:
             pilot.take(RobotTask(replace(where), ()), plan, team.rng)
             pilot.detour = letters
             return True
     return False
+
+
+def _out_to(world: World, where: AgentState, place: Point) -> tuple[frozenset[str], ...] | None:
+    """Return the sets of regions that a robot is in on its way out to a place in free flight; None where they are not clear."""
+    if not where.inside or world.left(where) == world.free_letter(where.internal):
+        return (frozenset(),) if where.inside else ()
+    layout = world.graph.layout
+    here = layout.at(where.position)
+    way = layout.way(here, layout.at(place)) if frozenset(here.inside) == where.inside else None
+    return None if way is None else way[1:]
 
 
 def _at(team: PilotedTeam, name: str, now: float) -> Floats:

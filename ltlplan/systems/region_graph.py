@@ -90,14 +90,30 @@ class RegionGraph:
         return RestPoint(region, region, self.places[region])
 
     def standing(self, location: Location, visited: str | None = None) -> RestPoint:
-        """Return the rest point of a robot that hovers anywhere: it has entered the innermost region that holds it last.
+        """Return the rest point of a robot that hovers anywhere.
 
         Args:
             location: Where it hovers.
             visited: The region that it visited last, if it is in none.
         """
         place = location.inside[-1] if location.inside else self.environment.start
-        return RestPoint(place, place if location.inside else visited or place, location, location.point)
+        return RestPoint(place, self.begun_in(location.inside) or visited or place, location, location.point)
+
+    def begun_in(self, inside: Sequence[str]) -> str | None:
+        """Return the vertex of a robot that begins in some regions; None in free flight.
+
+        It may have entered any of them last, so where the mission gives edges, it goes on only where each of them leads: that is a
+        vertex of its own.
+
+        Args:
+            inside: The regions that hold it, outermost first.
+        """
+        if len(inside) < 2 or self.mission.environment is None:
+            return inside[-1] if inside else None
+        vertex = " & ".join(inside)
+        if vertex not in self._next:
+            self._next[vertex] = frozenset.intersection(*(self._next[region] for region in inside))
+        return vertex
 
     def around(self, point: RestPoint) -> tuple[str, ...] | None:
         """Return the regions that a robot is in just after it has left a point's place; None where that is not clear."""

@@ -137,3 +137,19 @@ def test_the_letters_of_the_decomposition_set_are_all_that_can_be_planned():
         mission = overlapping("F c", start, regions=regions)
         shown = set(Reader(World(mission)).shown)
         assert set(Systems(mission).of("quad0").labels) <= shown
+
+
+@pytest.mark.parametrize(
+    ("edges", "visits"),
+    [("[a, b], [b, a], [a, c], [b, c]", ["a", "b", "c"]), ("[b, c], [c, a]", None), ("[a, c], [c, b]", None)],
+)
+def test_a_start_in_two_regions_goes_on_where_it_may_from_each(edges, visits):
+    world = f"environment: {{start: home, directed: true, edges: [{edges}]}}"
+    mission = overlapping("F c & G(c -> !a)", (0.2, 0.0, 1.2), method="mtac-e", extra=world)
+    if visits is None:
+        with pytest.raises(Unsatisfiable):
+            assign(mission)
+        return
+    assert [visit.region for visit in assign(mission).robots["quad0"].visits] == visits
+    done = certified_team(plan(mission, seed=1))
+    assert all(claim.outcome == "holds" for claim in done.certificate.claims)
