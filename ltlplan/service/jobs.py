@@ -23,7 +23,7 @@ from ltlplan.service.database import prepare, url_of, why
 from ltlplan.service.engine import Data, Engine, Record, Step, tables
 from ltlplan.service.events import Feed, claim_events, stage_event, state_event
 from ltlplan.service.models import ENDED, Event, FileEntry, Health, Job, Problem, Stage, State
-from ltlplan.service.problems import Busy, Conflict, NotFound, problem_of
+from ltlplan.service.problems import Busy, Conflict, NotFound, TooManyRequests, problem_of
 from ltlplan.service.settings import Settings
 from ltlplan.service.stages import PLAN, Outcome, mission_bytes, mission_of, plan_of, run_stage, share_after
 from ltlplan.service.store import NoRoom, Store, no_room
@@ -178,7 +178,8 @@ class Jobs:
 
         Raises:
             BadInput: The mission is not allowed.
-            Busy: Too many jobs wait, or the database does not answer.
+            TooManyRequests: Too many jobs wait.
+            Busy: The database does not answer.
             NoRoom: The disk is full.
         """
         key, mission = await asyncio.to_thread(_asked, mission, seed)
@@ -202,7 +203,7 @@ class Jobs:
     def _require_room(self) -> None:
         waiting = sum(entry.job.state == "queued" for entry in self._entries.values())
         if waiting >= self.settings.limits.queued:
-            raise Busy(f"{waiting} jobs are waiting already, the most there may be; submit this one later.", 30.0)
+            raise TooManyRequests(f"{waiting} jobs are waiting already, the most there may be; submit this one later.", 30.0)
         if self._store.free() < RESERVE:
             raise NoRoom(f"There is less than {RESERVE // 1_000_000} MB of room in {self.settings.data}; make room there.")
 

@@ -41,7 +41,7 @@ def _told(job: Job, status: int = 200) -> Response:
     responses={
         200: {"description": "There is a job for just this already; here it is.", "model": Job},
         201: {"description": "Accepted: it will be finished, whatever happens to this service meanwhile."},
-        **problems(body=True),
+        **problems(507, body=True),
     },
     status_code=201,
     openapi_extra=mission_body(),

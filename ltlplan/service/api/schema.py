@@ -29,6 +29,7 @@ _WHY = {
     500: "A bug of ours.",
     501: "A library that is needed is not installed; the detail names it.",
     503: "Too much is being asked at the moment.",
+    507: "The disk is full.",
 }
 _ALWAYS = (400, 401, 421, 422, 429, 500, 503)
 _CHANGING = (403, 408, 413)

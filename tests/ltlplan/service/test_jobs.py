@@ -13,7 +13,7 @@ import pytest
 
 import ltlplan
 from ltlplan.service.models import ENDED
-from ltlplan.service.problems import Busy, Conflict, NotFound
+from ltlplan.service.problems import Conflict, NotFound, TooManyRequests
 from ltlplan.service.settings import Limits
 from tests.helpers.flights import small_mission
 from tests.helpers.job_services import begun, ended, heard, run, service
@@ -235,7 +235,7 @@ def test_no_more_wait_than_may(tmp_path: Path) -> None:
             await begun(jobs, await jobs.submit(LARGE, seed=0))
             for seed in (1, 2):
                 await jobs.submit(LARGE, seed=seed)
-            with pytest.raises(Busy, match="2 jobs are waiting"):
+            with pytest.raises(TooManyRequests, match="2 jobs are waiting"):
                 await jobs.submit(SMALL)
             for job in await jobs.jobs():
                 await jobs.cancel(job.id)
