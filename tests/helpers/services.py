@@ -45,7 +45,7 @@ class Served:
 
 
 def start(data: Path, *, limits: Mapping[str, Any] | None = None, **settings: Any) -> tuple[subprocess.Popen[bytes], Served]:
-    """Start a service on a free port and wait until it answers; without its page."""
+    """Start a service on a free port and wait until it answers; without its page, and with one worker, unless it is told otherwise."""
     asked = json.dumps({"data": str(data), "limits": dict(limits or {}), **settings})
     out, log = (data.parent / f"{data.name}.{kind}" for kind in ("out", "log"))
     with out.open("w") as stdout, log.open("w") as stderr:  # its own session: a terminal's Ctrl-C ends it after its tests
@@ -91,8 +91,9 @@ def _main() -> None:
     if guard is not None:
         threading.Thread(target=_end_with, args=(guard,), daemon=True).start()
     names = tuple(asked.pop("names", ()))
-    settings = Settings(data=data, port=0, names=names, workers=1, limits=Limits(**limits), **asked)
-    serve(settings, page=False, announce=lambda said: print(said, flush=True))
+    page, workers = asked.pop("page", False), asked.pop("workers", 1)
+    settings = Settings(data=data, port=0, names=names, workers=workers, limits=Limits(**limits), **asked)
+    serve(settings, page=page, announce=lambda said: print(said, flush=True))
 
 
 if __name__ == "__main__":

@@ -58,3 +58,15 @@ path = assert_type(refine.minimum_snap(np.zeros((3, 4)), [0.0, 1.0, 2.0]), refin
 assert_type(refine.quantise(path), ltlplan.Trajectory)
 assert_type(team["quad0"].durations, NDArray[np.float64])
 assert_type(team["quad0"].duration, float)
+
+# a service from afar
+client = ltlplan.Client("http://127.0.0.1:8000", token="secret")
+assert_type(client.plan("firefighting", seed=1), ltlplan.Plan)
+assert_type(client.run(mission, out=Path("run")), ltlplan.Result)
+assert_type(client.check_word("F a", [set(), {"a"}]), verify.Verdict)
+assert_type(client.check_team("F a & F b", {"quad0": "1; a"}).parallel, verify.Verdict)
+assert_type(client.recheck("0123456789abcdef-1"), verify.Certificate)
+assert_type(client.load_mission("firefighting"), ltlplan.Mission)
+assert_type([job.id for job in client.jobs(state="done")], list[str])
+assert_type(client.submit(mission).wait(timeout=60.0).result(), ltlplan.Result)
+assert_type(ltlplan.judge_flight("run", Path("flight.csv"), max_speed=2.0).verdict, verify.FlightVerdict)

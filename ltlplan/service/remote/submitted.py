@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ltlplan.service.models import ENDED, Event, FileEntry, Job, State
-from ltlplan.service.problems import Unreachable, error_of
+from ltlplan.service.problems import NotFound, Unreachable, error_of
 from ltlplan.service.remote.wire import Wire, job_of, segment, unpacked
 from verify.data import BadInput, Plan, parse_mission
 from verify.data.plan import plan_from_json
@@ -147,8 +147,10 @@ class Submitted:
         """Return one of its files, of `files`.
 
         Raises:
-            BadInput: It has no such file.
+            NotFound: It has no such file.
         """
+        if any(part in ("", ".", "..") for part in name.split("/")):
+            raise NotFound(f"'{name[:80]}' names no file of a job; `files` lists them.")
         path = "/".join(segment(part) for part in name.split("/"))
         return self.wire.ask("GET", f"/api/jobs/{segment(self.id)}/files/{path}").content
 

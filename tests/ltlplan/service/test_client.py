@@ -1,0 +1,128 @@
+"""The client gives what the library gives: the same values, the same errors with the same words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import ltlplan
+import verify
+from ltlplan import Client
+from ltlplan.service.problems import NotFound, Unreachable
+from ltlplan.service.questions import zipped
+from ltlplan.service.remote.submitted import Submitted
+from ltlplan.service.remote.wire import require_success, unpacked
+from tests.helpers.services import ONE_HOOP
+from verify.data import BadInput, DoesNotFit, FormulaError, MissionError, NotCertified, Unsatisfiable, parse_mission
+
+
+def test_a_run_from_afar_is_the_library_s_own(client: Client, done: Submitted, tmp_path: Path) -> None:
+    told: list[float] = []
+    ours = ltlplan.run(parse_mission(ONE_HOOP), tmp_path / "ours")
+    theirs = client.run(parse_mission(ONE_HOOP), tmp_path / "theirs", progress=lambda _, share: told.append(share))
+    assert theirs.plan == ours.plan == client.plan(parse_mission(ONE_HOOP))
+    assert theirs.certificate.digest() == ours.certificate.digest() == client.recheck(done).digest()
+    assert theirs.rounds == ours.rounds == 1
+    assert theirs.log.worst_error() == pytest.approx(ours.log.worst_error(), abs=1e-6)
+    for path in ours.files:
+        name = path.relative_to(tmp_path / "ours")
+        assert (tmp_path / "theirs" / name).read_bytes() == path.read_bytes(), name
+    assert verify.recheck(tmp_path / "theirs").holds
+    assert theirs.files
+
+
+def test_verdicts_are_the_judge_s_own(client: Client) -> None:
+    words = {"quad0": [set(), {"a"}], "quad1": [{"b"}]}
+    for formula in ("F a & F b", "F c", "G !a"):
+        assert client.check_team(formula, words) == verify.check_team(formula, words)
+        assert client.check_word(formula, [{"a"}, set()]) == verify.check_word(formula, [{"a"}, set()])
+        assert client.check_word(formula, [set()], [{"b"}]) == verify.check_word(formula, [set()], [{"b"}])
+    assert client.check_word("F a", "1; a").outcome == "holds"
+
+
+def test_recordings_are_judged(client: Client, done: Submitted, tmp_path: Path) -> None:
+    folder = done.download(tmp_path / "run")
+    (tmp_path / "flown.csv").write_bytes(done.file("flight.csv"))
+    ours = ltlplan.judge_flight(folder, tmp_path / "flown.csv", max_speed=2.0)
+    expected = {"mission": ours.mission, **ours.verdict.to_dict()}
+    assert client.judge_flight(done, tmp_path / "flown.csv", max_speed=2.0) == expected
+    assert client.judge_flight(folder, tmp_path / "flown.csv", max_speed=2.0) == expected
+    with pytest.raises(BadInput, match="--max-speed"):
+        client.judge_flight(done.id, tmp_path / "flown.csv")
+
+
+def test_exports_are_written_as_the_library_writes_them(client: Client, done: Submitted, tmp_path: Path) -> None:
+    assert "px4" in client.exports()
+    written = client.export(done, tmp_path / "out", "crazyflie")
+    assert (tmp_path / "out" / "README.txt") in written
+    with pytest.raises(NotCertified):
+        client.export(done, tmp_path / "other", "crazyflie", vehicle="another")
+    with pytest.raises(BadInput, match="Did you mean 'px4'"):
+        client.export(done, tmp_path / "other", "px5")
+    assert not (tmp_path / "other").exists()
+
+
+def test_errors_are_the_library_s_with_the_same_words(client: Client) -> None:
+    with pytest.raises(MissionError) as theirs:
+        client.submit_text("name: 3\nfoo: 1\n")
+    with pytest.raises(MissionError) as ours:
+        parse_mission("name: 3\nfoo: 1\n")
+    assert str(theirs.value) == str(ours.value)
+    assert theirs.value.faults == ours.value.faults
+    with pytest.raises(FormulaError):
+        client.check_word("F (", [set()])
+    impossible = parse_mission(ONE_HOOP.replace("F hoop0", "F hoop0 & G !hoop0"))
+    with pytest.raises(Unsatisfiable) as far:
+        client.plan(impossible)
+    with pytest.raises(Unsatisfiable) as near:
+        ltlplan.plan(impossible)
+    assert (type(far.value), str(far.value)) == (type(near.value), str(near.value))
+    assert far.value.core == near.value.core  # type: ignore[attr-defined]
+    with pytest.raises(NotFound, match="There is no job 'nope'"):
+        client.job("nope")
+    job = client.submit_text(ONE_HOOP).wait()
+    for name in ("../jobs.sqlite", "nope.csv", "", "crazyswarm2/../plan.json"):
+        with pytest.raises(NotFound):
+            job.file(name)
+
+
+def test_missions_are_found_by_name(client: Client) -> None:
+    assert client.load_mission("firefighting") == ltlplan.load_mission("firefighting")
+    with pytest.raises(BadInput, match="shipped"):
+        client.load_mission("firefightin")
+    assert client.check_mission(ONE_HOOP).name == "one-hoop"
+    with pytest.raises(MissionError):
+        client.check_mission("name: 3\n")
+
+
+def test_jobs_are_listed_cancelled_and_deleted(client: Client, done: Submitted) -> None:
+    assert done.id in {job.id for job in client.jobs(state="done", limit=500)}
+    job = client.submit("firefighting", seed=31337)
+    assert client.cancel(job).state == "cancelled"
+    with pytest.raises(BadInput, match="was cancelled"):
+        job.wait()
+    client.delete(job)
+    with pytest.raises(NotFound):
+        job.refreshed()
+    with pytest.raises(NotFound):
+        client.cancel(job)
+
+
+def test_a_service_that_is_not_there() -> None:
+    with Client("http://127.0.0.1:9") as client, pytest.raises(Unreachable, match="`ltlplan serve` starts a service"):
+        client.health()
+    with pytest.raises(BadInput, match="looks like http"):
+        Client("localhost:8000")
+
+
+def test_what_is_no_service_of_ours_is_not_believed() -> None:
+    for media, content in (("text/html", b"<h1>"), ("application/problem+json", b"{}")):
+        with pytest.raises(Unreachable, match="status 502"):
+            require_success(502, media, content, "http://x")
+    for name in ("../x", "/x", "a/../../x", "a\\..\\x", "C:/x", "a//b", "."):
+        with pytest.raises(BadInput, match="refused"):
+            unpacked(zipped({name: b""}))
+    with pytest.raises(ltlplan.InternalError):
+        unpacked(b"no archive")
+    assert issubclass(DoesNotFit, ltlplan.LtlplanError)
