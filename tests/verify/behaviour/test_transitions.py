@@ -81,6 +81,24 @@ def test_nested_regions_are_entered_from_outside_in():
     assert judged(both, {"start": "home", "edges": (("home", "b"), ("b", "c"))}, nested).outcome == "fails"
 
 
+def test_a_room_next_door_is_left_again_by_going_back():
+    """A robot in room a may touch b through their wall, and goes on from a straight into c, where no edge joins b and c."""
+    rooms = {"start": "home", "edges": (("home", "a"), ("a", "b"), ("a", "c"))}
+    line = Timeline(
+        "q0",
+        {"a": "must", "b": "no", "c": "no"},
+        (
+            *(Change(at(2), "b", "may"), Change(at(3), "b", "no")),
+            *(Change(at(5), "a", "may"), Change(at(5), "c", "may"), Change(at(6), "a", "no"), Change(at(6), "c", "must")),
+        ),
+        Fraction(END),
+    )
+    walls = Relations(frozenset({("b", "c")}))
+    assert judged(line, rooms, walls)
+    assert judged(line, {**rooms, "directed": True}, walls).outcome == "fails"  # no edge leads from b back to a
+    assert judged(line, {**rooms, "edges": (("home", "a"), ("a", "c"))}, walls).outcome == "fails"
+
+
 def test_actions_where_they_are_permitted():
     assert judged(timeline("q0", ("a", 2, 4), edge=0.1, actions=(fill(3),)))
     assert judged(timeline("q0", ("a", 2, 4), actions=(fill(2),))).outcome == "fails"  # at the very edge

@@ -12,6 +12,7 @@ import pytest
 from tests.helpers.flights import legs, small_mission, wandering
 from tests.helpers.solids import Holds, box, cylinder, ellipsoid, prism, random_solid, union
 from verify.data.mission import Mission
+from verify.data.shapes.inequalities import turned
 from verify.data.shapes.region import Region
 from verify.data.trajectory import Trajectory
 from verify.motion.membership import membership_polynomials, statuses
@@ -172,6 +173,48 @@ def test_a_moved_world_gives_the_same_labels() -> None:
         )
         for name in solids:
             assert [span.mark for span in before[name]] == [span.mark for span in after[name]]
+
+
+def test_a_scaled_and_a_turned_world_give_the_same_labels() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(10):
+        solids = {f"s{k}": region(random_solid(rng)[0]) for k in range(3)}
+        trajectory = wandering(rng, pieces=2)
+        before = spans_of(solids, trajectory, Fraction(1, 50))
+        twice, turn = np.array(trajectory.coefficients), np.array(trajectory.coefficients)
+        twice[:, :3] *= 2.0
+        turn[:, 0], turn[:, 1] = -trajectory.coefficients[:, 1], trajectory.coefficients[:, 0]
+        large = {name: _scaled(body) for name, body in solids.items()}
+        aside = {
+            name: Region.model_validate(
+                {"center": (-body.center[1], body.center[0], body.center[2]), "parts": turned(body.body, np.pi / 2)}
+            )
+            for name, body in solids.items()
+        }
+        after = spans_of(large, Trajectory(trajectory.durations, twice), Fraction(1, 25))
+        beside = spans_of(aside, Trajectory(trajectory.durations, turn), Fraction(1, 50))
+        for name in solids:
+            assert (
+                [span.mark for span in before[name]]
+                == [span.mark for span in after[name]]
+                == [span.mark for span in beside[name]]
+            )
+
+
+def _scaled(body: Region) -> Region:
+    """The region twice as large, all of it twice as far from the origin."""
+    parts = [
+        [
+            {
+                "quadratic": (np.array(one.quadratic) / 4).tolist(),
+                "linear": (np.array(one.linear) / 2).tolist(),
+                "bound": one.bound,
+            }
+            for one in part
+        ]
+        for part in body.body
+    ]
+    return Region.model_validate({"center": tuple(2 * x for x in body.center), "parts": parts})
 
 
 def test_an_ellipsoid_within_a_union_is_told_by_its_own_numbers() -> None:

@@ -45,6 +45,11 @@ class Inequality(Value):
     linear: Point = Field(default=_ZERO, description="m^-1; a half-space's normal")
     bound: Number = Field(default=1.0, description="right-hand side")
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Inequality):
+            return NotImplemented
+        return (self.quadratic, self.linear, self.bound) == (other.quadratic, other.linear, other.bound)
+
     def __hash__(self) -> int:
         return hash((self.quadratic, self.linear, self.bound))
 

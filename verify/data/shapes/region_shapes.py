@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
@@ -48,12 +48,17 @@ class RegionShape:
         meaning: What stands under the key, with units, in a few words.
         places_itself: Whether the shape says where it is: then it takes no `center` and no `yaw_deg`, and `compiled`
             returns a `Placed`.
+        adapter: The schema, made ready once.
     """
 
     schema: Any  # a class, or a type such as tuple[float, float, float], for which Python has no common type
     compiled: Callable[[Any, float], Body | Placed]  # takes what the schema makes
     meaning: str
     places_itself: bool = False
+    adapter: TypeAdapter[Any] = field(init=False, repr=False, compare=False)  # of any type: as the schema
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "adapter", TypeAdapter(self.schema))
 
 
 def ellipsoid_matrix(radii: tuple[float, float, float], yaw: float) -> Matrix:
@@ -151,7 +156,7 @@ def compiled_parts(shape: RegionShape, raw: object, yaw: float) -> Body | Placed
     Raises:
         ValueError: The schema, as pydantic's `ValidationError`, or the shape refuses what stands there.
     """
-    found = shape.compiled(TypeAdapter(shape.schema).validate_python(raw), yaw)
+    found = shape.compiled(shape.adapter.validate_python(raw), yaw)
     if isinstance(found, Placed) != shape.places_itself:
         raise ValueError("this shape makes no body of it: `places_itself` and what it returns contradict each other")
     return found
