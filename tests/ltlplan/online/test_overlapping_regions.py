@@ -46,12 +46,10 @@ def test_a_robot_joins_inside_them_and_takes_its_part(regions, start, joins, for
     assert flight.team.belief.accepts()
 
 
-def test_a_new_formula_is_shared_from_where_a_robot_hovers_in_an_overlap():
-    mission = overlapping("F (a & b)", (-0.8, 0.0, 1.2))
-    flight = Flight(mission, events=[NewFormula(time=3.4, formula="F (a & b) & F d")])
+def test_a_new_formula_is_shared_from_where_a_robot_hovers_inside_two():
+    flight = Flight(mission_of("into a region in another"), events=[NewFormula(time=6.5, formula="F desk & F d")])
     assert flight.fly(60) is not None
-    assert any(frozenset({"a", "b"}) == letter for letter in flight.words["quad0"])
-    assert frozenset({"d"}) in flight.words["quad0"]
+    assert [set(letter) for letter in flight.words["quad0"]] == [set(), {"room"}, {"desk", "room"}, {"room"}, set(), {"d"}]
     assert read(flight.team.mission, flight.words)
 
 
