@@ -244,7 +244,7 @@ def _() -> Callable[[], Any]:
     return lambda: verify.check_samples(times, places, mission, max_speed=1.0)
 
 
-@case("flight: one second of three robots with noise")
+@case("flight: one robot to a ball beside it, with noise")
 def _() -> Callable[[], Any]:
     import ltlplan
     import refine

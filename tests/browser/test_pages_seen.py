@@ -174,7 +174,9 @@ def test_colours_follow_the_reader(browser: Browser, page: Page, desk: Desk) -> 
     dark.close()
 
 
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize(
+    "name", ["report", *(pytest.param(name, marks=pytest.mark.slow) for name in ("show", "campaign")), "online"]
+)
 def test_a_browser_that_cannot_unpack_the_pictures_says_so(browser: Browser, page: Page, name: str) -> None:
     tab = browser.open(page(name), before="delete window.DecompressionStream", ready="document.body.dataset.unseen === 'yes'")
     assert "too old for the pictures" in text(tab, "unseen")
