@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TypeVar
 
 from fastapi import Request
@@ -39,7 +40,16 @@ async def read_mission_text(request: Request) -> str:
     kind = _kind(request)
     if kind not in ("", *TEXTS):
         raise UnsupportedMedia(f"A mission is sent as application/yaml or {JSON}, not as {kind[:60]}.")
-    return decoded(await request.body(), "The body", "mission")
+    text = decoded(await request.body(), "The body", "mission")
+    return _PAIR.sub(_joined, text) if kind == JSON else text
+
+
+_PAIR = re.compile(r"(?<!\\)((?:\\\\)*)\\u(d[89ab][0-9a-f]{2})\\u(d[c-f][0-9a-f]{2})", re.IGNORECASE)
+"""A character beyond 16 bits, as JSON may write it; YAML, which JSON is read as, writes it otherwise."""
+
+
+def _joined(found: re.Match[str]) -> str:
+    return found[1] + chr(0x10000 + ((int(found[2], 16) - 0xD800) << 10) + int(found[3], 16) - 0xDC00)
 
 
 async def read_json(request: Request, model: type[Model]) -> Model:

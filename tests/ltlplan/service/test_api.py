@@ -51,6 +51,14 @@ def test_a_mission_is_checked_as_it_is_typed(http: httpx.Client) -> None:
     assert sound["digest"] == parse_mission(ONE_HOOP).digest()
     as_json = http.post("/api/missions/check", json=parse_mission(ONE_HOOP).resolved()).json()
     assert as_json["digest"] == sound["digest"]
+    escaped = http.post(
+        "/api/missions/check", content=b'{"vehicle": "\\ud83d\\ude81", "a\\\\ud83d\\\\ude81": 1}', headers=JSON
+    ).json()
+    said = " ".join(fault["message"] for fault in escaped["faults"])
+    assert "\U0001f681" in said
+    assert ["a\\ud83d\\ude81"] in [fault["keys"] for fault in escaped["faults"]]
+    half = http.post("/api/missions/check", content=b'{"name": "\\ud83d"}', headers=JSON).json()
+    assert "half of a surrogate pair" in half["faults"][0]["message"]
 
 
 @pytest.mark.parametrize(

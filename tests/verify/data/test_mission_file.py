@@ -304,3 +304,9 @@ def test_a_workspace_where_float32_is_coarse_is_refused(far, accepted):
         return
     with pytest.raises(BadInput, match=r"workspace\.(min|max): .* Use local coordinates"):
         parse_mission(text)
+
+
+@pytest.mark.parametrize("text", ['a: "\\ud83d"', '{"\\udc00": 1}', 'a: "\\ud83d\\ude81"'])
+def test_halves_of_surrogate_pairs_are_no_characters(text: str) -> None:
+    with pytest.raises(MissionError, match="half of a surrogate pair"):
+        parse_mission(text)

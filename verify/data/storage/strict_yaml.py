@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from ruamel.yaml import YAML
@@ -16,6 +17,7 @@ MAX_TEXT = 100_000
 MAX_NUMBER = 400
 """Characters of a number; a float written out has fewer."""
 
+_HALF = re.compile("[\ud800-\udfff]")
 _MERGE = "tag:yaml.org,2002:merge"
 _NUMBERS = ("tag:yaml.org,2002:int", "tag:yaml.org,2002:float")
 
@@ -61,6 +63,10 @@ class _Composer(Composer):
                 raise NotAccepted(line, "this is nested too deeply for a mission.")
             if isinstance(event, ScalarEvent) and len(event.value) > MAX_TEXT:
                 raise NotAccepted(line, f"a text or number of {len(event.value)} characters; {MAX_TEXT} is the most.")
+            if isinstance(event, ScalarEvent) and _HALF.search(event.value):
+                raise NotAccepted(
+                    line, "a text holds half of a surrogate pair, which is no character; write the character itself."
+                )
         self._nodes += 1
         self._nested += 1
         node = super().compose_node(parent, index)

@@ -1,0 +1,54 @@
+"""The API does what its schema says, whatever is asked: requests are made from the schema, and answers held against it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+import schemathesis
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+from schemathesis import Case
+from schemathesis.checks import not_a_server_error
+from schemathesis.specs.openapi.checks import content_type_conformance, response_schema_conformance, status_code_conformance
+
+from ltlplan.service.remote.submitted import Submitted
+from tests.helpers.services import Served
+
+CHECKS = [not_a_server_error, status_code_conformance, content_type_conformance, response_schema_conformance]
+
+
+def _hold_to_its_schema(served: Served, job: str, count: int) -> None:
+    """Ask every route, with ids that are there and those that are not."""
+    schema = schemathesis.openapi.from_url(f"{served.url}/openapi.json")
+    asked: set[str] = set()
+    for found in schema.get_all_operations():
+        operation = found.ok()
+        asked.add(operation.label)
+
+        @settings(
+            max_examples=count,
+            deadline=None,
+            database=None,
+            derandomize=True,
+            phases=[Phase.explicit, Phase.generate],
+            suppress_health_check=list(HealthCheck),
+        )
+        @given(case=operation.as_strategy(), ours=st.booleans())
+        def ask(case: Case, ours: bool) -> None:
+            if ours and "job" in case.path_parameters and case.method != "DELETE":
+                case.path_parameters["job"] = job
+            answer: Any = case.call(timeout=60)
+            case.validate_response(answer, checks=CHECKS)
+
+        ask()
+    assert len(asked) > 20
+
+
+def test_every_route_does_what_its_schema_says(served: Served, done: Submitted) -> None:
+    _hold_to_its_schema(served, done.id, 3)
+
+
+@pytest.mark.slow
+def test_every_route_does_what_its_schema_says_at_length(served: Served, done: Submitted) -> None:
+    _hold_to_its_schema(served, done.id, 60)
