@@ -22,6 +22,7 @@ from ltlplan.pipeline import certified_team
 from ltlplan.service.batches import run_batch
 from ltlplan.service.clusters import Cluster
 from ltlplan.service.workers import LocalWorkers
+from tests.helpers import work_for_workers
 from tests.helpers.clusters import local_cluster
 
 CONDITIONS = {"wind": "0.5+0.3", "noise": 0.001}
@@ -81,7 +82,7 @@ def batches(missions: int) -> None:
 
         def local(count: int) -> tuple[bytes, float]:
             pool = LocalWorkers(count)
-            pool.submit(len, ()).exception()  # until it has loaded what work needs
+            pool.submit(work_for_workers.add, 1, 2).result()  # until it has loaded what work needs
             try:
                 return measure(pool)
             finally:
