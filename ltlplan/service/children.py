@@ -215,9 +215,10 @@ class Child:
             self._process.close()
 
     def give_way(self, nice: int) -> None:
-        """Let others compute first, the more the greater `nice` is."""
+        """Let others compute first, the more the greater `nice` is: 0 is as this process does."""
         with contextlib.suppress(OSError):
-            os.setpriority(os.PRIO_PGRP, cast(int, self._process.pid), nice)
+            own = os.getpriority(os.PRIO_PROCESS, 0)
+            os.setpriority(os.PRIO_PGRP, cast(int, self._process.pid), min(own + nice, 19))
 
 
 _STARTING = threading.Lock()

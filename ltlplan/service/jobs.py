@@ -12,6 +12,7 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import threading
 import uuid
 from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
@@ -92,7 +93,7 @@ class StoredFile:
 
 @dataclass(slots=True)
 class _Entry:
-    """What is known of a job at the moment; only the event loop of `Jobs` and the engine's touch it.
+    """What is known of a job at the moment. Requests, the engine and workers change it, each in a thread of its own.
 
     Attributes:
         job: As it is told, without what its stages found.
@@ -101,6 +102,8 @@ class _Entry:
         feed: Its events, while it has not ended.
         work: The stage that is being computed.
         cancelled: Whether it is being cancelled.
+        kept: Digests of what its stages made, before that is in their records.
+        lock: Held while the job is changed.
     """
 
     job: Job
@@ -109,6 +112,16 @@ class _Entry:
     feed: Feed = field(default_factory=Feed)
     work: WorkFuture | None = None
     cancelled: bool = False
+    kept: set[str] = field(default_factory=set)
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def change(self, **changes: Any) -> bool:  # of any type: a job's fields
+        """Change the job, unless it has ended; return whether it had not."""
+        with self.lock:
+            if self.job.state in ENDED:
+                return False
+            self.job = self.job.model_copy(update=changes)
+            return True
 
 
 class Jobs:
@@ -127,6 +140,7 @@ class Jobs:
         self._entries: dict[str, _Entry] = {}
         self._attempts: dict[str, list[str]] = {}
         self._submitting = asyncio.Lock()
+        self._keeping = threading.Lock()
         self._engine: Engine | None = None
         self._watching: asyncio.Task[None] | None = None
 
@@ -293,7 +307,12 @@ class Jobs:
         if entry.job.state in ENDED:
             return entry.job
         entry.cancelled = True
-        if await self._in_engine(lambda engine: engine.cancel(job_id)):
+        try:
+            cancelled = await self._in_engine(lambda engine: engine.cancel(job_id))
+        except BaseException:
+            entry.cancelled = False
+            raise
+        if cancelled:
             if entry.work is not None:
                 entry.work.cancel()
             self._end(entry, "cancelled")
@@ -315,10 +334,14 @@ class Jobs:
             await self._in_engine(lambda engine: engine.delete(job_id))
             self._entries.pop(job_id, None)
             self._attempts[entry.job.key].remove(job_id)
-            others = {digest for other in self._entries.values() for digest in _digests(other)}
-            for digest in _digests(entry) - others:
-                await asyncio.to_thread(self._store.drop, digest)
+            await asyncio.to_thread(self._drop, entry, list(self._entries.values()))
         _log.info("job %s is deleted", job_id)
+
+    def _drop(self, entry: _Entry, others: list[_Entry]) -> None:
+        """Remove what a job has in the store and no other has."""
+        with self._keeping:
+            for digest in _digests(entry) - {digest for other in others for digest in _digests(other)}:
+                self._store.drop(digest)
 
     async def file(self, job_id: str, name: str) -> StoredFile:
         """Return a file of a job, by its name in the job's own table.
@@ -443,7 +466,7 @@ class Jobs:
                 began.append(_now())
                 self._begin(entry, name, began[0])
                 _log.info("job %s: %s begins", entry.job.id, name)
-            entry.job = entry.job.model_copy(update={"sentence": sentence, "share": share})
+            entry.change(sentence=sentence, share=share)
             entry.feed.progress(entry.job, name, sentence, share)
 
         try:
@@ -465,16 +488,21 @@ class Jobs:
         """Keep what a stage made; where there is no room, wait for it."""
         while True:
             try:
-                return await asyncio.to_thread(self._keep, name, outcome)
+                return await asyncio.to_thread(self._keep, entry, name, outcome)
             except NoRoom as error:
                 entry.feed.progress(entry.job, name, f"waiting: {error}", entry.job.share)
                 _log.warning("job %s waits: %s", entry.job.id, error)
                 await asyncio.sleep(AGAIN)
 
-    def _keep(self, name: str, outcome: Outcome) -> Data:
+    def _keep(self, entry: _Entry, name: str, outcome: Outcome) -> Data:
         if self._store.free() < RESERVE / 2:
             raise NoRoom(f"There is no room in {self.settings.data}.")
-        put = self._store.put
+
+        def put(data: bytes) -> str:
+            with self._keeping:  # what another job that is being deleted has too stays
+                entry.kept.add(digest := self._store.put(data))
+            return digest
+
         record: Data = {
             "stage": name,
             "following": outcome.following,
@@ -497,10 +525,10 @@ class Jobs:
         changes: dict[str, Any] = {"stages": (*before, Stage(name=name, state="running", started=now))}
         if entry.job.state == "queued":
             changes |= {"state": "running", "started": entry.job.started or now}
-            entry.job = entry.job.model_copy(update=changes)
+        if not entry.change(**changes):
+            return
+        if "state" in changes:
             entry.feed.tell(state_event(entry.job))
-        else:
-            entry.job = entry.job.model_copy(update=changes)
         entry.feed.tell(stage_event(entry.job, entry.job.stages[-1], len(before) + 1))
 
     def _learn(self, entry: _Entry, records: list[Data]) -> None:
@@ -509,7 +537,9 @@ class Jobs:
             return
         record = records[-1]
         entry.records.append(record)
-        entry.job = _with_records(entry.job, entry.records)
+        with entry.lock:
+            if entry.job.state not in ENDED:
+                entry.job = _with_records(entry.job, entry.records)
         found = json.loads(self._store.get(record["found"])) if "found" in record else {}
         stage = entry.job.stages[-1].model_copy(update={"found": found})
         for event in claim_events(entry.job, stage, len(records)):
@@ -524,9 +554,8 @@ class Jobs:
             for stage in entry.job.stages
         )
         share = 1.0 if state == "done" else entry.job.share
-        entry.job = entry.job.model_copy(
-            update={"state": state, "ended": now, "problem": problem, "stages": stages, "sentence": "", "share": share}
-        )
+        if not entry.change(state=state, ended=now, problem=problem, stages=stages, sentence="", share=share):
+            return str(entry.job.ended)
         entry.feed.tell(state_event(entry.job))
         entry.feed.close()
         _log.info("job %s is %s", entry.job.id, state)
@@ -577,6 +606,8 @@ def _entry_of(record: Record) -> _Entry:
     entry = _Entry(job, record.asked, records)
     if job.state in ENDED:
         entry.feed.close()
+    else:
+        entry.feed.tell(state_event(job.model_copy(update={"state": "queued"})))
     return entry
 
 
@@ -621,7 +652,7 @@ def _told_again(job: Job, *, ended: bool) -> list[Event]:
 
 def _digests(entry: _Entry) -> set[str]:
     """Return the digests of all that a job has in the store."""
-    found = {entry.asked["mission"]}
+    found = {entry.asked["mission"], *entry.kept}
     for record in entry.records:
         found |= {record[name] for name in ("value", "found", "summary") if name in record}
         found |= {file["sha256"] for file in record.get("files", ())}

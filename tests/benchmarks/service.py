@@ -1,4 +1,4 @@
-"""What the service costs beside the command: many queued missions, a stored result, readers while plans compute, starting.
+"""What jobs cost beside the command: many queued missions, a stored result, starting; `service_http.py` asks over HTTP.
 
 python tests/benchmarks/service.py                   # 50 missions, minutes
 python tests/benchmarks/service.py --missions 10
@@ -46,7 +46,7 @@ def quantile(values: list[float], share: float) -> float:
 
 
 async def queued(data: Path, seeds: range) -> dict[str, float]:
-    """Submit all missions at once and wait for all; then ask for a stored one, and for it while two others compute."""
+    """Submit all missions at once and wait for all; then ask for a stored one."""
     data.mkdir()
     mission = ltlplan.load_mission(MISSION)
     workers = LocalWorkers(WORKERS)
@@ -72,18 +72,6 @@ async def queued(data: Path, seeds: range) -> dict[str, float]:
         assert again.state == "done"
     found["stored result, median"] = quantile(stored, 0.5)
     found["stored result, 99 %"] = quantile(stored, 0.99)
-    busy = [await jobs.submit(mission, seed=10_000 + index) for index in range(2)]
-    await asyncio.sleep(0.5)
-    reads: list[float] = []
-    while not all((await jobs.job(job.id)).state == "done" for job in busy):
-        for read in (jobs.jobs(), jobs.job(made[0].id), jobs.file(made[0].id, "plan.json"), jobs.health()):
-            began = time.perf_counter()
-            await read
-            reads.append(time.perf_counter() - began)
-        await asyncio.sleep(0.01)
-    found["reads while two compute, median"] = quantile(reads, 0.5)
-    found["reads while two compute, 99 %"] = quantile(reads, 0.99)
-    found["reads"] = len(reads)
     starts: list[float] = []
     for _ in range(20):
         began = time.perf_counter()
@@ -106,7 +94,7 @@ def main() -> None:
     alone = sum(single)
     print(f"| what | s |\n|---|---|\n| `ltlplan run {MISSION}`, {len(seeds)} times, one after the other | {alone:.1f} |")
     for name, value in found.items():
-        print(f"| {name} | {value:.4g} |" if name != "reads" else f"| number of those reads | {value} |")
+        print(f"| {name} | {value:.4g} |")
     print(f"| queued, beside the commands' time shared by {WORKERS} workers | {found['queued, all'] * WORKERS / alone:.2f} |")
 
 
