@@ -15,7 +15,10 @@ from typing import Any
 
 import pytest
 
+from ltlplan.service.watching import watch_json
 from tests.browser.devtools import CHROMIUM
+from verify import judge
+from verify.run_folder import read_folder
 
 pytest.importorskip("nicegui", reason="needs the service's extra")
 playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright to drive a browser")
@@ -126,6 +129,7 @@ def test_a_mission_from_its_first_mistake_to_a_file_that_is_certified(address: s
         _the_tightest_claim_is_shown_where_it_is(visitor, job)
         _a_recorded_flight_is_judged(visitor, job, tmp_path)
         _files_are_taken_away_and_certified_again(visitor, job, tmp_path / "away")
+        _a_counterexample_plays(visitor, job, tmp_path / "away")
         _a_refusal_says_what_would_mend_it(visitor)
         visitor.end()
         _it_is_read_on_a_phone_in_the_dark(Visitor(browser, address, width=390, height=844, dark=True), job)
@@ -239,6 +243,22 @@ def _files_are_taken_away_and_certified_again(visitor: Visitor, job: str, folder
     report = visitor.page.request.get(f"{visitor.address}/api/jobs/{job}/report")
     assert len(report.body()) <= 2_000_000
     assert visitor.page.get_by_role("link", name=f"/jobs/{job}").is_visible()
+
+
+def _a_counterexample_plays(visitor: Visitor, job: str, folder: Path) -> None:
+    """See the same flight with a tube in which the formula can be broken."""
+    plan, team = read_folder(folder)
+    refused = watch_json(plan, team, judge(plan, team, margin=0.15))
+    visitor.page.route("**/watch.json", lambda route: route.fulfill(body=refused, content_type="application/json"))
+    visitor.open(f"/jobs/{job}/trust")
+    visitor.page.locator(".claim.fails", has_text="formula").click()
+    assert visitor.said(".flight .verdict") == "8 of 49 claims are not proved at a margin of 150 mm."
+    letters = visitor.page.locator(".counterexample li")
+    assert letters.count() == 7
+    visitor.page.get_by_role("button", name="Play the counterexample").click()
+    visitor.wait("Number(document.querySelector('.clock').value) > 1.7")
+    visitor.wait("document.querySelectorAll('.counterexample li.now').length > 0")
+    visitor.page.unroute("**/watch.json")
 
 
 def _a_refusal_says_what_would_mend_it(visitor: Visitor) -> None:

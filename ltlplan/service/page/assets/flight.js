@@ -121,7 +121,7 @@ export default {
     said() {
       if (this.view === "judge") return this.verdict ? this.verdict.sentence : "";
       const count = this.shownClaims.length, bad = this.shownClaims.filter((claim) => claim.outcome !== "holds").length;
-      const margin = (1000 * this.data.margin).toPrecision(3).replace(/\.?0+$/, "");
+      const margin = Number((1000 * this.data.margin).toPrecision(4));
       const most = this.data.largest_margin === null ? "" : " " + (1000 * this.data.largest_margin).toFixed(1) + " mm would hold too.";
       return bad ? bad + " of " + count + " claims are not proved at a margin of " + margin + " mm." :
         "All " + count + " claims hold at all times, for every flight within " + margin + " mm." + most;
