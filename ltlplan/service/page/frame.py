@@ -24,6 +24,18 @@ if TYPE_CHECKING:
     from ltlplan.service.service import Service
 
 _SIGNS = {"queued": "waits", "running": "runs", "done": "done", "failed": "refused", "cancelled": "cancelled"}
+_ARROWS = """(event) => {
+  const tabs = Array.from(event.currentTarget.children);
+  const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+  if (!step) return;
+  event.preventDefault();
+  event.stopPropagation();
+  const next = tabs[(tabs.indexOf(document.activeElement) + step + tabs.length) % tabs.length];
+  next.focus();
+  next.click();
+}"""
+"""Arrow keys go from tab to tab, as keyboards expect of tabs."""
+
 _FAVICON = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32"><g fill="none" stroke="#1f77e0" stroke-width="3">'
     '<circle cx="8" cy="8" r="5"/><circle cx="24" cy="8" r="5"/><circle cx="8" cy="24" r="5"/><circle cx="24" cy="24" r="5"/>'
@@ -119,7 +131,8 @@ def _header(desk: Desk) -> None:
     with box("top", tag="header"):
         Words("strong", "ltlplan", "brand")
         tabs: dict[str, Words] = {}
-        with box("tablist", tag="nav").props('role=tablist aria-label="Parts of the page"'):
+        with box("tablist", tag="nav").props('role=tablist aria-label="Parts of the page"') as row:
+            row.on("keydown", js_handler=_ARROWS)
             for name in TABS:
                 tabs[name] = button(name.capitalize(), lambda name=name: desk.show(name)).props("role=tab")
         at = button("", lambda: desk.show("plan"), "current", label="The job that is looked at")

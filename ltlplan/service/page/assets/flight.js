@@ -13,6 +13,7 @@ export default {
   template: `
 <div class="flight" :data-view="view" :data-ready="data ? 'yes' : 'no'">
   <p v-if="trouble" class="warning" role="alert">{{ trouble }}</p>
+  <p v-if="!data && !trouble && view === 'watch'" class="soft">No flight to watch here: choose a job under Plan that has one.</p>
   <div class="theatre" :class="{ alone: !beside }" v-show="data">
     <div class="stage3d">
       <div class="holder" ref="holder" role="img" :aria-label="'Moving 3-D picture of ' + (data ? data.mission : 'the flight')"></div>
