@@ -230,8 +230,8 @@ Obstacle = Ball | Disc | Part
 GrownRegion = Ball | Part | Parts
 
 
-def convex_parts(body: GrownRegion) -> tuple[Ball | Part, ...]:
-    """Return the convex bodies that a region is made of: each has a plane of its own."""
+def convex_parts(body: GrownRegion | Disc) -> tuple[Obstacle, ...]:
+    """Return the convex bodies that a region or ring is made of: each has a plane of its own."""
     return body.parts if isinstance(body, Parts) else (body,)
 
 
@@ -310,7 +310,7 @@ def blocking(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...]) -> Obstacle 
     return next((obstacles[index] for index in near if obstacles[index].meets(a, b)), None)
 
 
-def within(obstacles: tuple[Obstacle, ...], low: Floats, high: Floats) -> list[int]:
+def within(obstacles: tuple[Obstacle | Parts, ...], low: Floats, high: Floats) -> list[int]:
     """Return which bodies may reach into a box, by their number: of a thousand bodies few are near.
 
     Args:
@@ -324,7 +324,7 @@ def within(obstacles: tuple[Obstacle, ...], low: Floats, high: Floats) -> list[i
 
 
 @lru_cache(maxsize=256)
-def _spheres(obstacles: tuple[Obstacle, ...]) -> tuple[Floats, Floats]:
+def _spheres(obstacles: tuple[Obstacle | Parts, ...]) -> tuple[Floats, Floats]:
     """Return the bodies' centres and how far they reach from there, m. Shapes (bodies, 3) and (bodies,)."""
     centres = np.array([body.centre for body in obstacles]).reshape(-1, 3)
     return centres, np.array([body.reach * (1 + 1e-9) + 1e-9 for body in obstacles])

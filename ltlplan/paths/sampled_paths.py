@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verify.data import BadInput, Letter, Mission
+from verify.data.shapes.region import ellipsoid_matrices
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -77,7 +78,7 @@ def label(mission: Mission, positions: Floats, *, grow: float = 0.0) -> Labels:
     centres = np.array([region.center for region in regions]).reshape(-1, 3)
     levels = np.array([scaled_level(region.inner_radius, grow) for region in regions])
     reach = np.array([region.outer_radius for region in regions]) * np.sqrt(levels)
-    shapes = [region.shape if region.is_ellipsoid else None for region in regions]
+    shapes = ellipsoid_matrices(regions)
     for start, i, index, offset in samples_near(positions, centres, reach):
         level = ellipsoid_level(shapes[i], offset) if regions[i].is_ellipsoid else regions[i].measures.levels(offset.T)
         inside = index[level <= levels[i]]

@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.bodies import Ball, Disc, GrownRegion, Obstacle, Part, Parts, convex_parts, grown_region, ring, within
+from refine.bodies import Ball, Disc, GrownRegion, Obstacle, convex_parts, grown_region, ring, within
 from verify.data import Infeasible, Mission, RobotPlan, Witness
 from verify.data.plan import Role, Waypoint
 from verify.data.rules.passage_room import room_in_opening, room_in_region
@@ -16,7 +16,7 @@ from verify.data.rules.spacing import ROUNDING
 from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
-Body = TypeVar("Body", Ball, Disc, Part, Parts)
+Body = TypeVar("Body", Ball, Disc, GrownRegion)
 
 CLEARANCE = 1e-3
 """m kept on top of the margin, so that rounding and engine tolerances cannot use the margin up."""

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.bodies import Ball, grown_ellipsoid
+from refine.bodies import Ball, convex_parts, grown_ellipsoid
 from refine.corridor.approach import through_approach_corridors
 from refine.corridor.legs import (
     CLEARANCE,
@@ -108,7 +108,7 @@ def hovering_corridor(mission: Mission, name: str, point: Floats, pieces: int, *
     """
     space = space_for(mission, name, clearance)
     bodies = (*space.bodies.regions.values(), *space.bodies.rings.values())
-    outside = [body for body in bodies if body.signed_distance(point) > 0.0]
+    outside = [part for body in bodies if body.signed_distance(point) > 0.0 for part in convex_parts(body)]
     needed = (True, *(False for _ in range(pieces - 1)), True)
     legs = (Leg(tuple(outside), None, None),) * pieces
     return Corridor(
