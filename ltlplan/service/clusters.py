@@ -124,11 +124,6 @@ class Cluster:
         """How many pieces of work have begun."""
         return len(self._begun)
 
-    @property
-    def waiting(self) -> int:
-        """How many pieces of work have not begun."""
-        return max(len(self._work) - len(self._begun), 0)
-
     def submit(
         self, work: Callable[..., Found], /, *arguments: object, progress: Progress | None = None, rank: float = 0.0
     ) -> Future[Found]:
@@ -210,7 +205,7 @@ class Cluster:
                     raise _Lost
                 else:
                     self._see(await asyncio.wait_for(client.nthreads(), 4 * _CONNECT))
-            except (OSError, _Lost, CancelledError, ClusterError):
+            except Exception:  # whatever a scheduler that is going away makes of it: nobody else would go back to it
                 self._client, self._threads = None, {}
                 await _left(client)
                 if not self._patient:
