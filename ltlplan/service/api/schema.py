@@ -11,6 +11,7 @@ from fastapi.openapi.utils import get_openapi
 from ltlplan.service.models import Problem
 from ltlplan.service.problems import MEDIA_TYPE
 from verify.data.mission import Mission
+from verify.data.shapes.region_shapes import REGION_SHAPES
 
 _REF = "#/components/schemas/{model}"
 _WHY = {
@@ -119,6 +120,15 @@ def mission_schemas() -> dict[str, Any]:
         "description": vehicle["description"],
         "anyOf": [{"type": "string", "examples": ["crazyflie-2.1"]}, {"$ref": _REF.format(model="Vehicle")}],
     }
+    for name in REGION_SHAPES.names():  # a region has one of them; other packages' too
+        shape = REGION_SHAPES.find(name)
+        made = shape.adapter.json_schema(ref_template=_REF)
+        parts |= made.pop("$defs", {})
+        for place in ("Region", "Hoop"):
+            parts[place]["properties"].setdefault(name, {**made, "description": shape.meaning})
+            parts[place]["required"] = [
+                key for key in parts[place]["required"] if key != "center"
+            ]  # some shapes say where they are
     return {"Mission": whole, **parts}
 
 

@@ -17,6 +17,7 @@ from ltlplan.service.api.schema import MISSION_EXAMPLE
 from ltlplan.service.remote.submitted import Submitted
 from tests.helpers.services import ONE_HOOP
 from verify.data import parse_mission
+from verify.data.shapes.region_shapes import REGION_SHAPES
 
 YAML = {"content-type": "application/yaml"}
 JSON = {"content-type": "application/json"}
@@ -265,6 +266,7 @@ def test_the_documentation_needs_nothing_from_elsewhere(http: httpx.Client) -> N
     mission = described["components"]["schemas"]["Mission"]
     assert mission["additionalProperties"] is False
     assert "workspace" in mission["required"]
+    assert set(REGION_SHAPES.names()) <= set(described["components"]["schemas"]["Region"]["properties"])
     for path, methods in described["paths"].items():
         for method, route in methods.items():
             assert route["summary"], (method, path)
