@@ -1,7 +1,8 @@
 """The database of the jobs before it is used: whether it answers, whose it is, and of which version.
 
-It is one file in the data folder (SQLite), or a PostgreSQL database that was named. What is older is brought to this version in one
-transaction when the engine starts; what is newer, another folder's or no database of ours is refused in words.
+It is one file in the data folder (SQLite), or a PostgreSQL database that was named. What is older is brought to this version when
+the engine starts, in one transaction (SQLite) or step by step, each whole (PostgreSQL); what is newer, another folder's or no database
+of ours is refused in words.
 """
 
 from __future__ import annotations
