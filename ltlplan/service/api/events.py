@@ -9,6 +9,19 @@ from contextlib import suppress
 from ltlplan.service.models import Event
 
 MEDIA_TYPE = "text/event-stream"
+SCHEMA = {
+    "type": "object",
+    "properties": {
+        "id": {"type": "string"},
+        "event": {"type": "string"},
+        "data": {
+            "type": "string",
+            "contentMediaType": "application/json",
+            "contentSchema": {"$ref": "#/components/schemas/Event"},
+        },
+    },
+}
+"""Of one event, as it is sent."""
 HEARTBEAT = 15.0
 """s after which a line without meaning shows that somebody is still there."""
 _RETRY = 2000

@@ -99,7 +99,7 @@ async def cancel_job(request: Request, job: JobId) -> Response:
     "/jobs/{job}/events",
     response_class=StreamingResponse,
     responses={
-        **content(events.MEDIA_TYPE, "One event a change, until the job has ended; `data` is an `Event`.", {"type": "string"}),
+        **content(events.MEDIA_TYPE, "One event a change, until the job has ended; `data` is an `Event`.", events.SCHEMA),
         204: {"description": "The job has ended, and nothing came after that event."},
         **problems(404),
     },
