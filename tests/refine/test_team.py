@@ -131,7 +131,8 @@ def test_a_time_optimised_flight_is_found_from_another_start_or_refused_aloud(mo
             refine(plan, pace=pace)
 
 
-@pytest.mark.parametrize("shares", [(0.0,), pytest.param((0.0, 1e-13, 1e-4), marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("shares", [(0.0, 1e-13, 1e-4)])
 def test_an_answer_that_no_longer_gets_better_is_taken_before_its_multipliers_rest(shares, shipped_run) -> None:
     """With points free in their rooms the multipliers of this mission's blend may go back and forth for ever.
 

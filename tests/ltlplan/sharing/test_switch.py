@@ -68,6 +68,7 @@ def test_a_part_changes_hands_in_flight_once_what_binds_it_is_done():
     assert flight.jump < 0.03
 
 
+@pytest.mark.slow
 def test_the_checker_holds_a_flight_with_a_hand_over():
     flight = fly_online(small(FIRST_A, regions=PLACES, agents=TWO), seed=1)
     assert any("takes b, d over from quad0" in event.sentence for event in flight.log.events)

@@ -256,7 +256,7 @@ def random_balls(rng: np.random.Generator) -> str:
     return "\n".join(f"{n}: {{center: {[float(x) for x in c]}, radii: [{r}, {r}, {r}]}}" for n, c, r in rows)
 
 
-@pytest.mark.parametrize("lasso", [False, True])
+@pytest.mark.parametrize("lasso", [pytest.param(False, marks=pytest.mark.slow), True])
 @pytest.mark.parametrize("count", [24, pytest.param(400, marks=pytest.mark.slow)])
 def test_limits_of_legs_against_dense_samples(lasso, count):
     rng = np.random.default_rng(count + lasso)
