@@ -185,8 +185,7 @@ def _stages_are_seen_as_they_go(visitor: Visitor) -> str:
 
 
 def _the_flight_plays(visitor: Visitor) -> None:
-    visitor.page.get_by_role("tab", name="Plan", exact=True).focus()
-    visitor.page.keyboard.press("ArrowRight")
+    visitor.page.get_by_role("button", name="Watch it").click()
     visitor.page.wait_for_selector(".flight[data-ready=yes] .holder[data-drawn=yes]")
     now = "Number(document.querySelector('.clock').value)"
     assert visitor.page.locator(".todo b").all_inner_texts() == ["open", "open", "kept so far"]

@@ -255,7 +255,7 @@ export default {
     key(event) {
       if (!this.data || !this.$el.offsetParent || event.ctrlKey || event.metaKey || event.altKey) return;
       if (event.target.closest("input:not([type=range]), textarea, select, .cm-editor, [contenteditable=true], [role=dialog]")) return;
-      if (event.key === " " && event.target.closest("button, summary, a") && !event.target.closest(".play")) return;
+      if (event.key === " " && event.target.closest("button, summary, a") && !event.target.closest(".play, [role=tab]")) return;
       const step = event.shiftKey ? 2 : 0.25;
       const does = {
         " ": () => this.toggle(), ArrowRight: () => this.seek(this.now + step), ArrowLeft: () => this.seek(this.now - step),
