@@ -88,7 +88,14 @@ class Feed:
                 self._add(event)
 
     def progress(self, job: Job, stage: str, sentence: str, share: float) -> None:
-        """Tell how far a stage has come; its number is the next."""
+        """Tell how far a stage has come; its number is the next.
+
+        Args:
+            job: Whose.
+            stage: Its name.
+            sentence: What is being done.
+            share: How much of the whole job is done, 0 to 1.
+        """
         with self._lock:
             if self._events:
                 number = self._events[-1].id + 1

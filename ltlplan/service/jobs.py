@@ -66,7 +66,14 @@ class Pool(Protocol):
         ...
 
     def submit(self, work: Any, /, *arguments: Any, progress: Progress | None = None, rank: float = 0.0) -> WorkFuture:
-        """Have work done somewhere; what is of lower rank comes first."""
+        """Have work done somewhere.
+
+        Args:
+            work: A function of a module; it is given the arguments and, last, whom to tell its progress.
+            arguments: What it is given; must be picklable.
+            progress: Told a sentence and the share done, 0 to 1.
+            rank: Work of a lower rank is begun first.
+        """
         ...
 
     def close(self) -> None:
