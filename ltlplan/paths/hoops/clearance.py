@@ -103,7 +103,13 @@ class Obstacle:
         return float(far[min(np.flatnonzero(self.levels(far[:, None] * way) <= level)[-1] + 1, _STEPS - 1)])
 
     def gate(self, point: Floats, line: Floats, level: float) -> float | None:
-        """Return the share of a line from a point in the region at which a level is left for good; None where it ends before that."""
+        """Return the share of a line from a point in the region at which a level is left for good; None where it ends before that.
+
+        Args:
+            point: Where the line begins, m. Shape (3,).
+            line: From there to its end, m. Shape (3,).
+            level: Of the region, as `levels` gives it.
+        """
         shares = np.linspace(0.0, 1.0, _STEPS)
         within = np.flatnonzero(self.levels(point - self.centre + shares[:, None] * line) <= level)
         if not len(within) or within[-1] == _STEPS - 1:
