@@ -184,7 +184,7 @@ class Cluster:
         except (OSError, ValueError, CancelledError) as error:
             await _left(client)
             raise ClusterError(
-                f"No Dask scheduler answers at {self.address} ({error or type(error).__name__}); start one with `dask scheduler`, give "
+                f"No Dask scheduler answers at {self.address} ({str(error) or type(error).__name__}); start one with `dask scheduler`, give "
                 "the address that it names, or leave --dask out to compute on this machine."
             ) from None
         except BaseException:

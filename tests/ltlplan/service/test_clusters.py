@@ -152,8 +152,7 @@ def test_a_scheduler_that_is_not_there_is_said(address: str, monkeypatch: pytest
         Cluster(address)
 
 
-def test_a_scheduler_without_workers_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(clusters, "_CONNECT", 2.0)
+def test_a_scheduler_without_workers_is_said() -> None:
     with (
         local_cluster(workers=0) as machines,
         pytest.raises(ClusterError, match="no workers; start some with `dask worker tcp://"),
