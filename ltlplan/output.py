@@ -7,24 +7,21 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from verify.data import Mission, Plan, Trajectory, mission_to_yaml
-from verify.data.events import EVENTS_FILE, events_to_json
 from verify.data.progress import Progress, silent
 from verify.data.storage.folders import PROOF, write_folder
 from verify.data.trajectory_csv import write_csv
 
 if TYPE_CHECKING:
     from flight import Campaign, ExportTarget, FlightLog
-    from ltlplan.online.flight import OnlineFlight
     from ltlplan.result import Result
 
 PLAN_FILES = ("mission.yaml", "plan.json")
-ONLINE_FILES = ("mission.yaml", EVENTS_FILE, "flight.csv", "report.html", "summary.txt")
 CAMPAIGN_FILES = (*PLAN_FILES, "campaign.json", "campaign.html")
 LOG_FILES = (*PLAN_FILES, "flight.csv")
 _EXPORT = "crazyswarm2"
@@ -84,23 +81,6 @@ def write_campaign(plan: Plan, found: Campaign, folder: Path) -> None:
     write_plan_files(plan, folder)
     (folder / "campaign.json").write_text(json.dumps(found.to_dict(), indent=1) + "\n", encoding="utf-8")
     (folder / "campaign.html").write_text(campaign_html(found), encoding="utf-8")
-
-
-def write_online(flown: OnlineFlight, lines: Sequence[str], folder: Path) -> None:
-    """Write `ONLINE_FILES`: the mission as it was at take-off, what changed, and what was flown.
-
-    Args:
-        flown: The flight.
-        lines: What is said of it, a sentence each.
-        folder: Where; it exists.
-    """
-    from ltlplan.report.online import online_html
-
-    (folder / "mission.yaml").write_text(mission_to_yaml(flown.asked), encoding="utf-8")
-    (folder / EVENTS_FILE).write_text(events_to_json(flown.events), encoding="utf-8")
-    (folder / "flight.csv").write_text(flown.log.to_csv(), encoding="utf-8")
-    (folder / "report.html").write_text(online_html(flown), encoding="utf-8")
-    (folder / "summary.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def write_plan_files(plan: Plan, folder: Path) -> None:

@@ -33,8 +33,8 @@ def command(
     """
     from flight import Conditions
     from ltlplan.commands.shared.events import parse_events
+    from ltlplan.online.files import ONLINE_FILES, write_online
     from ltlplan.online.flight import fly_online
-    from ltlplan.output import ONLINE_FILES, write_online
 
     conditions = Conditions(wind, noise, model, controller)
     with simulating(out, ONLINE_FILES, quiet=json) as progress:

@@ -4,6 +4,7 @@
 |---|---|
 | `flight` | a mission flown online in simulation, judged afterwards |
 | `certified`, `braking` | the same team flying certified pieces only, and how it comes to rest |
+| `files` | what such a flight writes |
 
 The method itself is in `ltlplan.sharing`. Names are loaded at first use, so that a part of the package can be used by what the
 other parts stand on.

@@ -9,7 +9,8 @@ from typer.testing import CliRunner
 import flight
 import ltlplan
 from ltlplan.cli import app
-from ltlplan.output import CAMPAIGN_FILES, LOG_FILES, ONLINE_FILES, PLAN_FILES, run_files
+from ltlplan.online.files import ONLINE_FILES
+from ltlplan.output import CAMPAIGN_FILES, LOG_FILES, PLAN_FILES, run_files
 from tests.ltlplan.commands.test_commands import SMALL
 from verify.data import BadInput
 from verify.data.storage.ownership import files_in
