@@ -67,7 +67,7 @@ async def many_at_once(folder: Path, small: int, large: int) -> None:
 
 def test_small_jobs_are_not_stuck_behind_large_ones(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     soon_long(monkeypatch)
-    run(many_at_once(tmp_path / "data", 12, 3))
+    run(many_at_once(tmp_path / "data", 6, 3))
 
 
 @pytest.mark.slow

@@ -304,6 +304,7 @@ def test_a_database_that_others_hold_is_refused_in_words(tmp_path: Path) -> None
     run(check())
 
 
+@pytest.mark.slow
 def test_a_database_that_is_held_for_a_while_delays_jobs_and_loses_none(tmp_path: Path) -> None:
     async def check() -> None:
         async with service(tmp_path / "data") as jobs:

@@ -77,6 +77,7 @@ def test_a_server_that_goes_away_delays_jobs_and_loses_none(server: Server, tmp_
     run(check())
 
 
+@pytest.mark.slow
 def test_a_killed_service_goes_on(server: Server, tmp_path: Path) -> None:
     url = server.create("killed")
     data = tmp_path / "data"
