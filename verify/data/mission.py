@@ -147,6 +147,43 @@ class Mission(Value):
             yaw_rate=math.radians(tighter(own.yaw_rate_deg, asked.yaw_rate_deg)),
         )
 
+    def vehicle_of(self, agent: str) -> Vehicle:
+        """Return what one agent flies.
+
+        Args:
+            agent: Its name.
+        """
+        del agent
+        return self.vehicle
+
+    def limits_of(self, agent: str) -> EffectiveLimits:
+        """Return the limits that one agent's flight keeps.
+
+        Args:
+            agent: Its name.
+        """
+        del agent
+        return self.effective_limits
+
+    def robot_of(self, agent: str) -> Robot:
+        """Return one agent's internal transition system.
+
+        Args:
+            agent: Its name.
+        """
+        del agent
+        return self.robot
+
+    def least_distance(self, one: str, other: str) -> float:
+        """Return how far apart the centres of two agents stay, in m; a distance in z counts as `separation_z` says.
+
+        Args:
+            one: Name of an agent.
+            other: Name of another one.
+        """
+        del one, other
+        return self.separation
+
     def initial_internal(self, agent: str) -> str:
         """Internal state of one agent at time 0."""
         own = self.agents[agent].internal
