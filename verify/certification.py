@@ -170,7 +170,7 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
         knot = None if cycle is None else paths.knots[index][cycle]
         matching = matchings[robot] = match(plan.robots[robot], spans[robot], knot)
         began = plan.mission.initial_internal(robot)
-        actions, fault = internal_changes(plan.mission, plan.robots[robot], matching, knot, initial=began)
+        actions, fault = internal_changes(plan.mission.robot_of(robot), plan.robots[robot], matching, knot, initial=began)
         initial, found = changes(spans[robot])
         timelines[robot] = Timeline(
             robot=robot,
@@ -267,13 +267,19 @@ def _margin_bound(evidence: Evidence, clock_error: Fraction) -> float:
     """Return a margin above which some claim about distances fails, as a place to begin."""
     mission = evidence.plan.mission
     bounds = [near.high for near in evidence.walls]
-    bounds += [near.high - mission.vehicle.radius for near in evidence.rims]
+    bounds += [near.high - mission.vehicle_of(near.robot).radius for near in evidence.rims]
     stretch = float(stretch_of(evidence.paths))
     drifts = _drifts(evidence, clock_error)
     for near in evidence.minimum_distances:
-        room = near.high - mission.separation - stretch * float(min(drifts[near.robot], drifts[near.other]))
+        room = (
+            near.high
+            - mission.least_distance(near.robot, near.other)
+            - stretch * float(min(drifts[near.robot], drifts[near.other]))
+        )
         bounds.append(room / (2 * stretch))
-    visited = {visit.region for robot in evidence.plan.robots.values() for visit in robot.visits}
-    bounds += [mission.all_regions[name].inner_radius for name in visited]
-    bounds += [hoop.opening - mission.vehicle.radius for name, hoop in mission.hoops.items() if name in visited]
+    visits = {(robot, visit.region) for robot, plan in evidence.plan.robots.items() for visit in plan.visits}
+    bounds += [mission.all_regions[name].inner_radius for _, name in visits]
+    bounds += [
+        mission.hoops[name].opening - mission.vehicle_of(robot).radius for robot, name in visits if name in mission.hoops
+    ]
     return max(min(bounds), 0.0)

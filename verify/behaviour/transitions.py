@@ -83,6 +83,7 @@ class _Search:
         self.mission = mission
         self.timeline = timeline
         self.robot = robot
+        self.system = mission.robot_of(robot.robot)
         self.environment = mission.environment
         self.edges = None if mission.environment is None else _edges(mission.environment)
         self.start = "" if mission.environment is None else mission.environment.start
@@ -178,10 +179,10 @@ class _Search:
     def _action(self, number: int, node: int, target: int, internal: str) -> tuple[_Fault | None, str]:
         action = self.timeline.actions[number]
         what = f"{self.robot.robot}'s action {action.source} -> {action.target}"
-        allowed = [a for a in self.mission.robot.actions if (a.source, a.target) == (action.source, action.target)]
-        if action.target not in self.mission.robot.states:
+        allowed = [a for a in self.system.actions if (a.source, a.target) == (action.source, action.target)]
+        if action.target not in self.system.states:
             return _Fault(f"{what} leads to a state that the robot does not have.", action.at), internal
-        propositions = frozenset(self.mission.robot.states[action.target])
+        propositions = frozenset(self.system.states[action.target])
         if action.source != internal:
             return _Fault(f"{what} is made in state {internal}.", action.at), internal
         if action.at not in [a.at for a in allowed]:

@@ -29,9 +29,15 @@ def workspace_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
         )  # fmt: skip
 
 
-def separation_limit(evidence: Evidence, margin: Fraction) -> Fraction:
-    """Return how far apart nominal paths must be, in m."""
-    return Fraction(evidence.plan.mission.separation) + 2 * margin * stretch_of(evidence.paths)
+def separation_limit(evidence: Evidence, pair: tuple[str, str], margin: Fraction) -> Fraction:
+    """Return how far apart the nominal paths of two robots must be, in m.
+
+    Args:
+        evidence: What is known of the team's paths.
+        pair: Their names.
+        margin: delta, m, exact.
+    """
+    return Fraction(evidence.plan.mission.least_distance(*pair)) + 2 * margin * stretch_of(evidence.paths)
 
 
 def separation_claims(evidence: Evidence, margin: Fraction, drifts: Mapping[str, Fraction]) -> Iterable[Claim]:
@@ -44,7 +50,8 @@ def separation_claims(evidence: Evidence, margin: Fraction, drifts: Mapping[str,
     """
     stretch = stretch_of(evidence.paths)
     for pair, near in enumerate(evidence.minimum_distances):
-        in_tube = separation_limit(evidence, margin)
+        robots = near.robot, near.other
+        in_tube = separation_limit(evidence, robots, margin)
         limit = in_tube + stretch * min(drifts[near.robot], drifts[near.other])
         steps = [evidence.pairwise_distances.jumps[i] for i in evidence.pairwise_distances.pairs[pair]]
 
@@ -58,7 +65,8 @@ def separation_claims(evidence: Evidence, margin: Fraction, drifts: Mapping[str,
             verdict = "undecided"  # what drift and steps can do is bounded from above only
         time = float(near.time)
         asked = (
-            f"{float(limit):.4f} m are asked (separation {evidence.plan.mission.separation:g} m, margin {float(margin):g} m)"
+            f"{float(limit):.4f} m are asked (separation {evidence.plan.mission.least_distance(*robots):g} m, "
+            f"margin {float(margin):g} m)"
         )
         if verdict == "holds":
             sentence = f"{near.robot} and {near.other} stay {near.low:.4f} m apart; {asked}."
@@ -80,8 +88,8 @@ def rim_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
     """No rim is met by the vehicle's sphere."""
     if not evidence.rims:
         return
-    limit = margin + Fraction(evidence.plan.mission.vehicle.radius)
     for robot in evidence.paths.robots:
+        limit = margin + Fraction(evidence.plan.mission.vehicle_of(robot).radius)
         near = min((c for c in evidence.rims if c.robot == robot), key=lambda c: c.low)
         clear = math.isfinite(near.low) and Fraction(near.low) > limit
         if not clear and math.isfinite(near.high) and limit < Fraction(near.high):  # too near to call: look closer

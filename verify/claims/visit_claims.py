@@ -57,7 +57,7 @@ def passage_claim(
     cycle = evidence.paths.trajectories[evidence.paths.robots.index(robot)].cycle
     knot = None if cycle is None else evidence.paths.knots[evidence.paths.robots.index(robot)][cycle]
 
-    limit = float(margin + Fraction(evidence.plan.mission.vehicle.radius))
+    limit = float(margin + Fraction(evidence.plan.mission.vehicle_of(robot).radius))
 
     def refused(sentence: str, crossing: Crossing | None = None, visit: int | None = None, region: str | None = None) -> Claim:
         if crossing is None:

@@ -70,42 +70,45 @@ class Extreme:
 @np.errstate(all="ignore")
 def extremes(paths: TeamPaths) -> list[Extreme]:
     """Bound every limited quantity of every robot's nominal flight."""
-    limits, vehicle = paths.mission.effective_limits, paths.mission.vehicle
+    limits = [paths.mission.limits_of(robot) for robot in paths.robots]
+    masses = [paths.mission.vehicle_of(robot).mass for robot in paths.robots]
     velocity, acceleration = paths.derivative(1)[:, :3], paths.derivative(2)[:, :3]
     jerk, snap = paths.derivative(3)[:, :3], paths.derivative(4)[:, :3]
     force = with_gravity(acceleration)
     thrust2 = dot(force, force)
-    mass = vehicle.mass
     found: list[Extreme] = []
 
-    def add(name: LimitName, limit: float, result: Peaks, unit: Unit, *, least: bool = False) -> None:
-        found.extend(_decided(paths, extreme) for extreme in _read(paths, name, limit, result, unit, least))
+    def add(name: LimitName, result: Peaks, units: list[Unit], *, least: bool = False) -> None:
+        asked = [getattr(limit, name) for limit in limits]
+        found.extend(_decided(paths, extreme) for extreme in _read(paths, name, asked, result, units, least))
 
     # speed, acceleration and thrust are polynomials of degree 12 and 10: one search for all of them
     squares = [raised(dot(v, v), 12) for v in (velocity, acceleration)] + [raised(t, 12) for t in (thrust2, -thrust2)]
-    ceilings = [limits.speed**2, limits.acceleration**2, (limits.thrust_max / mass) ** 2, -((limits.thrust_min / mass) ** 2)]
+    ceilings = [limit.speed**2 for limit in limits] + [limit.acceleration**2 for limit in limits]
+    ceilings += [(limit.thrust_max / mass) ** 2 for limit, mass in zip(limits, masses, strict=True)]
+    ceilings += [-((limit.thrust_min / mass) ** 2) for limit, mass in zip(limits, masses, strict=True)]
     count = len(paths.robots)
-    critical = np.repeat(ceilings, count)
+    critical = np.array(ceilings)
     groups = np.concatenate([paths.piece_owner + count * i for i in range(len(squares))])
     both = peaks(concatenate(squares), groups, len(critical), slack=_SHARE * np.abs(critical), critical=critical)
     speed, push, most_thrust, least_thrust = _parted(both, len(squares), len(paths.piece_owner))
-    newton = _thrust(mass)
-    add("speed", limits.speed, speed, _root)
-    add("acceleration", limits.acceleration, push, _root)
-    add("thrust_max", limits.thrust_max, most_thrust, newton)
-    add("thrust_min", limits.thrust_min, least_thrust, newton, least=True)
-    add("tilt", limits.tilt, tilt_peaks(paths, force, limits.tilt), _same)
+    root, same, newton = [_root] * count, [_same] * count, [_thrust(mass) for mass in masses]
+    add("speed", speed, root)
+    add("acceleration", push, root)
+    add("thrust_max", most_thrust, newton)
+    add("thrust_min", least_thrust, newton, least=True)
+    add("tilt", tilt_peaks(paths, force, [limit.tilt for limit in limits]), same)
     turning = _cross(jerk, force)
-    critical = np.full(count, limits.body_rate**2)
+    critical = np.array([limit.body_rate**2 for limit in limits])
     rate = peaks(
         raised(dot(turning, turning), 20), paths.piece_owner, count, slack=_SHARE * critical, critical=critical,
         denominator=thrust2 * thrust2,
     )  # fmt: skip
-    add("body_rate", limits.body_rate, rate, _root)
-    add("yaw_rate", limits.yaw_rate, yaw_rate_peaks(paths, force, jerk, limits.yaw_rate), _same)
-    least, most = rotor_peaks(paths, force, jerk, snap, (limits.rotor_thrust_min, limits.rotor_thrust_max))
-    add("rotor_thrust_max", limits.rotor_thrust_max, most, _same)
-    add("rotor_thrust_min", limits.rotor_thrust_min, least, _same, least=True)
+    add("body_rate", rate, root)
+    add("yaw_rate", yaw_rate_peaks(paths, force, jerk, [limit.yaw_rate for limit in limits]), same)
+    least, most = rotor_peaks(paths, force, jerk, snap, [(limit.rotor_thrust_min, limit.rotor_thrust_max) for limit in limits])
+    add("rotor_thrust_max", most, same)
+    add("rotor_thrust_min", least, same, least=True)
     return found
 
 
@@ -197,7 +200,8 @@ def _kept_exactly(paths: TeamPaths, segment: Segment, extreme: Extreme) -> bool:
     def square(vector: list[fmpq_poly]) -> fmpq_poly:
         return vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]
 
-    newton = limit / exact.rational(paths.mission.vehicle.mass)
+    mass = exact.rational(paths.mission.vehicle_of(extreme.robot).mass)
+    newton = limit / mass
     match extreme.name:
         case "speed":
             room = limit * limit - square(velocity)
@@ -214,16 +218,19 @@ def _kept_exactly(paths: TeamPaths, segment: Segment, extreme: Extreme) -> bool:
             room = limit * limit * square(force) * square(force) - square(turning)
     length = segment.stop - segment.start
     if extreme.name == "body_rate":  # where |f| may vanish the inequality holds and proves nothing
-        least = exact.rational(paths.mission.effective_limits.thrust_min) / exact.rational(paths.mission.vehicle.mass)
+        least = exact.rational(paths.mission.limits_of(extreme.robot).thrust_min) / mass
         if not exact.nonnegative(square(force) - least * least, Fraction(0), length):
             return False
     return exact.nonnegative(room, Fraction(0), length)
 
 
-def _read(paths: TeamPaths, name: LimitName, limit: float, result: Peaks, unit: Unit, least: bool) -> list[Extreme]:
-    """Turn proved bounds on a (squared, or negated) quantity into bounds in the limit's own unit."""
+# six parameters: what is bounded, by how much, and how its bounds are read
+def _read(
+    paths: TeamPaths, name: LimitName, limits: Sequence[float], result: Peaks, units: Sequence[Unit], least: bool
+) -> list[Extreme]:
+    """Turn proved bounds on a (squared, or negated) quantity, robot by robot, into bounds in the limits' own unit."""
     rows = []
-    for robot, who in enumerate(paths.robots):
+    for robot, (who, limit, unit) in enumerate(zip(paths.robots, limits, units, strict=True)):
         index = int(paths.piece_segments[int(result.item[robot])])
         time = paths.segments[index].time(float(result.place[robot]))
         upper, lower = float(result.upper[robot]), float(result.lower[robot])

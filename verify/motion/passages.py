@@ -221,7 +221,7 @@ def _crossing(frames: HoopFrames, robot: str, column: int, parts: list[OpeningPa
     first, last = parts[0], parts[-1]
     start, stop = paths.segments[first.segment].time(first.start), paths.segments[last.segment].time(last.stop)
     off_axis = float(np.nextafter(np.sqrt(np.max([part.across for part in parts])), np.inf))  # NaN stays NaN
-    room = float(Fraction(hoop.opening) - margin - Fraction(paths.mission.vehicle.radius))
+    room = Fraction(hoop.opening) - margin - Fraction(paths.mission.vehicle_of(robot).radius)
     bound = float(np.nextafter(float(margin), np.inf))
     way: Way = None
     if first.first[1] < -bound and last.last[0] > bound:
@@ -236,11 +236,8 @@ def _crossing(frames: HoopFrames, robot: str, column: int, parts: list[OpeningPa
         reason = "the path enters the opening and turns back" if back else "the path leaves the opening sideways"
     elif goes_back(parts, bound if way == "F" else -bound):
         way, reason = None, "the path passes the opening and comes back through it"
-    elif not (
-        math.isfinite(off_axis)
-        and Fraction(off_axis) <= Fraction(hoop.opening) - margin - Fraction(paths.mission.vehicle.radius)
-    ):
-        reason = f"the path is {off_axis:.4f} m off the axis, where {room:.4f} m leave room for vehicle and margin"
+    elif not (math.isfinite(off_axis) and Fraction(off_axis) <= room):
+        reason = f"the path is {off_axis:.4f} m off the axis, where {float(room):.4f} m leave room for vehicle and margin"
     else:
         reason = ""
     return Crossing(robot, name, start, stop, way, off_axis, reason)

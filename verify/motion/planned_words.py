@@ -17,6 +17,7 @@ from verify.behaviour.timeline import Status, Timeline
 from verify.data.language.word import Letter, Word
 from verify.data.mission import Mission
 from verify.data.plan import Plan, RobotPlan
+from verify.data.sections import Robot
 from verify.motion.regions import relations
 
 
@@ -98,7 +99,7 @@ def _told(mission: Mission, name: str, robot: RobotPlan, word: Word) -> Iterator
     internal = mission.initial_letter(name)
     begun = word.letters[0] & frozenset(mission.all_regions)
     split = len(robot.visits) if robot.cycle_visit is None else robot.cycle_visit
-    events = [_of_visit(mission, robot, index) for index in range(len(robot.visits))]
+    events = [_of_visit(mission.robot_of(name), robot, index) for index in range(len(robot.visits))]
     lap = None if robot.cycle_visit is None else tuple(e for found in events[split:] for e in found)
     yield _Events(mission, internal, tuple(e for found in events[:split] for e in found), lap)
     first = [visit.region for visit in robot.visits[: len(begun)]]
@@ -107,9 +108,9 @@ def _told(mission: Mission, name: str, robot: RobotPlan, word: Word) -> Iterator
         yield _Events(mission, internal, tuple(e for found in shortened for e in found), lap)
 
 
-def _of_visit(mission: Mission, robot: RobotPlan, index: int) -> list[_Event]:
+def _of_visit(system: Robot, robot: RobotPlan, index: int) -> list[_Event]:
     visit = robot.visits[index]
-    states = mission.robot.states
+    states = system.states
     return [_Event(region=visit.region), *(_Event(propositions=frozenset(states[a.target])) for a in visit.actions)]
 
 

@@ -28,7 +28,6 @@ from verify.arithmetic.balls import Balls, Floats, dot
 from verify.arithmetic.bounds import Indices, Peaks, search
 from verify.arithmetic.centred import Centred
 from verify.arithmetic.intervals import Interval, interval
-from verify.data.vehicle import Vehicle
 from verify.motion.paths import TeamPaths
 
 _SLACK = 1e-3
@@ -49,17 +48,16 @@ _State = tuple[Balls, ...]
 _Enclose = Callable[[_State, Indices], tuple[Floats, Floats, Floats]]
 
 
-def yaw_rate_peaks(paths: TeamPaths, force: Balls, jerk: Balls, limit: float) -> Peaks:
+def yaw_rate_peaks(paths: TeamPaths, force: Balls, jerk: Balls, limits: Sequence[float]) -> Peaks:
     """Bound the magnitude of the rate about the body's z axis, robot by robot, in rad/s.
 
     Args:
         paths: The team.
         force: f on each piece. Shape (pieces, 3, 6).
         jerk: r''' on each piece. Shape (pieces, 3, 5).
-        limit: The limit, which sets how tight the bounds are made.
+        limits: Each robot's limit, in rad/s, which sets how tight the bounds are made.
     """
     state = (force, jerk, dot(force, force), paths.derivative(0)[:, 3], paths.derivative(1)[:, 3])
-    count = len(paths.robots)
 
     def values(parts: Sequence[_Quantity]) -> _Quantity:
         f, j, f2, yaw, turn = parts
@@ -74,10 +72,12 @@ def yaw_rate_peaks(paths: TeamPaths, force: Balls, jerk: Balls, limit: float) ->
         over = values([Centred.of(part) for part in parts]).over.magnitude()
         return _with_ends(over, values([_ends(part) for part in parts]).magnitude())
 
-    return _peaks(state, (enclose, enclose_closely), paths.piece_owner, np.full(count, limit), np.full(count, limit))
+    return _peaks(state, (enclose, enclose_closely), paths.piece_owner, np.array(limits), np.array(limits))
 
 
-def rotor_peaks(paths: TeamPaths, force: Balls, jerk: Balls, snap: Balls, limits: tuple[float, float]) -> tuple[Peaks, Peaks]:
+def rotor_peaks(
+    paths: TeamPaths, force: Balls, jerk: Balls, snap: Balls, limits: Sequence[tuple[float, float]]
+) -> tuple[Peaks, Peaks]:
     """Bound the thrusts of all rotors, robot by robot, in N.
 
     Args:
@@ -85,7 +85,7 @@ def rotor_peaks(paths: TeamPaths, force: Balls, jerk: Balls, snap: Balls, limits
         force: f on each piece. Shape (pieces, 3, 6).
         jerk: r''' on each piece. Shape (pieces, 3, 5).
         snap: r'''' on each piece. Shape (pieces, 3, 4).
-        limits: Least and greatest thrust allowed, which set how tight the bounds are made.
+        limits: Least and greatest thrust allowed each robot, in N, which set how tight the bounds are made.
 
     Returns:
         Bounds on minus the least thrust, and on the greatest.
@@ -95,26 +95,36 @@ def rotor_peaks(paths: TeamPaths, force: Balls, jerk: Balls, snap: Balls, limits
     pieces, count = len(paths.piece_owner), len(paths.robots)
     state = tuple(Balls(np.concatenate([b.mid, b.mid]), np.concatenate([b.rad, b.rad])) for b in single)
     groups = np.concatenate([paths.piece_owner, paths.piece_owner + count])
-    vehicle = paths.mission.vehicle
+    airframes = _airframes(paths)
 
-    def thrusts(parts: Sequence[_Quantity]) -> list[_Quantity]:
+    def thrusts(parts: Sequence[_Quantity], items: Indices) -> list[_Quantity]:
         f, j, s, f2, fj, yaw, turn, spin = parts
-        return _rotor_thrusts(_Frame.of(f, j, f2, yaw, turn), s, fj, spin, vehicle)
+        own = airframes if airframes.ndim == 1 else airframes[:, groups[items] % count]
+        return _rotor_thrusts(_Frame.of(f, j, f2, yaw, turn), s, fj, spin, own)
 
     def enclose(parts: _State, items: Indices) -> tuple[Floats, Floats, Floats]:
-        return _thirds(_extreme(thrusts([_spread(part) for part in parts]), np.tile(items < pieces, 3)))
+        items = np.tile(items, 3)
+        return _thirds(_extreme(thrusts([_spread(part) for part in parts], items), items < pieces))
 
     def enclose_closely(parts: _State, items: Indices) -> tuple[Floats, Floats, Floats]:
-        over = _extreme([t.over for t in thrusts([Centred.of(part) for part in parts])], items < pieces)
-        return _with_ends(over, _extreme(thrusts([_ends(part) for part in parts]), np.tile(items < pieces, 2)))
+        over = _extreme([t.over for t in thrusts([Centred.of(part) for part in parts], items)], items < pieces)
+        items = np.tile(items, 2)
+        return _with_ends(over, _extreme(thrusts([_ends(part) for part in parts], items), items < pieces))
 
-    critical = np.repeat([-limits[0], limits[1]], count)
-    both = _peaks(state, (enclose, enclose_closely), groups, critical, np.full(2 * count, limits[1]))
+    least, most = np.array(limits).T
+    both = _peaks(state, (enclose, enclose_closely), groups, np.concatenate([-least, most]), np.concatenate([most, most]))
     first, second = slice(0, count), slice(count, 2 * count)
     return (
         Peaks(both.upper[first], both.lower[first], both.item[first] % pieces, both.place[first]),
         Peaks(both.upper[second], both.lower[second], both.item[second] % pieces, both.place[second]),
     )
+
+
+def _airframes(paths: TeamPaths) -> Floats:
+    """Return mass, arm, inertia (x, y, z) and torque to thrust. Shape (6,) where all robots fly the same, else (6, robots)."""
+    vehicles = [paths.mission.vehicle_of(robot) for robot in paths.robots]
+    numbers = np.array([(v.mass, v.arm, *v.inertia, v.torque_to_thrust) for v in vehicles])
+    return numbers[0] if np.all(numbers == numbers[0]) else numbers.T
 
 
 def _peaks(state: _State, enclosures: tuple[_Enclose, _Enclose], groups: Indices, critical: Floats, scale: Floats) -> Peaks:
@@ -193,10 +203,11 @@ class _Frame(Generic[_Quantity]):
 
 
 def _rotor_thrusts(
-    frame: _Frame[_Quantity], snap: _Quantity, fj: _Quantity, spin: _Quantity, vehicle: Vehicle
+    frame: _Frame[_Quantity], snap: _Quantity, fj: _Quantity, spin: _Quantity, airframe: Floats
 ) -> list[_Quantity]:
-    """Enclose the thrusts of the four rotors."""
+    """Enclose the thrusts of the four rotors of airframes as `_airframes` gives them."""
     h = frame
+    mass, arm, ix, iy, iz, torque_to_thrust = (interval(value) for value in airframe)
     sx, sy, sz = _turned_back(snap, h.cos, h.sin)
     growth = fj / h.f  # F'
     x, y, z = h.rate_x, h.rate_y, h.rate_z
@@ -210,14 +221,13 @@ def _rotor_thrusts(
     n_rate = (spin * h.w + h.turn * h.jz) * h.f2 + (h.turn * h.w * fj).times(2.0) + q_rate * h.k + h.q * k_rate
     d_rate = (h.p * p_rate + h.w * h.jz).times(2.0)
     accel_z = n_rate / (h.f * h.d) - z * (fj / h.f2 + d_rate / h.d)
-    ix, iy, iz = (interval(value) for value in vehicle.inertia)
     torque_x = accel_x * ix + y * z * (iz - iy)
     torque_y = accel_y * iy + z * x * (ix - iz)
     torque_z = accel_z * iz + x * y * (iy - ix)
-    lever = interval(2.0).root() * interval(vehicle.arm).times(2.0)  # 4 d = 4 arm / sqrt 2
-    share = h.f * interval(vehicle.mass).times(0.25)
+    lever = interval(2.0).root() * arm.times(2.0)  # 4 d = 4 arm / sqrt 2
+    share = h.f * mass.times(0.25)
     roll, pitch = torque_x / lever, torque_y / lever
-    yaw = torque_z / interval(vehicle.torque_to_thrust).times(4.0)
+    yaw = torque_z / torque_to_thrust.times(4.0)
     return [share + roll - pitch + yaw, share + roll + pitch - yaw, share - roll - pitch - yaw, share - roll + pitch + yaw]
 
 

@@ -7,6 +7,7 @@ proved the angle may be anything: there cos |cos| = fz |fz| / |f|^2 does, which 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from flint import arb
@@ -20,18 +21,18 @@ _SHARE = 1e-5
 """How near to the true extreme a bound is driven, as a share of the limit's squared tangent, and of 1 for the cosine."""
 
 
-def tilt_peaks(paths: TeamPaths, force: Balls, limit: float) -> Peaks:
+def tilt_peaks(paths: TeamPaths, force: Balls, limits: Sequence[float]) -> Peaks:
     """Bound the tilt, robot by robot, in rad.
 
     Args:
         paths: The team.
         force: f on each piece. Shape (pieces, 3, n + 1).
-        limit: The limit, in rad, below a quarter turn; it sets how tight the bounds are made.
+        limits: Each robot's limit, in rad, below a quarter turn; it sets how tight the bounds are made.
     """
     count = len(paths.robots)
     upward = force[:, 2]
     state = (dot(force[:, :2], force[:, :2]), upward * upward, upward)
-    critical = np.full(count, math.tan(limit) ** 2)
+    critical = np.array([math.tan(limit) ** 2 for limit in limits])
     steep = search(state, _tangents, paths.piece_owner, count, slack=_SHARE * critical, critical=critical)
     upper = np.array([_from_tangent(value, up=True) for value in steep.upper])
     lower = np.array([_from_tangent(value, up=False) for value in steep.lower])
@@ -40,7 +41,7 @@ def tilt_peaks(paths: TeamPaths, force: Balls, limit: float) -> Peaks:
         rows = np.flatnonzero(paths.piece_owner == robot)
         over = search(
             (upward[rows], dot(force, force)[rows]), _cosines, np.zeros(len(rows), dtype=np.intp), 1,
-            slack=np.array([_SHARE]), critical=np.array([-(math.cos(limit) ** 2)]),
+            slack=np.array([_SHARE]), critical=np.array([-(math.cos(limits[robot]) ** 2)]),
         )  # fmt: skip
         upper[robot] = _from_cosine(float(over.upper[0]), up=True)
         lower[robot] = _from_cosine(float(over.lower[0]), up=False)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from verify.behaviour.timeline import InternalChange
-from verify.data.mission import Mission
 from verify.data.plan import RobotPlan
+from verify.data.sections import Robot
 from verify.motion.membership import Span
 
 _GRID = 2**20
@@ -181,7 +181,7 @@ def _with_lap(robot: RobotPlan, matching: Matching, spans: Mapping[str, tuple[Sp
 
 
 def internal_changes(
-    mission: Mission, robot: RobotPlan, matching: Matching, knot: Fraction | None = None, *, initial: str | None = None
+    system: Robot, robot: RobotPlan, matching: Matching, knot: Fraction | None = None, *, initial: str | None = None
 ) -> tuple[tuple[InternalChange, ...], ActionFault | None]:
     """Place the planned actions in time.
 
@@ -190,11 +190,11 @@ def internal_changes(
     is a float, the one that is written and flown.
 
     Args:
-        mission: Says which actions are permitted.
+        system: Says which actions are permitted.
         robot: The robot's plan.
         matching: Its visits as stays.
         knot: For a lasso, when its cycle begins, in s: actions of the cycle's visits come after it, others before.
-        initial: Internal state at time 0; None takes the mission's.
+        initial: Internal state at time 0; None takes the system's.
 
     Returns:
         The changes in order, and why the next one is not permitted (None where all are).
@@ -206,7 +206,7 @@ def internal_changes(
         begins = matching.stays[index].start if index < len(matching.stays) else None
         return tuple(changes), ActionFault(sentence, index, robot.visits[index].region, begins if time is None else time)
 
-    state = mission.robot.initial if initial is None else initial
+    state = system.initial if initial is None else initial
     at_cycle: str | None = None
     for index, visit in enumerate(robot.visits):
         if index == lap:
@@ -226,7 +226,7 @@ def internal_changes(
                     f"but the state is '{state}'",
                     index,
                 )
-            if action not in mission.robot.actions or action.at != visit.region:
+            if action not in system.actions or action.at != visit.region:
                 return fault(f"visit {index}: '{action.source}' may not become '{action.target}' in '{visit.region}'", index)
             if span is None:
                 return fault(f"the action of visit {index} of '{visit.region}' has no time before the cycle begins", index)
@@ -241,7 +241,7 @@ def internal_changes(
                     instant,
                 )
             state = action.target
-            propositions = frozenset(mission.robot.states[state])
+            propositions = frozenset(system.states[state])
             changes.append(InternalChange(instant, action.source, state, visit.region, index, propositions))
     if at_cycle is not None and at_cycle != state:
         last = max(index for index, visit in enumerate(robot.visits) if visit.actions)

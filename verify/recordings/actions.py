@@ -73,7 +73,7 @@ def _instants(asked: Asked, robot: str) -> Iterable[Action]:
     for entry in asked.actions:
         if entry.robot != robot:
             continue
-        fitting = [a.at for a in asked.mission.robot.actions if (a.source, a.target) == (entry.source, entry.target)]
+        fitting = [a.at for a in asked.mission.robot_of(robot).actions if (a.source, a.target) == (entry.source, entry.target)]
         at = fitting[0] if asked.plan is None else asked.plan.robots[robot].visits[entry.visit].region
         begin, lap, laps = 0.0, 0.0, 1
         if path is not None and path.cycle is not None:
@@ -114,7 +114,8 @@ def logged_actions(
         mission: Which actions there are.
         rows: The robot's regions.
     """
-    states = {state for state, names in mission.robot.states.items() if frozenset(names) == internal[0]}
+    system = mission.robot_of(robot)
+    states = {state for state, names in system.states.items() if frozenset(names) == internal[0]}
     states = states & {mission.initial_internal(robot)} or states
     found: list[Action] = []
     rank: dict[Outcome, int] = {"holds": 0, "undecided": 1, "fails": 2}
@@ -122,9 +123,7 @@ def logged_actions(
         if internal[i] == internal[i - 1]:
             continue
         low, high = Fraction(float(times[i - 1])), Fraction(float(times[i]))
-        fitting = [
-            a for a in mission.robot.actions if a.source in states and frozenset(mission.robot.states[a.target]) == internal[i]
-        ]
+        fitting = [a for a in system.actions if a.source in states and frozenset(system.states[a.target]) == internal[i]]
         if not fitting:
             shown = "{" + ", ".join(sorted(internal[i])) + "}"
             sentence = (
@@ -178,7 +177,7 @@ def internal_changes(actions: Sequence[Action], mission: Mission, zero: Fraction
             continue
         low, high = (min(max(time - zero, Fraction(0)), end) for time in (action.low, action.high))
         state = action.target
-        names, until = frozenset(mission.robot.states[state]), None if low == high else high
+        names, until = frozenset(mission.robot_of(action.robot).states[state]), None if low == high else high
         made.append(InternalChange(low, action.source, state, action.at, action.visit, names, until))
     return tuple(made)
 
@@ -197,7 +196,7 @@ def unplanned(
         mission: Propositions of the internal states.
         until: s of the recording, exact.
     """
-    states = mission.robot.states
+    states = mission.robot_of(robot).states
     due = [a for a in planned if frozenset(states[a.source]) != frozenset(states[a.target])]
     for index, action in enumerate(made):
         if action.target and (index >= len(due) or states[due[index].target] != states[action.target]):

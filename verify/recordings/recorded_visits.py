@@ -187,7 +187,7 @@ def passage_claim(
         margin: How far from the plane of an opening a robot may turn back without having passed it once more, m.
     """
     mission = worlds[0].mission
-    robot, radius = track.robot, mission.vehicle.radius
+    robot, radius = track.robot, mission.vehicle_of(track.robot).radius
     found = crossings(track, worlds, margin)
     tokens = []
     for crossing in found:

@@ -92,7 +92,7 @@ def _wall(place: Floats, mission: Mission) -> str:
 
 def rim_claim(track: Track, mission: Mission) -> Claim | None:
     """The vehicle's sphere meets no rim; None where there are no hoops."""
-    robot, radius = track.robot, mission.vehicle.radius
+    robot, radius = track.robot, mission.vehicle_of(track.robot).radius
     near: list[tuple[float, float, str, Outcome]] = []
     for name, hoop in mission.hoops.items():
 
@@ -164,11 +164,12 @@ def separation_claims(tracks: Mapping[str, Track], mission: Mission) -> Iterable
     """
     if mission.separation_z == 0:
         raise BadInput("separation_z must be above 0 m; leave it out for the same clearance in all directions.")
-    limit, weight = mission.separation, mission.separation / (mission.separation_z or mission.separation or 1.0)
+    weight = mission.separation / (mission.separation_z or mission.separation or 1.0)
     for a, b in itertools.combinations(tracks, 2):
         start, stop = max(tracks[a].start, tracks[b].start), min(tracks[a].stop, tracks[b].stop)
         if start > stop:
             continue
+        limit = mission.least_distance(a, b)
         low, at, high, when = _nearest(tracks[a], tracks[b], start, stop, weight, limit)
         claimed = partial(recorded_claim, "separation", robot=a, other=b, limit=limit)
         if low >= limit:

@@ -18,7 +18,7 @@ LIMIT = math.radians(50.0)
 def steady(x: float, y: float, z: float):
     """The tilt of a force that is the same all the time, in m/s^2."""
     force = constants(np.array([[x, y, z]]))
-    return tilt_peaks(PATHS, force, LIMIT)
+    return tilt_peaks(PATHS, force, [LIMIT])
 
 
 def test_a_right_angle_lies_between_the_two_bounds():
