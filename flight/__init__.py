@@ -6,20 +6,26 @@
 asked at every door; `processes` shares work.
 """
 
-from flight.campaigns import Campaign, Share, campaign
-from flight.comparison import Comparison, compare
-from flight.conditions import Conditions
-from flight.control.controller import Controller
-from flight.exports import Exported, ExportTarget, Product, Request, export, formats, quantised, upload, with_hovers
-from flight.flights import fly
-from flight.logs.log import Event, FlightLog
-from flight.logs.recordings import Recording, read_recording
-from flight.logs.tables import read_log, write_log
-from flight.model.airframe import Airframe, airframe_of, shipped_airframes
-from flight.model.disturbances import Wind
-from flight.model.plant import AirframeModel
-from flight.model.sensing import MotionCapture
-from flight.monitoring.monitor import Monitor
+from __future__ import annotations
+
+from verify.data.loading import loaded_at_first_use
+
+TYPE_CHECKING = False  # type checkers take it for True
+if TYPE_CHECKING:
+    from flight.campaigns import Campaign, Share, campaign
+    from flight.comparison import Comparison, compare
+    from flight.conditions import Conditions
+    from flight.control.controller import Controller
+    from flight.exports import Exported, ExportTarget, Product, Request, export, formats, quantised, upload, with_hovers
+    from flight.flights import fly
+    from flight.logs.log import Event, FlightLog
+    from flight.logs.recordings import Recording, read_recording
+    from flight.logs.tables import read_log, write_log
+    from flight.model.airframe import Airframe, airframe_of, shipped_airframes
+    from flight.model.disturbances import Wind
+    from flight.model.plant import AirframeModel
+    from flight.model.sensing import MotionCapture
+    from flight.monitoring.monitor import Monitor
 
 __all__ = [
     "Airframe",
@@ -53,3 +59,34 @@ __all__ = [
     "with_hovers",
     "write_log",
 ]
+
+if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one is an error to them
+    __getattr__, __dir__ = loaded_at_first_use(
+        __name__,
+        {
+            "flight.campaigns": ("Campaign", "Share", "campaign"),
+            "flight.comparison": ("Comparison", "compare"),
+            "flight.conditions": ("Conditions",),
+            "flight.control.controller": ("Controller",),
+            "flight.exports": (
+                "Exported",
+                "ExportTarget",
+                "Product",
+                "Request",
+                "export",
+                "formats",
+                "quantised",
+                "upload",
+                "with_hovers",
+            ),
+            "flight.flights": ("fly",),
+            "flight.logs.log": ("Event", "FlightLog"),
+            "flight.logs.recordings": ("Recording", "read_recording"),
+            "flight.logs.tables": ("read_log", "write_log"),
+            "flight.model.airframe": ("Airframe", "airframe_of", "shipped_airframes"),
+            "flight.model.disturbances": ("Wind",),
+            "flight.model.plant": ("AirframeModel",),
+            "flight.model.sensing": ("MotionCapture",),
+            "flight.monitoring.monitor": ("Monitor",),
+        },
+    )

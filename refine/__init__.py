@@ -8,18 +8,24 @@ Read `team`, then `single` (one robot as if alone) and `coordination` (all of th
 `spline` and `bodies`; `feedback` is what the judge's witnesses ask for.
 """
 
-from refine.heading.spin import least_spin, with_least_spin
-from refine.heading.yaw import heading_spline
-from refine.limits.stretching import stretch_to_limits
-from refine.limits.values import Limits, Rotors
-from refine.solvers.fastest import time_optimal
-from refine.solvers.retiming import retime
-from refine.solvers.timeout import SolverTimeout
-from refine.spline.least_snap import minimum_snap
-from refine.spline.parts import split
-from refine.spline.rounding import jumps, on_grid, quantise
-from refine.spline.values import Spline
-from refine.team import refine
+from __future__ import annotations
+
+from verify.data.loading import loaded_at_first_use
+
+TYPE_CHECKING = False  # type checkers take it for True
+if TYPE_CHECKING:
+    from refine.heading.spin import least_spin, with_least_spin
+    from refine.heading.yaw import heading_spline
+    from refine.limits.stretching import stretch_to_limits
+    from refine.limits.values import Limits, Rotors
+    from refine.solvers.fastest import time_optimal
+    from refine.solvers.retiming import retime
+    from refine.solvers.timeout import SolverTimeout
+    from refine.spline.least_snap import minimum_snap
+    from refine.spline.parts import split
+    from refine.spline.rounding import jumps, on_grid, quantise
+    from refine.spline.values import Spline
+    from refine.team import refine
 
 __all__ = [
     "Limits",
@@ -39,3 +45,22 @@ __all__ = [
     "time_optimal",
     "with_least_spin",
 ]
+
+if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one is an error to them
+    __getattr__, __dir__ = loaded_at_first_use(
+        __name__,
+        {
+            "refine.heading.spin": ("least_spin", "with_least_spin"),
+            "refine.heading.yaw": ("heading_spline",),
+            "refine.limits.stretching": ("stretch_to_limits",),
+            "refine.limits.values": ("Limits", "Rotors"),
+            "refine.solvers.fastest": ("time_optimal",),
+            "refine.solvers.retiming": ("retime",),
+            "refine.solvers.timeout": ("SolverTimeout",),
+            "refine.spline.least_snap": ("minimum_snap",),
+            "refine.spline.parts": ("split",),
+            "refine.spline.rounding": ("jumps", "on_grid", "quantise"),
+            "refine.spline.values": ("Spline",),
+            "refine.team": ("refine",),
+        },
+    )

@@ -8,18 +8,24 @@ and `logic` (what a formula says), over `arithmetic`. `words` judges words alone
 flights in changing worlds; `run_folder` proves again from files, `testing` is for other people's tests.
 """
 
-from verify.certificate import ActionInstant, Certificate
-from verify.certification import certify, judge
-from verify.claims.claim import Claim
-from verify.data import NotCertified, Trajectory, Witness
-from verify.logic.verdict import TeamVerdict, Verdict
-from verify.recordings.asked import Asked, asked_of
-from verify.recordings.flight_log import Samples, load_flight_log
-from verify.recordings.flight_verdict import FlightVerdict, check_flight
-from verify.recordings.samples import check_recording, check_samples
-from verify.run_folder import recheck
-from verify.words.team_verdict import check_team
-from verify.words.word_verdict import check_word
+from __future__ import annotations
+
+from verify.data.loading import loaded_at_first_use
+
+TYPE_CHECKING = False  # type checkers take it for True
+if TYPE_CHECKING:
+    from verify.certificate import ActionInstant, Certificate
+    from verify.certification import certify, judge
+    from verify.claims.claim import Claim
+    from verify.data import NotCertified, Trajectory, Witness
+    from verify.logic.verdict import TeamVerdict, Verdict
+    from verify.recordings.asked import Asked, asked_of
+    from verify.recordings.flight_log import Samples, load_flight_log
+    from verify.recordings.flight_verdict import FlightVerdict, check_flight
+    from verify.recordings.samples import check_recording, check_samples
+    from verify.run_folder import recheck
+    from verify.words.team_verdict import check_team
+    from verify.words.word_verdict import check_word
 
 __all__ = [
     "ActionInstant",
@@ -44,3 +50,22 @@ __all__ = [
     "load_flight_log",
     "recheck",
 ]
+
+if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one is an error to them
+    __getattr__, __dir__ = loaded_at_first_use(
+        __name__,
+        {
+            "verify.certificate": ("ActionInstant", "Certificate"),
+            "verify.certification": ("certify", "judge"),
+            "verify.claims.claim": ("Claim",),
+            "verify.data": ("NotCertified", "Trajectory", "Witness"),
+            "verify.logic.verdict": ("TeamVerdict", "Verdict"),
+            "verify.recordings.asked": ("Asked", "asked_of"),
+            "verify.recordings.flight_log": ("Samples", "load_flight_log"),
+            "verify.recordings.flight_verdict": ("FlightVerdict", "check_flight"),
+            "verify.recordings.samples": ("check_recording", "check_samples"),
+            "verify.run_folder": ("recheck",),
+            "verify.words.team_verdict": ("check_team",),
+            "verify.words.word_verdict": ("check_word",),
+        },
+    )

@@ -7,10 +7,28 @@ would void it.
 along.
 """
 
-from flight.exports.compressed import quantised
-from flight.exports.crazyflie import upload
-from flight.exports.crazyswarm import with_hovers
-from flight.exports.files import Exported, export, formats
-from flight.exports.target import ExportTarget, Product, Request
+from __future__ import annotations
+
+from verify.data.loading import loaded_at_first_use
+
+TYPE_CHECKING = False  # type checkers take it for True
+if TYPE_CHECKING:
+    from flight.exports.compressed import quantised
+    from flight.exports.crazyflie import upload
+    from flight.exports.crazyswarm import with_hovers
+    from flight.exports.files import Exported, export, formats
+    from flight.exports.target import ExportTarget, Product, Request
 
 __all__ = ["ExportTarget", "Exported", "Product", "Request", "export", "formats", "quantised", "upload", "with_hovers"]
+
+if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one is an error to them
+    __getattr__, __dir__ = loaded_at_first_use(
+        __name__,
+        {
+            "flight.exports.compressed": ("quantised",),
+            "flight.exports.crazyflie": ("upload",),
+            "flight.exports.crazyswarm": ("with_hovers",),
+            "flight.exports.files": ("Exported", "export", "formats"),
+            "flight.exports.target": ("ExportTarget", "Product", "Request"),
+        },
+    )

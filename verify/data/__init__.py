@@ -5,26 +5,32 @@ the packages. `mission_file`, `trajectory_csv` and `storage` are files; `value`,
 with; `registry` and `choices` are the names that other packages may bring, `events` what may change in flight, `vehicle` what flies.
 """
 
-from verify.data.errors import (
-    BadInput,
-    DoesNotFit,
-    Infeasible,
-    InternalError,
-    LtlplanError,
-    MissingEngine,
-    NotCertified,
-    Unsatisfiable,
-)
-from verify.data.language.formula import Formula, FormulaError, parse_formula
-from verify.data.language.sequence import Passage, Sequence, SequenceError, parse_sequence
-from verify.data.language.word import Letter, Word
-from verify.data.mission import Mission, check_mission
-from verify.data.mission_file import load_mission_file, mission_to_yaml, parse_mission
-from verify.data.plan import Plan, RobotPlan, Visit, Waypoint, check_plan, load_plan
-from verify.data.rules.faults import MissionError
-from verify.data.trajectory import Trajectory, check_trajectories
-from verify.data.vehicle import GRAVITY, Vehicle, load_vehicle, shipped_vehicles
-from verify.data.witness import Witness
+from __future__ import annotations
+
+from verify.data.loading import loaded_at_first_use
+
+TYPE_CHECKING = False  # type checkers take it for True
+if TYPE_CHECKING:
+    from verify.data.errors import (
+        BadInput,
+        DoesNotFit,
+        Infeasible,
+        InternalError,
+        LtlplanError,
+        MissingEngine,
+        NotCertified,
+        Unsatisfiable,
+    )
+    from verify.data.language.formula import Formula, FormulaError, parse_formula
+    from verify.data.language.sequence import Passage, Sequence, SequenceError, parse_sequence
+    from verify.data.language.word import Letter, Word
+    from verify.data.mission import Mission, check_mission
+    from verify.data.mission_file import load_mission_file, mission_to_yaml, parse_mission
+    from verify.data.plan import Plan, RobotPlan, Visit, Waypoint, check_plan, load_plan
+    from verify.data.rules.faults import MissionError
+    from verify.data.trajectory import Trajectory, check_trajectories
+    from verify.data.vehicle import GRAVITY, Vehicle, load_vehicle, shipped_vehicles
+    from verify.data.witness import Witness
 
 __all__ = [
     "GRAVITY",
@@ -64,3 +70,30 @@ __all__ = [
     "parse_sequence",
     "shipped_vehicles",
 ]
+
+if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one is an error to them
+    __getattr__, __dir__ = loaded_at_first_use(
+        __name__,
+        {
+            "verify.data.errors": (
+                "BadInput",
+                "DoesNotFit",
+                "Infeasible",
+                "InternalError",
+                "LtlplanError",
+                "MissingEngine",
+                "NotCertified",
+                "Unsatisfiable",
+            ),
+            "verify.data.language.formula": ("Formula", "FormulaError", "parse_formula"),
+            "verify.data.language.sequence": ("Passage", "Sequence", "SequenceError", "parse_sequence"),
+            "verify.data.language.word": ("Letter", "Word"),
+            "verify.data.mission": ("Mission", "check_mission"),
+            "verify.data.mission_file": ("load_mission_file", "mission_to_yaml", "parse_mission"),
+            "verify.data.plan": ("Plan", "RobotPlan", "Visit", "Waypoint", "check_plan", "load_plan"),
+            "verify.data.rules.faults": ("MissionError",),
+            "verify.data.trajectory": ("Trajectory", "check_trajectories"),
+            "verify.data.vehicle": ("GRAVITY", "Vehicle", "load_vehicle", "shipped_vehicles"),
+            "verify.data.witness": ("Witness",),
+        },
+    )
