@@ -20,6 +20,7 @@ from verify.claims.claim import Claim
 from verify.claims.distance_claims import rim_claims, separation_claims, workspace_claims
 from verify.claims.evidence import Evidence
 from verify.claims.limit_claims import continuity_claims, leg_claims, limit_claims
+from verify.claims.obstacle_claims import obstacle_claims
 from verify.claims.visit_claims import passage_claim, visit_claim
 from verify.data.errors import BadInput, NotCertified
 from verify.data.plan import Plan, check_plan
@@ -193,6 +194,7 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
         *visits,
         *passages,
         *rim_claims(evidence, margin),
+        *obstacle_claims(evidence, margin),
         *workspace_claims(evidence, margin),
         *separation_claims(evidence, margin, drifts),
         *leg_claims(evidence, matchings),

@@ -26,6 +26,7 @@ from verify.claims.claim import Claim
 from verify.claims.distance_claims import rim_claims, separation_claims, workspace_claims
 from verify.claims.evidence import Evidence
 from verify.claims.limit_claims import braking_claims, continuity_claims, limit_claims
+from verify.claims.obstacle_claims import obstacle_claims
 from verify.data.errors import BadInput
 from verify.data.language.word import Word
 from verify.data.mission import Mission
@@ -128,7 +129,7 @@ def judge_stop(
 ) -> tuple[Claim, ...]:
     """Judge trajectories by which a team comes to rest, whatever it had planned: all that is claimed but words.
 
-    The flight before `since` was judged before. From then on: workspace, separation and rims in this world, and an end that is in
+    The flight before `since` was judged before. From then on: workspace, separation, rims and obstacles in this world, and an end that is in
     each region for sure or out of it for sure. Continuity and limits are judged of the whole trajectories.
 
     Args:
@@ -153,6 +154,7 @@ def judge_stop(
         *limit_claims(whole),
         *braking_claims(whole, towards),
         *rim_claims(ahead, margin),
+        *obstacle_claims(ahead, margin),
         *workspace_claims(ahead, margin),
         *separation_claims(ahead, margin, still),
         *(_rest_claim(ahead, robot, spans) for robot, spans in statuses(ahead.membership, margin).items()),

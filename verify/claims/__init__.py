@@ -2,5 +2,5 @@
 
 Read `claim` (the value) and `evidence` (what is known of a team's paths at every margin, computed once). The others hold the
 evidence against what is asked: `limit_claims` (limits and continuity, whatever the margin), `distance_claims` (workspace,
-separation and rims) and `visit_claims` (visits and passages).
+separation and rims), `obstacle_claims` and `visit_claims` (visits and passages).
 """

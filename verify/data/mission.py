@@ -22,6 +22,7 @@ from verify.data.language.word import Letter
 from verify.data.rules.faults import Fault, MissionError, sound_sections
 from verify.data.rules.missions import broken_rules
 from verify.data.sections import Agent, Box, EffectiveLimits, Environment, Limits, Planner, Robot, Spec
+from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
 from verify.data.storage.file_names import MAX_LENGTH, name_fault
 from verify.data.value import Remembered, Value, plain
@@ -64,6 +65,7 @@ class Mission(Value):
     spec: Spec = Field(default_factory=lambda: Spec())
     hoops: dict[str, Hoop] = Field(default_factory=dict, description="regions with a ring")
     regions: dict[str, Region] = Field(default_factory=dict, description="regions without a ring")
+    obstacles: dict[str, Obstacle] = Field(default_factory=dict, description="solid bodies, which no vehicle may meet")
     environment: Environment | None = Field(default=None, description="omitted: every region can be reached from every other")
     robot: Robot = Field(default_factory=lambda: Robot(), description="omitted: one internal state, no propositions")
     agents: dict[str, Agent] = Field(min_length=1, description="the quadcopters, by name")
@@ -194,8 +196,12 @@ class Mission(Value):
         return frozenset(self.robot.states[self.initial_internal(agent)])
 
     def resolved(self) -> dict[str, Any]:  # of any type: JSON nests
-        """Return the mission as plain data with every default, matrix and vehicle number written out."""
-        return self.model_dump(mode="json", by_alias=True, exclude_none=True)
+        """Return the mission as plain data with every default, matrix and vehicle number written out.
+
+        `obstacles` stands there only where there are some: missions without them read as they did before there were any.
+        """
+        data = self.model_dump(mode="json", by_alias=True, exclude_none=True)
+        return data if self.obstacles else {key: value for key, value in data.items() if key != "obstacles"}
 
     def digest(self) -> str:
         """Return the SHA-256 of the resolved mission, in hexadecimal."""

@@ -26,7 +26,7 @@ from verify.recordings.measurement import LARGEST, require_error, require_speed,
 from verify.recordings.planned_paths import PlannedPath, planned_paths
 from verify.recordings.recorded_visits import passage_claim, visit_claim, widened
 from verify.recordings.samples import MAX_SAMPLES
-from verify.recordings.space import TELLS, rim_claim, separation_claims, workspace_claim
+from verify.recordings.space import TELLS, obstacle_claim, rim_claim, separation_claims, workspace_claim
 from verify.recordings.tracks import Bounds, Track, track
 from verify.recordings.tube import tube_claim
 from verify.recordings.words import (
@@ -238,6 +238,8 @@ class _Judge:
             parts = {robot: one for robot, one in parts.items() if one.start <= one.stop}
             rims = (rim_claim(one, world.mission) for one in parts.values())
             yield from (claim for claim in rims if claim is not None)
+            solid = (obstacle_claim(one, world.mission) for one in parts.values())
+            yield from (claim for claim in solid if claim is not None)
         for one in self.tracks.values():
             yield workspace_claim(one, self.asked.mission)
         yield from separation_claims(self.tracks, self.asked.mission)

@@ -90,6 +90,14 @@ def _wall(place: Floats, mission: Mission) -> str:
     return ("x min", "y min", "z min", "x max", "y max", "z max")[int(np.argmin(beyond))]
 
 
+def obstacle_claim(track: Track, mission: Mission) -> Claim | None:
+    """The vehicle's sphere meets no obstacle; None where there are none."""
+    if not mission.obstacles:
+        return None
+    sentence = f"{track.robot} cannot be shown to stay clear of obstacles: this version does not judge them yet."
+    return recorded_claim("obstacles", "undecided", sentence, robot=track.robot)
+
+
 def rim_claim(track: Track, mission: Mission) -> Claim | None:
     """The vehicle's sphere meets no rim; None where there are no hoops."""
     robot, radius = track.robot, mission.vehicle_of(track.robot).radius

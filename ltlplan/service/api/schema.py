@@ -124,7 +124,7 @@ def mission_schemas() -> dict[str, Any]:
         shape = REGION_SHAPES.find(name)
         made = shape.adapter.json_schema(ref_template=_REF)
         parts |= made.pop("$defs", {})
-        for place in ("Region", "Hoop"):
+        for place in ("Region", "Hoop", "Obstacle"):
             parts[place]["properties"].setdefault(name, {**made, "description": shape.meaning})
             parts[place]["required"] = [
                 key for key in parts[place]["required"] if key != "center"

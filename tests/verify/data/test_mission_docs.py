@@ -10,6 +10,7 @@ from verify.data import parse_mission
 from verify.data.mission import Mission
 from verify.data.sections import Action, Agent, Box, Environment, LegLimits, Limits, Planner, Robot, Spec
 from verify.data.shapes.inequalities import Inequality
+from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
 from verify.data.vehicle import Vehicle
 
@@ -20,6 +21,7 @@ SECTIONS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("`regions.NAME`", Region),
     ("`regions.NAME.parts[][]`", Inequality),
     ("`hoops.NAME` (a region's keys, and)", Hoop),
+    ("`obstacles.NAME` (a region's keys, and)", Obstacle),
     ("`environment`", Environment),
     ("`robot`", Robot),
     ("`robot.actions[]`", Action),
@@ -35,7 +37,7 @@ SECTIONS: tuple[tuple[str, type[BaseModel]], ...] = (
 def tables() -> str:
     parts = []
     for title, model in SECTIONS:
-        skip = set(Region.model_fields) if model is Hoop else set()
+        skip = set(Region.model_fields) if model in (Hoop, Obstacle) else set()
         rows = [f"### {title}", "", "| key | type | default | meaning |", "|---|---|---|---|"]
         for name, field in model.model_fields.items():
             if name not in skip:

@@ -14,6 +14,8 @@ from pydantic.fields import FieldInfo
 
 from verify.data.errors import BadInput, did_you_mean
 from verify.data.sections import Action, Agent, Box, Environment, LegLimits, Limits, Planner, Robot, Spec
+from verify.data.shapes.obstacle import Obstacle
+from verify.data.shapes.placed_body import PlacedBody
 from verify.data.shapes.region import Hoop, Region
 from verify.data.shapes.region_shapes import REGION_SHAPES
 from verify.data.value import FaultsWithin
@@ -22,10 +24,14 @@ from verify.data.vehicle import Vehicle
 KeyPath = tuple[str | int, ...]
 Finding = tuple[KeyPath, str]
 
+MOST_OBSTACLES = 1000
+"""So many are measured, and held against starts, hoops and regions, within about a second; each may have many parts."""
+
 _SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
     ("spec",): Spec,
     ("hoops", "*"): Hoop,
     ("regions", "*"): Region,
+    ("obstacles", "*"): Obstacle,
     ("environment",): Environment,
     ("robot",): Robot,
     ("robot", "actions", "*"): Action,
@@ -91,7 +97,11 @@ def sound_sections(
     for key, field in fields.items():
         if key not in data:
             continue
-        if key in ("hoops", "regions", "agents") and isinstance(data[key], dict) and data[key]:
+        if key == "obstacles" and isinstance(data[key], dict) and len(data[key]) > MOST_OBSTACLES:
+            reason = f"{len(data[key])} obstacles; {MOST_OBSTACLES} is the most. What belongs together may be one obstacle, a `union`."
+            faults.append(((key,), reason))
+            continue
+        if key in ("hoops", "regions", "obstacles", "agents") and isinstance(data[key], dict) and data[key]:
             entry_type = field.annotation.__args__[1]  # type: ignore[union-attr]  # dict[str, entry]
             adapter: TypeAdapter[Any] = TypeAdapter(entry_type)
             values[key] = {}
@@ -173,8 +183,12 @@ def _known_keys(where: KeyPath) -> tuple[str, ...]:
     for pattern, model in _SECTIONS.items():
         if len(pattern) == len(where) and all(p in ("*", k) for p, k in zip(pattern, where, strict=True)):
             known = tuple(field.alias or name for name, field in model.model_fields.items())
-            return (*known, *(key for key in REGION_SHAPES.names() if key not in known)) if issubclass(model, Region) else known
-    if len(where) == 3 and where[0] in ("hoops", "regions") and where[2] in REGION_SHAPES.names():
+            return (
+                (*known, *(key for key in REGION_SHAPES.names() if key not in known))
+                if issubclass(model, PlacedBody)
+                else known
+            )
+    if len(where) == 3 and where[0] in ("hoops", "regions", "obstacles") and where[2] in REGION_SHAPES.names():
         return tuple(getattr(REGION_SHAPES.find(str(where[2])).schema, "model_fields", ()))
     return ()
 

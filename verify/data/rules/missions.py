@@ -17,6 +17,7 @@ from verify.data.language.formula import FREE, NAME, RESERVED_NAMES, FormulaErro
 from verify.data.language.sequence import SequenceError, parse_sequence
 from verify.data.rules.agents import broken_by_agents, unknown_region
 from verify.data.rules.faults import Finding
+from verify.data.rules.obstacles import broken_by_obstacles
 from verify.data.sections import Agent, Box, Environment, Limits, Planner, Robot, Spec
 from verify.data.storage.file_names import robot_name_fault
 from verify.data.vehicle import Vehicle
@@ -59,18 +60,20 @@ def broken_rules(
     if "agents" in data and not _keys(data["agents"]):
         yield ("agents",), "a mission needs at least one agent, such as `quad0: {start: [0, 0, 1]}`."
     yield from broken_by_agents(values, robot, region_names, to_plan=to_plan)
+    yield from broken_by_obstacles(values, _keys(data.get("hoops")), to_plan=to_plan)
     yield from _planner(values.get("planner"), values.get("agents", {}))
     if installed:
         yield from _choices(values.get("planner"), values.get("agents", {}))
 
 
 def _names(data: Mapping[str, Any], regions: list[str], internal: set[str] | None) -> Iterator[Finding]:
-    for table in ("hoops", "regions", "agents"):
+    for table in ("hoops", "regions", "obstacles", "agents"):
         for name in _keys(data.get(table)):
             if not NAME.fullmatch(name):
                 yield (table, name), f"'{name}' is no name: use a letter or _, then letters, digits and _."
             elif table != "agents" and name in RESERVED_NAMES:
-                yield (table, name), f"'{name}' is an operator of the formula language and cannot name a region."
+                what = "an obstacle" if table == "obstacles" else "a region"
+                yield (table, name), f"'{name}' is an operator of the formula language and cannot name {what}."
             elif table != "agents" and name == FREE:
                 yield (table, name), "'free' is built in and means in no region; choose another name."
     robots = _keys(data.get("agents"))
@@ -81,6 +84,10 @@ def _names(data: Mapping[str, Any], regions: list[str], internal: set[str] | Non
         if regions.count(name) > 1 and name in _keys(data.get("regions")):
             yield ("regions", name), f"'{name}' names both a hoop and a region."
             break
+    for name in _keys(data.get("obstacles")):
+        other = "a hoop" if name in _keys(data.get("hoops")) else "a region" if name in regions else "an internal proposition"
+        if name in regions or name in (internal or ()):
+            yield ("obstacles", name), f"'{name}' names both an obstacle and {other}; an obstacle needs a name of its own."
     for name in sorted(internal or ()):
         if not NAME.fullmatch(name) or name in RESERVED_NAMES or name == FREE:
             yield ("robot", "states"), f"'{name}' cannot name a proposition."
