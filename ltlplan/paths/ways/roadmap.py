@@ -1,0 +1,254 @@
+"""A roadmap of free space: points at which shortest ways turn, joined where the straight line between them is free.
+
+This is a visibility graph (Lozano-Perez and Wesley, "An algorithm for planning collision-free paths among polyhedral obstacles",
+Communications of the ACM 22, 1979) in three dimensions, over points on the edges of grown bodies. Solid bodies stop every way. Soft ones,
+regions that some ways may enter and others not, are looked up for each question: every line knows which of them it enters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import KDTree
+
+from ltlplan.paths.ways.bends import Bends, Lines, bends, lines_beside
+from ltlplan.paths.ways.solid_bodies import SolidBodies, SolidBody
+from ltlplan.paths.ways.straightening import straightened
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+
+_ALL_PAIRS = 500
+"""Points up to which every two are looked at."""
+_NEAREST = 40
+"""Beyond that, so many around each."""
+_FROM_A_PLACE = 300
+"""Points to which a place is joined, the nearest ones."""
+_BRIDGES = 200
+"""Pairs of points, the nearest ones, by which parts of the roadmap that hang together by nothing are joined where they can be."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Joints:
+    """Lines between points, and the soft bodies that they enter.
+
+    Attributes:
+        first: Index of one end. Shape (n,).
+        second: Index of the other. Shape (n,).
+        lengths: m. Shape (n,).
+        entering: Index of a line for each soft body that a line enters. Shape (entries,).
+        entered: That body's index. Shape (entries,).
+    """
+
+    first: Integers
+    second: Integers
+    lengths: Floats
+    entering: Integers
+    entered: Integers
+
+    def free(self, stopping: Booleans) -> Booleans:
+        """Tell which lines enter none of some soft bodies. Shape (bodies,) to (n,)."""
+        free = np.ones(len(self.first), dtype=np.bool_)
+        free[self.entering[stopping[self.entered]]] = False
+        return free
+
+
+class Roadmap:
+    """Free space between bodies in a box, as a graph.
+
+    Attributes:
+        low: Lower corner of the box, m. Shape (3,).
+        high: Upper corner, m. Shape (3,).
+        solids: What no way may enter.
+        soft: What ways may enter where that is permitted, by name.
+        bends: The points at which ways may turn.
+    """
+
+    def __init__(
+        self, low: Floats, high: Floats, solids: Sequence[SolidBody], soft: Sequence[SolidBody], heights: Floats
+    ) -> None:
+        """Lay out the points; lines between them are found when a way is asked for.
+
+        Args:
+            low: Lower corner of the box, m. Shape (3,).
+            high: Upper corner, m. Shape (3,).
+            solids: What no way may enter.
+            soft: What ways may enter where that is permitted, by name.
+            heights: At which robots are at home, m. Shape (n,).
+        """
+        self.low, self.high = low, high
+        self.solids, self.soft = SolidBodies(solids), SolidBodies(soft)
+        self.bends: Bends = bends(_joined([lines_beside(body) for body in (*solids, *soft)]), self.solids, low, high, heights)
+        self._graphs: dict[bytes, csr_matrix] = {}
+
+    @cached_property
+    def joints(self) -> Joints:
+        """The lines between points."""
+        points = self.bends.points
+        count = len(points)
+        if count < 2:
+            return self._joints(np.zeros((0, 2), dtype=np.int64))
+        if count <= _ALL_PAIRS:
+            pairs = np.argwhere(np.triu(np.ones((count, count), dtype=np.bool_), 1))
+        else:
+            near = np.asarray(KDTree(points).query(points, k=_NEAREST + 1)[1])
+            pairs = _each_once(np.repeat(np.arange(count), _NEAREST), near[:, 1:].ravel(), count)
+        step = points[pairs[:, 1]] - points[pairs[:, 0]]
+        ways = step / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12)
+        turns = self.bends.turns(pairs[:, 0], ways) & self.bends.turns(pairs[:, 1], ways)
+        joints = self._joints(pairs[turns])
+        return self._joints(np.concatenate([pairs[turns], self._bridges(joints)]))
+
+    def way(self, start: Floats, end: Floats, permitted: Collection[str] = (), *, room: float = 0.0) -> Floats | None:
+        """Return a shortest way between two points, both included; None where there is none.
+
+        Args:
+            start: m. Shape (3,).
+            end: m. Shape (3,).
+            permitted: Soft bodies that it may enter.
+            room: m by which corners are passed more widely, where there is so much room.
+
+        Returns:
+            m. Shape (points, 3).
+        """
+        if not self.holds(start) or not self.holds(end):
+            return None
+        stopping = self.stopping(permitted)
+        if self.clear(np.stack([start, end]), stopping):
+            return np.stack([start, end])
+        graph, count = self._graph(stopping), len(self.bends)
+        if not count:
+            return None
+        from_start, to_end = self.reach(start, stopping), self.reach(end, stopping)
+        costs, before = dijkstra(_with_start(graph, from_start), indices=count, return_predecessors=True)
+        total = costs[:count] + to_end
+        last = int(np.argmin(total))
+        if not np.isfinite(total[last]):
+            return None
+        indices = [last]
+        while (index := int(before[indices[-1]])) != count:
+            indices.append(index)
+        turns = [self.bends.turn(index) for index in indices[::-1]]
+        return straightened(start, turns, end, lambda points: self.clear(points, stopping), room)
+
+    def holds(self, point: Floats) -> bool:
+        """Tell whether a point is in the box and in no solid body. Shape (3,)."""
+        inside = bool(np.all(point >= self.low) and np.all(point <= self.high))
+        return inside and not self.solids.holding(point)
+
+    def stopping(self, permitted: Collection[str]) -> Booleans:
+        """Return which soft bodies stop a way that may enter some. Shape (bodies,)."""
+        return np.array([name not in permitted for name in self.soft.names], dtype=np.bool_)
+
+    def clear(self, points: Floats, stopping: Booleans) -> bool:
+        """Tell whether the straight lines from point to point enter nothing that stops them.
+
+        Args:
+            points: m. Shape (points, 3).
+            stopping: Of the soft bodies. Shape (bodies,).
+        """
+        starts, ends = points[:-1], points[1:]
+        if np.any(self.solids.meets(starts, ends)):
+            return False
+        _, bodies = self.soft.pairs(starts, ends)
+        return not np.any(stopping[bodies])
+
+    def reach(self, place: Floats, stopping: Booleans) -> Floats:
+        """Return how far each point is from a place on a free straight line, infinite where there is none. Shape (points,)."""
+        offsets = self.bends.points - place
+        distances = np.linalg.norm(offsets, axis=1)
+        ways = offsets / np.maximum(distances[:, None], 1e-12)
+        asked = np.flatnonzero(self.bends.turns(np.arange(len(distances)), ways) | (distances < 1e-6))
+        found = np.full(len(distances), np.inf)
+        asked = asked[np.argsort(distances[asked], kind="stable")]
+        for begin in range(0, len(asked), _FROM_A_PLACE):
+            near = asked[begin : begin + _FROM_A_PLACE]
+            starts, ends = np.broadcast_to(place, (len(near), 3)), self.bends.points[near]
+            free = ~self.solids.meets(starts, ends)
+            segments, bodies = self.soft.pairs(starts, ends)
+            free[segments[stopping[bodies]]] = False
+            found[near[free]] = distances[near[free]]
+            if np.any(free):
+                break
+        return found
+
+    def distances(self, place: Floats, permitted: Collection[str] = ()) -> Floats:
+        """Return how long the shortest way from a place to each point is, m; infinite where there is none. Shape (points,)."""
+        stopping = self.stopping(permitted)
+        if not len(self.bends) or not self.holds(place):
+            return np.full(len(self.bends), np.inf)
+        graph = _with_start(self._graph(stopping), self.reach(place, stopping))
+        return np.asarray(dijkstra(graph, indices=len(self.bends)), dtype=np.float64)[: len(self.bends)]
+
+    def _graph(self, stopping: Booleans) -> csr_matrix:
+        key = stopping.tobytes()
+        if key not in self._graphs:
+            self._graphs[key] = self._matrix(self.joints, self.joints.free(stopping))
+        return self._graphs[key]
+
+    def _matrix(self, joints: Joints, free: Booleans) -> csr_matrix:
+        one, other, lengths = joints.first[free], joints.second[free], joints.lengths[free]
+        size = (len(self.bends), len(self.bends))
+        rows, columns = np.concatenate([one, other]), np.concatenate([other, one])
+        return csr_matrix((np.concatenate([lengths, lengths]), (rows, columns)), shape=size)
+
+    def _joints(self, pairs: Integers) -> Joints:
+        starts, ends = self.bends.points[pairs[:, 0]], self.bends.points[pairs[:, 1]]
+        free = ~self.solids.meets(starts, ends)
+        pairs, starts, ends = pairs[free], starts[free], ends[free]
+        entering, entered = self.soft.pairs(starts, ends)
+        lengths = np.maximum(np.linalg.norm(ends - starts, axis=1), 1e-9)
+        return Joints(pairs[:, 0], pairs[:, 1], lengths, entering, entered)
+
+    def _bridges(self, joints: Joints) -> Integers:
+        """Return pairs of points of different parts of the graph, the nearest ones, whatever their directions. Shape (pairs, 2)."""
+        parts, part = connected_components(self._matrix(joints, np.ones(len(joints.first), dtype=np.bool_)), directed=False)
+        found: list[Integers] = []
+        points = self.bends.points
+        sizes = np.bincount(part)
+        for one in np.argsort(-sizes, kind="stable")[:_BRIDGES].tolist() if parts > 1 else []:
+            inside, outside = np.flatnonzero(part == one), np.flatnonzero(part != one)
+            answer = KDTree(points[outside]).query(points[inside], k=min(8, len(outside)))
+            distances, near = (np.asarray(part).reshape(len(inside), -1) for part in answer)
+            order = np.argsort(distances, axis=None, kind="stable")[:_BRIDGES]
+            row, column = np.unravel_index(order, distances.shape)
+            found.append(np.stack([inside[row], outside[near[row, column]]], axis=1))
+        if not found:
+            return np.zeros((0, 2), dtype=np.int64)
+        pairs = np.concatenate(found)
+        return _each_once(pairs[:, 0], pairs[:, 1], len(points))
+
+
+def _each_once(one: Integers, other: Integers, count: int) -> Integers:
+    """Return pairs of indices below a count, each once and its lower index first. Shapes (n,) twice to (pairs, 2)."""
+    keys = np.unique(np.minimum(one, other).astype(np.int64) * count + np.maximum(one, other))
+    return np.stack(np.divmod(keys, count), axis=1)
+
+
+def _with_start(graph: csr_matrix, reach: Floats) -> csr_matrix:
+    """Return a graph with one more vertex, from which there are ways to the points within reach."""
+    near = np.flatnonzero(np.isfinite(reach))
+    data = np.concatenate([graph.data, np.maximum(reach[near], 1e-9)])
+    columns = np.concatenate([graph.indices, near])
+    rows = np.concatenate([graph.indptr, [graph.indptr[-1] + len(near)]])
+    size = (len(reach) + 1, len(reach) + 1)
+    return csr_matrix((data, columns, rows), shape=size)
+
+
+def _joined(lines: Sequence[Lines]) -> Lines:
+    if not lines:
+        empty = np.zeros((0, 3))
+        return Lines(empty, empty, empty, np.zeros(0))
+    return Lines(
+        np.concatenate([one.starts for one in lines]),
+        np.concatenate([one.ends for one in lines]),
+        np.concatenate([one.outward for one in lines]),
+        np.concatenate([one.opening for one in lines]),
+    )
