@@ -139,7 +139,11 @@ def _reach(items: list[pytest.Item]) -> dict[str, tuple[float, list[str]]]:
     judge = str(ROOT / "verify") + os.sep
     known: dict[CodeType, str | None] = {}
     result: dict[str, tuple[float, list[str]]] = {}
+    path: Path | None = None
     for item, following in zip(items, [*items[1:], None], strict=True):
+        if item.path != path:  # what an earlier module's tests computed would not be entered again
+            _forget()
+            path = item.path
         entered: set[str] = set()
 
         def note(frame: FrameType, event: str, _: object, entered: set[str] = entered) -> None:
@@ -174,9 +178,7 @@ def _try(fault: Fault, items: list[pytest.Item], seconds: float) -> tuple[str, i
     if not fault.function:
         return _try_anew(fault, items)
     _replace(fault)
-    for value in gc.get_objects():
-        if isinstance(value, functools._lru_cache_wrapper):  # what was computed before the fault
-            value.cache_clear()
+    _forget()
     begun = time.process_time()
     for number, (item, following) in enumerate(zip(items, [*items[1:], None], strict=True), 1):
         if not _passes(item, following):
@@ -184,6 +186,13 @@ def _try(fault: Fault, items: list[pytest.Item], seconds: float) -> tuple[str, i
         if time.process_time() - begun > seconds:
             return "", number
     return "", len(items)
+
+
+def _forget() -> None:
+    """Empty all caches of functions, so that what was computed before is computed again."""
+    for value in gc.get_objects():
+        if isinstance(value, functools._lru_cache_wrapper):
+            value.cache_clear()
 
 
 def _replace(fault: Fault) -> None:
