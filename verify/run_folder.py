@@ -78,7 +78,7 @@ def proved_run(folder: str | Path) -> ProvedRun:
     if not folder.is_dir():
         raise BadInput(f"{folder} is no folder; name one that `ltlplan run` or `ltlplan certify` wrote.")
     written = read_certificate(folder / CERTIFICATE_FILE)
-    mission = load_mission_file(folder / MISSION_FILE, installed=False)
+    mission = load_mission_file(folder / MISSION_FILE, installed=False, alone=True)
     if mission.digest() != written["mission"]:
         raise NotCertified(f"{folder / MISSION_FILE} was changed: it is not the mission that was certified.")
     plan = load_plan(folder / PLAN_FILE, mission)
@@ -112,7 +112,7 @@ def read_folder(folder: str | Path) -> tuple[Plan, dict[str, Trajectory]]:
         BadInput: A file is missing or unreadable, or no cycle can be found.
     """
     folder = Path(folder)
-    mission = load_mission_file(folder / MISSION_FILE, installed=False)
+    mission = load_mission_file(folder / MISSION_FILE, installed=False, alone=True)
     plan = load_plan(folder / PLAN_FILE, mission)
     team: dict[str, Trajectory] = {}
     for name in mission.agents:

@@ -14,6 +14,10 @@ from ltlplan.commands.shared.options import JsonOption
 def command(
     new: Annotated[str | None, typer.Option("--new", help="Write NAME.yaml, a commented mission to start from.")] = None,
     show: Annotated[str | None, typer.Option("--show", help="Print the file of a shipped mission.")] = None,
+    resolved: Annotated[
+        str | None,
+        typer.Option("--resolved", help="Print a mission as one file, with its rooms and every default written out."),
+    ] = None,
     json: JsonOption = False,
 ) -> None:
     """List the shipped missions."""
@@ -33,6 +37,15 @@ def command(
             print_json({"name": show, "text": text})
         else:
             typer.echo(text, nl=False)
+        return
+    if resolved is not None:
+        from verify.data import mission_to_yaml
+
+        whole = load_mission(resolved)
+        if json:
+            print_json(whole.resolved())
+        else:
+            typer.echo(mission_to_yaml(whole), nl=False)
         return
     rows = []
     for name in shipped_missions():

@@ -24,10 +24,12 @@ from ltlplan.service.problems import error_of
 from ltlplan.service.stages import PLAN, Outcome, mission_bytes, run_stage
 from ltlplan.service.versions import key_of, software
 from verify.data import BadInput, InternalError, LtlplanError, Mission, load_mission_file
+from verify.data.mission_rooms import MAX_BYTES, included_files
 from verify.data.progress import Progress, silent
 from verify.data.storage.file_names import folded
 from verify.data.storage.folders import check_folder, put_files, write_folder
 from verify.data.storage.ownership import read_contents
+from verify.data.storage.reading import read_text
 
 RECORD = "batch.json"
 
@@ -81,7 +83,7 @@ def run_batch(
     """Run every mission file of a folder and write each one's folder, whole or not at all.
 
     Args:
-        folder: Where the mission files are: all `*.yaml` and `*.yml` in it.
+        folder: Where the mission files are: all `*.yaml` and `*.yml` in it but the rooms that others of them include.
         out: Where each mission gets a folder of its file's name.
         workers: Who does the work, a stage of a mission at a time.
         seed: Source of every draw, instead of the missions' own.
@@ -125,12 +127,23 @@ def _mission_files(folder: Path) -> dict[str, Path]:
         raise BadInput(
             f"{folder} has no mission files (*.yaml, *.yml); start one with `ltlplan missions --new {folder}/mission.yaml`."
         )
+    rooms = {os.path.realpath(room) for file in files for room in _rooms_of(file)}
+    if not (missions := [path for path in files if os.path.realpath(path) not in rooms]):
+        raise BadInput(f"{folder} has no mission files: all of its files are included by each other.")
     named: dict[str, Path] = {}
-    for path in files:
+    for path in missions:
         alike = named.setdefault(folded(path.stem), path)
         if alike != path:
             raise BadInput(f"{alike.name} and {path.name} would have the same folder; rename one of them.")
-    return {path.stem: path for path in files}
+    return {path.stem: path for path in missions}
+
+
+def _rooms_of(file: Path) -> tuple[Path, ...]:
+    """Return the files that one includes; none where it cannot be read, which is said when it is run."""
+    try:
+        return included_files(read_text(file, most=MAX_BYTES, what="mission file"), file)
+    except BadInput:
+        return ()
 
 
 def _prepared(name: str, file: Path, target: Path, seed: int | None) -> _Running | Entry:

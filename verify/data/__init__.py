@@ -1,8 +1,9 @@
 """The plain data that planner, refinement, flight and checker share, and the vocabulary of the claim.
 
 Read `mission` (of `sections`, `shapes` and `language`, under `rules`), `plan`, `trajectory` and `witness`: what travels between
-the packages. `mission_file`, `trajectory_csv` and `storage` are files; `value`, `errors` and `progress` are what all are made
-with; `registry` and `choices` are the names that other packages may bring, `events` what may change in flight, `vehicle` what flies.
+the packages. `mission_file` (of `mission_tree` and `mission_rooms`), `trajectory_csv` and `storage` are files; `value`, `errors` and
+`progress` are what all are made with; `registry` and `choices` are the names that other packages may bring, `events` what may change
+in flight, `vehicle` what flies.
 """
 
 from __future__ import annotations

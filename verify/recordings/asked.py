@@ -149,10 +149,12 @@ def asked_of(source: str | Path) -> Asked:
         run = proved_run(source)
         return Asked.of_certificate(run.certificate, run.team, run.plan)
     if (source / EVENTS_FILE).exists():
-        return of_events(load_mission_file(source / MISSION_FILE, installed=False), load_events(source / EVENTS_FILE))
+        return of_events(
+            load_mission_file(source / MISSION_FILE, installed=False, alone=True), load_events(source / EVENTS_FILE)
+        )
     if not (source / PLAN_FILE).exists():
-        return Asked.of_mission(load_mission_file(source / MISSION_FILE, installed=False))
-    mission = load_mission_file(source / MISSION_FILE, installed=False)
+        return Asked.of_mission(load_mission_file(source / MISSION_FILE, installed=False, alone=True))
+    mission = load_mission_file(source / MISSION_FILE, installed=False, alone=True)
     if not any((source / f"{name}.csv").exists() for name in mission.agents):
         plan = load_plan(source / PLAN_FILE, mission)
         return Asked((World(0.0, mission),), None, plan, mission.margin)

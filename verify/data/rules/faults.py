@@ -52,11 +52,13 @@ class Fault:
         keys: Where, as keys and indices.
         line: Line of the file, from 1; None where the mission did not come from a file.
         reason: What is wrong and what would be right.
+        file: Another file than the mission's own, which includes it; None for the mission's.
     """
 
     keys: KeyPath
     line: int | None
     reason: str
+    file: str | None = None
 
 
 class MissionError(BadInput):
@@ -64,10 +66,10 @@ class MissionError(BadInput):
 
     def __init__(self, source: str, faults: list[Fault]) -> None:
         self.source = source
-        self.faults = tuple(sorted(faults, key=lambda f: (f.line or 0, [str(k) for k in f.keys])))
+        self.faults = tuple(sorted(faults, key=lambda f: (f.file or "", f.line or 0, [str(k) for k in f.keys])))
         lines = []
         for fault in self.faults:
-            where = source if fault.line is None else f"{source}:{fault.line}"
+            where = (fault.file or source) + ("" if fault.line is None else f":{fault.line}")
             keys = ".".join(map(str, fault.keys))
             lines.append(f"{where}: {keys + ': ' if keys else ''}{fault.reason}")
         super().__init__("\n".join(lines))
