@@ -5,7 +5,7 @@
 cuts a flight that is too long for the vehicle's memory.
 
 Read `team`, then `single` (one robot as if alone) and `coordination` (all of them), over `corridor`, `solvers`, `heading`, `limits`,
-`spline` and `bodies`; `feedback` is what the judge's witnesses ask for.
+`spline`, `bodies` and `obstacles`; `feedback` is what the judge's witnesses ask for.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """What a leg of the path must stay out of, as convex bodies with separating planes.
 
 These are an ellipsoid (a region that the word does not allow, grown by the margin; the place where another robot hovers), a
-convex part of a region of another shape, likewise, and a ring's disc (rim and opening, grown by the margin and the vehicle's radius). A plane between a straight
-leg and a convex body keeps the leg's whole curve outside once all its Bernstein points are on the far side.
+convex part of a region of another shape, likewise, and, grown by the margin and the vehicle's radius, a ring's disc (rim and opening) and
+a convex part of an obstacle (`refine.obstacles`). A plane between a straight leg and a convex body keeps the leg's whole curve outside
+once all its Bernstein points are on the far side.
 """
 
 from __future__ import annotations
@@ -13,30 +14,12 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from refine.obstacles import SolidBody
+from refine.planes import Plane, nearest_on_segment
 from verify.data.shapes.measures import Solid, solids
 from verify.data.shapes.region import Hoop, Region
 
 Floats = NDArray[np.float64]
-
-_STEPS = np.linspace(0.0, 1.0, 33)
-_ZOOMS = 6
-"""Each narrows a segment to a sixteenth around its nearest point."""
-
-
-@dataclass(frozen=True, eq=False)
-class Plane:
-    """A rule for a piece's Bernstein points, which the whole piece then keeps.
-
-    Attributes:
-        normal: Unit vector. Shape (3,).
-        offset: m.
-        monotone: False: each point has normal . point >= offset. True: each point is at least `offset` (0, usually) further
-            along the normal than the one before it, so that the piece never goes back.
-    """
-
-    normal: Floats
-    offset: float
-    monotone: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +61,7 @@ class Ball:
     def plane(self, a: Floats, b: Floats) -> Plane | None:
         """Return a plane with the body on one side and the segment a b on the other; None where they meet."""
         start, end = self.root @ (a - self.centre), self.root @ (b - self.centre)
-        nearest = _nearest_on_segment(start, end)
+        nearest = _nearest_to_origin(start, end)
         distance = float(np.linalg.norm(nearest))
         if distance <= 1.0:
             return None
@@ -127,7 +110,7 @@ class Disc:
 
     def meets(self, a: Floats, b: Floats) -> bool:
         """Tell whether the segment a b has no plane between it and the body."""
-        far = float(np.linalg.norm(_nearest_on_segment(a - self.centre, b - self.centre)))
+        far = float(np.linalg.norm(_nearest_to_origin(a - self.centre, b - self.centre)))
         return far <= np.hypot(self.radius, self.half) + self.growth and self.plane(a, b) is None
 
     def grown(self, by: float) -> Disc:
@@ -136,12 +119,7 @@ class Disc:
 
     def plane(self, a: Floats, b: Floats) -> Plane | None:
         """Return a plane with the body on one side and the segment a b on the other; None where they meet."""
-        low, high = 0.0, 1.0
-        for _ in range(_ZOOMS):  # the distance to a convex body is convex along the segment
-            shares = low + (high - low) * _STEPS
-            least = int(np.argmin(self.signed_distance(a + shares[:, None] * (b - a))))
-            low, high = float(shares[max(least - 1, 0)]), float(shares[min(least + 1, len(shares) - 1)])
-        point = a + (low + high) / 2 * (b - a)
+        point = nearest_on_segment(a, b, self.signed_distance)
         nearest = self._nearest(point)
         distance = float(np.linalg.norm(point - nearest))
         if distance <= self.growth:
@@ -226,11 +204,11 @@ class Parts:
         return replace(self, parts=tuple(part.grown(by) for part in self.parts))
 
 
-Obstacle = Ball | Disc | Part
+Obstacle = Ball | Disc | Part | SolidBody
 GrownRegion = Ball | Part | Parts
 
 
-def convex_parts(body: GrownRegion | Disc) -> tuple[Obstacle, ...]:
+def convex_parts(body: GrownRegion | Disc | SolidBody) -> tuple[Obstacle, ...]:
     """Return the convex bodies that a region or ring is made of: each has a plane of its own."""
     return body.parts if isinstance(body, Parts) else (body,)
 
@@ -318,19 +296,31 @@ def within(obstacles: tuple[Obstacle | Parts, ...], low: Floats, high: Floats) -
         low: Lower corner of the box, m. Shape (3,).
         high: Upper corner.
     """
-    centres, reaches = _spheres(obstacles)
+    centres, reaches, halves = _extents(obstacles)
     beside = np.maximum(np.maximum(low - centres, centres - high), 0.0)
-    return np.flatnonzero(np.einsum("ik,ik->i", beside, beside) <= reaches**2).tolist()
+    near = np.einsum("ik,ik->i", beside, beside) <= reaches**2
+    if halves is not None:
+        near &= np.all(beside <= halves, axis=1)
+    return np.flatnonzero(near).tolist()
 
 
 @lru_cache(maxsize=256)
-def _spheres(obstacles: tuple[Obstacle | Parts, ...]) -> tuple[Floats, Floats]:
-    """Return the bodies' centres and how far they reach from there, m. Shapes (bodies, 3) and (bodies,)."""
+def _extents(obstacles: tuple[Obstacle | Parts, ...]) -> tuple[Floats, Floats, Floats | None]:
+    """Return the bodies' centres, how far they reach from there and, where there are solid ones, half the edges of boxes, m.
+
+    Shapes (bodies, 3), (bodies,), (bodies, 3).
+    """
     centres = np.array([body.centre for body in obstacles]).reshape(-1, 3)
-    return centres, np.array([body.reach * (1 + 1e-9) + 1e-9 for body in obstacles])
+    reaches = np.array([body.reach * (1 + 1e-9) + 1e-9 for body in obstacles])
+    boxes = {index: body.half_lengths for index, body in enumerate(obstacles) if isinstance(body, SolidBody)}
+    if not boxes:
+        return centres, reaches, None
+    halves = np.repeat(reaches[:, None], 3, axis=1)
+    halves[list(boxes)] = np.array(list(boxes.values())) * (1 + 1e-9) + 1e-9
+    return centres, reaches, halves
 
 
-def _nearest_on_segment(a: Floats, b: Floats) -> Floats:
+def _nearest_to_origin(a: Floats, b: Floats) -> Floats:
     """Return the segment's point nearest to the origin."""
     step = b - a
     square = float(step @ step)

@@ -207,7 +207,7 @@ def _relocated(problem: Problem, name: str) -> list[RobotFlight]:
     plan, idle = problem.plan, idle_others(problem, name)
     ways = [place for other in plan.robots if other != name for place in _passages(plan, other, problem.spacing)]
     flights = []
-    for relocated in relocations(plan.mission, plan.robots[name], idle, (*idle, *ways), _PLACES):
+    for relocated in relocations(plan.mission, name, plan.robots[name], idle, (*idle, *ways), _PLACES):
         changed = plan.model_copy(update={"robots": {**plan.robots, name: relocated}})
         try:
             flights.append(robot_flight(replace(problem, plan=changed), name, idle))

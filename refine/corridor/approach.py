@@ -1,8 +1,8 @@
 """Approach corridors, from and to places right in front of an opening that is not flown through, nearer to the ring's disc than the rim demands, yet
-clear of rim and opening.
+clear of rim and opening; and in the opening of a wall so thick that a passage ends in it.
 
-No plane parts such a place from the disc that stands for the whole ring, so a flight comes and goes straight along the hoop's
-axis, in a cylinder around it, until it is clear of that disc; a passage of another hoop goes on as it is.
+No plane parts such a place from the disc that stands for the whole ring, or from the wall, so a flight comes and goes straight along
+the hoop's axis, in a cylinder around it, until it is clear of them; a passage of another hoop goes on as it is.
 """
 
 from __future__ import annotations
@@ -14,15 +14,18 @@ from numpy.typing import NDArray
 
 from refine.bodies import Disc, blocking, opening
 from refine.corridor.detours import Barriers, detour
-from refine.corridor.legs import Bodies, Cylinder, Leg, Space, TimedWaypoint, refused, show, trimmed
+from refine.corridor.legs import Cylinder, Leg, Space, TimedWaypoint, in_opening, refused, show, trimmed
+from refine.obstacles import SolidBody
 from verify.data import Mission
 from verify.data.rules.spacing import ROUNDING
 from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
+Around = dict[str, tuple[Disc | SolidBody, ...]]
+"""What stands around a place in front of hoops or in their openings: rings and walls by the hoop's name."""
 
 _CLEAR = 0.01
-"""m from the ring's disc at which an approach corridor is left."""
+"""m from ring and wall at which an approach corridor is left."""
 _STEPS = np.arange(0.05, 1.5, 0.01)
 """m from the place in the approach corridor at which it may be left."""
 
@@ -43,9 +46,10 @@ def through_approach_corridors(space: Space, leg: Leg, here: TimedWaypoint, ther
     """
     for stop in (here, there):
         _refuse_too_near(space, leg, stop)
-    within, beyond = _within(space.bodies, leg, here.position), _within(space.bodies, leg, there.position)
+    within, beyond = _within(space, leg, here.position), _within(space, leg, there.position)
     if within and beyond and (leg.cylinder is not None or within.keys() == beyond.keys()):
-        inside = _inside(space, leg, {**within, **beyond}, here.position, there.position)
+        both = {name: (*within.get(name, ()), *beyond.get(name, ())) for name in {**within, **beyond}}
+        inside = _inside(space, leg, both, here.position, there.position)
         if inside is not None:
             return [(there.position, inside)]
     out = _way_out(space, within, leg, here.position, there.position)
@@ -64,13 +68,13 @@ def through_approach_corridors(space: Space, leg: Leg, here: TimedWaypoint, ther
     return chain if back is None else [*chain, (there.position, back[1])]
 
 
-def _way_out(space: Space, within: dict[str, Disc], leg: Leg, point: Floats, other: Floats) -> tuple[Floats, Leg] | None:
+def _way_out(space: Space, within: Around, leg: Leg, point: Floats, other: Floats) -> tuple[Floats, Leg] | None:
     """Return where the approach corridor around one end of a leg is left, and the rules up to there; None where there is none."""
     if not within:
         return None
     for towards in _directions(space.mission, leg, tuple(within), point, other):
         places = point + _STEPS[:, None] * towards
-        clear = np.all([disc.signed_distance(places) >= _CLEAR for disc in within.values()], axis=0)
+        clear = np.all([body.signed_distance(places) >= _CLEAR for bodies in within.values() for body in bodies], axis=0)
         clear &= np.all((places >= space.low) & (places <= space.high), axis=1)
         if leg.cylinder is not None:
             clear &= np.linalg.norm(other - point) > _STEPS
@@ -83,14 +87,15 @@ def _way_out(space: Space, within: dict[str, Disc], leg: Leg, point: Floats, oth
     return None
 
 
-def _inside(space: Space, leg: Leg, within: dict[str, Disc], a: Floats, b: Floats) -> Leg | None:
+def _inside(space: Space, leg: Leg, within: Around, a: Floats, b: Floats) -> Leg | None:
     """Return the rules of a straight leg in the approach corridors of some hoops; None where it is too near a rim or meets something."""
-    mission, clearance, radius = space.mission, space.clearance, space.mission.vehicle.radius
+    mission, clearance, radius = space.mission, space.clearance, space.radius
     way = np.linspace(a, b, 33)
     if any(np.any(_to_rim(mission.hoops[name], way) < mission.margin + radius) for name in within):
         return None
     flat = [opening(name, mission.hoops[name], mission.margin + clearance) for name in within]
-    kept = [body for body in leg.obstacles if all(body is not disc for disc in within.values())]
+    around = [other for bodies in within.values() for other in bodies]
+    kept = [body for body in leg.obstacles if all(body is not other for other in around)]
     obstacles = (*kept, *(trimmed(disc, np.stack([a, b]), clearance) for disc in flat))
     if blocking(a, b, obstacles) is not None:
         return None
@@ -101,8 +106,8 @@ def _inside(space: Space, leg: Leg, within: dict[str, Disc], a: Floats, b: Float
 def _refuse_too_near(space: Space, leg: Leg, stop: TimedWaypoint) -> None:
     """Raise where a stop is nearer to the rim or the opening of a hoop than it may be."""
     mission, name = space.mission, space.name
-    for hoop in _within(space.bodies, leg, stop.position):
-        rim, radius = float(_to_rim(mission.hoops[hoop], stop.position)), mission.vehicle.radius
+    for hoop in _within(space, leg, stop.position):
+        rim, radius = float(_to_rim(mission.hoops[hoop], stop.position)), space.radius
         hole = float(opening(hoop, mission.hoops[hoop], 0.0).signed_distance(stop.position))
         for what, distance, least in (("rim", rim, mission.margin + radius), ("opening", hole, mission.margin)):
             if distance < least + ROUNDING:
@@ -110,14 +115,18 @@ def _refuse_too_near(space: Space, leg: Leg, stop: TimedWaypoint) -> None:
                 raise refused("passages", name, stop, sentence)
 
 
-def _within(bodies: Bodies, leg: Leg, point: Floats) -> dict[str, Disc]:
-    """Return the rings that a leg keeps out of and one of its ends lies in."""
-    rings = {disc.name: name for name, disc in bodies.rings.items()}
-    return {
-        rings[body.name]: body
-        for body in leg.obstacles
-        if isinstance(body, Disc) and body.name in rings and body.signed_distance(point) <= 0.0
-    }
+def _within(space: Space, leg: Leg, point: Floats) -> Around:
+    """Return the rings, and walls with openings, that a leg keeps out of and one of its ends lies in."""
+    rings = {disc.name: name for name, disc in space.bodies.rings.items()}
+    found: Around = {}
+    for body in leg.obstacles:
+        if isinstance(body, Disc) and body.name in rings and body.signed_distance(point) <= 0.0:
+            found[rings[body.name]] = (body,)
+        elif isinstance(body, SolidBody) and body.openings and body.signed_distance(point) <= 0.0:
+            for hoop in body.openings:
+                if in_opening(space, space.mission.hoops[hoop], point):
+                    found[hoop] = (*found.get(hoop, ()), body)
+    return found
 
 
 def _directions(mission: Mission, leg: Leg, within: tuple[str, ...], point: Floats, other: Floats) -> list[Floats]:

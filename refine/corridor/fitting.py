@@ -11,9 +11,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.bodies import Plane, within
+from refine.bodies import within
 from refine.corridor.legs import Cylinder
 from refine.corridor.values import Corridor
+from refine.planes import Plane
 from refine.solvers.qp import Programme, Row, rest_to_rest, solve
 from refine.spline.basis import bernstein_matrix
 from refine.spline.values import Spline

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.bodies import Ball, Disc, GrownRegion, Obstacle, convex_parts, grown_region, ring, within
+from refine.obstacles import SolidBody, solid_bodies
 from verify.data import Infeasible, Mission, RobotPlan, Witness
 from verify.data.plan import Role, Waypoint
 from verify.data.rules.passage_room import room_in_opening, room_in_region
@@ -16,7 +17,7 @@ from verify.data.rules.spacing import ROUNDING
 from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
-Body = TypeVar("Body", Ball, Disc, GrownRegion)
+Body = TypeVar("Body", Ball, Disc, SolidBody, GrownRegion)
 
 CLEARANCE = 1e-3
 """m kept on top of the margin, so that rounding and engine tolerances cannot use the margin up."""
@@ -64,10 +65,17 @@ class TimedWaypoint:
 
 @dataclass(frozen=True)
 class Bodies:
-    """Regions and rings grown by the margin (rings by the vehicle's radius too), by name."""
+    """What robots stay out of, grown by the margin.
+
+    Attributes:
+        regions: By name.
+        rings: Grown by the vehicle's radius too, by the hoop's name.
+        solids: Parts of obstacles, grown by the vehicle's radius too.
+    """
 
     regions: dict[str, GrownRegion]
     rings: dict[str, Disc]
+    solids: tuple[SolidBody, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +83,8 @@ class Space:
     """What one robot flies in.
 
     Attributes:
-        mission: Gives regions, hoops, margin and vehicle radius.
-        name: The robot's, for messages.
+        mission: Gives regions, hoops, obstacles and margin.
+        name: The robot's.
         clearance: m on top of the margin.
         bodies: Regions and rings, grown by margin and clearance.
         low: Lower corner of the box to stay in, m. Shape (3,).
@@ -90,6 +98,11 @@ class Space:
     low: Floats
     high: Floats
 
+    @property
+    def radius(self) -> float:
+        """The robot's radius, m."""
+        return self.mission.vehicle_of(self.name).radius
+
 
 def space_for(mission: Mission, name: str, clearance: float) -> Space:
     """Return what a robot flies in, with `clearance` m on top of the margin.
@@ -102,16 +115,24 @@ def space_for(mission: Mission, name: str, clearance: float) -> Space:
     low, high = (np.array(corner) for corner in (mission.workspace.min, mission.workspace.max))
     more = min(clearance, ROUNDING)
     return Space(
-        mission, name, clearance, bodies_of(mission, clearance), low + mission.margin + more, high - mission.margin - more
+        mission, name, clearance, bodies_of(mission, name, clearance), low + mission.margin + more, high - mission.margin - more
     )
 
 
-def bodies_of(mission: Mission, clearance: float) -> Bodies:
-    """Return what a mission's robots stay out of, with `clearance` m on top."""
+def bodies_of(mission: Mission, name: str, clearance: float) -> Bodies:
+    """Return what one of a mission's robots stays out of.
+
+    Args:
+        mission: Gives regions, hoops, obstacles and margin.
+        name: The robot's.
+        clearance: m on top of the margin.
+    """
     grow = mission.margin + clearance
+    wide = grow + mission.vehicle_of(name).radius
     return Bodies(
         {name: grown_region(name, region, grow) for name, region in mission.all_regions.items()},
-        {name: ring(name, hoop, grow + mission.vehicle.radius) for name, hoop in mission.hoops.items()},
+        {name: ring(name, hoop, wide) for name, hoop in mission.hoops.items()},
+        solid_bodies(mission, wide),
     )
 
 
@@ -166,8 +187,46 @@ def leg_between(space: Space, robot: RobotPlan, here: TimedWaypoint, there: Time
     obstacles += [
         body for body in (trimmed(place, ends, HOVERING) for place in extra) if np.all(body.signed_distance(ends) > 0.0)
     ]
+    obstacles += _solids(space, here, there, passing)
     cylinder = None if passing is None else _passage_cylinder(mission, name, passing, clearance)
     return Leg(tuple(obstacles), cylinder, visit)
+
+
+def _solids(space: Space, here: TimedWaypoint, there: TimedWaypoint, passing: str | None) -> list[SolidBody]:
+    """Return the parts of obstacles that a leg stays out of: all but those through whose opening it passes.
+
+    Raises:
+        Infeasible: One of its ends lies too near to an obstacle, and in none of its openings.
+    """
+    mission, solids = space.mission, list(space.bodies.solids)
+    ends = np.stack([here.position, there.position])
+    for index in within(space.bodies.solids, ends.min(axis=0) - space.clearance, ends.max(axis=0) + space.clearance):
+        body = solids[index]
+        if passing in body.openings:
+            continue
+        body = solids[index] = trimmed(body, ends, space.clearance)
+        for stop, depth in zip((here, there), -body.signed_distance(ends), strict=True):
+            if depth >= 0.0 and not any(in_opening(space, mission.hoops[hoop], stop.position) for hoop in body.openings):
+                sentence = (
+                    f"{space.name}: waypoint {show(stop.position)} is {depth:.4f} m too near to {body.name}; the vehicle's radius "
+                    f"{space.radius:g} m and the margin {mission.margin:g} m are needed around it."
+                )
+                raise refused("obstacles", space.name, stop, sentence)
+    return [body for body in solids if passing not in body.openings]
+
+
+def in_opening(space: Space, hoop: Hoop, point: Floats) -> bool:
+    """Tell whether a point lies so near to a hoop's axis that the vehicle fits through the opening.
+
+    Args:
+        space: Gives margin and vehicle radius.
+        hoop: Whose opening it is.
+        point: m. Shape (3,).
+    """
+    offset = point - np.array(hoop.center)
+    across = offset - (offset @ np.array(hoop.normal)) * np.array(hoop.normal)
+    room = room_in_opening(hoop, space.radius, space.mission.margin + ROUNDING)
+    return float(np.linalg.norm(across)) <= room
 
 
 def trimmed(body: Body, ends: Floats, clearance: float) -> Body:
@@ -199,30 +258,31 @@ def _passing(mission: Mission, robot: RobotPlan, here: TimedWaypoint, there: Tim
     return visit.region
 
 
-def passage_radius(mission: Mission, hoop: Hoop, clearance: float) -> float:
+def passage_radius(mission: Mission, name: str, hoop: Hoop, clearance: float) -> float:
     """Return how far from a hoop's axis a passage may be, in m; not positive where there is no room for it.
 
     Args:
-        mission: Gives margin and vehicle radius.
+        mission: Gives margin and vehicle.
+        name: The robot's.
         hoop: What is flown through.
         clearance: m on top of the margin.
     """
     margin = mission.margin + clearance
-    return min(room_in_opening(hoop, mission.vehicle.radius, margin), room_in_region(hoop, margin))
+    return min(room_in_opening(hoop, mission.vehicle_of(name).radius, margin), room_in_region(hoop, margin))
 
 
 def _passage_cylinder(mission: Mission, name: str, hoop_name: str, clearance: float) -> Cylinder:
-    hoop, margin = mission.hoops[hoop_name], mission.margin
-    radius = passage_radius(mission, hoop, clearance)
+    hoop, margin, own = mission.hoops[hoop_name], mission.margin, mission.vehicle_of(name).radius
+    radius = passage_radius(mission, name, hoop, clearance)
     if radius <= 0.0:
         what, sentence = (
             "opening",
             (
-                f"'{hoop_name}' has an opening of {hoop.opening:g} m; vehicle radius {mission.vehicle.radius:g} m and margin "
+                f"'{hoop_name}' has an opening of {hoop.opening:g} m; vehicle radius {own:g} m and margin "
                 f"{margin:g} m leave no room in it."
             ),
         )
-        if room_in_opening(hoop, mission.vehicle.radius, margin + clearance) > 0.0:
+        if room_in_opening(hoop, own, margin + clearance) > 0.0:
             what, sentence = (
                 "region",
                 (

@@ -26,6 +26,7 @@ from refine.corridor.legs import (
     refused,
     show,
     space_for,
+    trimmed,
 )
 from refine.corridor.points import without_crowding
 from refine.corridor.values import Corridor
@@ -85,7 +86,7 @@ def corridor_of(
         durations += list(nominal * lengths / max(straight, 1e-9) if inner else [nominal])
         points += [point for point, _ in chain[1:]]
         needed += [False] * inner + [_needed(mission, robot, there) or index == len(stops) - 2 or cycle == index + 1]
-        rooms += [None] * inner + [visit_room(mission, robot, there, clearance)]
+        rooms += [None] * inner + [visit_room(mission, name, robot, there, clearance)]
         legs += [part for _, part in chain[1:]]
         if cycle == index + 1:
             cycle_point = len(points) - 1
@@ -107,7 +108,9 @@ def hovering_corridor(mission: Mission, name: str, point: Floats, pieces: int, *
         clearance: m on top of the margin.
     """
     space = space_for(mission, name, clearance)
-    bodies = (*space.bodies.regions.values(), *space.bodies.rings.values())
+    here = np.stack([point, point])
+    solids = [trimmed(body, here, clearance) for body in space.bodies.solids]
+    bodies = (*space.bodies.regions.values(), *space.bodies.rings.values(), *solids)
     outside = [part for body in bodies if body.signed_distance(point) > 0.0 for part in convex_parts(body)]
     needed = (True, *(False for _ in range(pieces - 1)), True)
     legs = (Leg(tuple(outside), None, None),) * pieces
@@ -182,11 +185,12 @@ def _leaving_out(
     return [stops[index] for index in kept], None if cycle is None else kept.index(cycle)
 
 
-def visit_room(mission: Mission, robot: RobotPlan, stop: TimedWaypoint, clearance: float) -> Ball | None:
+def visit_room(mission: Mission, name: str, robot: RobotPlan, stop: TimedWaypoint, clearance: float) -> Ball | None:
     """Return where the point of a visit may lie instead; None where it must not move.
 
     Args:
-        mission: Gives regions, hoops, margin and vehicle radius.
+        mission: Gives regions, hoops, margin and vehicle.
+        name: The robot's.
         robot: Its visits.
         stop: The point.
         clearance: m on top of the margin.
@@ -207,7 +211,7 @@ def visit_room(mission: Mission, robot: RobotPlan, stop: TimedWaypoint, clearanc
         return replace(whole, root=whole.root / inner)
     if not through or stop.role not in PASSAGE:
         return None
-    radius = DEEP * passage_radius(mission, hoop, clearance)
+    radius = DEEP * passage_radius(mission, name, hoop, clearance)
     if stop.role == "centre":
         radius = min(radius, inner * region.inner_radius)
     if radius <= 0.0:

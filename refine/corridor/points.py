@@ -28,7 +28,9 @@ def with_rests(corridor: Corridor, mission: Mission, visits: frozenset[int]) -> 
         mission: Gives regions and hoops.
         visits: For which it waits; numbers in its plan.
     """
-    bodies = bodies_of(mission, CLEARANCE)
+    if not visits:
+        return corridor, {}
+    bodies = bodies_of(mission, corridor.robot, CLEARANCE)
     outside = (*bodies.regions.values(), *bodies.rings.values())
     first = {visit: next((i for i, leg in enumerate(corridor.legs) if leg.visit == visit), 0) for visit in visits}
     stops: dict[int, int] = {}

@@ -39,14 +39,19 @@ def movable(mission: Mission, robot: RobotPlan, waypoint: Waypoint) -> bool:
     )
 
 
-def moved_into_the_clear(mission: Mission, robot: RobotPlan) -> RobotPlan:
+def moved_into_the_clear(mission: Mission, name: str, robot: RobotPlan) -> RobotPlan:
     """Return the plan with points of visits moved, where they lie in another region or a ring too, to where only theirs is.
 
     A visit takes place anywhere in its region, so the nearest point of it (less the margin) that is clear of all other
     regions and rings, or at least of those regions that are never visited, does as well as the planned one.
+
+    Args:
+        mission: Gives regions, rings, obstacles, margin and workspace.
+        name: The robot's.
+        robot: Its plan.
     """
     waypoints = [
-        (_moved(mission, robot, waypoint, ()) if movable(mission, robot, waypoint) else None) or waypoint
+        (_moved(mission, name, robot, waypoint, ()) if movable(mission, robot, waypoint) else None) or waypoint
         for waypoint in robot.waypoints
     ]
     if robot.cycle_waypoint is not None:
@@ -78,19 +83,20 @@ def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
             taken = tuple(ends.values()) if index == len(waypoints) - 1 else hovering
             meets = any(place.signed_distance(np.array(waypoint.position)) <= 0.0 for place in taken)
             if name not in still and meets and movable(mission, robot, waypoint):
-                waypoints[index] = _moved(mission, robot, waypoint, taken) or waypoint
+                waypoints[index] = _moved(mission, name, robot, waypoint, taken) or waypoint
         robots[name] = robot.model_copy(update={"waypoints": tuple(waypoints)})
         ends[name] = keep_out(name, np.array(waypoints[-1].position), distance, z_scale)
     return plan.model_copy(update={"robots": {name: robots[name] for name in plan.robots}})
 
 
 def relocations(
-    mission: Mission, robot: RobotPlan, taken: tuple[Ball, ...], at_the_end: tuple[Ball, ...], count: int
+    mission: Mission, name: str, robot: RobotPlan, taken: tuple[Ball, ...], at_the_end: tuple[Ball, ...], count: int
 ) -> list[RobotPlan]:
     """Return the plan with all points of visits at other places of their regions, as far from each other as they can be.
 
     Args:
-        mission: Gives regions, rings, margin and workspace.
+        mission: Gives regions, rings, obstacles, margin and workspace.
+        name: The robot's.
         robot: Its plan; no lasso.
         taken: Places where other robots hover.
         at_the_end: Places that are no good to stay at, if there are others.
@@ -99,8 +105,8 @@ def relocations(
     places: dict[int, list[list[float]]] = {}
     for index, waypoint in enumerate(robot.waypoints):
         if movable(mission, robot, waypoint):
-            points = _places(mission, robot, waypoint, taken)
-            good = _places(mission, robot, waypoint, at_the_end) if index == len(robot.waypoints) - 1 else points
+            points = _places(mission, name, robot, waypoint, taken)
+            good = _places(mission, name, robot, waypoint, at_the_end) if index == len(robot.waypoints) - 1 else points
             places[index] = _far_apart(np.array(waypoint.position), good if len(good) else points, count)
     plans = []
     for choice in range(count if any(len(found) for found in places.values()) else 0):
@@ -123,20 +129,20 @@ def _far_apart(planned: Floats, points: Floats, count: int) -> list[list[float]]
     return chosen
 
 
-def _moved(mission: Mission, robot: RobotPlan, waypoint: Waypoint, taken: tuple[Ball, ...]) -> Waypoint | None:
+def _moved(mission: Mission, name: str, robot: RobotPlan, waypoint: Waypoint, taken: tuple[Ball, ...]) -> Waypoint | None:
     """Return a visit's point at the nearest place of its region that is clear and not taken; None where there is none."""
     planned = np.array(waypoint.position)
-    places = _places(mission, robot, waypoint, taken)
+    places = _places(mission, name, robot, waypoint, taken)
     if not len(places):
         return None
     nearest = places[int(np.argmin(np.linalg.norm(places - planned, axis=1)))]
     return waypoint.model_copy(update={"position": tuple(nearest.tolist())})
 
 
-def _places(mission: Mission, robot: RobotPlan, waypoint: Waypoint, taken: tuple[Ball, ...]) -> Floats:
+def _places(mission: Mission, name: str, robot: RobotPlan, waypoint: Waypoint, taken: tuple[Ball, ...]) -> Floats:
     """Return where a visit's point may lie: within the region less the margin and the workspace, and not taken.
 
-    Only places that are clear of all other regions and rings, or where there are none, those clear of rings and of regions
+    Only places that are clear of obstacles and of all other regions and rings, or where there are none, those clear of rings and of regions
     that are never visited. Shape (places, 3).
     """
     region, visited = mission.regions[waypoint.region or ""], {visit.region for visit in robot.visits}
@@ -144,14 +150,14 @@ def _places(mission: Mission, robot: RobotPlan, waypoint: Waypoint, taken: tuple
     if inner <= 0.0:
         return np.zeros((0, 3))
     grow = mission.margin + CLEARANCE
-    grown = bodies_of(mission, CLEARANCE)
+    grown = bodies_of(mission, name, CLEARANCE)
     bodies: dict[str, GrownRegion | Disc] = {**grown.regions, **{disc.name: disc for disc in grown.rings.values()}}
     cloud = np.array(region.center) + _cloud(region, inner)
     points = np.concatenate([np.array(waypoint.position)[None], cloud])
     free = np.all(
         (points >= np.array(mission.workspace.min) + grow) & (points <= np.array(mission.workspace.max) - grow), axis=1
     )
-    for place in taken:
+    for place in (*taken, *grown.solids):
         free &= place.signed_distance(points) > 0.0
     others = {name: body.signed_distance(points) > 0.0 for name, body in bodies.items() if name != waypoint.region}
     for names in (set(others), set(others) - visited):

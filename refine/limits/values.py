@@ -72,9 +72,9 @@ class Limits:
                 )
 
     @classmethod
-    def of_mission(cls, mission: Mission) -> Limits:
-        """Return the vehicle's limits, tightened by the mission's."""
-        own, vehicle = mission.effective_limits, mission.vehicle
+    def of_mission(cls, mission: Mission, name: str) -> Limits:
+        """Return the limits of one robot's vehicle, tightened by the mission's."""
+        own, vehicle = mission.limits_of(name), mission.vehicle_of(name)
         return cls(
             speed=own.speed,
             acceleration=own.acceleration,

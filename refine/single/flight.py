@@ -38,7 +38,7 @@ def robot_flight(problem: Problem, name: str, extra: tuple[Ball, ...] = (), rest
         SolverTimeout: An engine's seconds ran out before its iterations.
     """
     plan, robot = problem.plan, problem.plan.robots[name]
-    limits = Limits.of_mission(plan.mission)
+    limits = Limits.of_mission(plan.mission, name)
     for (who, limit), factor in problem.feedback.limits.items():
         if who == name:
             limits = limits.tightened(limit, factor)
@@ -48,7 +48,7 @@ def robot_flight(problem: Problem, name: str, extra: tuple[Ball, ...] = (), rest
     try:
         return _moving(problem, name, limits, extra, rests)
     except Infeasible:
-        moved = moved_into_the_clear(plan.mission, robot)
+        moved = moved_into_the_clear(plan.mission, name, robot)
         if moved == robot:
             raise
         changed = plan.model_copy(update={"robots": {**plan.robots, name: moved}})

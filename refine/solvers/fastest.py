@@ -16,9 +16,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from refine.bodies import Ball, Plane
+from refine.bodies import Ball
 from refine.limits.stretching import stretch_to_limits
 from refine.limits.values import Limits
+from refine.planes import Plane
 from refine.solvers.nlp import INSTANTS, Timing, optimise
 from refine.solvers.programme import Objective
 from refine.solvers.retiming import retime

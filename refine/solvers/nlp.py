@@ -17,8 +17,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.bodies import Ball, Plane
+from refine.bodies import Ball
 from refine.limits.values import Limits
+from refine.planes import Plane
 from refine.solvers.ipopt_engine import solve
 from refine.solvers.programme import UNIT, Objective, Shape, Steps, Unknowns
 from refine.solvers.timeout import SolverTimeout

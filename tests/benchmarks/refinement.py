@@ -23,9 +23,9 @@ from scipy.linalg import solveh_banded
 import ltlplan
 import verify
 from refine import Limits, minimum_snap, refine, time_optimal
-from refine.bodies import Plane
 from refine.heading.spin import with_least_spin
 from refine.limits.values import rotors_of
+from refine.planes import Plane
 from refine.single.values import Pace
 from refine.solvers.ipopt_engine import forget
 from refine.spline.least_snap import banded_problem

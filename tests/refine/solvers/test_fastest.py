@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from refine import Limits, time_optimal
-from refine.bodies import Plane
 from refine.heading.spin import with_least_spin
 from refine.limits.usage import peaks
 from refine.limits.values import rotors_of
+from refine.planes import Plane
 from refine.solvers.fastest import stretched_guess
 from refine.solvers.retiming import pace, retime
 from tests.benchmarks.refinement_courses import (
