@@ -7,8 +7,11 @@ nothing is running in other threads when it is forked.
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import os
+
+gc.disable()  # nearly all that modules make stays
 
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):  # before the numerics read them
     os.environ[_name] = "1"
@@ -43,3 +46,6 @@ with contextlib.suppress(Exception):  # plotly and ruamel.yaml load much at firs
     from ltlplan.service.page.checking import check_text
 
     check_text(shipped_mission_text("firefighting"), lambda _sentence, _share: None)
+
+gc.freeze()  # workers then look for garbage among what they made themselves, and leave these pages shared
+gc.enable()

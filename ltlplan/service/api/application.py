@@ -22,6 +22,7 @@ from ltlplan.service.models import Event
 from ltlplan.service.problems import BodyTooLarge, Forbidden, MethodNotAllowed, NotFound, UnsupportedMedia
 from ltlplan.service.security.gate import refusal
 from ltlplan.service.service import Service
+from ltlplan.service.versions import software
 from verify.data.errors import BadInput, InternalError, LtlplanError
 
 _TAGS = [
@@ -51,6 +52,9 @@ _OF_STATUS: dict[int, type[LtlplanError]] = {
     415: UnsupportedMedia,
     500: InternalError,
 }
+
+_FIRST_PAGE = 0.5
+"""s that the first page has to itself, before other things are loaded."""
 
 Lifespan = Callable[[FastAPI], AbstractAsyncContextManager[None]]
 
@@ -93,9 +97,11 @@ def application(service: Service) -> FastAPI:
 
 
 async def _warm(service: Service, app: FastAPI) -> None:
-    """Have ready what the first who asks would wait for: processes to fork from, and the documentation."""
+    """Have ready what the next who asks would wait for: processes to fork from, versions, the documentation. The first page goes first."""
+    await asyncio.sleep(_FIRST_PAGE)
     try:
         await service.shipped_missions()
+        await asyncio.to_thread(software)
         await asyncio.to_thread(app.openapi)
     except LtlplanError as error:  # whoever asks next is told
         note("not ready yet", level=logging.WARNING, reason=str(error))
