@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import fcntl
 import functools
+import gc
 import os
 import pickle
 from collections.abc import Callable
@@ -18,6 +19,11 @@ import pytest
 import ltlplan
 
 Once = Callable[[str, Callable[[Path], Any]], Any]
+
+
+def pytest_collection_finish() -> None:
+    """Let the garbage collector pass over what was collected and imported, which stays to the end: it is looked through no more."""
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")
