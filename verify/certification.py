@@ -19,7 +19,7 @@ from verify.certificate import ActionInstant, Certificate, versions
 from verify.claims.claim import Claim
 from verify.claims.distance_claims import rim_claims, separation_claims, workspace_claims
 from verify.claims.evidence import Evidence
-from verify.claims.limit_claims import continuity_claims, leg_claims, limit_claims
+from verify.claims.limit_claims import continuity_claims, endurance_claims, leg_claims, limit_claims
 from verify.claims.obstacle_claims import obstacle_claims
 from verify.claims.visit_claims import passage_claim, visit_claim
 from verify.data.errors import BadInput, NotCertified
@@ -154,7 +154,7 @@ class _Tube:
 
 
 def _margin_free_claims(evidence: Evidence) -> tuple[Claim, ...]:
-    return (*continuity_claims(evidence), *limit_claims(evidence))
+    return (*continuity_claims(evidence), *limit_claims(evidence), *endurance_claims(evidence))
 
 
 def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _Tube:

@@ -85,15 +85,21 @@ class _Search:
         self.robot = robot
         self.system = mission.robot_of(robot.robot)
         self.environment = mission.environment
-        self.edges = None if mission.environment is None else _edges(mission.environment)
+        self.edges = None if mission.environment is None else _edges(mission.environment, mission.kind_of(robot.robot))
         self.start = "" if mission.environment is None else mission.environment.start
         self.before = mission.agents[robot.robot].visited or self.start
         self.all_regions = frozenset(mission.all_regions)
+        self.closed = frozenset(r for r in self.all_regions if not mission.may_enter(robot.robot, r))
         self.regions = [letter & self.all_regions for letter in robot.letters]
 
     def run(self) -> Verdict | None:
         """Return how some word breaks the system, or None."""
         came = self._begin()
+        for state in came:
+            if begun := sorted(self.closed & self.regions[state[0]]):
+                return self._failure(
+                    came, state, state[0], _Fault(f"{self.robot.robot} can begin in {begun[0]}, closed to it", begun[0])
+                )
         queue = deque(came)
         while queue:
             state = queue.popleft()
@@ -107,7 +113,7 @@ class _Search:
 
     def some_trace(self) -> bool:
         """Tell whether some word, from beginning to end, keeps the system."""
-        queue = deque(self._begin())
+        queue = deque(state for state in self._begin() if not self.closed & self.regions[state[0]])
         seen = set(queue)
         while queue:
             state = queue.popleft()
@@ -154,6 +160,9 @@ class _Search:
 
     def _entry(self, state: _State, region: str) -> _Fault | None:
         node, vertices, _ = state
+        if region in self.closed:
+            only = " and ".join(self.mission.all_regions[region].only or ())
+            return _Fault(f"{self.robot.robot} can enter {region}, which is open to {only} only", region)
         if self.edges is None or any(region == vertex or region in self.edges.get(vertex, ()) for vertex in vertices):
             return None
         vertex = min(vertices, key=lambda name: (name not in self.regions[node], name))
@@ -222,9 +231,9 @@ class _Search:
         )
 
 
-def _edges(environment: Environment) -> dict[str, set[str]]:
+def _edges(environment: Environment, kind: str | None) -> dict[str, set[str]]:
     edges: dict[str, set[str]] = {}
-    for source, target in environment.edges:
+    for source, target in environment.open_to(kind):
         edges.setdefault(source, set()).add(target)
         if not environment.directed and source != environment.start:
             edges.setdefault(target, set()).add(source)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
 from verify.claims.claim import Claim, Outcome, claim_of
 from verify.claims.evidence import Evidence
+from verify.data.vehicle import CLIMB_AND_LANDING
 from verify.motion.leg_windows import ways
 from verify.motion.limits import UNITS, Extreme, leg_extremes
 from verify.motion.visits import Matching
@@ -18,10 +20,37 @@ def limit_claims(evidence: Evidence) -> Iterable[Claim]:
         yield _limit_claim(extreme)
 
 
+def endurance_claims(evidence: Evidence) -> Iterable[Claim]:
+    """Each robot is back on the ground before its endurance ends, all laps and waits counted; none where there is no such limit."""
+    mission, paths = evidence.plan.mission, evidence.paths
+    for index, robot in enumerate(paths.robots):
+        limit = mission.limits_of(robot).endurance
+        if limit is None:
+            continue
+        cycle, flown = paths.trajectories[index].cycle, paths.end
+        if cycle is not None:
+            flown += (mission.spec.repeat - 1) * (paths.end - paths.knots[index][cycle])
+        total = flown + Fraction(CLIMB_AND_LANDING)
+        verdict: Outcome = "holds" if total <= Fraction(limit) else "fails"
+        bound = float(total)
+        if Fraction(bound) < total:
+            bound = math.nextafter(bound, math.inf)
+        sentence = (
+            f"{robot} is in the air for {bound:.5g} s, {CLIMB_AND_LANDING:g} s of them for climb, the way to the start and landing; "
+            f"its endurance is {limit:.5g} s."
+        )
+        yield claim_of(
+            "limits.endurance", verdict, sentence, robot=robot, unit="s", bound=bound, limit=limit, margin=limit - bound,
+            time=float(flown),
+        )  # fmt: skip
+
+
 def leg_claims(evidence: Evidence, matchings: Mapping[str, Matching]) -> Iterable[Claim]:
     """Limits that hold on the way to one region, at all times at which a robot may be on its way there."""
-    legs = evidence.plan.mission.limits.legs
+    mission, named = evidence.plan.mission, dict[str, None]()
     for index, (robot, plan) in enumerate(evidence.plan.robots.items()):
+        legs = mission.leg_limits_of(robot)
+        named |= dict.fromkeys(legs)
         matching, cycle = matchings[robot], evidence.paths.trajectories[index].cycle
         knot = None if cycle is None else evidence.paths.knots[index][cycle]
         for visit, region in enumerate(visit.region for visit in plan.visits):
@@ -39,7 +68,7 @@ def leg_claims(evidence: Evidence, matchings: Mapping[str, Matching]) -> Iterabl
                 yield _limit_claim(extreme, region, visit)
     visited = {visit.region for plan in evidence.plan.robots.values() for visit in plan.visits}
     sure = all(not matching.fault for matching in matchings.values())
-    for region in legs:
+    for region in named:
         if region not in visited:
             sentence = f"No robot goes to '{region}', so the limits on the way there bind none."
             yield claim_of("limits.legs", "holds" if sure else "undecided", sentence, region=region)
@@ -52,8 +81,8 @@ def braking_claims(evidence: Evidence, towards: Mapping[str, tuple[Fraction, *tu
         evidence: Of trajectories that end at rest.
         towards: For each robot that slows down: when it begins to, exact, in s, and the regions that it was on its way to.
     """
-    legs = evidence.plan.mission.limits.legs
     for robot, (begin, *regions) in towards.items():
+        legs = evidence.plan.mission.leg_limits_of(robot)
         index = evidence.paths.robots.index(robot)
         for region in regions:
             if region in legs:

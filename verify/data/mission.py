@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections.abc import Collection, Mapping
 from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, Field
 
 from verify.data.errors import BadInput
 from verify.data.language.formula import FREE, TRUE, Formula, parse_formula
@@ -21,26 +20,28 @@ from verify.data.language.sequence import Sequence, parse_sequence
 from verify.data.language.word import Letter
 from verify.data.rules.faults import Fault, MissionError, sound_sections
 from verify.data.rules.missions import broken_rules
-from verify.data.sections import Agent, Box, EffectiveLimits, Environment, Limits, Planner, Robot, Spec
+from verify.data.sections import (
+    Agent,
+    Box,
+    EffectiveLimits,
+    Environment,
+    LegLimits,
+    Limits,
+    Planner,
+    Robot,
+    Spec,
+    both_limits,
+    limits_under,
+)
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
 from verify.data.storage.file_names import MAX_LENGTH, name_fault
 from verify.data.value import Remembered, Value, plain
-from verify.data.vehicle import NotNegative, Vehicle, load_vehicle
+from verify.data.vehicle import NamedVehicle, NotNegative, Vehicle
 
 MISSION_FORMAT = 1
 _CHAIN = 40
 """Terms of a conjunction that are joined one after another; more are halved."""
-
-
-def _named_vehicle(value: object) -> object:
-    """Replace the name of a shipped profile by the profile."""
-    if not isinstance(value, str):
-        return value
-    try:
-        return load_vehicle(value)
-    except BadInput as error:
-        raise ValueError(str(error)) from None
 
 
 def _name_of_files(value: str) -> str:
@@ -68,10 +69,9 @@ class Mission(Value):
     obstacles: dict[str, Obstacle] = Field(default_factory=dict, description="solid bodies, which no vehicle may meet")
     environment: Environment | None = Field(default=None, description="omitted: every region can be reached from every other")
     robot: Robot = Field(default_factory=lambda: Robot(), description="omitted: one internal state, no propositions")
+    robots: dict[str, Robot] | None = Field(default=None, description="more kinds of robots, as `robot`, by name")
     agents: dict[str, Agent] = Field(min_length=1, description="the quadcopters, by name")
-    vehicle: Annotated[Vehicle, BeforeValidator(_named_vehicle)] = Field(
-        description="a shipped profile's name or an inline table"
-    )
+    vehicle: NamedVehicle = Field(description="a shipped profile's name or an inline table")
     limits: Limits = Field(default_factory=lambda: Limits())
     workspace: Box = Field(description="where the vehicles' centres, with the margin, must stay")
     separation: NotNegative = Field(default=0.3, description="m, between centres of robots")
@@ -97,7 +97,7 @@ class Mission(Value):
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:  # as pydantic declares it
         """Return a copy with changed fields; what is computed from fields is computed anew."""
         copied = super().model_copy(update=update, deep=deep)
-        for name in ("formula", "passages", "effective_limits"):
+        for name in ("formula", "passages", "effective_limits", "of_one_kind", "_seen"):
             vars(copied).pop(name, None)
         return copied
 
@@ -108,8 +108,9 @@ class Mission(Value):
 
     @property
     def internal_propositions(self) -> frozenset[str]:
-        """Propositions of the robot's internal states."""
-        return frozenset(name for names in self.robot.states.values() for name in names)
+        """Propositions of the robots' internal states."""
+        systems = (self.robot, *(self.robots or {}).values())
+        return frozenset(name for system in systems for names in system.states.values() for name in names)
 
     @property
     def propositions(self) -> frozenset[str]:
@@ -131,23 +132,8 @@ class Mission(Value):
 
     @cached_property
     def effective_limits(self) -> EffectiveLimits:
-        """The vehicle's limits, tightened by the mission's."""
-        own, asked = self.vehicle, self.limits
-
-        def tighter(limit: float, wish: float | None) -> float:
-            return limit if wish is None else min(limit, wish)
-
-        return EffectiveLimits(
-            speed=tighter(own.speed, asked.speed),
-            acceleration=tighter(own.acceleration, asked.acceleration),
-            thrust_min=max(own.thrust_min, asked.thrust_min or 0.0),
-            thrust_max=tighter(own.thrust_max, asked.thrust_max),
-            rotor_thrust_min=own.rotor_thrust_min,
-            rotor_thrust_max=own.rotor_thrust_max,
-            tilt=math.radians(tighter(own.tilt_deg, asked.tilt_deg)),
-            body_rate=math.radians(tighter(own.body_rate_deg, asked.body_rate_deg)),
-            yaw_rate=math.radians(tighter(own.yaw_rate_deg, asked.yaw_rate_deg)),
-        )
+        """The vehicle's limits, tightened by the mission's: those of a robot that has none of its own."""
+        return limits_under(self.vehicle, self.limits)
 
     def vehicle_of(self, agent: str) -> Vehicle:
         """Return what one agent flies.
@@ -155,8 +141,7 @@ class Mission(Value):
         Args:
             agent: Its name.
         """
-        del agent
-        return self.vehicle
+        return self.agents[agent].vehicle or self.vehicle
 
     def limits_of(self, agent: str) -> EffectiveLimits:
         """Return the limits that one agent's flight keeps.
@@ -164,8 +149,23 @@ class Mission(Value):
         Args:
             agent: Its name.
         """
-        del agent
-        return self.effective_limits
+        return self.seen_by(agent).effective_limits
+
+    def leg_limits_of(self, agent: str) -> dict[str, LegLimits]:
+        """Return the limits of one agent on the way to some regions, by region.
+
+        Args:
+            agent: Its name.
+        """
+        return self.seen_by(agent).limits.legs
+
+    def kind_of(self, agent: str) -> str | None:
+        """Return the name of one agent's table in `robots`; None where it names none.
+
+        Args:
+            agent: Its name.
+        """
+        return self.agents[agent].robot
 
     def robot_of(self, agent: str) -> Robot:
         """Return one agent's internal transition system.
@@ -173,8 +173,18 @@ class Mission(Value):
         Args:
             agent: Its name.
         """
-        del agent
-        return self.robot
+        kind = self.kind_of(agent)
+        return self.robot if kind is None else (self.robots or {})[kind]
+
+    def may_enter(self, agent: str, region: str) -> bool:
+        """Tell whether a region is open to one agent's kind.
+
+        Args:
+            agent: Its name.
+            region: The region's.
+        """
+        only = self.all_regions[region].only
+        return only is None or self.kind_of(agent) in only
 
     def least_distance(self, one: str, other: str) -> float:
         """Return how far apart the centres of two agents stay, in m; a distance in z counts as `separation_z` says.
@@ -183,17 +193,81 @@ class Mission(Value):
             one: Name of an agent.
             other: Name of another one.
         """
-        del one, other
-        return self.separation
+        touching = self.vehicle_of(one).radius + self.vehicle_of(other).radius
+        z_scale = self.separation / self.separation_z if self.separation_z else 1.0
+        return max(self.separation, touching * max(1.0, z_scale))
+
+    @cached_property
+    def of_one_kind(self) -> bool:
+        """Whether no agent has a vehicle, limits or internal states of its own, so that what one can do all can."""
+        return all(agent.vehicle is None and agent.limits is None and agent.robot is None for agent in self.agents.values())
+
+    def seen_by(self, agent: str) -> Mission:
+        """Return the mission as it is for one agent: what is its own stands where the mission has what all share.
+
+        These are `vehicle`, `limits`, `robot`, the nominal speed where robots differ (no more than its limit), and the environment:
+        edges that are closed to it are left out, and those into regions that are. It is for planning and refinement, never for
+        files, and is asked about this agent only. Agents that are alike have one value; where all are, it is this mission.
+
+        Args:
+            agent: Its name.
+        """
+        if self.of_one_kind:
+            return self
+        return self._seen[agent]
+
+    @cached_property
+    def _seen(self) -> dict[str, Mission]:
+        """The mission as each agent sees it, one value for agents that are alike."""
+        found: dict[str, Mission] = {}
+        alike: dict[tuple[Vehicle | None, str | None, str], Mission] = {}
+        for name, agent in self.agents.items():
+            limits = self.limits if agent.limits is None else both_limits(self.limits, agent.limits)
+            key = (agent.vehicle, agent.robot, limits.model_dump_json())
+            if key not in alike:
+                alike[key] = self._as_seen(name, limits)
+            found[name] = alike[key]
+        return found
+
+    def _as_seen(self, agent: str, limits: Limits) -> Mission:
+        vehicle = self.vehicle_of(agent)
+        speed = min(self.planner.speed, limits_under(vehicle, limits).speed)
+        view = self.model_copy(
+            update={
+                "vehicle": vehicle,
+                "limits": limits,
+                "robot": self.robot_of(agent),
+                "planner": self.planner.model_copy(update={"speed": speed}),
+                "environment": self._open_to(agent),
+            }
+        )
+        vars(view)["of_one_kind"] = True  # so that it is its own view
+        return view
+
+    def _open_to(self, agent: str) -> Environment | None:
+        """Return the environment without what is closed to one agent; None where every region can be reached from every other."""
+        closed = {region for region in self.all_regions if not self.may_enter(agent, region)}
+        if self.environment is not None:
+            edges = self.environment.open_to(self.kind_of(agent))
+            if not closed and edges == self.environment.edges:
+                return self.environment
+            kept = tuple((a, b) for a, b in edges if b not in closed and (self.environment.directed or a not in closed))
+            return self.environment.model_copy(update={"edges": kept})
+        if not closed:
+            return None
+        names = list(self.all_regions)
+        start = "start" + "_" * sum(name.startswith("start") for name in names)
+        pairs = [(a, b) for a in (start, *names) for b in names if a != b and b not in closed]
+        return Environment(start=start, edges=tuple(pairs), directed=True)
 
     def initial_internal(self, agent: str) -> str:
         """Internal state of one agent at time 0."""
         own = self.agents[agent].internal
-        return self.robot.initial if own is None else own
+        return self.robot_of(agent).initial if own is None else own
 
     def initial_letter(self, agent: str) -> Letter:
         """Propositions of one agent's internal state at time 0."""
-        return frozenset(self.robot.states[self.initial_internal(agent)])
+        return frozenset(self.robot_of(agent).states[self.initial_internal(agent)])
 
     def resolved(self) -> dict[str, Any]:  # of any type: JSON nests
         """Return the mission as plain data with every default, matrix and vehicle number written out.

@@ -17,6 +17,7 @@ from verify.data.mission import Mission
 from verify.data.mission_rooms import INCLUDE, MAX_BYTES, ROOM_KEYS, with_rooms, without_rooms
 from verify.data.mission_tree import MissionTree, read_tree
 from verify.data.rules.faults import MissionError, sound_sections
+from verify.data.rules.kinds import unused_tables
 from verify.data.rules.missions import broken_rules
 from verify.data.storage.reading import read_text
 
@@ -80,7 +81,7 @@ def _sound(tree: MissionTree, *, installed: bool) -> Mission:
     """
     values, faults = sound_sections(tree.data, Mission.model_fields)
     with np.errstate(all="ignore"):  # absurd numbers end as infinities, which lie outside of everything
-        broken = [*faults, *broken_rules(values, tree.data, installed=installed)]
+        broken = [*faults, *broken_rules(values, tree.data, installed=installed), *unused_tables(values)]
     if broken:
         raise MissionError(tree.source, [tree.fault(keys, reason) for keys, reason in broken])
     return Mission.model_validate(values)

@@ -7,13 +7,14 @@ radians. What spans several sections is checked by `verify.data.rules`; `verify.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
 from verify.data.shapes.inequalities import Point
 from verify.data.value import Value
-from verify.data.vehicle import NotNegative, Number, Positive
+from verify.data.vehicle import NamedVehicle, NotNegative, Number, Positive, Vehicle
 
 ChoiceName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]{0,99}$")]
 """Name of something that another package may bring: which there are is known by `verify.data.choices`."""
@@ -21,6 +22,8 @@ Costs = dict[ChoiceName, NotNegative]
 Trace = Literal["finite", "infinite"]
 TeamReading = Literal["own", "joint"]
 Count = Annotated[int, Field(strict=True, ge=1)]
+Kinds = Annotated[tuple[str, ...], Field(min_length=1)]
+"""Names of tables in a mission's `robots`."""
 
 
 class Spec(Value):
@@ -34,12 +37,44 @@ class Spec(Value):
     repeat: Count = Field(default=1, description="laps of the cycle that are flown, for infinite traces")
 
 
+class Edge(Value):
+    """An edge that is closed to some kinds of robots."""
+
+    between: tuple[str, str] = Field(description="a pair of regions")
+    only: Kinds = Field(description="names of `robots` tables: who may take it")
+
+
+_EdgeForm = Annotated[
+    Annotated[tuple[str, str], Tag("tuple[pair]")] | Annotated[Edge, Tag("tuple[table]")],
+    Discriminator(lambda edge: "tuple[table]" if isinstance(edge, dict | Edge) else "tuple[pair]"),
+]
+
+
 class Environment(Value):
     """Which regions can be reached from which (2022 paper, Def. 4.2)."""
 
     start: str = Field(default="robot", description="vertex where robots are before their first visit; left, never entered")
-    edges: tuple[tuple[str, str], ...] = Field(description="pairs of regions")
+    edges: tuple[_EdgeForm, ...] = Field(
+        description="pairs of regions, and `{between: [a, b], only: [kind]}` for edges that are closed to other kinds"
+    )
     directed: bool = Field(default=False, strict=True, description="whether edges lead one way only")
+
+    @property
+    def pairs(self) -> tuple[tuple[str, str], ...]:
+        """All edges as pairs, whoever may take them."""
+        return tuple(edge.between if isinstance(edge, Edge) else edge for edge in self.edges)
+
+    def open_to(self, kind: str | None) -> tuple[tuple[str, str], ...]:
+        """Return the edges that one kind of robot may take, as pairs.
+
+        Args:
+            kind: Name of its table in `robots`; None for a robot that names none.
+        """
+        return tuple(
+            edge.between if isinstance(edge, Edge) else edge
+            for edge in self.edges
+            if not isinstance(edge, Edge) or kind in edge.only
+        )
 
 
 class Action(Value):
@@ -53,32 +88,11 @@ class Action(Value):
 
 
 class Robot(Value):
-    """The internal transition system, the same for every agent (2022 paper, Def. 4.1)."""
+    """The internal transition system, of every agent that names no table of `robots` (2022 paper, Def. 4.1)."""
 
     initial: str = Field(default="idle", description="internal state at time 0")
     states: dict[str, tuple[str, ...]] = Field(default_factory=lambda: {"idle": ()}, description="state: its propositions")
     actions: tuple[Action, ...] = Field(default=(), description="changes of the internal state")
-
-
-class Agent(Value):
-    """One quadcopter."""
-
-    start: Point = Field(description="m, hovering there at time 0")
-    yaw_deg: Number = Field(default=0.0, description="deg, heading at the start")
-    heading: Literal["fixed", "path"] | Point = Field(
-        default="fixed", description="fixed, along the path, or towards a point (m)"
-    )
-    end: Point | None = Field(default=None, description="m, where it must finish")
-    internal: str | None = Field(default=None, description="internal state at time 0, instead of `robot.initial`")
-    visited: str | None = Field(
-        default=None, description="region visited last before time 0, instead of the environment's start vertex"
-    )
-    cost: Costs | None = Field(default=None, description="weights of its own, instead of the planner's")
-
-    @property
-    def yaw(self) -> float:
-        """Start heading in rad."""
-        return math.radians(self.yaw_deg)
 
 
 class LegLimits(Value):
@@ -98,7 +112,35 @@ class Limits(Value):
     tilt_deg: Positive | None = Field(default=None, description="deg")
     body_rate_deg: Positive | None = Field(default=None, description="deg/s, roll and pitch together")
     yaw_rate_deg: Positive | None = Field(default=None, description="deg/s, about the body's z")
+    endurance: Positive | None = Field(default=None, description="s, from take-off to touchdown")
     legs: dict[str, LegLimits] = Field(default_factory=dict, description="region: limits on the way there")
+
+
+class Agent(Value):
+    """One quadcopter."""
+
+    start: Point = Field(description="m, hovering there at time 0")
+    yaw_deg: Number = Field(default=0.0, description="deg, heading at the start")
+    heading: Literal["fixed", "path"] | Point = Field(
+        default="fixed", description="fixed, along the path, or towards a point (m)"
+    )
+    end: Point | None = Field(default=None, description="m, where it must finish")
+    internal: str | None = Field(default=None, description="internal state at time 0, instead of its robot's `initial`")
+    visited: str | None = Field(
+        default=None, description="region visited last before time 0, instead of the environment's start vertex"
+    )
+    cost: Costs | None = Field(default=None, description="weights of its own, instead of the planner's")
+    vehicle: NamedVehicle | None = Field(
+        default=None,
+        description="what it flies, instead of the mission's `vehicle`: a shipped profile's name or an inline table",
+    )
+    limits: Limits | None = Field(default=None, description="tighten its vehicle's limits, beside the mission's `limits`")
+    robot: str | None = Field(default=None, description="its kind: name of a table in `robots`, instead of `robot`")
+
+    @property
+    def yaw(self) -> float:
+        """Start heading in rad."""
+        return math.radians(self.yaw_deg)
 
 
 class Box(Value):
@@ -142,7 +184,7 @@ class Planner(Value):
 
 
 class EffectiveLimits(Value):
-    """What the flight must keep: the vehicle's limits, tightened by the mission. SI units, radians."""
+    """What one robot's flight must keep: its vehicle's limits, tightened by the mission's and its own. SI units, radians."""
 
     speed: float
     acceleration: float
@@ -153,3 +195,56 @@ class EffectiveLimits(Value):
     tilt: float
     body_rate: float
     yaw_rate: float
+    endurance: float | None = None
+
+
+def limits_under(vehicle: Vehicle, asked: Limits) -> EffectiveLimits:
+    """Return a vehicle's limits, tightened by those that are asked.
+
+    Args:
+        vehicle: Whose limits.
+        asked: What tightens them.
+    """
+
+    def tighter(limit: float, wish: float | None) -> float:
+        return limit if wish is None else min(limit, wish)
+
+    return EffectiveLimits(
+        speed=tighter(vehicle.speed, asked.speed),
+        acceleration=tighter(vehicle.acceleration, asked.acceleration),
+        thrust_min=max(vehicle.thrust_min, asked.thrust_min or 0.0),
+        thrust_max=tighter(vehicle.thrust_max, asked.thrust_max),
+        rotor_thrust_min=vehicle.rotor_thrust_min,
+        rotor_thrust_max=vehicle.rotor_thrust_max,
+        tilt=math.radians(tighter(vehicle.tilt_deg, asked.tilt_deg)),
+        body_rate=math.radians(tighter(vehicle.body_rate_deg, asked.body_rate_deg)),
+        yaw_rate=math.radians(tighter(vehicle.yaw_rate_deg, asked.yaw_rate_deg)),
+        endurance=_least((vehicle.endurance, asked.endurance)),
+    )
+
+
+def both_limits(one: Limits, other: Limits) -> Limits:
+    """Return limits that are as tight as each of two, on the way to each region too.
+
+    Args:
+        one: Some limits.
+        other: Some more.
+    """
+    upper = ("speed", "acceleration", "thrust_max", "tilt_deg", "body_rate_deg", "yaw_rate_deg", "endurance")
+    legs = {
+        region: LegLimits(
+            speed=_least(each.legs[region].speed for each in (one, other) if region in each.legs),
+            acceleration=_least(each.legs[region].acceleration for each in (one, other) if region in each.legs),
+        )
+        for region in dict.fromkeys((*one.legs, *other.legs))
+    }
+    least = [each.thrust_min for each in (one, other) if each.thrust_min is not None]
+    return Limits(
+        **{name: _least((getattr(one, name), getattr(other, name))) for name in upper},
+        thrust_min=max(least, default=None),
+        legs=legs,
+    )
+
+
+def _least(values: Iterable[float | None]) -> float | None:
+    return min((value for value in values if value is not None), default=None)

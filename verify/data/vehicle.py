@@ -11,7 +11,7 @@ from functools import cache
 from importlib import resources
 from typing import Annotated, Any
 
-from pydantic import Field, Strict, model_validator
+from pydantic import BeforeValidator, Field, Strict, model_validator
 from ruamel.yaml import YAML
 
 from verify.data.errors import BadInput, did_you_mean
@@ -23,6 +23,9 @@ GRAVITY = 9.80665
 Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 Positive = Annotated[float, Strict(), Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Strict(), Field(ge=0, allow_inf_nan=False)]
+
+CLIMB_AND_LANDING = 11.0
+"""s that a vehicle's endurance counts beside the flight: 7.5 to climb and to fly to the start, 3.5 to land."""
 
 
 class Vehicle(Value):
@@ -43,6 +46,7 @@ class Vehicle(Value):
     tilt_deg: Annotated[Positive, Field(lt=90)] = Field(description="deg, between the body's z and the world's z")
     body_rate_deg: Positive = Field(description="deg/s, norm of the roll and pitch rates together")
     yaw_rate_deg: Positive = Field(description="deg/s, rate about the body's z axis")
+    endurance: Positive | None = Field(default=None, description="s that it can fly, from take-off to touchdown")
 
     @property
     def tilt(self) -> float:
@@ -102,3 +106,17 @@ def load_vehicle(name: str) -> Vehicle:
     values = {key: entry["value"] for key, entry in entries.items()}
     values["inertia"] = tuple(values["inertia"])
     return Vehicle(name=name, **values)
+
+
+def _named(value: object) -> object:
+    """Replace the name of a shipped profile by the profile."""
+    if not isinstance(value, str):
+        return value
+    try:
+        return load_vehicle(value)
+    except BadInput as error:
+        raise ValueError(str(error)) from None
+
+
+NamedVehicle = Annotated[Vehicle, BeforeValidator(_named)]
+"""A vehicle of a mission file: a shipped profile's name, or a table."""

@@ -99,6 +99,8 @@ HOUSE = """a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}
 b: {center: [2.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}
 c: {center: [1.0, 0.0, 1.0], radii: [0.1, 0.1, 0.1]}"""
 EAST, WEST = [[0, 0, 1], [2, 0, 1]], [[0, 1, 1], [2, 1, 1], [2, 0, 1]]
+BESIDE = [[0, 1, 1], [2, 1, 1], [2, 0.15, 1]]
+"""To the other side of b: two vehicles fit into it."""
 WORDS = [
     # formula, reading, holds of each robot, the robot, region and part of the sentence of the witness
     ("G !a", "own", [0.0], "r0", "a", "it must not hold"),
@@ -163,10 +165,10 @@ def could_be(mission: Mission, paths: list[Trajectory], letter: frozenset[str], 
 def test_one_robot_flown_at_another_time_breaks_the_order_of_the_team(hold):
     """r1 comes to b; r0 must have been at a before. Flown early enough, r1 is first, and a wait is named that mends it."""
     starts = [EAST[0], WEST[0]]
-    mission = small_mission("!b W a", regions=HOUSE, starts=starts).model_copy(update={"separation": 0.0})
+    mission = small_mission("!b W a", regions=HOUSE, starts=starts).model_copy(update={"separation": 0.14})
     visits = {"r0": [Visit(region="a"), Visit(region="c"), Visit(region="b")], "r1": [Visit(region="b")]}
-    team = {"r0": legs(EAST, hold=hold + 6), "r1": legs(WEST, hold=hold)}
-    late = {"r0": legs(EAST), "r1": legs(WEST, hold=hold + 3)}
+    team = {"r0": legs(EAST, hold=hold + 6), "r1": legs(BESIDE, hold=hold)}
+    late = {"r0": legs(EAST), "r1": legs(BESIDE, hold=hold + 3)}
     plan = plan_of(mission, visits)
     assert judged(plan, late).holds
     arrives = (team["r1"].knots[-2], team["r1"].knots[-1])

@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 from verify.data import parse_mission
 from verify.data.mission import Mission
-from verify.data.sections import Action, Agent, Box, Environment, LegLimits, Limits, Planner, Robot, Spec
+from verify.data.sections import Action, Agent, Box, Edge, Environment, LegLimits, Limits, Planner, Robot, Spec
 from verify.data.shapes.inequalities import Inequality
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
@@ -23,6 +23,7 @@ SECTIONS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("`hoops.NAME` (a region's keys, and)", Hoop),
     ("`obstacles.NAME` (a region's keys, and)", Obstacle),
     ("`environment`", Environment),
+    ("`environment.edges[]`, closed to some", Edge),
     ("`robot`", Robot),
     ("`robot.actions[]`", Action),
     ("`agents.NAME`", Agent),
@@ -72,7 +73,7 @@ def show_type(annotation: Any) -> str:
     if arguments:
         return " or ".join(text for text in map(show_type, arguments) if text)
     return {float: "number", int: "whole number", str: "text", bool: "yes/no"}.get(
-        annotation, annotation.__name__.lower().removeprefix("leg")
+        annotation, annotation.__name__.lower().removeprefix("leg") if annotation is not Edge else "table"
     )
 
 

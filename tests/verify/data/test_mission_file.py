@@ -236,7 +236,7 @@ def test_limits_only_tighten() -> None:
 
 
 def test_a_vehicle_that_cannot_hover_is_refused() -> None:
-    inline = parse_mission(GOOD).vehicle.model_dump()
+    inline = parse_mission(GOOD).vehicle.model_dump(exclude_none=True)
     inline["mass"] = 0.06
     text = GOOD.replace("vehicle: crazyflie-2.1", f"vehicle: {inline}".replace("(", "[").replace(")", "]"))
     assert "cannot hover" in faults(text)

@@ -21,8 +21,9 @@ def still(point, duration=1.0):
     return Trajectory([duration], coefficients)
 
 
-def pair_mission(starts=TWO_STARTS, **options):
-    return small_mission(regions="", starts=starts, **options)
+def pair_mission(starts=TWO_STARTS, radius=None, **options):
+    mission = small_mission(regions="", starts=starts, **options)
+    return mission if radius is None else mission.model_copy(update={"vehicle": mission.vehicle.changed(radius=radius)})
 
 
 def claims(mission, team, **options):
@@ -204,7 +205,7 @@ def test_robots_above_each_other_with_clocks_that_differ():
     team, kept = {"r0": first, "r1": second}, {}
     for clock_error in (0.0, 0.05, 0.1, 0.2, 0.3):
         apart = {"separation": 0.5, "separation_z": 0.1}
-        mission = started(pair_mission().model_copy(update=apart), team)
+        mission = started(pair_mission(radius=0.05).model_copy(update=apart), team)
         claim = claims(mission, team, clock_error=clock_error)["separation", "r0"]
         kept[clock_error] = claim.outcome == "holds"
         if claim.outcome == "holds":
@@ -223,7 +224,7 @@ def test_separation_with_weights_clocks_and_tubes_against_samples():
             points[:, :, :2] = 0.0  # one above the other
         team = {f"r{i}": legs(p) for i, p in enumerate(points)}
         apart = {"separation": float(rng.choice([0.3, 0.5])), "separation_z": float(rng.choice([0.1, 0.2, 0.6]))}
-        mission = started(pair_mission().model_copy(update=apart), team)
+        mission = started(pair_mission(radius=0.05).model_copy(update=apart), team)
         error, margin = float(rng.choice([0.0, 0.05, 0.3])), float(rng.choice([0.0, 0.02]))
         if claims(mission, team, clock_error=error, margin=margin)["separation", "r0"].outcome == "holds":
             held += 1
@@ -231,11 +232,25 @@ def test_separation_with_weights_clocks_and_tubes_against_samples():
     assert held >= 5
 
 
-def test_no_separation_is_kept_by_robots_that_meet():
+def test_robots_never_touch_whatever_separation_a_mission_asks():
     team = {"r0": still([0, 0, 1]), "r1": still([0, 0, 1])}
     mission = started(pair_mission().model_copy(update={"separation": 0.0}), team)
     claim = claims(mission, team)["separation", "r0"]
-    assert (claim.outcome, claim.bound, claim.margin) == ("holds", 0.0, 0.0)
+    assert (claim.outcome, claim.bound, claim.limit) == ("fails", 0.0, 0.14)
+
+
+@pytest.mark.parametrize(("gap", "outcome"), [(0.2301, "holds"), (0.2299, "fails")])
+@pytest.mark.parametrize("axis", [1, 2])
+def test_the_radii_of_two_kinds_are_kept_apart(gap, outcome, axis):
+    places = [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]]
+    places[1][axis] += gap
+    team = {"r0": still(places[0]), "r1": still(places[1])}
+    mission = started(pair_mission().model_copy(update={"separation": 0.14, "separation_z": 0.14}), team)
+    wide = mission.agents["r1"].model_copy(update={"vehicle": mission.vehicle.changed(radius=0.16)})
+    mission = mission.model_copy(update={"agents": {**mission.agents, "r1": wide}})
+    claim = claims(mission, team)["separation", "r0"]
+    assert claim.outcome == outcome
+    assert claim.limit == pytest.approx(0.23)
 
 
 def test_a_step_between_pieces_is_taken_off_the_distance_once():

@@ -19,7 +19,7 @@ from verify.data.vehicle import Vehicle
 
 def broken_by_agents(
     values: Mapping[str, Any],  # of any type: each section has its own
-    robot: Robot | None,
+    systems: Mapping[str | None, Robot],
     regions: list[str],
     *,
     to_plan: bool = True,
@@ -28,11 +28,11 @@ def broken_by_agents(
 
     Args:
         values: The sections that are sound by themselves, by key, as the schema's types.
-        robot: The internal states, if they are sound.
+        systems: The internal states that are sound: of the tables of `robots` by name, and those of `robot` by None.
         regions: Names of all regions, of those that are not sound as well.
         to_plan: Whether starts and ends must leave room, as planning needs it.
     """
-    yield from _histories(values, robot, regions)
+    yield from _histories(values, systems, regions)
     if not to_plan:
         return
     agents: Mapping[str, Agent] = values.get("agents", {})
@@ -45,14 +45,14 @@ def broken_by_agents(
             )
         for key, point in (("start", agent.start), ("end", agent.end)):
             if point is not None:
-                for sentence in _misplaced(point, values):
+                for sentence in _misplaced(point, values, agent.vehicle or values.get("vehicle")):
                     yield ("agents", name, key), sentence
     yield from _separation(values, agents)
 
 
-def _misplaced(point: Point, values: Mapping[str, Any]) -> Iterator[str]:
+def _misplaced(point: Point, values: Mapping[str, Any], vehicle: Vehicle | None) -> Iterator[str]:
     """Yield what a robot that hovers at a point would be too near to."""
-    workspace, vehicle = values.get("workspace"), values.get("vehicle")
+    workspace = values.get("workspace")
     margin = values.get("margin", 0.05)
     shown = f"({', '.join(f'{x:g}' for x in point)})"
     if workspace is not None and not workspace.holds(point):
@@ -80,7 +80,6 @@ def _misplaced(point: Point, values: Mapping[str, Any]) -> Iterator[str]:
 def _separation(values: Mapping[str, Any], agents: Mapping[str, Agent]) -> Iterator[Finding]:
     """Yield what lets robots touch, and robots that start or end too near each other."""
     separation, separation_z = values.get("separation", 0.3), values.get("separation_z")
-    vehicle: Vehicle | None = values.get("vehicle")
     asked = {"separation": separation, "separation_z": separation_z}
     if separation_z == 0:
         yield ("separation_z",), "must be above 0 m; leave it out for the same clearance in all directions."
@@ -88,13 +87,9 @@ def _separation(values: Mapping[str, Any], agents: Mapping[str, Agent]) -> Itera
     if len(agents) < 2:
         return
     for key, value in asked.items():
-        if vehicle is not None and value is not None and value < 2 * vehicle.radius:
+        if value is not None and (widest := _widest(values, agents)) is not None and value < widest[0]:
             where = " above each other" if key == "separation_z" else ""
-            yield (
-                (key,),
-                f"{value:g} m between centres lets robots{where} touch: two radii of {vehicle.radius:g} m ({vehicle.name}) need "
-                f"{2 * vehicle.radius:g} m.",
-            )
+            yield (key,), f"{value:g} m between centres lets robots{where} touch: {widest[1]} need {widest[0]:g} m."
     margin = values.get("margin", 0.05)
     kept = spacing(separation, separation_z, margin)
     for pair in crowded(agents, kept):
@@ -104,17 +99,34 @@ def _separation(values: Mapping[str, Any], agents: Mapping[str, Agent]) -> Itera
         )
 
 
-def _histories(values: Mapping[str, Any], robot: Robot | None, regions: list[str]) -> Iterator[Finding]:
+def _widest(values: Mapping[str, Any], agents: Mapping[str, Agent]) -> tuple[float, str] | None:
+    """Return the greatest sum of two robots' radii, in m, and what it is the sum of; None where a vehicle is not known."""
+    flown = [(name, agent.vehicle or values.get("vehicle")) for name, agent in agents.items()]
+    known = sorted(((vehicle.radius, name, vehicle) for name, vehicle in flown if vehicle is not None), key=lambda v: -v[0])
+    if len(known) < len(flown):
+        return None
+    (one, first, its), (other, second, others) = known[:2]
+    if its == others:
+        return 2 * one, f"two radii of {one:g} m ({its.name})"
+    return one + other, f"the radii of {first} ({its.name}, {one:g} m) and {second} ({others.name}, {other:g} m) together"
+
+
+def _histories(values: Mapping[str, Any], systems: Mapping[str | None, Robot], regions: list[str]) -> Iterator[Finding]:
     """What agents bring from before time 0: an internal state, and the region visited last."""
     agents: Mapping[str, Agent] = values.get("agents", {})
     tables: dict[str, Region] = {**values.get("hoops", {}), **values.get("regions", {})}
     for name, agent in agents.items():
+        robot = systems.get(agent.robot)
         if agent.internal is not None and robot is not None and agent.internal not in robot.states:
             hint = did_you_mean(agent.internal, robot.states)
             yield (
                 ("agents", name, "internal"),
                 f"'{agent.internal}' is not a state of the robot.{hint} States: {', '.join(robot.states)}.",
             )
+        for key, point in (("start", agent.start), ("end", agent.end)):
+            for place, region in tables.items() if point is not None else ():
+                if region.only is not None and agent.robot not in region.only and float(region.level(np.array(point))) <= 1:
+                    yield ("agents", name, key), f"lies inside '{place}', which is open to {' and '.join(region.only)} only."
         if agent.visited is None:
             continue
         inside = [r for r, region in tables.items() if float(region.level(np.array(agent.start))) <= 1]

@@ -13,7 +13,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
 from verify.data.errors import BadInput, did_you_mean
-from verify.data.sections import Action, Agent, Box, Environment, LegLimits, Limits, Planner, Robot, Spec
+from verify.data.sections import Action, Agent, Box, Edge, Environment, LegLimits, Limits, Planner, Robot, Spec
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.placed_body import PlacedBody
 from verify.data.shapes.region import Hoop, Region
@@ -35,7 +35,13 @@ _SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
     ("environment",): Environment,
     ("robot",): Robot,
     ("robot", "actions", "*"): Action,
+    ("robots", "*"): Robot,
+    ("robots", "*", "actions", "*"): Action,
+    ("environment", "edges", "*"): Edge,
     ("agents", "*"): Agent,
+    ("agents", "*", "vehicle"): Vehicle,
+    ("agents", "*", "limits"): Limits,
+    ("agents", "*", "limits", "legs", "*"): LegLimits,
     ("vehicle",): Vehicle,
     ("limits",): Limits,
     ("limits", "legs", "*"): LegLimits,
@@ -103,8 +109,9 @@ def sound_sections(
             reason = f"{len(data[key])} obstacles; {MOST_OBSTACLES} is the most. What belongs together may be one obstacle, a `union`."
             faults.append(((key,), reason))
             continue
-        if key in ("hoops", "regions", "obstacles", "agents") and isinstance(data[key], dict) and data[key]:
-            entry_type = field.annotation.__args__[1]  # type: ignore[union-attr]  # dict[str, entry]
+        if key in ("hoops", "regions", "obstacles", "agents", "robots") and isinstance(data[key], dict) and data[key]:
+            table = field.annotation if field.is_required() or field.default is not None else field.annotation.__args__[0]  # type: ignore[union-attr]  # dict[str, entry], or that or None
+            entry_type = table.__args__[1]  # type: ignore[union-attr]
             adapter: TypeAdapter[Any] = TypeAdapter(entry_type)
             values[key] = {}
             for name, raw in data[key].items():

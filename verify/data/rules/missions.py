@@ -16,11 +16,12 @@ from verify.data.errors import did_you_mean
 from verify.data.language.formula import FREE, NAME, RESERVED_NAMES, FormulaError, parse_formula
 from verify.data.language.sequence import SequenceError, parse_sequence
 from verify.data.rules.agents import broken_by_agents, unknown_region
-from verify.data.rules.faults import Finding
+from verify.data.rules.faults import Finding, KeyPath
+from verify.data.rules.kinds import broken_by_kinds, flown, limit_faults
 from verify.data.rules.obstacles import broken_by_obstacles
-from verify.data.sections import Agent, Box, Environment, Limits, Planner, Robot, Spec
+from verify.data.sections import Agent, Box, Environment, Planner, Robot, Spec
+from verify.data.shapes.region import Hoop
 from verify.data.storage.file_names import robot_name_fault
-from verify.data.vehicle import Vehicle
 
 COARSEST = 1e-4
 """m; the coarsest step of float32 positions in a workspace."""
@@ -43,12 +44,15 @@ def broken_rules(
         installed: Whether the planning method and the cost terms that it names must be there.
     """
     region_names = [name for table in ("hoops", "regions") for name in _keys(data.get(table))]
-    robot: Robot | None = values.get("robot") or (Robot() if "robot" not in data else None)
-    internal = None if robot is None else {p for names in robot.states.values() for p in names}
-    yield from _names(data, region_names, internal)
-    if robot is not None:
-        yield from _robot(robot, region_names)
-    if internal is not None:
+    systems: dict[str | None, Robot] = dict(values.get("robots") or {})
+    if (robot := values.get("robot") or (Robot() if "robot" not in data else None)) is not None:
+        systems[None] = robot
+    yield from _names(data, region_names, systems)
+    for kind, system in systems.items():
+        yield from _robot(system, region_names, ("robot",) if kind is None else ("robots", kind))
+    yield from broken_by_kinds(values, data)
+    if systems.keys() == {None, *_keys(data.get("robots"))}:
+        internal = {p for system in systems.values() for names in system.states.values() for p in names}
         yield from _formula(values, data, {*region_names, *internal, FREE}, needed=to_plan)
     yield from _sequence(values, data)
     if (environment := values.get("environment")) is not None:
@@ -59,22 +63,22 @@ def broken_rules(
         yield from _control_points(values)
     if "agents" in data and not _keys(data["agents"]):
         yield ("agents",), "a mission needs at least one agent, such as `quad0: {start: [0, 0, 1]}`."
-    yield from broken_by_agents(values, robot, region_names, to_plan=to_plan)
+    yield from broken_by_agents(values, systems, region_names, to_plan=to_plan)
     yield from broken_by_obstacles(values, _keys(data.get("hoops")), to_plan=to_plan)
     yield from _planner(values.get("planner"), values.get("agents", {}))
     if installed:
         yield from _choices(values.get("planner"), values.get("agents", {}))
 
 
-def _names(data: Mapping[str, Any], regions: list[str], internal: set[str] | None) -> Iterator[Finding]:
-    for table in ("hoops", "regions", "obstacles", "agents"):
+def _names(data: Mapping[str, Any], regions: list[str], systems: Mapping[str | None, Robot]) -> Iterator[Finding]:
+    for table in ("hoops", "regions", "obstacles", "agents", "robots"):
         for name in _keys(data.get(table)):
             if not NAME.fullmatch(name):
                 yield (table, name), f"'{name}' is no name: use a letter or _, then letters, digits and _."
-            elif table != "agents" and name in RESERVED_NAMES:
+            elif table not in ("agents", "robots") and name in RESERVED_NAMES:
                 what = "an obstacle" if table == "obstacles" else "a region"
                 yield (table, name), f"'{name}' is an operator of the formula language and cannot name {what}."
-            elif table != "agents" and name == FREE:
+            elif table not in ("agents", "robots") and name == FREE:
                 yield (table, name), "'free' is built in and means in no region; choose another name."
     robots = _keys(data.get("agents"))
     for index, name in enumerate(robots):
@@ -84,29 +88,32 @@ def _names(data: Mapping[str, Any], regions: list[str], internal: set[str] | Non
         if regions.count(name) > 1 and name in _keys(data.get("regions")):
             yield ("regions", name), f"'{name}' names both a hoop and a region."
             break
+    internal = {name for system in systems.values() for names in system.states.values() for name in names}
     for name in _keys(data.get("obstacles")):
         other = "a hoop" if name in _keys(data.get("hoops")) else "a region" if name in regions else "an internal proposition"
-        if name in regions or name in (internal or ()):
+        if name in regions or name in internal:
             yield ("obstacles", name), f"'{name}' names both an obstacle and {other}; an obstacle needs a name of its own."
-    for name in sorted(internal or ()):
-        if not NAME.fullmatch(name) or name in RESERVED_NAMES or name == FREE:
-            yield ("robot", "states"), f"'{name}' cannot name a proposition."
-        elif name in regions:
-            yield ("robot", "states"), f"'{name}' is both a region and an internal proposition; names must differ."
+    for kind, system in systems.items():
+        where = ("robot", "states") if kind is None else ("robots", kind, "states")
+        for name in sorted({name for names in system.states.values() for name in names}):
+            if not NAME.fullmatch(name) or name in RESERVED_NAMES or name == FREE:
+                yield where, f"'{name}' cannot name a proposition."
+            elif name in regions:
+                yield where, f"'{name}' is both a region and an internal proposition; names must differ."
 
 
-def _robot(robot: Robot, regions: list[str]) -> Iterator[Finding]:
+def _robot(robot: Robot, regions: list[str], table: KeyPath) -> Iterator[Finding]:
     def state(name: str, keys: tuple[str | int, ...]) -> Iterator[Finding]:
         if name not in robot.states:
             known = ", ".join(robot.states)
             yield keys, f"'{name}' is not a state of the robot.{did_you_mean(name, robot.states)} States: {known}."
 
-    yield from state(robot.initial, ("robot", "initial"))
+    yield from state(robot.initial, (*table, "initial"))
     for index, action in enumerate(robot.actions):
-        yield from state(action.source, ("robot", "actions", index, "from"))
-        yield from state(action.target, ("robot", "actions", index, "to"))
+        yield from state(action.source, (*table, "actions", index, "from"))
+        yield from state(action.target, (*table, "actions", index, "to"))
         if action.at not in regions:
-            yield ("robot", "actions", index, "at"), unknown_region(action.at, regions)
+            yield (*table, "actions", index, "at"), unknown_region(action.at, regions)
 
 
 def _formula(values: Mapping[str, Any], data: Mapping[str, Any], names: set[str], *, needed: bool) -> Iterator[Finding]:
@@ -152,7 +159,7 @@ def _sequence(values: Mapping[str, Any], data: Mapping[str, Any]) -> Iterator[Fi
 def _environment(environment: Environment, regions: list[str]) -> Iterator[Finding]:
     if environment.start in regions:
         yield ("environment", "start"), f"'{environment.start}' is a region; the start vertex needs a name of its own."
-    for index, edge in enumerate(environment.edges):
+    for index, edge in enumerate(environment.pairs):
         for name in edge:
             if name != environment.start and name not in regions:
                 yield ("environment", "edges", index), unknown_region(name, [*regions, environment.start])
@@ -178,38 +185,24 @@ def _workspace(workspace: Box | None) -> Iterator[Finding]:
 
 
 def _limits(values: Mapping[str, Any], regions: list[str]) -> Iterator[Finding]:
-    limits: Limits | None = values.get("limits")
-    vehicle: Vehicle | None = values.get("vehicle")
-    if limits is None:
-        return
-    for name in limits.legs:
-        if name not in regions:
-            yield ("limits", "legs", name), unknown_region(name, regions)
-    if vehicle is None:
-        return
-    for name in ("speed", "acceleration", "thrust_max", "tilt_deg", "body_rate_deg", "yaw_rate_deg"):
-        asked, own = getattr(limits, name), getattr(vehicle, name)
-        if asked is not None and asked > own:
-            yield ("limits", name), f"{asked:g} is above the vehicle's own {own:g} ({vehicle.name}); limits only tighten."
-    if limits.thrust_min is not None and limits.thrust_min < vehicle.thrust_min:
-        yield (
-            ("limits", "thrust_min"),
-            f"{limits.thrust_min:g} N is below the vehicle's own {vehicle.thrust_min:g} N; limits only tighten.",
-        )
-    if limits.thrust_max is not None and limits.thrust_max <= vehicle.weight:
-        yield ("limits", "thrust_max"), f"{limits.thrust_max:g} N cannot hold the vehicle's weight of {vehicle.weight:.4g} N."
-    if limits.thrust_min is not None and limits.thrust_min >= vehicle.weight:
-        yield (
-            ("limits", "thrust_min"),
-            f"{limits.thrust_min:g} N is not below the vehicle's weight of {vehicle.weight:.4g} N, so it cannot hover.",
-        )
+    agents: Mapping[str, Agent] = values.get("agents", {})
+    given = [(("limits",), values.get("limits"))]
+    given += [(("agents", name, "limits"), agent.limits) for name, agent in agents.items()]
+    for keys, limits in given:
+        for name in () if limits is None else limits.legs:
+            if name not in regions:
+                yield (*keys, "legs", name), unknown_region(name, regions)
+    yield from limit_faults(values)
 
 
 def _control_points(values: Mapping[str, Any]) -> Iterator[Finding]:
-    workspace = values.get("workspace")
-    vehicle: Vehicle | None = values.get("vehicle")
+    workspace, agents = values.get("workspace"), values.get("agents", {})
+    vehicles = flown(values)
     margin = values.get("margin", 0.05)
     for name, hoop in values.get("hoops", {}).items():
+        vehicle = min(
+            (v for name, v in vehicles.items() if _open(hoop, agents.get(name))), key=lambda v: v.radius, default=None
+        )
         if vehicle is not None and hoop.opening <= vehicle.radius:
             yield (
                 ("hoops", name, "opening"),
@@ -238,6 +231,11 @@ def _control_points(values: Mapping[str, Any]) -> Iterator[Finding]:
     for name, region in values.get("regions", {}).items():
         if workspace is not None and not workspace.holds(region.center):
             yield ("regions", name, "center"), "lies outside the workspace."
+
+
+def _open(hoop: Hoop, agent: Agent | None) -> bool:
+    """Tell whether a hoop is open to an agent; to a mission without agents all are."""
+    return agent is None or hoop.only is None or agent.robot in hoop.only
 
 
 def _planner(planner: Planner | None, agents: Mapping[str, Agent]) -> Iterator[Finding]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from verify.data.errors import did_you_mean
 from verify.data.rules.faults import Finding
+from verify.data.rules.kinds import flown
 from verify.data.rules.spacing import ROUNDING
 from verify.data.sections import Agent
 from verify.data.shapes.measures import ConvexBody, Floats, Solid, outline, solids
@@ -75,21 +76,24 @@ def _opening(
 
 def _crowded(values: Mapping[str, Any], parts: Sequence[SolidPart], obstacles: Mapping[str, Obstacle]) -> Iterator[Finding]:
     """Yield starts, ends and hoops that a vehicle's sphere within the margin cannot be at."""
-    vehicle = values.get("vehicle")
-    if vehicle is None:
+    vehicles = flown(values)
+    if not vehicles:
         return
+    smallest = min(vehicle.radius for vehicle in vehicles.values())
     margin = values.get("margin", 0.05)
     agents: Mapping[str, Agent] = values.get("agents", {})
     hoops: Mapping[str, Hoop] = values.get("hoops", {})
     keys: list[tuple[str | int, ...]] = []
     points: list[Sequence[float]] = []
     roles: list[str] = []
+    radii: list[float] = []
     for name, agent in agents.items():
         for key, point in (("start", agent.start), ("end", agent.end)):
             if point is not None:
                 keys.append(("agents", name, key))
                 points.append(point)
                 roles.append("")
+                radii.append(vehicles[name].radius if name in vehicles else smallest)
     resting = len(keys)
     for name, hoop in hoops.items():
         normal = np.array(hoop.normal)
@@ -97,8 +101,9 @@ def _crowded(values: Mapping[str, Any], parts: Sequence[SolidPart], obstacles: M
             keys.append(("hoops", name))
             points.append((np.array(hoop.center) + ahead * normal).tolist())
             roles.append(role)
+            radii.append(smallest)
     where = np.array(points).reshape(-1, 3)
-    needed = np.full(len(where), vehicle.radius + margin)
+    needed = np.array(radii) + margin
     needed[:resting] += ROUNDING
     said: set[tuple[str | int, ...]] = set()
     for part in parts:

@@ -20,6 +20,10 @@ class Region(PlacedBody):
 
     called: ClassVar[str] = "a region"
 
+    only: Annotated[tuple[str, ...], Field(min_length=1)] | None = Field(
+        default=None, description="names of `robots` tables: who may enter; all where it is left out"
+    )
+
 
 def ellipsoid_matrices(regions: Collection[Region]) -> NDArray[np.float64]:
     """Return the matrix of each ellipsoid among some regions, in m^-2, and zeros for other shapes. Shape (regions, 3, 3)."""
