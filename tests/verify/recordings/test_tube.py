@@ -54,3 +54,15 @@ def test_a_robot_that_stays_where_its_plan_stays_keeps_the_tube():
     times = np.arange(0.0, 10.05, 0.1)
     still = track("r0", times, np.zeros((len(times), 3)), Bounds(speed=0.01, error=0.0), start=1.0, stop=9.0)
     assert tube_claim(still, path, Alignment(0.0, 0.0, None, True), MARGIN, 10.0).outcome == "holds"
+
+
+@pytest.mark.parametrize("begin", [0.93, 0.96, 8.93, 8.96])
+def test_a_jump_that_only_some_beginnings_bring_into_the_flight_is_seen(begin):
+    """The beginning is known within a tenth of a second, and the jump lies within that of the flight's first or last instant."""
+    knots = np.array([0.0, begin, begin + 0.01, 10.0])
+    coefficients = np.zeros((3, 3, 8))
+    coefficients[1, 0, 0] = 2 * MARGIN
+    path = PlannedPath("r0", knots, coefficients, 0.0, 0.0, knots, np.array([0, 2, 2, 0]) * MARGIN, np.zeros(4))
+    times = np.arange(0.0, 10.05, 0.1)
+    still = track("r0", times, np.zeros((len(times), 3)), Bounds(speed=0.01, error=0.0), start=1.0, stop=9.0)
+    assert tube_claim(still, path, Alignment(0.0, 0.1, None, True), MARGIN, 10.0).outcome != "holds"

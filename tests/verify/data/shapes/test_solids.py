@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Any
 
@@ -168,3 +169,17 @@ def test_a_quadratic_form_is_asked_of_ellipsoids_alone() -> None:
     for shape in SHAPES.values():
         with pytest.raises(BadInput, match="Only ellipsoids"):
             _ = region(shape).quadratic
+
+
+def test_a_region_has_64_parts_at_most() -> None:
+    ones = [f"{{center: [{0.1 * i:.1f}, 0, 1], size: [0.2, 0.2, 0.2]}}" for i in range(65)]
+    assert len(region("{union: [" + ", ".join(ones[:64]) + "]}").body) == 64
+    with pytest.raises(MissionError, match="at most 64 convex parts"):
+        region("{union: [" + ", ".join(ones) + "]}")
+    faces = "{quadratic: [[0, 0, 0], [0, 0, 0], [0, 0, 0]], linear: [%s, %s, %s], bound: 1}"
+    around = [faces % (math.cos(a), math.sin(a), 0) for a in np.linspace(0, 2 * np.pi, 62, endpoint=False)]
+    ends = [faces % (0, 0, 1), faces % (0, 0, -1)]
+    (part,) = region("{center: [0, 0, 1], parts: [[" + ", ".join([*around, *ends]) + "]]}").body
+    assert len(part) == 64
+    with pytest.raises(MissionError, match="1 to 64 inequalities"):
+        region("{center: [0, 0, 1], parts: [[" + ", ".join([*around, *ends, ends[0]]) + "]]}")
