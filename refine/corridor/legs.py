@@ -286,8 +286,8 @@ def _passage_cylinder(mission: Mission, name: str, hoop_name: str, clearance: fl
             what, sentence = (
                 "region",
                 (
-                    f"'{hoop_name}' has radii {list(hoop.semi_axes)} m: within the margin {margin:g} m of its opening, not even its axis is "
-                    "inside its region by the margin, so no visit could contain a passage. Give it larger `radii`, or ask for a smaller margin."
+                    f"'{hoop_name}' reaches {', '.join(f'{x:.3g}' for x in hoop.half_lengths)} m along x, y, z: within the margin {margin:g} m of its opening, not even its axis is "
+                    "inside its region by the margin, so no visit could contain a passage. Give it a larger region, or ask for a smaller margin."
                 ),
             )
         raise Infeasible(sentence, Witness(claim="passages", sentence=f"{what} too small", robot=name, region=hoop_name))

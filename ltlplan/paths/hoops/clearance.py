@@ -153,12 +153,18 @@ def room(mission: Mission, slack: float = 0.0) -> Room:
     for name, region in mission.all_regions.items():
         centre, level = np.array(region.center), (1.0 + near / region.inner_radius) ** 2
         reach = 1.000001 * region.outer_radius * level**0.5
+        matrix, shape, grown = np.zeros((3, 3)), None, ()
+        if region.is_ellipsoid:
+            matrix = region.shape
+        else:
+            reach = 1.000001 * (region.outer_radius + 2.0 * near)
+            shape, grown = region.measures, tuple(body.grown(near) for body in region.measures.parts)
         if isinstance(region, Hoop):
             height, outer = region.rim / 2 + clear, region.opening + region.rim + clear
             obstacles[name] = Obstacle(
                 name,
                 centre,
-                region.shape,
+                matrix,
                 level,
                 np.array(region.normal),
                 height,
@@ -166,15 +172,11 @@ def room(mission: Mission, slack: float = 0.0) -> Room:
                 max(min(room_in_opening(region, mission.vehicle.radius, near), room_in_region(region, near)), 1e-3),
                 near,
                 max(reach, 1.000001 * float(np.hypot(outer, height))),
+                shape,
+                grown,
             )
-        elif region.is_ellipsoid:
-            obstacles[name] = Obstacle(name, centre, region.shape, level, reach=reach)
         else:
-            reach = 1.000001 * (region.outer_radius + 2.0 * near)
-            grown = tuple(body.grown(near) for body in region.measures.parts)
-            obstacles[name] = Obstacle(
-                name, centre, np.zeros((3, 3)), level, reach=reach, measures=region.measures, grown=grown
-            )
+            obstacles[name] = Obstacle(name, centre, matrix, level, reach=reach, measures=shape, grown=grown)
     return Room(
         obstacles,
         np.array(mission.workspace.min) + near,

@@ -27,6 +27,8 @@ Floats = NDArray[np.float64]
 
 _DEEP = 0.9
 """Share of the way from a region's centre to where the margin begins within which a robot stays; refinement uses as much."""
+_STEPS = 401
+"""Places on an axis at which a region's depth is looked at, where no formula gives it."""
 _AROUND = sorted(
     (np.array(way, dtype=np.float64) / np.linalg.norm(way) for way in itertools.product((-1, 0, 1), repeat=3) if any(way)),
     key=lambda way: (int(np.count_nonzero(way)), way[2] != 0, *(-way)),
@@ -305,9 +307,14 @@ def _before_opening(mission: Mission, name: str, hoop: Hoop, side: Role) -> Floa
     Raises:
         Infeasible: The region is too flat for that.
     """
-    normal = np.array(hoop.normal)
+    normal = np.array(hoop.normal) if side == "front" else -np.array(hoop.normal)
     deep = max(1.0 - mission.margin / hoop.inner_radius, 0.0)
-    farthest = _DEEP * deep / float(normal @ hoop.shape @ normal) ** 0.5
+    if hoop.is_ellipsoid:
+        farthest = _DEEP * deep / float(normal @ hoop.shape @ normal) ** 0.5
+    else:
+        ahead = np.linspace(0.0, 1.01 * hoop.outer_radius, _STEPS)
+        shallow = np.flatnonzero(hoop.measures.depths(ahead[:, None] * normal) < mission.margin)
+        farthest = _DEEP * float(ahead[max(shallow[0] - 1, 0)])
     if farthest <= mission.margin:
         raise Infeasible(
             f"A robot cannot stay in '{name}' without flying through it: {mission.margin:g} m in front of its opening, where the margin "
@@ -315,7 +322,7 @@ def _before_opening(mission: Mission, name: str, hoop: Hoop, side: Role) -> Floa
             "smaller margin or a larger region."
         )
     ahead = (mission.margin + farthest) / 2.0
-    return np.array(hoop.center) + (ahead if side == "front" else -ahead) * normal
+    return np.array(hoop.center) + ahead * normal
 
 
 def primitives_between(stops: Sequence[Stop]) -> list[Primitive]:

@@ -18,6 +18,7 @@ it is not.
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Annotated
@@ -115,6 +116,24 @@ def half_lengths(matrix: Matrix) -> tuple[float, float, float]:
     """Return half the edges of the least box along the world's axes that holds the ellipsoid, in m, in floats."""
     x, y, z = np.sqrt(np.diag(np.linalg.inv(np.array(matrix)))).tolist()
     return x, y, z
+
+
+def moved(one: Inequality, center: Point, own: Point) -> Inequality:
+    """Return an inequality around one point as one around another, rounded once.
+
+    Args:
+        one: The inequality.
+        center: The point that it is to be around, m.
+        own: The point that it is around, m.
+    """
+    step = [Fraction(a) - Fraction(b) for a, b in zip(own, center, strict=True)]
+    pulled = [sum((Fraction(one.quadratic[i][j]) * step[j] for j in range(3)), Fraction(0)) for i in range(3)]
+    linear = tuple(float(Fraction(one.linear[i]) - 2 * pulled[i]) for i in range(3))
+    along = sum((Fraction(one.linear[i]) * step[i] for i in range(3)), Fraction(0))
+    square = sum((step[i] * pulled[i] for i in range(3)), Fraction(0))
+    return Inequality.model_validate(
+        {"quadratic": one.quadratic, "linear": linear, "bound": float(Fraction(one.bound) + along - square)}
+    )
 
 
 def turned(parts: Sequence[Sequence[Inequality]], angle: float) -> tuple[tuple[Inequality, ...], ...]:

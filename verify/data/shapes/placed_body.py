@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError, model_validator
 
 from verify.data.errors import BadInput
 from verify.data.shapes.inequalities import (
@@ -23,6 +23,7 @@ from verify.data.shapes.inequalities import (
     centred_form,
     grown,
     half_lengths,
+    moved,
     quadratic_form,
     semi_axes,
     turned,
@@ -50,6 +51,9 @@ class PlacedBody(Value):
 
     called: ClassVar[str] = "a body"
     """What messages call it."""
+
+    has_own_place: ClassVar[bool] = False
+    """Whether `center` and `yaw_deg` say more than where the body is, and so stand beside a shape that says itself where it is."""
 
     computed_from: ClassVar[dict[str, tuple[str, ...]]] = {"matrix": ("radii", "yaw_deg")}
 
@@ -199,7 +203,7 @@ class PlacedBody(Value):
             yaw = given.get("yaw_deg", 0.0)
             if not isinstance(yaw, int | float) or not math.isfinite(yaw):
                 yaw = 0.0  # it has a fault of its own
-            given |= _compiled(shapes[0], given.pop(shapes[0]), math.radians(yaw), given)
+            given |= _compiled(shapes[0], given.pop(shapes[0]), math.radians(yaw), given, anywhere=cls.has_own_place)
         return given
 
     @model_validator(mode="after")
@@ -226,8 +230,8 @@ class PlacedBody(Value):
         return self
 
 
-def _compiled(key: str, raw: object, yaw: float, given: dict[str, Any]) -> dict[str, Any]:  # of any type: a file's
-    """Return the fields that a shape's key stands for; of one that says where it is, the centre as well."""
+def _compiled(key: str, raw: object, yaw: float, given: dict[str, Any], *, anywhere: bool) -> dict[str, Any]:  # a file's
+    """Return the fields that a shape's key stands for; of one that says where it is, the centre as well, which may be given `anywhere`."""
     try:
         places_itself = REGION_SHAPES.find(key).places_itself
         found = compiled(key, raw, 0.0 if places_itself else yaw)
@@ -237,6 +241,13 @@ def _compiled(key: str, raw: object, yaw: float, given: dict[str, Any]) -> dict[
         return {"radii": FaultsWithin(key, str(error))}
     if not places_itself:
         return {"parts": found.parts}
+    if anywhere:
+        try:
+            center = TypeAdapter(Point).validate_python(given.get("center", found.center))
+        except ValidationError:
+            return {"parts": found.parts}  # the centre has a fault of its own
+        parts = [[moved(Inequality.model_validate(one), center, found.center) for one in part] for part in found.parts]
+        return {"parts": parts, "center": center}
     for other in ("center", "yaw_deg"):
         if other in given:
             return {"radii": FaultsWithin(other, f"`{key}` says itself where it is; leave `{other}` out")}

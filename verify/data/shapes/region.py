@@ -34,14 +34,15 @@ def ellipsoid_matrices(regions: Collection[Region]) -> NDArray[np.float64]:
 class Hoop(Region):
     """A region with a ring that is flown through.
 
-    The normal is Rz(yaw) Ry(pitch) e_x: with pitch 0 it is horizontal, positive pitch turns it downwards.
+    The normal is Rz(yaw) Ry(pitch) e_x: with pitch 0 it is horizontal, positive pitch turns it downwards. Ring and region have one
+    centre; a shape that says itself where it is stays there, and `center` and `yaw_deg` are the ring's.
     """
+
+    has_own_place: ClassVar[bool] = True
 
     computed_from: ClassVar[dict[str, tuple[str, ...]]] = {**Region.computed_from, "normal": ("yaw_deg", "pitch_deg")}
 
-    pitch_deg: Annotated[Number, Field(gt=-90, lt=90)] = Field(
-        0.0, description="deg, turns the ring's normal (not the ellipsoid)"
-    )
+    pitch_deg: Annotated[Number, Field(gt=-90, lt=90)] = Field(0.0, description="deg, turns the ring's normal (not the region)")
     opening: Positive = Field(description="m, inner radius of the ring")
     rim: Positive = Field(
         description="m, thickness of the ring: it fills radii opening to opening + rim, and rim along the normal"
@@ -57,8 +58,6 @@ class Hoop(Region):
 
     @model_validator(mode="after")
     def _with_normal(self) -> Hoop:
-        if not self.is_ellipsoid:
-            raise ValueError("the region around a ring must be an ellipsoid in this version; give it `radii`")
         cos_pitch = math.cos(self.pitch)
         wanted = (cos_pitch * math.cos(self.yaw), cos_pitch * math.sin(self.yaw), -math.sin(self.pitch))
         if self.normal is None:

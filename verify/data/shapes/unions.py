@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from fractions import Fraction
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
 from verify.data.errors import BadInput, did_you_mean
-from verify.data.shapes.inequalities import Inequality, Point
+from verify.data.shapes.inequalities import Inequality, Point, moved
 from verify.data.shapes.measures import MOST_PARTS, convex_body, measures
 from verify.data.shapes.region_shapes import REGION_SHAPES, Placed, RegionShape, compiled_parts
 from verify.data.value import faults_of
@@ -44,7 +43,7 @@ def union(members: tuple[dict[str, Any], ...], yaw: float) -> Placed:  # noqa: A
         raise ValueError(f"a region has at most {MOST_PARTS} convex parts, and these are {len(placed)}")
     depths = [float(convex_body(part).depths(np.zeros((1, 3)))[0]) for _, part in placed]
     center = placed[depths.index(max(depths))][0]
-    return Placed(center, _joined([[_moved(one, center, own) for one in part] for own, part in placed]))
+    return Placed(center, _joined([[moved(one, center, own) for one in part] for own, part in placed]))
 
 
 def _member(member: dict[str, Any]) -> Placed:
@@ -73,18 +72,6 @@ def _member(member: dict[str, Any]) -> Placed:
     place = Placed(TypeAdapter(Point).validate_python(member["center"]), found)
     measures(tuple(map(tuple, place.parts)))
     return place
-
-
-def _moved(one: Inequality, center: Point, own: Point) -> Inequality:
-    """Return an inequality around one point as one around another, rounded once."""
-    step = [Fraction(a) - Fraction(b) for a, b in zip(own, center, strict=True)]
-    pulled = [sum((Fraction(one.quadratic[i][j]) * step[j] for j in range(3)), Fraction(0)) for i in range(3)]
-    linear = tuple(float(Fraction(one.linear[i]) - 2 * pulled[i]) for i in range(3))
-    along = sum((Fraction(one.linear[i]) * step[i] for i in range(3)), Fraction(0))
-    square = sum((step[i] * pulled[i] for i in range(3)), Fraction(0))
-    return Inequality.model_validate(
-        {"quadratic": one.quadratic, "linear": linear, "bound": float(Fraction(one.bound) + along - square)}
-    )
 
 
 def _joined(parts: list[list[Inequality]]) -> list[list[Inequality]]:

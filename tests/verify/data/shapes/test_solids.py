@@ -157,14 +157,6 @@ def test_many_regions_load_quickly() -> None:
     assert time.perf_counter() - start < 60  # seconds; a search for other packages at each region took longer
 
 
-def test_a_ring_needs_an_ellipsoid() -> None:
-    with pytest.raises(MissionError, match="must be an ellipsoid"):
-        parse_mission(
-            MISSION.format(shape="{center: [0, 0, 1], radii: [0.1, 0.1, 0.1]}")
-            + "hoops:\n  h: {center: [1, 1, 1], size: [1, 1, 1], opening: 0.3, rim: 0.02}\n"
-        )
-
-
 def test_a_quadratic_form_is_asked_of_ellipsoids_alone() -> None:
     for shape in SHAPES.values():
         with pytest.raises(BadInput, match="Only ellipsoids"):
