@@ -107,6 +107,7 @@ def check_mission(text: str, report: Progress) -> bytes:
     """
     del report
     from ltlplan.service.formulas import in_words
+    from verify.data.rules.notes import notes_of
 
     try:
         mission = parse_mission(text)
@@ -122,6 +123,7 @@ def check_mission(text: str, report: Progress) -> bytes:
         "sequence": mission.sequence,
         "trace": mission.spec.trace,
         "sentences": list(in_words(mission)),
+        "notes": list(notes_of(mission)),
         "robots": list(mission.agents),
         "propositions": sorted(mission.propositions),
         "digest": mission.digest(),
@@ -131,7 +133,7 @@ def check_mission(text: str, report: Progress) -> bytes:
 
 def _read_nothing() -> dict[str, Any]:
     names = ("name", "formula", "sequence", "trace", "digest")
-    return {**dict.fromkeys(names), "sentences": [], "robots": [], "propositions": []}
+    return {**dict.fromkeys(names), "sentences": [], "notes": [], "robots": [], "propositions": []}
 
 
 def _plain(faults: tuple[ProblemFault, ...]) -> list[dict[str, Any]]:

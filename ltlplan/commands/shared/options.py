@@ -60,8 +60,11 @@ def read_mission(
     """
     from ltlplan.missions import load_mission
     from verify.data.mission import check_mission
+    from verify.data.rules.notes import notes_of
 
     mission = load_mission(source)
+    for note in notes_of(mission):
+        typer.echo(f"note: {note}", err=True)
     changes: dict[str, object] = {}
     if sequence is not None:
         changes["sequence"] = sequence

@@ -26,6 +26,7 @@ class MissionCheck(_Answer):
     sequence: str | None = Field(description="its sequence of hoops")
     trace: Trace | None = Field(description="whether the flight ends")
     sentences: tuple[str, ...] = Field(description="its formula in words, a sentence for each part that must hold")
+    notes: tuple[str, ...] = Field(default=(), description="what is allowed and may yet not be meant")
     robots: tuple[str, ...]
     propositions: tuple[str, ...] = Field(description="names that the formula may use")
     digest: str | None = Field(description="SHA-256 of the resolved mission")

@@ -155,7 +155,9 @@ def _readable(error: ValidationError, keys: KeyPath) -> Iterator[Finding]:
             case "too_long" | "too_short" if isinstance(value, list | tuple | dict):
                 limits = item.get("ctx", {})
                 most, least = limits.get("max_length"), limits.get("min_length")
-                wanted = f"at least {least}" if most is None else f"{most}"
+                if most is None and len(value) >= least:
+                    continue  # its entries have faults of their own
+                wanted = f"at least {least}" if most is None else f"at most {most}" if most > 3 else f"{most}"
                 reason = (
                     f"must have {wanted} {'entry' if wanted.endswith(' 1') else 'entries'}, not {len(value)}: {_short(value)}."
                 )

@@ -18,8 +18,8 @@ it is not.
 from __future__ import annotations
 
 import math
-from fractions import Fraction
 from collections.abc import Sequence
+from fractions import Fraction
 from functools import lru_cache
 from typing import Annotated
 

@@ -241,13 +241,16 @@ def _compiled(key: str, raw: object, yaw: float, given: dict[str, Any], *, anywh
         return {"radii": FaultsWithin(key, str(error))}
     if not places_itself:
         return {"parts": found.parts}
-    if anywhere:
+    own = found.center
+    if anywhere and own is not None:
         try:
-            center = TypeAdapter(Point).validate_python(given.get("center", found.center))
+            center = TypeAdapter(Point).validate_python(given.get("center", own))
         except ValidationError:
             return {"parts": found.parts}  # the centre has a fault of its own
-        parts = [[moved(Inequality.model_validate(one), center, found.center) for one in part] for part in found.parts]
-        return {"parts": parts, "center": center}
+        return {
+            "parts": [[moved(Inequality.model_validate(one), center, own) for one in part] for part in found.parts],
+            "center": center,
+        }
     for other in ("center", "yaw_deg"):
         if other in given:
             return {"radii": FaultsWithin(other, f"`{key}` says itself where it is; leave `{other}` out")}

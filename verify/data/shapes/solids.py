@@ -20,7 +20,8 @@ _MOST_CORNERS = 60
 _STRAIGHT = 1e-9
 """m; a corner that lies nearer than this to the line between its neighbours is none."""
 _GRID = 1024.0
-"""A prism's centre is a multiple of 1/1024 m, so that its distances from there are written without rounding, or nearly so."""
+"""A prism's centre is a multiple of 1/1024 m, so that its distances from there are written without rounding, or nearly so; a thin one's
+is of a finer grid."""
 
 
 class Cylinder(Value):
@@ -99,13 +100,27 @@ def prism(given: Prism, yaw: float) -> Placed:  # noqa: ARG001  # it takes none
     if high - low < 2 * LEAST_RADIUS:
         raise ValueError(f"z: the ceiling {high:g} m must lie above the floor {low:g} m; write `z: [low, high]`")
     corners = convex_polygon(given.polygon)
-    normals, middle = _edges(corners), _deepest(corners)
-    center = tuple(round(x * _GRID) / _GRID for x in (*middle, (low + high) / 2))
+    normals = _edges(corners)
+    center = _on_grid((*_deepest(corners), (low + high) / 2), normals, corners, high - low)
     faces = [
         Inequality(linear=(nx, ny, 0.0), bound=nx * (x - center[0]) + ny * (y - center[1]))
         for (nx, ny), (x, y) in zip(normals, corners, strict=True)
     ]
     return Placed((center[0], center[1], center[2]), [[*faces, *slab((0.0, 0.0, 1.0), low - center[2], high - center[2])]])
+
+
+def _on_grid(middle: Point, normals: list[Corner], corners: list[Corner], height: float) -> Point:
+    """Return a point near the deepest one, on the coarsest grid that has one nearly as deep."""
+
+    def depth(point: tuple[float, ...]) -> float:
+        sides = (nx * (x - point[0]) + ny * (y - point[1]) for (nx, ny), (x, y) in zip(normals, corners, strict=True))
+        return min(*sides, height / 2 - abs(point[2] - middle[2]))
+
+    for grid in (_GRID, _GRID**2):
+        x, y, z = (round(x * grid) / grid for x in middle)
+        if depth((x, y, z)) >= depth(middle) / 2:
+            return x, y, z
+    return middle
 
 
 def convex_polygon(corners: tuple[Corner, ...]) -> list[Corner]:

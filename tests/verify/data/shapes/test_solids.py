@@ -11,6 +11,7 @@ import pytest
 
 from tests.helpers.solids import random_solid
 from verify.data import BadInput, MissionError, mission_to_yaml, parse_mission
+from verify.data.rules.notes import notes_of
 from verify.data.shapes.region import Region
 
 MISSION = """format: 1
@@ -101,6 +102,12 @@ def test_a_region_moves_and_turns() -> None:
         ("{prism: {polygon: [[0, 0], [2, 0], [1, 1]], z: [1, 1]}}", ("prism",), "the ceiling 1 m must lie above the floor 1 m"),
         ("{prism: {polygon: [[0, 0], [2.0e+9, 0], [1, 1]], z: [0, 1]}}", ("prism",), "coordinates must lie between"),
         ("{prism: {polygon: [[0, 0], [1.0e-8, 0], [0, 1.0e-8]], z: [0, 1]}}", (), "is flat"),
+        ("{prism: {polygon: [[0, 0], [.nan, 0], [1, 1]], z: [0, 1]}}", ("prism", "polygon", 1, 0), "finite number"),
+        (
+            f"{{prism: {{polygon: {[[i, i * i] for i in range(61)]}, z: [0, 1]}}}}",
+            ("prism", "polygon"),
+            "at most 60 entries, not 61",
+        ),
         ("{center: [0, 0, 1], prism: {polygon: [[0, 0], [2, 0], [1, 1]], z: [0, 1]}}", ("center",), "leave `center` out"),
         ("{yaw_deg: 3, prism: {polygon: [[0, 0], [2, 0], [1, 1]], z: [0, 1]}}", ("yaw_deg",), "leave `yaw_deg` out"),
         ("{center: [0, 0, 1], size: [1, 1, 1.0e-9]}", ("size",), "must lie between 2e-06 m and 2e+06 m"),
@@ -126,6 +133,24 @@ def test_each_fault_is_told(shape: str, keys: tuple[Any, ...], says: str) -> Non
         parse_mission(MISSION.format(shape=shape))
     found = {fault.keys: fault.reason for fault in refused.value.faults}
     assert says in found["regions", "a", *keys]
+    assert not any("at least 3 entries, not 3" in reason for reason in found.values())
+
+
+@pytest.mark.parametrize("thick", [1e-4, 3e-6])
+def test_sheets_have_their_centre_inside(thick: float) -> None:
+    for polygon, z in (([[0, 0], [1, 0], [1, thick], [0, thick]], [0, 1]), ([[0, 0], [1, 0], [0, 1]], [0.3, 0.3 + thick])):
+        sheet = Region.model_validate({"prism": {"polygon": polygon, "z": z}})
+        assert 0.24 * thick < sheet.inner_radius < 0.51 * thick
+
+
+def test_unions_of_bodies_that_do_not_touch_are_allowed_with_a_note() -> None:
+    apart = "[{center: [0, 0, 1], size: [1, 1, 1]}, {center: [3, 0, 1], size: [1, 1, 1]}, {center: [1, 0, 1], size: [1, 1, 1]}]"
+    mission = parse_mission(MISSION.format(shape=f"{{union: {apart}}}"))
+    assert notes_of(mission) == (
+        "regions.a is 2 bodies that do not touch (parts 1, 3; part 2), and a robot leaves it on the way from one to another.",
+    )
+    together = apart.replace("[3, 0, 1]", "[2, 0, 1]")
+    assert notes_of(parse_mission(MISSION.format(shape=f"{{union: {together}}}"))) == ()
 
 
 def test_hostile_numbers_end_in_a_sentence() -> None:
