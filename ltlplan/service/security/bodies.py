@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ltlplan.service.problems import BodyTooLarge, BodyTooSlow, Busy
+from verify.data.errors import LtlplanError
 
 Message = MutableMapping[str, Any]  # of any type: ASGI's messages
 Receive = Callable[[], Awaitable[Message]]
@@ -29,9 +30,14 @@ class Bodies:
 
 
 class Body:
-    """One request's body: a `receive` that counts and has a clock."""
+    """One request's body: a `receive` that counts and has a clock.
+
+    Attributes:
+        refused: Whether what is left of it is not read, so that its connection is of no more use.
+    """
 
     def __init__(self, receive: Receive, bodies: Bodies, most: int, announced: str | None) -> None:
+        self.refused = False
         self._receive, self._bodies, self._most = receive, bodies, most
         self._taken, self._over = 0, False
         self._ends = asyncio.get_running_loop().time() + bodies.seconds
@@ -46,6 +52,13 @@ class Body:
             BodyTooSlow: It did not come in time.
             Busy: All requests together hold too much.
         """
+        try:
+            return await self._next()
+        except LtlplanError:
+            self.refused = True
+            raise
+
+    async def _next(self) -> Message:
         if self._over:
             return await self._receive()
         try:

@@ -200,19 +200,19 @@ class _Passage:
         self._began = time.perf_counter()
         self._status = 0
         self._client = ""
+        self._body: Body | None = None
 
     async def pass_through(self) -> None:
-        body: Body | None = None
         self._client = str((self._scope.get("client") or ("unknown",))[0])
         try:
             self._client = self._gate.admit(self._method, self._path, self._client, self._headers)
             if self._method == "WEBSOCKET":
                 await self._gate.inner(self._scope, self._receive, self._send)
                 return
-            body = self._gate.guarded(self._receive, self._path, self._headers.get("content-length"))
+            self._body = self._gate.guarded(self._receive, self._path, self._headers.get("content-length"))
             known = not self._gate.rules.tokens.needed or self._gate.is_known(self._headers)
             self._scope.setdefault("state", {}).update(client=self._client, known=known, gate=self._gate)
-            await self._gate.inner(self._scope, body.receive, self._told)
+            await self._gate.inner(self._scope, self._body.receive, self._told)
         except LtlplanError as error:
             await self._refuse(error)
         except (TimeoutError, OSError):  # who asked reads no more
@@ -221,8 +221,8 @@ class _Passage:
             note_bug(error, method=self._method, path=self._path)
             await self._refuse(error)
         finally:
-            if body is not None:
-                body.release()
+            if self._body is not None:
+                self._body.release()
             if self._method != "WEBSOCKET":
                 self._note()
 
@@ -238,6 +238,8 @@ class _Passage:
                 "content-security-policy": _PAGE_POLICY if page else _DATA_POLICY,
                 "cache-control": "no-store" if page or self._path.startswith("/api/") else "no-cache",
             }
+            if self._body is not None and self._body.refused:
+                added["connection"] = "close"
             if self._scope.get("scheme") == "https":
                 added["strict-transport-security"] = "max-age=31536000"
             own = [(name.encode(), value.encode()) for name, value in added.items() if name.encode() not in given]

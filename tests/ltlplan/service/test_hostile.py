@@ -167,9 +167,9 @@ def test_a_thousand_hostile_requests(served: Served) -> None:
 @pytest.mark.parametrize("half", HALVES[:6])
 def test_what_is_half_sent_is_not_waited_for(half: bytes, served: Served) -> None:
     where = urlsplit(served.url)
-    with socket.create_connection((where.hostname or "", where.port or 0), timeout=15) as connection:
+    with socket.create_connection((where.hostname or "", where.port or 0), timeout=12) as connection:  # less than it is kept
         connection.sendall(half)
         answer = b""
-        while b" 408 " not in answer and (part := connection.recv(65536)):  # until the service answers or closes it
+        while part := connection.recv(65536):  # until the service closes it
             answer += part
     assert answer == b"" or b" 408 " in answer.splitlines()[0], answer[:200]
