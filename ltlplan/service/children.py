@@ -9,8 +9,10 @@ from __future__ import annotations
 import contextlib
 import multiprocessing
 import os
+import shutil
 import signal
 import sys
+import tempfile
 import threading
 import time
 import traceback
@@ -103,6 +105,7 @@ def supervised(
         return child.result()
     finally:
         child.kill()
+        child.close()
 
 
 def warm_up() -> None:
@@ -113,7 +116,7 @@ def warm_up() -> None:
 
 
 class Child:
-    """A process at work.
+    """A process at work. What it puts into its temporary folder is gone when it is closed, however it ended.
 
     Attributes:
         bounds: What it may take.
@@ -121,7 +124,17 @@ class Child:
         killed: Whether it was ended on purpose.
     """
 
-    def __init__(self, work: Callable[..., Any], arguments: tuple[Any, ...], bounds: Bounds) -> None:
+    def __init__(
+        self, work: Callable[..., Any], arguments: tuple[Any, ...], bounds: Bounds, scratch: Path | None = None
+    ) -> None:
+        """Start a process.
+
+        Args:
+            work: A function of a module; it is given the arguments and, last, whom to tell its progress.
+            arguments: What it is given; must be picklable.
+            bounds: What it may take.
+            scratch: Where its temporary folder is made; the system's place for such by default.
+        """
         self.bounds = bounds
         self.seconds = 0.0
         self.killed = False
@@ -129,11 +142,14 @@ class Child:
         self._began = time.monotonic()
         self._answer: tuple[Any, ...] | None = None
         self._fault: LtlplanError | None = None
+        self._scratch: str | None = None
+        with contextlib.suppress(OSError):  # without one it may still do, if it writes nothing
+            self._scratch = tempfile.mkdtemp(prefix="ltlplan-", dir=scratch)
         context = multiprocessing.get_context("forkserver")
         with _starting():
             context.set_forkserver_preload(_PRELOADED)
             self._connection, far = context.Pipe(duplex=False)
-            self._process = context.Process(target=_work, args=(far, work, arguments, bounds), daemon=True)
+            self._process = context.Process(target=_work, args=(far, work, arguments, bounds, self._scratch), daemon=True)
             with _free_to_have_children(), _without_main():
                 self._process.start()
             far.close()
@@ -213,6 +229,8 @@ class Child:
         self._connection.close()
         with contextlib.suppress(ValueError):
             self._process.close()
+        if self._scratch is not None:
+            shutil.rmtree(self._scratch, ignore_errors=True)
 
     def give_way(self, nice: int) -> None:
         """Let others compute first, the more the greater `nice` is: 0 is as this process does."""
@@ -291,9 +309,12 @@ _PAGE = os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 4096
 # In the worker
 
 
-def _work(connection: Connection, work: Callable[..., Any], arguments: tuple[Any, ...], bounds: Bounds) -> None:
+def _work(
+    connection: Connection, work: Callable[..., Any], arguments: tuple[Any, ...], bounds: Bounds, scratch: str | None
+) -> None:
     """Do the work and send its result; runs in the worker."""
     os.setsid()
+    tempfile.tempdir = scratch
     _let_go_of_nursery()
     _die_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)

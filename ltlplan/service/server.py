@@ -22,6 +22,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from ltlplan.service.log import begin_log, note
+from ltlplan.service.scratch import drop_scratch, fresh_scratch
 from ltlplan.service.security.origins import is_loopback, own_names
 from ltlplan.service.security.tokens import Tokens
 from ltlplan.service.settings import Settings
@@ -53,15 +54,18 @@ def serve(settings: Settings, *, page: bool = True, announce: Announce = print) 
         MissingEngine: The extra `service` is not installed.
     """
     with _own_folder(settings.data), _listening(settings) as listener, _keeping_all():
-        tokens = Tokens(settings.data)
-        _require_tokens(settings, tokens)
-        begin_log()
-        gate, service = put_together(settings, tokens, page=page)
-        host, port = listener.getsockname()[:2]
-        shown = f"[{host}]" if ":" in host else host
-        ready = f"ltlplan serves at http://{shown}:{port}/ (API: /docs); Ctrl-C ends it. Data: {settings.data}"
-        sentences = [ready] if is_loopback(settings.host) else [ready, _TLS]
-        _run(gate, service, listener, lambda: [announce(sentence) for sentence in sentences])
+        try:
+            tokens = Tokens(settings.data)
+            _require_tokens(settings, tokens)
+            begin_log()
+            gate, service = put_together(settings, tokens, page=page)
+            host, port = listener.getsockname()[:2]
+            shown = f"[{host}]" if ":" in host else host
+            ready = f"ltlplan serves at http://{shown}:{port}/ (API: /docs); Ctrl-C ends it. Data: {settings.data}"
+            sentences = [ready] if is_loopback(settings.host) else [ready, _TLS]
+            _run(gate, service, listener, lambda: [announce(sentence) for sentence in sentences])
+        finally:
+            drop_scratch(settings.data)
     note("stopped")
 
 
@@ -92,11 +96,16 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
             raise
         raise MissingEngine(f"`ltlplan serve` needs {error.name}: pip install 'ltlplan[service]'.") from None
     limits = settings.limits
+    scratch = fresh_scratch(settings.data)
     small = LocalWorkers(
-        limits.questions, seconds=limits.question_seconds, megabytes=limits.question_megabytes, wall=4 * limits.question_seconds
+        limits.questions,
+        seconds=limits.question_seconds,
+        megabytes=limits.question_megabytes,
+        wall=4 * limits.question_seconds,
+        scratch=scratch,
     )
     questions = Questions(small, settings.data / "scratch", most_waiting=limits.waiting_questions)
-    service = Service(settings, Jobs(settings, _workers(settings)), questions, tokens)
+    service = Service(settings, Jobs(settings, _workers(settings, scratch)), questions, tokens)
     app = application(service)
     end_routes(app, page=page)
     if page:
@@ -111,7 +120,7 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
     return Gate(app, rules), service
 
 
-def _workers(settings: Settings) -> Any:  # what has the surface of `LocalWorkers`
+def _workers(settings: Settings, scratch: Path | None) -> Any:  # what has the surface of `LocalWorkers`
     """Return where stages are computed: on a Dask cluster, or here."""
     limits = settings.limits
     if settings.dask is not None:
@@ -122,7 +131,7 @@ def _workers(settings: Settings) -> Any:  # what has the surface of `LocalWorker
 
     processors = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count()
     count = settings.workers or processors
-    return LocalWorkers(count or 1, seconds=limits.stage_seconds, megabytes=limits.stage_megabytes)
+    return LocalWorkers(count or 1, seconds=limits.stage_seconds, megabytes=limits.stage_megabytes, scratch=scratch)
 
 
 def _add_page(app: FastAPI, service: Service) -> None:

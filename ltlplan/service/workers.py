@@ -14,6 +14,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
 from ltlplan.service.children import NICE, Bounds, Child, WorkerDied
@@ -64,11 +65,32 @@ class LocalWorkers:
         bounds: What one piece of work may take.
     """
 
-    def __init__(self, count: int, *, seconds: float = 3600.0, megabytes: int = 4096, wall: float = 86_400.0) -> None:
+    def __init__(
+        self,
+        count: int,
+        *,
+        seconds: float = 3600.0,
+        megabytes: int = 4096,
+        wall: float = 86_400.0,
+        scratch: Path | None = None,
+    ) -> None:
+        """Make a pool.
+
+        Args:
+            count: How many pieces of work are done at the same time.
+            seconds: s of processor time that one may take.
+            megabytes: MB of memory that one may take.
+            wall: s on the clock that one may take.
+            scratch: Where temporary folders are made; the system's place for such by default.
+
+        Raises:
+            BadInput: There is to be no worker.
+        """
         if count < 1:
             raise BadInput(f"There must be at least 1 worker, not {count}.")
         self.count = count
         self.bounds = Bounds(seconds=seconds, megabytes=megabytes, wall=wall)
+        self._scratch = scratch
         self._numbers = itertools.count()
         self._news = threading.Condition()
         self._waiting: dict[Lane, list[_Task]] = {"short": [], "long": []}
@@ -170,7 +192,7 @@ class LocalWorkers:
         """Work until it has ended (true), or has to go on in the other lane or once more (false)."""
         child = task.child
         if child is None:
-            child = task.child = task.future.child = Child(task.work, task.arguments, self.bounds)
+            child = task.child = task.future.child = Child(task.work, task.arguments, self.bounds, self._scratch)
         child.give_way(NICE if lane == "short" else 2 * NICE)
         while not child.look(task.progress) and not task.future.cancelled():
             if lane == "short" and child.seconds > SHORT and self._others_wait():

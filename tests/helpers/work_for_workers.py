@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -19,6 +20,12 @@ from verify.data.rules.faults import Fault
 def add(first: int, second: int, report: Progress) -> tuple[int, int]:
     report("adding", 0.5)
     return first + second, os.getpid()
+
+
+def leave_file(mark: str, report: Progress) -> None:
+    with tempfile.NamedTemporaryFile(delete=False) as file:
+        Path(mark).write_text(file.name, encoding="utf-8")
+    sleep(60.0, report)
 
 
 def threads(_report: Progress) -> str | None:

@@ -110,6 +110,19 @@ def test_cancelling_ends_the_process_at_once(workers: LocalWorkers, tmp_path: Pa
     assert until(lambda: workers.alive == 0, 2.0)
 
 
+def test_temporary_files_of_what_was_ended_are_gone(tmp_path: Path) -> None:
+    pool = LocalWorkers(1, scratch=tmp_path)
+    mark = tmp_path / "mark"
+    future = pool.submit(work.leave_file, str(mark))
+    assert until(lambda: mark.exists() and bool(mark.read_text(encoding="utf-8")))
+    left = Path(mark.read_text(encoding="utf-8"))
+    assert left.exists()
+    assert left.parent.parent == tmp_path
+    assert future.cancel()
+    assert until(lambda: not left.parent.exists(), 10.0)
+    pool.close()
+
+
 def test_work_that_was_cancelled_before_it_began_never_begins(tmp_path: Path) -> None:
     pool = LocalWorkers(1)
     busy = pool.submit(work.sleep, 60.0)
