@@ -19,6 +19,7 @@ from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
 from ltlplan.systems.region_labels import Location
 from ltlplan.systems.visit_log import VisitLog
 from verify.data import Letter, Mission, Visit, Word
+from verify.data.language.sequence import Direction
 from verify.data.sections import Action
 from verify.data.shapes.inequalities import Point
 
@@ -53,6 +54,7 @@ class AgentState:
         vertex: Vertex of the environment: the region that it entered last, or the start vertex.
         internal: Its internal state.
         place: The region in whose middle it is; None where it is anywhere else.
+        side: The direction in which it flies through the hoop that it is in, where ways around obstacles depend on it.
     """
 
     position: Point
@@ -60,11 +62,13 @@ class AgentState:
     vertex: str
     internal: str
     place: str | None = None
+    side: Direction | None = None
 
     @property
     def key(self) -> Key:
         """What tells this state from the others that one robot can be in."""
-        return (self.place or (self.position, self.inside), self.vertex, self.internal)
+        place = self.place if self.side is None else (self.place, self.side)
+        return (place or (self.position, self.inside), self.vertex, self.internal)
 
     def log(self) -> VisitLog:
         """Return a log of visits that begins where the robot is."""
@@ -76,7 +80,7 @@ class AgentState:
 
     def seen_in(self, regions: frozenset[str]) -> AgentState:
         """Return the state of the robot where it is seen in some regions, or in none."""
-        return replace(self, inside=regions, vertex=min(regions - self.inside, default=self.vertex), place=None)
+        return replace(self, inside=regions, vertex=min(regions - self.inside, default=self.vertex), place=None, side=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +143,7 @@ class World:
         sets = {frozenset[str](), *(frozenset(location.inside) for location in layout.middles.values())}
         if self.overlaps:
             points = [self._point(self.start(robot)) for robot in self.mission.agents]
-            points += [self.graph.middle(region) for region in self.graph.places]
+            points += [point for region in self.graph.places for point in self.graph.middles(region)]
             seen = set(points)
             for point in points:  # grows while it is walked
                 sets.update((frozenset(point.location.inside), frozenset(self.graph.around(point) or ())))
@@ -193,8 +197,8 @@ class World:
         return None if around is None else self.free_letter(where.internal).union(around)
 
     def alike(self, where: AgentState) -> Hashable:
-        """Return a key under which robots have the same moves: where no regions overlap, wherever they hover."""
-        place = (where.place or where.position) if self.overlaps else None
+        """Return a key under which robots have the same moves: without overlaps and obstacles, wherever they hover."""
+        place = (where.place or where.position, where.side) if self.overlaps or self.graph.space is not None else None
         return (where.vertex, where.internal, where.inside, place)
 
     def moves(self, where: AgentState, *, first: bool = False) -> tuple[Move, ...]:
@@ -225,7 +229,7 @@ class World:
     def _point(self, where: AgentState) -> RestPoint:
         layout = self.graph.layout
         if where.place is not None:
-            return RestPoint(where.place, where.vertex, layout.middles[where.place])
+            return RestPoint(where.place, where.vertex, layout.middles[where.place], side=where.side)
         location = layout.at(where.position)
         if where.inside != frozenset(location.inside):  # seen elsewhere than it hovers, at a border
             location = Location(where.position, layout.outermost_first(where.inside), clear=False)
@@ -238,7 +242,9 @@ class World:
         for transition in self.graph.transitions(point):
             end = transition.end
             for actions, reached in self._chains(end, where.internal):
-                there = AgentState(end.location.point, frozenset(end.location.inside), end.entered, reached, end.place)
+                there = AgentState(
+                    end.location.point, frozenset(end.location.inside), end.entered, reached, end.place, end.side
+                )
                 move = self._move(where, point, transition, actions, there)
                 if move.letters:  # a way within the same regions shows nothing
                     yield move
@@ -265,7 +271,7 @@ class World:
                 # where no other region is near, what follows is the same from wherever in the region it is
                 there = (
                     AgentState(self.graph.layout.regions[point.place].center, where.inside, point.place, reached, point.place)
-                    if apart
+                    if apart and self.graph.space is None
                     else replace(where, internal=reached)
                 )
                 letters = tuple(where.inside | self.free_letter(action.target) for action in actions)

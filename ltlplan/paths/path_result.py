@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.paths.costs import Sampling
-from ltlplan.paths.hoops.clearance import Obstacle, Room, conflicts, room
+from ltlplan.paths.hoops.clearance import KeptRegion, Room, conflicts, room
 from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.path_problem import PathProblem
 from verify.data import Mission, RobotPlan, Waypoint
@@ -123,7 +123,7 @@ def _cuts(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats,
     at = np.linspace(spline.times[0], spline.times[-1], max(200, int(length / _STEP)))
     path = spline.evaluate(points, at)
     stays: list[tuple[int, int, str]] = []
-    for name, obstacle in where.obstacles.items():
+    for name, obstacle in where.regions.items():
         edges = np.flatnonzero(
             np.diff(np.concatenate([[False], _level(obstacle, path) <= obstacle.level, [False]]).astype(int))
         )
@@ -147,7 +147,7 @@ def _cuts(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats,
         if first > 0 and at[first - 1] > cuts[-1].time:  # not where the path turns about between two visits
             cuts.append(_Cut(float(at[first - 1]), entry, name, index, nothing))
         if first > 0 and last < len(at):
-            middle = _middle(where.obstacles[name], at[first - 1 : last + 1], path[first - 1 : last + 1], through=through)
+            middle = _middle(where.regions[name], at[first - 1 : last + 1], path[first - 1 : last + 1], through=through)
             cuts.append(_Cut(middle, "centre", name, index, inside))
         if last < len(at):
             cuts.append(_Cut(float(at[last]), leave, name, index, inside))
@@ -159,7 +159,7 @@ def _cuts(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats,
     return cuts
 
 
-def _middle(obstacle: Obstacle, times: Floats, path: Floats, *, through: bool) -> float:
+def _middle(obstacle: KeptRegion, times: Floats, path: Floats, *, through: bool) -> float:
     """Time at which the hoop's plane is crossed, or at which a region is entered deepest."""
     if not through or obstacle.normal is None:
         return float(times[int(np.argmin(_level(obstacle, path)))])
@@ -169,5 +169,5 @@ def _middle(obstacle: Obstacle, times: Floats, path: Floats, *, through: bool) -
     return float(times[k] + np.clip(share, 0.01, 0.99) * (times[k + 1] - times[k]))
 
 
-def _level(obstacle: Obstacle, path: Floats) -> Floats:
+def _level(obstacle: KeptRegion, path: Floats) -> Floats:
     return obstacle.levels(path - obstacle.centre)

@@ -2,7 +2,7 @@
 
 A path counts when the word that its samples show is the planned one, with every region shrunk by the margin and with
 every region grown by it; when each hoop is flown through in the planned direction, inside its opening; and when it
-meets no ring, no other opening and no wall. Between samples nothing is known: whatever is kept is judged for all times.
+meets no ring, no other opening, no obstacle and no wall. Between samples nothing is known: whatever is kept is judged for all times.
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.paths.hoops.clearance import Obstacle, room
+from ltlplan.paths.hoops.clearance import KeptRegion, room
 from ltlplan.paths.sampled_paths import ellipsoid_level, final_states, samples_near, scaled_level
+from ltlplan.ways.solids import NO_SOLIDS, Solids
 from verify.data import Mission, RobotPlan
 
 Floats = NDArray[np.float64]
@@ -34,7 +35,7 @@ class _Body:
         reach: m; samples farther from the centre than this have nothing to do with it.
     """
 
-    obstacle: Obstacle
+    obstacle: KeptRegion
     weight: int
     through: bool
     shrunk: float
@@ -56,6 +57,7 @@ class WordFilter:
     _bodies: tuple[_Body, ...]
     _low: Floats
     _high: Floats
+    _solids: Solids = NO_SOLIDS
 
     def keeps(self, positions: Floats) -> Booleans:
         """Tell for each path whether its samples keep everything. Shape (instants, 3, paths) to (paths,)."""
@@ -86,8 +88,20 @@ class WordFilter:
                 if body.weight:
                     ring &= across >= obstacle.inner**2
                 bad[at] |= ring
+        wrong |= self._met(positions)
         final = self._run(np.concatenate([shrunk, grown], axis=1)) == len(self.word) - 1
         return np.all(walls, axis=0) & ~np.any(wrong, axis=0) & final[:count] & final[count:]
+
+    def _met(self, positions: Floats) -> Booleans:
+        """Tell which samples are too near to an obstacle. Shape (instants, 3, paths) to (instants, paths)."""
+        met = np.zeros((len(positions), positions.shape[2]), dtype=np.bool_)
+        low, high = positions.min(axis=2), positions.max(axis=2)
+        for part, near in zip(self._solids.parts, self._solids.near(low, high), strict=True):
+            instants = np.flatnonzero(near)
+            if len(instants):
+                points = positions[instants].transpose(0, 2, 1)
+                met[instants] |= part.met(points.reshape(-1, 3)).reshape(len(instants), -1)
+        return met
 
     def _within(self, low: Floats, high: Floats) -> list[int]:
         """Return the bodies that may reach into a box."""
@@ -128,10 +142,10 @@ def word_filter(mission: Mission, plan: RobotPlan, *, slack: float = 0.0) -> Wor
     sides = {v.region for v in plan.visits if v.direction is not None}
     bodies = []
     for name, region in mission.all_regions.items():
-        obstacle = where.obstacles[name]
+        obstacle = where.regions[name]
         weight = place.get(name, 0)
         bodies.append(_Body(obstacle, weight, name in sides, scaled_level(region.inner_radius, -near), obstacle.reach))
-    return WordFilter(visited, _codes(plan, place, sides), tuple(bodies), where.low, where.high)
+    return WordFilter(visited, _codes(plan, place, sides), tuple(bodies), where.low, where.high, where.solids)
 
 
 def _weights(visited: Sequence[str]) -> dict[str, int]:

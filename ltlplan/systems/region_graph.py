@@ -9,12 +9,17 @@ theirs to add.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Iterator, Sequence
+import math
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from ltlplan.systems.region_labels import Layout, Location
 from ltlplan.systems.transition_systems import environment_of
+from ltlplan.ways.free_space import FreeSpace, Place
 from verify.data import Letter, Mission
+from verify.data.language.sequence import Direction
 from verify.data.sections import Action
 from verify.data.shapes.inequalities import Point
 
@@ -28,12 +33,14 @@ class RestPoint:
         entered: The region entered last.
         location: The point and the regions around it.
         position: The point, where it is not the middle of the region.
+        side: The direction in which a hoop is flown through, where ways around obstacles depend on it.
     """
 
     place: str
     entered: str
     location: Location
     position: Point | None = None
+    side: Direction | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +50,12 @@ class Transition:
     Attributes:
         end: Where it leads.
         letters: The regions in between, or None for the free flight after the last point.
+        length: Of the shortest way there is around obstacles, m; None where it is the straight line, or a way out and back.
     """
 
     end: RestPoint
     letters: tuple[Letter, ...] | None
+    length: float | None = None
 
 
 class RegionGraph:
@@ -57,17 +66,28 @@ class RegionGraph:
         environment: Which regions can be entered after which.
         layout: How the regions lie.
         places: The middles of the regions that can be visited.
+        space: Where robots can fly, in a world with obstacles.
     """
 
-    def __init__(self, mission: Mission, *, places: Collection[str] | None = None, layout: Layout | None = None) -> None:
+    def __init__(
+        self,
+        mission: Mission,
+        *,
+        places: Collection[str] | None = None,
+        layout: Layout | None = None,
+        radius: float | None = None,
+    ) -> None:
         """Lay out a mission's regions.
 
         Args:
             mission: Whose regions and environment.
             places: Regions that robots may visit; all of them where None.
             layout: How the mission's regions lie, where that is known already.
+            radius: Of the vehicles, m; by default of the mission's.
         """
         self.mission = mission
+        self.space = FreeSpace.of(mission, radius)
+        self._known: dict[RestPoint, tuple[Transition, ...]] = {}
         self.environment = environment_of(mission)
         self.layout = layout or Layout(mission)
         self.places = {
@@ -85,9 +105,9 @@ class RegionGraph:
         sets = {id(regions): frozenset(regions) for regions in self.environment.successors.values()}
         self._next = {vertex: sets[id(regions)] for vertex, regions in self.environment.successors.items()}
 
-    def middle(self, region: str) -> RestPoint:
-        """Return the rest point of a robot that has entered a region and is in its middle."""
-        return RestPoint(region, region, self.places[region])
+    def middles(self, region: str) -> tuple[RestPoint, ...]:
+        """Return the rest points of a robot that has entered a region and is in its middle: one, or one for each side of a hoop."""
+        return tuple(RestPoint(region, region, self.places[region], side=side) for side in self._sides(region))
 
     def standing(self, location: Location, visited: str | None = None) -> RestPoint:
         """Return the rest point of a robot that hovers anywhere.
@@ -121,8 +141,48 @@ class RegionGraph:
             return ()
         return self._around[point.place] if len(point.location.inside) == len(self.layout.middles[point.place].inside) else None
 
-    def transitions(self, point: RestPoint) -> Iterator[Transition]:
-        """Yield every way on from a point."""
+    def transitions(self, point: RestPoint) -> Iterable[Transition]:
+        """Return every way on from a point."""
+        if self.space is None:
+            return self._straight(point)
+        if point not in self._known:
+            self._known[point] = tuple(self._around_obstacles(point, self.space))
+        return self._known[point]
+
+    def length(self, point: RestPoint, end: Location) -> float:
+        """Return how long the shortest way from a rest point to a point of its own is, m; infinite where there is none.
+
+        Args:
+            point: Where it begins.
+            end: Where it ends.
+        """
+        if self.space is None:
+            return math.dist(point.location.point, end.point)
+        place, before = self._exit(point)
+        return before + float(self.space.lengths(place, [Place(end.point, frozenset(end.inside))])[0])
+
+    def lengths(self, start: Point | str, region: str) -> list[float]:
+        """Return how long the ways from a point or a region's middle to a region's middle are, by each side of hoops, m.
+
+        Args:
+            start: A point in m, or a region.
+            region: Where they end.
+        """
+        if isinstance(start, str):
+            points = [RestPoint(start, start, self.layout.middles[start], side=side) for side in self._sides(start)]
+        else:
+            points = [self.standing(self.layout.at(start))]
+        found: list[float] = []
+        for point in points if self.space is not None else ():
+            place, before = self._exit(point)
+            entries = list(self._entries(region))
+            assert self.space is not None
+            lengths = self.space.lengths(place, [entry for _, entry, _ in entries])
+            found += [before + float(length) + after for (_, _, after), length in zip(entries, lengths, strict=True)]
+        return found
+
+    def _straight(self, point: RestPoint) -> Iterator[Transition]:
+        """Yield the ways on from a point where there are no obstacles."""
         around = self.around(point)
         for target in self._targets(point):
             location = self.places[target]
@@ -141,6 +201,73 @@ class RegionGraph:
             entered = self.last_entered(point.entered, path)
             if entered is not None:
                 yield Transition(RestPoint(target, entered, location), letters)
+
+    def _around_obstacles(self, point: RestPoint, space: FreeSpace) -> Iterator[Transition]:
+        """Yield the ways on from a point through free space."""
+        around = self.around(point)
+        start, before = self._exit(point)
+        entries = [(target, *entry) for target in self._targets(point) for entry in self._entries(target)]
+        lengths = space.lengths(start, [place for _, _, place, _ in entries]) if entries else ()
+        for (target, side, place, after), length in zip(entries, lengths, strict=True):
+            location, again = self.places[target], target == point.place and point.position is None
+            if not math.isfinite(length) or (again and side is None and around is None):
+                continue
+            outside = tuple(name for name in location.inside if name != target)
+            freely = around is not None and around == outside and (self._around[target] is not None or not outside)
+            path: tuple[Letter, ...] = (frozenset(around or ()), frozenset(location.inside))
+            letters: tuple[Letter, ...] | None = None
+            if not freely or (outside and not again):
+                shown = self._shown(point, start, place, location)
+                if shown is None:
+                    continue
+                if not freely or shown[1:] != path:
+                    path, letters = shown, shown[1:-1]
+            entered = self.last_entered(point.entered, path)
+            if entered is not None:
+                metres = None if again and side is None else before + float(length) + after
+                yield Transition(RestPoint(target, entered, location, side=side), letters, metres)
+
+    def _shown(self, point: RestPoint, start: Place, place: Place, end: Location) -> tuple[Letter, ...] | None:
+        """Return the sets of regions on the way through free space from a point to a place; None where their order is not clear."""
+        assert self.space is not None
+        way = self.space.way(np.array(start.point), np.array(place.point), start.inside | place.inside)
+        if way is None:
+            return None
+        whole = [np.array(point.location.point), *way, np.array(end.point)]
+        kept = [at for k, at in enumerate(whole) if k == 0 or not np.allclose(at, whole[k - 1], atol=1e-9)]
+        if len(kept) == 2:
+            return self.layout.way(point.location, end)
+        return self.layout.along(point.location, np.array(kept), end)
+
+    def _sides(self, region: str) -> tuple[Direction | None, ...]:
+        return ("F", "R") if self.space is not None and region in self.mission.hoops else (None,)
+
+    def _entries(self, target: str) -> Iterator[tuple[Direction | None, Place, float]]:
+        """Yield where ways to a region's middle end: there, or on either side of a hoop; with how far it is from there."""
+        for side in self._sides(target):
+            if side is None:
+                location = self.layout.middles[target]
+                yield side, Place(location.point, frozenset(location.inside)), 0.0
+            else:
+                yield side, *self._beside(target, ahead=side == "R")
+
+    def _exit(self, point: RestPoint) -> tuple[Place, float]:
+        """Return where ways from a rest point begin, and how far that is from it."""
+        hoop = self.mission.hoops.get(point.place)
+        if hoop is None or (point.position is None and point.side is None):
+            return Place(point.location.point, frozenset(point.location.inside)), 0.0
+        if point.position is None:
+            return self._beside(point.place, ahead=point.side == "F")
+        offset = np.array(point.position) - np.array(hoop.center)
+        place, _ = self._beside(point.place, ahead=bool(offset @ np.array(hoop.normal) >= 0.0))
+        return place, math.dist(point.position, place.point)
+
+    def _beside(self, name: str, *, ahead: bool) -> tuple[Place, float]:
+        """Return the control point in front of a hoop or behind it, and how far it is from the hoop's middle."""
+        hoop = self.mission.hoops[name]
+        reach = hoop.reach or 0.0
+        x, y, z = (c + (reach if ahead else -reach) * n for c, n in zip(hoop.center, hoop.normal or (), strict=True))
+        return Place((x, y, z), frozenset(self.layout.at((x, y, z)).inside)), reach
 
     def last_entered(self, entered: str, path: Sequence[Letter]) -> str | None:
         """Return the region entered last on a path, or None where an edge for it is missing.

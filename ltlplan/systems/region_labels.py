@@ -26,6 +26,8 @@ Floats = NDArray[np.float64]
 
 _SAMPLES = 1001
 """Places on a way at which the border of a region is looked for, where no formula gives it."""
+_STEP = 0.005
+"""m between places on a way that turns, at the most."""
 _GAP = 1e-9
 """m; regions that are not farther from each other than this may have a point in common."""
 
@@ -127,6 +129,45 @@ class Layout:
             borders.append((*found, name))
         borders.sort()
         borders = self._straight_on(borders, current)
+        if any(later[0] <= earlier[1] for earlier, later in itertools.pairwise(borders)):
+            return None
+        letters = [current]
+        for _, _, name in borders:
+            current = current ^ {name}
+            letters.append(current)
+        return tuple(letters)
+
+    def along(self, start: Location, points: Floats, end: Location) -> tuple[Letter, ...] | None:
+        """Return the sets of regions on a way that turns, both ends included; None where their order is not clear.
+
+        Every region around either end is entered or left once at most, and one around both ends is not left.
+
+        Args:
+            start: Where it begins.
+            points: Both ends and the points at which it turns, m. Shape (points, 3).
+            end: Where it ends.
+        """
+        if not start.clear or not end.clear:
+            return None
+        places = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+        at = np.union1d(np.linspace(0.0, places[-1], max(_SAMPLES, int(places[-1] / _STEP))), places)
+        way = np.column_stack([np.interp(at, places, points[:, axis]) for axis in range(3)])
+        current, final = frozenset(start.inside), frozenset(end.inside)
+        borders: list[tuple[float, float, str]] = []
+        for name in current | final:
+            region = self.regions[name]
+            levels, slack = np.sqrt(np.maximum(region.level(way), 0.0)), self.slack / region.inner_radius
+            within, beyond = levels > 1 - slack, levels < 1 + slack  # maybe outside, maybe inside
+            if name in current and name in final:
+                if np.any(within):
+                    return None
+                continue
+            first, last = (within, beyond) if name in current else (beyond, within)
+            begins, ends = np.flatnonzero(first), np.flatnonzero(last)
+            if not len(begins) or begins[0] == 0 or not len(ends) or ends[-1] == len(at) - 1:
+                return None
+            borders.append((float(at[begins[0] - 1]), float(at[ends[-1] + 1]), name))
+        borders = self._straight_on(sorted(borders), current)
         if any(later[0] <= earlier[1] for earlier, later in itertools.pairwise(borders)):
             return None
         letters = [current]

@@ -10,7 +10,7 @@ import math
 from collections.abc import Collection
 
 from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
-from ltlplan.systems.region_labels import Layout
+from ltlplan.systems.region_labels import Layout, Location
 from ltlplan.systems.transition_systems import Cost, Node, TransitionSystem
 from verify.data import BadInput, Letter, Mission
 from verify.data.sections import Agent
@@ -39,12 +39,25 @@ class Systems:
         layout: Layout | None = None,
     ) -> None:
         self.mission = mission
-        self.graph = RegionGraph(mission, places=places, layout=layout)
-        self.layout = self.graph.layout
+        self.layout = layout or Layout(mission)
+        self._places = places
+        self._graphs: dict[float, RegionGraph] = {}
+        self.graph = self.graph_of(next(iter(mission.agents)))
         self.cost = cost
         self._regions = mission.all_regions
         self._internal = {state: frozenset(names) for state, names in mission.robot.states.items()}
-        self._base: dict[str, _Builder] = {}
+        self._base: dict[tuple[RegionGraph, str], _Builder] = {}
+
+    def graph_of(self, robot: str) -> RegionGraph:
+        """Return the points at which a robot of this size can rest, and the ways between them.
+
+        Args:
+            robot: Its name.
+        """
+        radius = self.mission.vehicle_of(robot).radius if self.mission.obstacles else 0.0
+        if radius not in self._graphs:
+            self._graphs[radius] = RegionGraph(self.mission, places=self._places, layout=self.layout, radius=radius)
+        return self._graphs[radius]
 
     def of(self, robot: str) -> TransitionSystem:
         """Return A of one robot.
@@ -53,9 +66,11 @@ class Systems:
             BadInput: It starts, or should end, too near the border of a region; a cost is negative or no number.
         """
         agent = self.mission.agents[robot]
-        shared = self._base.get("" if self.cost is None else robot)
+        graph = self.graph_of(robot)
+        key = (graph, "" if self.cost is None else robot)
+        shared = self._base.get(key)
         if shared is None:
-            shared = self._base["" if self.cost is None else robot] = self._shared(robot)
+            shared = self._base[key] = self._shared(robot)
         builder = shared.copy()
         initial = self._add_start(builder, robot, agent)
         if agent.end is not None:
@@ -97,20 +112,24 @@ class Systems:
             return value
         if start == region:  # out of the region and back
             return 2 * self._regions[region].inner_radius
+        graph = self.graph_of(robot)
+        if graph.space is not None:
+            return min(graph.lengths(start, region), default=math.inf)
         origin = self._regions[start].center if isinstance(start, str) else start
         return math.dist(origin, self._regions[region].center)
 
     def _shared(self, robot: str) -> _Builder:
         """Return the part of A that does not depend on where a robot starts."""
-        builder = _Builder()
-        self._grow(builder, robot, [self.graph.middle(region) for region in self.graph.places])
+        graph = self.graph_of(robot)
+        builder = _Builder(graph)
+        self._grow(builder, robot, [point for region in graph.places for point in graph.middles(region)])
         return builder
 
     def _add_start(self, builder: _Builder, robot: str, agent: Agent) -> int:
         location = self.layout.at(agent.start)
         if not location.clear:
             raise BadInput(f"{robot} starts within the margin {self.layout.slack:g} m of a region's border.")
-        point = self.graph.standing(location, agent.visited)
+        point = builder.graph.standing(location, agent.visited)
         self._grow(builder, robot, [point])
         return builder.index[self._here(point, self.mission.initial_internal(robot))]
 
@@ -120,7 +139,7 @@ class Systems:
         for point in waiting:
             self._add_rest_point(builder, point)
         for point in waiting:  # grows while it is walked
-            for transition in self.graph.transitions(point):
+            for transition in builder.graph.transitions(point):
                 if transition.end not in builder.points:
                     waiting.append(transition.end)
                     self._add_rest_point(builder, transition.end)
@@ -129,28 +148,31 @@ class Systems:
     def _add_rest_point(self, builder: _Builder, point: RestPoint) -> None:
         """Add the nodes of a robot at a point, and in the free flight after it where that is clear."""
         builder.points.add(point)
-        around = self.graph.around(point)
+        around = builder.graph.around(point)
         flies_on = point.place in self.mission.hoops and point.position is None
         for internal in self._internal:
             here = self._here(point, internal)
             builder.add(here, self._label(here), _HOOP_STAY if flies_on else 0.0)
             if around is not None and not here.flying:
-                gone = self._gone(point, internal)
+                gone = self._gone(builder, point, internal)
                 builder.add(gone, self._label(gone), 0.0 if flies_on else _REGION_LEAVE)
                 builder.join(here, gone, 0.0)
-        for action in self.graph.actions(point):
+        for action in builder.graph.actions(point):
             builder.join(self._here(point, action.source), self._here(point, action.target), 0.0)
 
     def _add_transition(self, builder: _Builder, robot: str, point: RestPoint, transition: Transition) -> None:
         again = transition.letters is None and transition.end.place == point.place
-        cost = self.leg(robot, point.place if point.position is None or again else point.position, transition.end.place)
+        cost = transition.length if self.cost is None else None
+        if cost is None:
+            cost = self.leg(robot, point.place if point.position is None or again else point.position, transition.end.place)
         for internal in self._internal:
             previous, goal, due = self._here(point, internal), self._here(transition.end, internal), cost
             if transition.letters is None:
-                previous = self._gone(point, internal)
+                previous = self._gone(builder, point, internal)
             for step, letter in enumerate(transition.letters or ()):
                 leg = (point.place, point.entered, step)
-                on = Node(transition.end.place, True, internal, letter, transition.end.entered, point.position, leg)
+                end = transition.end
+                on = Node(end.place, True, internal, letter, end.entered, point.position, leg, (point.side, end.side))
                 if on not in builder.index:
                     builder.add(on, self._label(on), None)
                 builder.join(previous, on, due)
@@ -158,12 +180,12 @@ class Systems:
             builder.join(previous, goal, due)
 
     def _here(self, point: RestPoint, internal: str) -> Node:
-        return Node(
-            point.place, not point.location.inside, internal, frozenset(point.location.inside), point.entered, point.position
-        )
+        inside = frozenset(point.location.inside)
+        return Node(point.place, not inside, internal, inside, point.entered, point.position, sides=(point.side, None))
 
-    def _gone(self, point: RestPoint, internal: str) -> Node:
-        return Node(point.place, True, internal, frozenset(self.graph.around(point) or ()), point.entered, point.position)
+    def _gone(self, builder: _Builder, point: RestPoint, internal: str) -> Node:
+        around = frozenset(builder.graph.around(point) or ())
+        return Node(point.place, True, internal, around, point.entered, point.position, sides=(point.side, None))
 
     def _label(self, node: Node) -> Letter:
         return node.regions | self._internal[node.internal]
@@ -177,7 +199,9 @@ class Systems:
         for node in list(builder.nodes):
             if node.leg is not None:
                 continue
-            origin = node.position if node.position is not None else self._regions[node.place].center
+            length = self._length_to_end(builder.graph, node, location)
+            if not math.isfinite(length):
+                continue
             if node.regions == frozenset(location.inside):
                 entered: str | None = node.entered
             elif node.flying and len(location.inside) == 1 and not node.regions:
@@ -190,14 +214,20 @@ class Systems:
                 if goal not in builder.index:
                     builder.add(goal, self._label(goal), 0.0)
                 if goal != node:
-                    builder.join(node, goal, math.dist(origin, end))
+                    builder.join(node, goal, length)
                 builder.final[builder.index[goal]] = 0.0
+
+    def _length_to_end(self, graph: RegionGraph, node: Node, end: Location) -> float:
+        """Return how far it is from a node to where a robot should end, m; infinite where there is no way."""
+        here = self.layout.middles[node.place] if node.position is None else self.layout.at(node.position)
+        return graph.length(RestPoint(node.place, node.entered, here, node.position, node.sides[0]), end)
 
 
 class _Builder:
     """A transition system while it is put together."""
 
-    def __init__(self) -> None:
+    def __init__(self, graph: RegionGraph) -> None:
+        self.graph = graph
         self.nodes: list[Node] = []
         self.index: dict[Node, int] = {}
         self.labels: list[Letter] = []
@@ -217,7 +247,7 @@ class _Builder:
         self.edges[self.index[source]].append((self.index[target], cost))
 
     def copy(self) -> _Builder:
-        other = _Builder()
+        other = _Builder(self.graph)
         other.nodes, other.index, other.labels = list(self.nodes), dict(self.index), list(self.labels)
         other.edges, other.final, other.points = [list(edges) for edges in self.edges], dict(self.final), set(self.points)
         return other

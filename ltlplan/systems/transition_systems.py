@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from verify.data import BadInput, Letter, Mission
+from verify.data.language.sequence import Direction
 from verify.data.sections import Action
 from verify.data.shapes.inequalities import Point
 
@@ -37,6 +38,8 @@ class Node:
         entered: The region that it entered last, or the start vertex: where its next edge of the environment begins.
         position: Where it stands if that is not the middle of its place (its start or its end), m.
         leg: Where it comes from and how many letters ago, on a way past several borders.
+        sides: The directions in which the hoop that it is in, and the one that it is on the way to, are flown through, where ways
+            around obstacles depend on them.
     """
 
     place: str
@@ -46,6 +49,7 @@ class Node:
     entered: str
     position: Point | None = None
     leg: tuple[str, str, int] | None = None
+    sides: tuple[Direction | None, Direction | None] = (None, None)
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,8 @@ A hoop in the way is passed by its nearer avoid point, the other one where the f
 one after another. Where the straight line to an avoid point would itself cross the hoop's ring, as from a hoop's own front
 to its own side, the way first goes out to the height of the avoid point, `reach` before or behind it. Where hoop by hoop
 leads nowhere, as between two hoops that stand in each other's way, the shortest way by the avoid points of all hoops is taken.
+
+In a world with obstacles a shortest way through free space is taken instead (`ltlplan.ways`), around hoops and regions as well.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from numpy.typing import NDArray
 from ltlplan.paths.hoops.clearance import Room, blocked, conflicts
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.search.best_first import BestFirst
+from ltlplan.ways.free_space import FreeSpace
 from verify.data import Infeasible
 from verify.data.mission import Mission
 from verify.data.plan import Role
@@ -32,13 +35,13 @@ class Detour:
 
     Attributes:
         position: m. Shape (3,).
-        role: "avoid" for a hoop's control point, "via" for a point that leads to one.
-        region: The obstacle.
+        role: "avoid" for a hoop's control point, "via" for a point that leads to one or stands in free space.
+        region: The hoop or region; None in free space.
     """
 
     position: Floats
     role: Role
-    region: str
+    region: str | None
 
 
 class Blocked(Infeasible):
@@ -68,6 +71,8 @@ def avoid(mission: Mission, where: Room, start: Floats, end: Floats, permitted: 
         Blocked: Both avoid points of a hoop in the way are blocked, whatever other hoops are passed by first; the
             message says by what.
     """
+    if where.space is not None:
+        return _through(where.space, where, start, end, permitted)
     try:
         return _way(mission, where, start, end, permitted, frozenset())
     except Blocked:
@@ -75,6 +80,27 @@ def avoid(mission: Mission, where: Room, start: Floats, end: Floats, permitted: 
         if not around:
             raise
         return around
+
+
+def _through(space: FreeSpace, where: Room, start: Floats, end: Floats, permitted: Collection[str]) -> tuple[Detour, ...]:
+    """Return the points at which a shortest way through free space turns.
+
+    Raises:
+        Blocked: There is none.
+    """
+    way = space.way(start, end, permitted, where.slack)
+    if way is not None:
+        return tuple(Detour(point, "via", None) for point in way[1:-1])
+    for point in (start, end):
+        if met := blocked(point, point, where, permitted):
+            raise Blocked(met.name, start, end, [f"{_show(point)} itself is too near to it"])
+    met = blocked(start, end, where, permitted)
+    raise Blocked(
+        met.name if met else "workspace",
+        start,
+        end,
+        [f"no way around it leaves {space.clearance + where.slack:.3g} m to each side"],
+    )
 
 
 def _way(
@@ -151,7 +177,7 @@ def _beside(mission: Mission, where: Room, name: str, start: Floats, end: Floats
 
 
 def _in_any(point: Floats, where: Room) -> bool:
-    return any(obstacle.holds(point) for obstacle in where.obstacles.values())
+    return any(obstacle.holds(point) for obstacle in where.regions.values())
 
 
 def _candidates(mission: Mission, where: Room, name: str, start: Floats, end: Floats) -> Iterator[tuple[Detour, ...]]:
@@ -177,7 +203,7 @@ def _sides(mission: Mission, where: Room, name: str, start: Floats, end: Floats)
     left = np.cross([0.0, 0.0, 1.0], along)
     if np.linalg.norm(left) < 1e-9 * max(1.0, float(np.linalg.norm(along))):
         left = np.array([0.0, 1.0, 0.0])
-    aside = left / np.linalg.norm(left) * (region.outer_radius * where.obstacles[name].level ** 0.5 + 0.1)
+    aside = left / np.linalg.norm(left) * (region.outer_radius * where.regions[name].level ** 0.5 + 0.1)
     return np.stack([centre + aside, centre - aside]), along / np.linalg.norm(along) * region.outer_radius
 
 

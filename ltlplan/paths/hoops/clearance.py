@@ -1,4 +1,4 @@
-"""Whether a planned path keeps clear, for all times: of regions that it may not enter, of rings, of the walls.
+"""Whether a planned path keeps clear, for all times: of regions that it may not enter, of rings, obstacles and the walls.
 
 A polynomial is above zero on an interval where all its Bernstein coefficients are; where that does not decide, the interval
 is halved. Arithmetic is in floats: the planner's own judgement of its spline, with room to spare, never a certificate.
@@ -14,6 +14,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ltlplan.ways.free_space import FreeSpace
+from ltlplan.ways.solids import NO_SOLIDS, Solid, Solids
 from verify.data.mission import Mission
 from verify.data.rules.passage_room import room_in_opening, room_in_region
 from verify.data.shapes.measures import ConvexBody, Measures
@@ -21,7 +23,7 @@ from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
 
-Kind = Literal["region", "ring", "plane", "again", "workspace"]
+Kind = Literal["region", "ring", "plane", "again", "workspace", "obstacle"]
 
 _DEGREE = 14  # of a squared distance along a piece of degree 7
 _HALVINGS = 14
@@ -37,8 +39,8 @@ class Conflict:
         piece: Index of the piece.
         share: Where on it, 0 to 1.
         obstacle: "region", "ring" (or the opening of a hoop that is not flown through here), "plane" (the path turns back
-            within the hoop that it flies through), "again" (it comes twice in one visit) or "workspace".
-        name: The region's name; "workspace" for the walls.
+            within the hoop that it flies through), "again" (it comes twice in one visit), "obstacle" (it is solid) or "workspace".
+        name: The region's or obstacle's name; "workspace" for the walls.
     """
 
     piece: int
@@ -48,7 +50,7 @@ class Conflict:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Obstacle:
+class KeptRegion:
     """One region with what must be kept from it.
 
     Attributes:
@@ -119,24 +121,30 @@ class Obstacle:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Room:
-    """A mission's obstacles and walls, with a margin.
+    """A mission's regions, obstacles and walls, with a margin.
 
     Attributes:
-        obstacles: By name.
+        regions: By name.
         low: m, the workspace's lower corner, moved inwards by the margin. Shape (3,).
         high: m, the upper corner likewise. Shape (3,).
-        centres: Of the obstacles, in their order, m. Shape (obstacles, 3).
-        reaches: How far each of them reaches from its centre, m. Shape (obstacles,).
+        centres: Of the regions, in their order, m. Shape (regions, 3).
+        reaches: How far each of them reaches from its centre, m. Shape (regions,).
+        solids: Of the mission's obstacles.
+        space: Where ways around these are looked for; None where there are none.
+        slack: m kept beyond the margin.
     """
 
-    obstacles: dict[str, Obstacle]
+    regions: dict[str, KeptRegion]
     low: Floats
     high: Floats
     centres: Floats
     reaches: Floats
+    solids: Solids = NO_SOLIDS
+    space: FreeSpace | None = None
+    slack: float = 0.0
 
     def near(self, low: Floats, high: Floats) -> NDArray[np.bool_]:
-        """Tell which obstacles may reach into boxes, given by their corners. Shapes (boxes, 3) twice to (boxes, obstacles)."""
+        """Tell which regions may reach into boxes, given by their corners. Shapes (boxes, 3) twice to (boxes, regions)."""
         beside = np.maximum(np.maximum(low[:, None] - self.centres, self.centres - high[:, None]), 0.0)
         return np.einsum("bok,bok->bo", beside, beside) <= self.reaches**2
 
@@ -145,11 +153,18 @@ class Room:
         return bool(np.all(point >= self.low) and np.all(point <= self.high))
 
 
-def room(mission: Mission, slack: float = 0.0) -> Room:
-    """Return what a path must keep clear of: the mission's margin plus `slack` m everywhere."""
-    near = mission.margin + slack
-    clear = mission.vehicle.radius + near
-    obstacles: dict[str, Obstacle] = {}
+def room(mission: Mission, slack: float = 0.0, *, robot: str | None = None) -> Room:
+    """Return what a path must keep clear of: the mission's margin plus `slack` m everywhere.
+
+    Args:
+        mission: Regions, hoops, obstacles and workspace.
+        slack: m.
+        robot: Whose vehicle flies; by default the mission's.
+    """
+    radius = mission.vehicle.radius if robot is None else mission.vehicle_of(robot).radius
+    near, clear = mission.margin + slack, mission.margin + slack + radius
+    regions: dict[str, KeptRegion] = {}
+    space = FreeSpace.of(mission, radius)
     for name, region in mission.all_regions.items():
         centre, level = np.array(region.center), (1.0 + near / region.inner_radius) ** 2
         reach = 1.000001 * region.outer_radius * level**0.5
@@ -161,7 +176,7 @@ def room(mission: Mission, slack: float = 0.0) -> Room:
             shape, grown = region.measures, tuple(body.grown(near) for body in region.measures.parts)
         if isinstance(region, Hoop):
             height, outer = region.rim / 2 + clear, region.opening + region.rim + clear
-            obstacles[name] = Obstacle(
+            regions[name] = KeptRegion(
                 name,
                 centre,
                 matrix,
@@ -169,20 +184,23 @@ def room(mission: Mission, slack: float = 0.0) -> Room:
                 np.array(region.normal),
                 height,
                 outer,
-                max(min(room_in_opening(region, mission.vehicle.radius, near), room_in_region(region, near)), 1e-3),
+                max(min(room_in_opening(region, radius, near), room_in_region(region, near)), 1e-3),
                 near,
                 max(reach, 1.000001 * float(np.hypot(outer, height))),
                 shape,
                 grown,
             )
         else:
-            obstacles[name] = Obstacle(name, centre, matrix, level, reach=reach, measures=shape, grown=grown)
+            regions[name] = KeptRegion(name, centre, matrix, level, reach=reach, measures=shape, grown=grown)
     return Room(
-        obstacles,
+        regions,
         np.array(mission.workspace.min) + near,
         np.array(mission.workspace.max) - near,
-        np.array([obstacle.centre for obstacle in obstacles.values()]).reshape(-1, 3),
-        np.array([obstacle.reach for obstacle in obstacles.values()]),
+        np.array([region.centre for region in regions.values()]).reshape(-1, 3),
+        np.array([region.reach for region in regions.values()]),
+        NO_SOLIDS if space is None else space.solids(slack),
+        space,
+        slack,
     )
 
 
@@ -209,10 +227,16 @@ def conflicts(coefficients: Floats, durations: Floats, where: Room, permitted: S
         labels.append((piece, kind, name))
     found = _refuted(np.array(claims) @ to_bernstein.T) if claims else []
     result = [Conflict(labels[i][0], share, labels[i][1], labels[i][2]) for i, share in found]
-    for obstacle, body in [(one, body) for one in where.obstacles.values() for body in one.grown]:
-        pieces, outside = _outside(path, obstacle, body, permitted)
+    for region, body in [(one, body) for one in where.regions.values() for body in one.grown]:
+        pieces, outside = _outside_region(path, region, body, permitted)
         met = _refuted(outside @ to_bernstein.T) if len(pieces) else []
-        result += [Conflict(pieces[i], share, "region", obstacle.name) for i, share in met]
+        result += [Conflict(pieces[i], share, "region", region.name) for i, share in met]
+    for solid, piece in _near_solids(path, where.solids):
+        holes = [hole for hole in solid.holes if hole.hoop in permitted[piece]]
+        outside = np.array(
+            [*_faces(path[piece], solid.body.convex), *(hole.inner**2 - hole.off_axis(path[piece]) for hole in holes)]
+        )
+        result += [Conflict(piece, share, "obstacle", solid.body.name) for _, share in _refuted(outside[None] @ to_bernstein.T)]
     return sorted(result, key=lambda c: (c.piece, c.share))
 
 
@@ -239,7 +263,7 @@ def _claims(
     every = range(len(path))
     hull = np.einsum("mn,pna->pma", _interpolation()[1], path)  # a polynomial lies in the box of its Bernstein coefficients
     near = where.near(hull.min(axis=1), hull.max(axis=1))
-    obstacles = list(where.obstacles.values())
+    obstacles = list(where.regions.values())
     for index in np.flatnonzero(near.any(axis=0)):
         obstacle, pieces = obstacles[index], np.flatnonzero(near[:, index]).tolist()
         offset = path - obstacle.centre
@@ -274,8 +298,17 @@ def _claims(
             yield piece, "workspace", "workspace", where.high[axis] - path[piece, :, axis], never
 
 
-def _outside(
-    path: Floats, obstacle: Obstacle, body: ConvexBody, permitted: Sequence[Collection[str]]
+def _near_solids(path: Floats, solids: Solids) -> Iterator[tuple[Solid, int]]:
+    """Yield solid parts and the pieces whose boxes reach into theirs."""
+    if not solids.parts:
+        return
+    hull = np.einsum("mn,pna->pma", _interpolation()[1], path)
+    for part, piece in np.argwhere(solids.near(hull.min(axis=1), hull.max(axis=1))).tolist():
+        yield solids.parts[part], piece
+
+
+def _outside_region(
+    path: Floats, region: KeptRegion, body: ConvexBody, permitted: Sequence[Collection[str]]
 ) -> tuple[list[int], Floats]:
     """Return the pieces near a convex body that may not enter it, and for each the functions of which one is above zero outside.
 
@@ -283,15 +316,23 @@ def _outside(
         Pieces, and values at the nodes. Shape (pieces, inequalities, nodes).
     """
     hull = np.einsum("mn,pna->pma", _interpolation()[1], path)
-    low, high = hull.min(axis=1) - obstacle.centre, hull.max(axis=1) - obstacle.centre
+    low, high = hull.min(axis=1) - region.centre, hull.max(axis=1) - region.centre
     beside = np.linalg.norm(np.maximum(np.maximum(low, -high), 0.0), axis=1)
-    pieces = [i for i in np.flatnonzero(beside <= obstacle.reach).tolist() if obstacle.name not in permitted[i]]
-    offset = path[pieces] - obstacle.centre
+    pieces = [i for i in np.flatnonzero(beside <= region.reach).tolist() if region.name not in permitted[i]]
+    offset = path[pieces] - region.centre
     faces = np.einsum("pna,fa->pfn", offset, body.normals) - body.distances[:, None]
     rows = [faces]
     for matrix, centre, root in zip(body.matrices, body.centres, body.roots, strict=True):
         rows.append((np.einsum("pna,ab,pnb->pn", offset - centre, matrix, offset - centre) - root**2)[:, None])
     return pieces, np.concatenate(rows, axis=1)
+
+
+def _faces(points: Floats, body: ConvexBody) -> Iterator[Floats]:
+    """Yield functions of which one is above zero outside of a body, at points. Shape (nodes, 3) to (nodes,) each."""
+    yield from body.normals @ points.T - body.distances[:, None]
+    for matrix, centre, root in zip(body.matrices, body.centres, body.roots, strict=True):
+        offset = points - centre
+        yield np.einsum("na,ab,nb->n", offset, matrix, offset) - root**2
 
 
 def _stays_on_its_side(ends: Floats, near: float) -> bool:

@@ -67,7 +67,7 @@ class Legs:
         agent = mission.agents[robot]
         self.start = np.array(agent.start)
         self.end = None if agent.end is None else np.array(agent.end)
-        self.start_regions = frozenset(n for n, o in where.obstacles.items() if o.holds(self.start))
+        self.start_regions = frozenset(n for n, o in where.regions.items() if o.holds(self.start))
         self.begins_inside = bool(visits) and holds(mission, self.start, visits[0].region)
         self._legs: dict[tuple[int, Side, int, Side], list[Stop]] = {}
 
@@ -183,7 +183,7 @@ class Legs:
         Raises:
             Blocked: There is no clear point around it.
         """
-        obstacle, permitted = self.where.obstacles[name], self._holding(origin.position) | {name}
+        obstacle, permitted = self.where.regions[name], self._holding(origin.position) | {name}
         for way in _AROUND:
             point = obstacle.centre + way * obstacle.exit(way, obstacle.level * 1.3)
             if self.where.inside(point) and not any(
@@ -198,7 +198,7 @@ class Legs:
         """Put a point before a region's centre, clear of the region, on the last straight piece: a lap begins there."""
         target = leg[-1]
         before = leg[-2].position if len(leg) > 1 else origin
-        obstacle = self.where.obstacles[str(target.region)]
+        obstacle = self.where.regions[str(target.region)]
         line = before - target.position
         if obstacle.measures is None:
             level = float(line @ obstacle.matrix @ line)
@@ -225,7 +225,7 @@ class Legs:
             return self._out_of(i, hoop, origin, target)
         points = avoid(self.mission, self.where, origin.position, target.position, leaves | reaches)
         way, last = self._detours(points, leaves)
-        return [*way, replace(target, permitted=reaches | last)]
+        return self._entering(origin, [*way, replace(target, permitted=reaches | last)], reaches)
 
     def _out_of(self, i: int, hoop: Hoop, origin: Stop, target: Stop) -> list[Stop]:
         """Return the stops from a start in a hoop's region to a target: to the hoop's control point on that side first."""
@@ -240,19 +240,27 @@ class Legs:
         way, last = self._detours(others, leaves)
         return [first, *way, replace(target, permitted=target.permitted | last)]
 
+    def _entering(self, origin: Stop, way: list[Stop], reaches: frozenset[str]) -> list[Stop]:
+        """Permit the regions around a target where a way through free space turns in them, as in a room with a corner."""
+        if self.where.space is None or len(way) == 1:
+            return way
+        entered = self.where.space.entered(np.stack([origin.position, *(stop.position for stop in way)]), self.where.slack)
+        return [replace(stop, permitted=stop.permitted | (met & reaches)) for stop, met in zip(way, entered, strict=True)]
+
     def _detours(self, points: Sequence[Detour], leaves: frozenset[str]) -> tuple[list[Stop], frozenset[str]]:
         """Return the stops of a detour, and which regions the leg's last segment may still be in: those not left by then."""
         way: list[Stop] = []
         for point in points:
             way.append(Stop(point.position, point.role, point.region, None, leaves, hoop_axes(self.mission, point.region)))
             # around a body in a region the way is still in that region
-            leaves = self._shared(leaves & self._holding(point.position), point.region)
+            leaves = leaves & self._holding(point.position)
+            leaves = leaves if point.region is None else self._shared(leaves, point.region)
         return way, leaves
 
     def _holding(self, point: Floats) -> frozenset[str]:
         """Return the regions that hold a point."""
         near = np.flatnonzero(np.linalg.norm(self.where.centres - point, axis=1) <= self.where.reaches)
-        obstacles = list(self.where.obstacles.values()) if len(near) else []
+        obstacles = list(self.where.regions.values()) if len(near) else []
         return frozenset(obstacles[k].name for k in near if obstacles[k].level_at(point) <= 1.0)
 
     def _around(self, name: str, point: Floats) -> frozenset[str]:
@@ -290,7 +298,7 @@ class Legs:
         stays = frozenset() if region is None else frozenset({region})
         if self.inside_last:
             return [] if np.allclose(self._exit(i, left)[0].position, self.end) else [Stop(self.end, "end", region, i, stays)]
-        for name, obstacle in self.where.obstacles.items():
+        for name, obstacle in self.where.regions.items():
             if obstacle.holds(self.end) and name not in stays:
                 at = ", ".join(f"{x:g}" for x in self.end)
                 last = i >= 0 and self.visits[i].region == name

@@ -44,7 +44,7 @@ class SplineBlocked(Infeasible):
     """The spline through the control points still comes too near; carries the first place where it does.
 
     Attributes:
-        conflict: Obstacle, piece and place.
+        conflict: What, on which piece and where.
     """
 
     def __init__(self, conflict: Conflict, stops: Sequence[Stop]) -> None:
@@ -55,6 +55,7 @@ class SplineBlocked(Infeasible):
             "plane": f"turns back within '{conflict.name}'",
             "ring": f"comes too near the ring of '{conflict.name}'",
             "region": f"touches '{conflict.name}', which it may not enter there,",
+            "obstacle": f"comes too near the obstacle '{conflict.name}'",
         }[conflict.obstacle]
         after, before = stops[conflict.piece], stops[conflict.piece + 1]
         super().__init__(
@@ -170,7 +171,7 @@ class _Asked:
 
 def _route(mission: Mission, asked: _Asked, directions: Directions, slack: float) -> RobotPlan:
     robot, visits, cycle_visit, word = asked.robot, asked.visits, asked.cycle_visit, asked.word
-    where = room(mission, slack)
+    where = room(mission, slack, robot=robot)
     flown = tuple(visits[stop] for stop in asked.stops)
     inside_last = _ends_inside(mission, robot, flown, cycle_visit, word)
     legs = Legs(mission, robot, flown, where, inside_last, asked.stops)
@@ -246,7 +247,7 @@ def _visited_again(stops: Sequence[Stop], spline: LeastSnapSpline, where: Room, 
     path = spline.evaluate([stop.position for stop in stops], at)
     found = []
     for name, count in visits.items():
-        obstacle = where.obstacles[name]
+        obstacle = where.regions[name]
         level = obstacle.levels(path - obstacle.centre)
         for bound in (1.0, obstacle.level):
             inside = level <= bound

@@ -83,6 +83,8 @@ def _nearest(mission: Mission, start: Floats, visits: Sequence[Visit], options: 
         points = control_points(region)
         here = position
         ordered = sorted(options[i], key=lambda side: float(np.linalg.norm(points.ends(side or "F")[0] - here)))
+        if mission.obstacles:
+            ordered = _by_length(ordered, lambda side: cost(i - 1, previous, i, side))  # noqa: B023  # asked at once
         problem: Blocked | None = None
         for side in ordered:
             try:
@@ -97,6 +99,18 @@ def _nearest(mission: Mission, start: Floats, visits: Sequence[Visit], options: 
             assert problem is not None
             raise problem
     return chosen
+
+
+def _by_length(sides: list[Side], length: Callable[[Side], float]) -> list[Side]:
+    """Order sides by how long the ways to them are; those without a way come last."""
+
+    def key(side: Side) -> float:
+        try:
+            return length(side)
+        except Blocked:
+            return float("inf")
+
+    return sorted(sides, key=key)
 
 
 def _cheapest(options: list[list[Side]], cycle_visit: int | None, cost: Cost) -> list[Side]:

@@ -17,9 +17,9 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import KDTree
 
-from ltlplan.paths.ways.bends import Bends, Lines, bends, lines_beside
-from ltlplan.paths.ways.solid_bodies import SolidBodies, SolidBody
-from ltlplan.paths.ways.straightening import straightened
+from ltlplan.ways.bends import Bends, Lines, bends, lines_beside
+from ltlplan.ways.solid_bodies import SolidBodies, SolidBody
+from ltlplan.ways.straightening import straightened
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -68,13 +68,13 @@ class Roadmap:
         high: Upper corner, m. Shape (3,).
         solids: What no way may enter.
         soft: What ways may enter where that is permitted, by name.
-        bends: The points at which ways may turn.
+        heights: At which robots are at home, m. Shape (n,).
     """
 
     def __init__(
         self, low: Floats, high: Floats, solids: Sequence[SolidBody], soft: Sequence[SolidBody], heights: Floats
     ) -> None:
-        """Lay out the points; lines between them are found when a way is asked for.
+        """Take note of what is there; points and lines are laid out when a way is asked for.
 
         Args:
             low: Lower corner of the box, m. Shape (3,).
@@ -83,10 +83,15 @@ class Roadmap:
             soft: What ways may enter where that is permitted, by name.
             heights: At which robots are at home, m. Shape (n,).
         """
-        self.low, self.high = low, high
+        self.low, self.high, self.heights = low, high, heights
         self.solids, self.soft = SolidBodies(solids), SolidBodies(soft)
-        self.bends: Bends = bends(_joined([lines_beside(body) for body in (*solids, *soft)]), self.solids, low, high, heights)
         self._graphs: dict[bytes, csr_matrix] = {}
+
+    @cached_property
+    def bends(self) -> Bends:
+        """The points at which ways may turn."""
+        lines = _joined([lines_beside(body) for body in (*self.solids.bodies, *self.soft.bodies)])
+        return bends(lines, self.solids, self.low, self.high, self.heights)
 
     @cached_property
     def joints(self) -> Joints:

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from ltlplan.paths.ways.roadmap import Roadmap
-from ltlplan.paths.ways.solid_bodies import SolidBodies, grown_bodies
+from ltlplan.ways.roadmap import Roadmap
+from ltlplan.ways.solid_bodies import SolidBodies, grown_bodies
 from tests.helpers.box_worlds import Boxes, grid_length
 from verify.data.shapes.region import Region
 

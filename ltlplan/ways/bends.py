@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.paths.ways.solid_bodies import SolidBodies, SolidBody
-from ltlplan.paths.ways.straightening import Turn
+from ltlplan.ways.solid_bodies import SolidBodies, SolidBody
+from ltlplan.ways.straightening import Turn
 from verify.data.shapes.measures import ConvexBody
 
 Floats = NDArray[np.float64]

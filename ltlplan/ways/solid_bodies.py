@@ -1,7 +1,8 @@
 """Convex bodies in the world, grown by a clearance, and which straight segments meet them.
 
-A body grown by c is the polyhedron of its faces moved out by c, with bevels along its edges and corners, so that it is hardly larger
-than the points within c of the body (at a right angle 1.08 c from the edge instead of 1.41 c); quadrics are moved out like a region's.
+A solid body grown by c is the polyhedron of its faces moved out by c, with bevels along its edges and corners, so that it is hardly
+larger than the points within c of the body (at a right angle 1.08 c from the edge instead of 1.41 c); quadrics are moved out like a
+region's. A region has no bevels: near its corners, too, only a point outside of a face that was moved out is outside for sure.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class SolidBody:
         high: Upper corner, m. Shape (3,).
         corners: Of its faces without bevels, m. Shape (corners, 3).
         faces: How many of its faces, the first ones, are no bevels.
-        growth: m by which it was grown.
+        growth: m by which it was grown, where it has bevels.
     """
 
     name: str
@@ -152,7 +153,7 @@ class SolidBodies:
         return [(body, np.concatenate(parts)) for body, parts in enumerate(found) if sum(map(len, parts))]
 
 
-def grown_bodies(name: str, center: Point, parts: Parts, by: float) -> list[SolidBody]:
+def grown_bodies(name: str, center: Point, parts: Parts, by: float, *, bevelled: bool = True) -> list[SolidBody]:
     """Return what a region's or an obstacle's convex parts become when they are grown, in the world's frame.
 
     Args:
@@ -160,11 +161,12 @@ def grown_bodies(name: str, center: Point, parts: Parts, by: float) -> list[Soli
         center: m.
         parts: Inequalities around the centre.
         by: m.
+        bevelled: Whether edges and corners are cut.
     """
     at = np.array(center)
     found: list[SolidBody] = []
     for solid, large in zip(solids(parts), solids(parts, by), strict=True):
-        bevels, depths = _bevels(solid.body, solid.corners) if by > 0 and not solid.is_round else _NONE
+        bevels, depths = _bevels(solid.body, solid.corners) if bevelled and not solid.is_round else _NONE
         grown = large.body
         convex = ConvexBody(
             np.concatenate([grown.normals, bevels]),
@@ -175,8 +177,28 @@ def grown_bodies(name: str, center: Point, parts: Parts, by: float) -> list[Soli
             grown.scales,
         )
         corners = large.corners + at
-        found.append(SolidBody(name, convex, corners.min(axis=0), corners.max(axis=0), corners, len(grown.normals), by))
+        found.append(
+            SolidBody(name, convex, corners.min(axis=0), corners.max(axis=0), corners, len(grown.normals), by * bevelled)
+        )
     return found
+
+
+def disc(name: str, center: Floats, normal: Floats, radius: float, half: float) -> SolidBody:
+    """Return a flat cylinder, such as a hoop's ring with its clearance and its opening.
+
+    Args:
+        name: Whose.
+        center: m. Shape (3,).
+        normal: Unit vector along its axis. Shape (3,).
+        radius: m.
+        half: Half its thickness, m.
+    """
+    across = np.eye(3) - np.outer(normal, normal)
+    sides = np.stack([normal, -normal])
+    convex = ConvexBody(sides, sides @ center + half, across[None], center[None], np.array([radius]), np.array([1.0]))
+    reach = radius * np.sqrt(np.maximum(0.0, 1.0 - normal**2)) + half * np.abs(normal)
+    corners = np.stack([center - reach, center + reach])
+    return SolidBody(name, convex, corners[0], corners[1], corners, 2, 0.0)
 
 
 _NONE: tuple[Floats, Floats] = (np.zeros((0, 3)), np.zeros(0))

@@ -1,0 +1,198 @@
+"""A mission's free space for one size of vehicle: where it can fly, and how far it is from place to place.
+
+A vehicle's centre keeps its radius and the margin from obstacles and rims, and the margin from the walls and from regions that it may not
+be in. Openings of hoops are closed here: they are passed in visits, straight along the axis.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ltlplan.ways.roadmap import Roadmap
+from ltlplan.ways.solid_bodies import SolidBody, disc, grown_bodies
+from ltlplan.ways.solids import Solids, grown_solids
+from verify.data.mission import Mission
+from verify.data.shapes.inequalities import Point
+
+Floats = NDArray[np.float64]
+
+ROOM = 0.15
+"""m by which corners are passed more widely, where there is so much room: a smooth path cuts or swings out of them by about as much."""
+_LONGER, _ASIDE = 1.15, 0.3
+"""A way that keeps more than it must may be so many times as long, and so many m longer."""
+_HEIGHTS = 6
+"""Different heights at which ways may turn on upright edges, at most."""
+_REMEMBERED = 24
+"""Free spaces that are kept."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A point from which ways begin or at which they end.
+
+    Attributes:
+        point: m.
+        inside: Regions that a way may be in there: those that hold the point.
+    """
+
+    point: Point
+    inside: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, eq=False)
+class FreeSpace:
+    """Where one size of vehicle can fly.
+
+    Attributes:
+        mission: Whose world.
+        clearance: m between the vehicle's centre and obstacles, at the least.
+    """
+
+    mission: Mission
+    clearance: float
+    _solids: dict[float, Solids] = field(default_factory=dict, init=False, repr=False)
+    _roadmaps: dict[float, Roadmap] = field(default_factory=dict, init=False, repr=False)
+    _rows: dict[Place, Floats] = field(default_factory=dict, init=False, repr=False)
+
+    @classmethod
+    def of(cls, mission: Mission, radius: float | None = None) -> FreeSpace | None:
+        """Return a mission's free space; None where it has no obstacles, so that ways are straight or lead past hoops.
+
+        Args:
+            mission: Obstacles, hoops, regions, workspace, margin.
+            radius: Of the vehicle, m; by default of the mission's.
+        """
+        if not mission.obstacles:
+            return None
+        size = mission.vehicle.radius if radius is None else radius
+        things = (*mission.obstacles.items(), *mission.all_regions.items(), *mission.agents.items())
+        key = (tuple((name, id(thing)) for name, thing in things), mission.workspace, mission.margin, size)
+        if key not in _SPACES:
+            while len(_SPACES) >= _REMEMBERED:
+                _SPACES.popitem(last=False)
+            _SPACES[key] = cls(mission, size + mission.margin), things
+        _SPACES.move_to_end(key)
+        return _SPACES[key][0]
+
+    def solids(self, slack: float = 0.0) -> Solids:
+        """Return what is solid, grown by the clearance and so many m more."""
+        if slack not in self._solids:
+            self._solids[slack] = grown_solids(self.mission, self.clearance + slack)
+        return self._solids[slack]
+
+    def roadmap(self, slack: float = 0.0) -> Roadmap:
+        """Return the ways that keep so many m more than they must."""
+        if slack not in self._roadmaps:
+            self._roadmaps[slack] = _roadmap(
+                self.mission, self.clearance + slack, self.mission.margin + slack, self.solids(slack)
+            )
+        return self._roadmaps[slack]
+
+    def way(self, start: Floats, end: Floats, permitted: Collection[str] = (), slack: float = 0.0) -> Floats | None:
+        """Return a short way between two points with room at its corners where there is some; None where there is none.
+
+        Args:
+            start: m. Shape (3,).
+            end: m. Shape (3,).
+            permitted: Regions that it may enter; it leads around all others.
+            slack: m that it keeps more than it must. None is returned as well where that makes it much longer.
+
+        Returns:
+            Both ends and the points at which it turns, m. Shape (points, 3).
+        """
+        near = self.roadmap().way(start, end, permitted, room=ROOM)
+        if near is None or slack == 0.0:
+            return near
+        wider = self.roadmap(slack)
+        if wider.clear(near, wider.stopping(permitted)) and np.all(near >= wider.low) and np.all(near <= wider.high):
+            return near
+        far = wider.way(start, end, permitted, room=ROOM)
+        return far if far is not None and _length(far) <= _LONGER * _length(near) + _ASIDE else None
+
+    def entered(self, points: Floats, slack: float = 0.0) -> list[frozenset[str]]:
+        """Return the regions that each straight line from point to point enters, or comes too near to. Shape (points, 3)."""
+        soft = self.roadmap(slack).soft
+        lines, bodies = soft.pairs(points[:-1], points[1:])
+        return [frozenset(soft.names[body] for body in bodies[lines == k]) for k in range(len(points) - 1)]
+
+    def lengths(self, start: Place, ends: Sequence[Place]) -> Floats:
+        """Return how long the shortest ways on the roadmap are, m; infinite where there is none.
+
+        A way leaves the regions around its start before it enters those around its end, but for regions that touch.
+
+        Args:
+            start: Where they begin.
+            ends: Where they end.
+
+        Returns:
+            Shape (ends,).
+        """
+        roadmap = self.roadmap()
+        found = np.array([self._joined(start, end) for end in ends])
+        points = np.array([end.point for end in ends]).reshape(-1, 3)
+        starts = np.broadcast_to(np.array(start.point), points.shape)
+        direct = ~roadmap.solids.meets(starts, points)
+        segments, bodies = roadmap.soft.pairs(starts, points)
+        names = roadmap.soft.names
+        for segment, body in zip(segments.tolist(), bodies.tolist(), strict=True):
+            direct[segment] &= names[body] in start.inside or names[body] in ends[segment].inside
+        direct &= np.array([roadmap.holds(point) for point in points], dtype=np.bool_)
+        direct &= roadmap.holds(np.array(start.point))
+        return np.where(direct, np.linalg.norm(points - starts, axis=1), found)
+
+    def _joined(self, start: Place, end: Place) -> float:
+        """Return how long the shortest way by points at which it turns is, m; infinite where there is none."""
+        if start.inside == end.inside or not self._touch(start.inside, end.inside):
+            return float(np.min(self._row(start) + self._row(end), initial=np.inf))
+        way = self.roadmap().way(np.array(start.point), np.array(end.point), start.inside | end.inside)
+        return np.inf if way is None else _length(way)
+
+    def _touch(self, one: frozenset[str], other: frozenset[str]) -> bool:
+        """Tell whether boxes around some regions meet boxes around others."""
+        soft = self.roadmap().soft
+        first = np.array([name in one for name in soft.names], dtype=np.bool_)
+        second = np.array([name in other for name in soft.names], dtype=np.bool_)
+        apart = (soft.low[first][:, None] > soft.high[second]) | (soft.high[first][:, None] < soft.low[second])
+        return bool(np.any(~np.any(apart, axis=2)))
+
+    def _row(self, place: Place) -> Floats:
+        if place not in self._rows:
+            self._rows[place] = self.roadmap().distances(np.array(place.point), place.inside)
+        return self._rows[place]
+
+
+_SPACES: OrderedDict[tuple[object, ...], tuple[FreeSpace, object]] = OrderedDict()
+"""Free spaces by what they were made of, which is kept beside them, so that no other thing takes its identity."""
+
+
+def _length(points: Floats) -> float:
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def _roadmap(mission: Mission, clear: float, near: float, walls: Solids) -> Roadmap:
+    """Return the ways that keep `clear` from what is solid, `near` from regions and the workspace's walls."""
+    solids: list[SolidBody] = [part.body for part in walls.parts]
+    for name, hoop in mission.hoops.items():
+        half, outer = hoop.rim / 2 + clear, hoop.opening + hoop.rim + clear
+        solids.append(disc(name, np.array(hoop.center), np.array(hoop.normal), outer, half))
+    soft: list[SolidBody] = []
+    for name, region in mission.all_regions.items():
+        soft += grown_bodies(name, region.center, region.body, near, bevelled=False)
+    low, high = np.array(mission.workspace.min) + near, np.array(mission.workspace.max) - near
+    return Roadmap(low, high, solids, soft, _heights(mission))
+
+
+def _heights(mission: Mission) -> Floats:
+    """Return the heights at which robots are at home: where they start, end and stop; some of them where they are many."""
+    levels = [region.center[2] for region in mission.all_regions.values()]
+    for agent in mission.agents.values():
+        levels += [agent.start[2], *(() if agent.end is None else (agent.end[2],))]
+    different = np.unique(np.round(np.array(levels) / 0.1)) * 0.1
+    if len(different) <= _HEIGHTS:
+        return different
+    return different[np.unique(np.round(np.linspace(0, len(different) - 1, _HEIGHTS)).astype(np.int64))]
