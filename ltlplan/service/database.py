@@ -7,6 +7,7 @@ of ours is refused in words.
 
 from __future__ import annotations
 
+import uuid
 from pathlib import Path
 
 import sqlalchemy as sa
@@ -40,8 +41,8 @@ def url_of(folder: Path, database: str | None) -> str:
     return url.set(drivername="postgresql").render_as_string(hide_password=False)
 
 
-def prepare(url: str, owner: str, *, tables: int) -> None:
-    """Look at a database before the engine does; what is new is marked as ours.
+def prepare(url: str, owner: str, *, tables: int) -> str:
+    """Look at a database before the engine does, mark it as ours if it is new, and return its own name.
 
     Args:
         url: Of SQLite or PostgreSQL.
@@ -68,7 +69,7 @@ def prepare(url: str, owner: str, *, tables: int) -> None:
             if sqlite:
                 connection.exec_driver_sql("BEGIN IMMEDIATE")
             _check_tables(connection, tables)
-            _claim(connection, owner)
+            return _claim(connection, owner)
     except DBAPIError as error:
         raise BadInput(f"{_name(where)} cannot be used: {_reason(error)}") from None
     except SQLAlchemyError as error:
@@ -93,14 +94,14 @@ def _check_tables(connection: sa.Connection, known: int) -> None:
         raise _newer(f"its engine's tables are of version {written}, this one knows up to {known}")
 
 
-def _claim(connection: sa.Connection, owner: str) -> None:
-    """Write whose the database is and of which version, or hold it against what is written."""
+def _claim(connection: sa.Connection, owner: str) -> str:
+    """Write whose the database is, of which version, and a name for it, or hold that against what is written; return the name."""
     connection.exec_driver_sql("CREATE TABLE IF NOT EXISTS ltlplan_service (name TEXT PRIMARY KEY, value TEXT NOT NULL)")
     found = {str(name): str(value) for name, value in connection.exec_driver_sql("SELECT name, value FROM ltlplan_service")}
-    if not found:
-        insert = sa.text("INSERT INTO ltlplan_service (name, value) VALUES (:name, :value)")
-        connection.execute(insert, [{"name": "format", "value": str(FORMAT)}, {"name": "folder", "value": owner}])
-        return
+    added = {} if found else {"format": str(FORMAT), "folder": owner}
+    if "database" not in found:
+        added["database"] = uuid.uuid4().hex
+    found |= added
     if not found.get("format", "").isdecimal() or int(found["format"]) > FORMAT:
         raise _newer(f"it is of format {found.get('format', '')[:40]!r}, this one knows {FORMAT}")
     if found.get("folder") != owner:
@@ -108,6 +109,10 @@ def _claim(connection: sa.Connection, owner: str) -> None:
             "This database belongs to another data folder, where what its jobs have found is kept: name that folder with --data, or "
             "take a new database."
         )
+    if added:
+        insert = sa.text("INSERT INTO ltlplan_service (name, value) VALUES (:name, :value)")
+        connection.execute(insert, [{"name": name, "value": value} for name, value in added.items()])
+    return found["database"]
 
 
 def _newer(what: str) -> BadInput:

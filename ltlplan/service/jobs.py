@@ -162,17 +162,31 @@ class Jobs:
 
     def _open(self) -> None:
         self._store.open()
-        prepare(self._url, _folder_name(self.settings.data), tables=tables(sqlite=self.settings.database is None))
+        sqlite = self.settings.database is None
+        database = prepare(self._url, _folder_name(self.settings.data), tables=tables(sqlite=sqlite))
+        owned = self._store.is_owned(database)
         engine = Engine(self._url, self._work)
         records = engine.start()
         for record in sorted(records, key=lambda record: str(record.asked["submitted"])):
             entry = _entry_of(record)
             self._entries[record.id] = entry
             self._attempts.setdefault(entry.job.key, []).append(record.id)
+        if owned:
+            self._collect()
         self._engine = engine
         engine.open_gate()
         going = sum(entry.job.state not in ENDED for entry in self._entries.values())
         _log.info("%d jobs in %s, %d of them go on", len(records), self.settings.data, going)
+
+    def _collect(self) -> None:
+        """Remove values that no job has: a kill came before they were in a record, or before they were removed with their job."""
+        kept = {digest for entry in self._entries.values() for digest in _digests(entry)}
+        try:
+            orphans = self._store.keep_only(kept)
+        except OSError as error:  # they are tried again at the next start
+            _log.warning("values that no job has cannot be removed: %s", error)
+        else:
+            _log.info("%d values are removed that no job has", orphans)
 
     async def stop(self) -> None:
         """Let go of everything, the workers too; jobs that have not ended go on at the next start."""

@@ -1,6 +1,7 @@
 """Values and files on disk by the digest of their bytes: whole or not at all, and never changed.
 
     data/values/ab/abcdef...        named by its SHA-256
+    data/values/databases.txt       whose jobs they are of
 
 A value is written beside its place, synced and renamed, so that a kill at any instant leaves it or nothing. One that is there is not
 written again. Its bytes are compared with its name when it is read.
@@ -14,10 +15,14 @@ import os
 import re
 import shutil
 import tempfile
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
 from verify.data import BadInput, InternalError
+
+OWNERS = "databases.txt"
+"""File of a store that names the databases whose jobs have values in it."""
 
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
@@ -55,6 +60,36 @@ class Store:
                 path.unlink(missing_ok=True)
         except OSError as error:
             raise no_room(self.folder, error) from None
+
+    def is_owned(self, database: str) -> bool:
+        """Note that a database's jobs have their values here, and tell whether no other's ever had.
+
+        Args:
+            database: Its own name.
+
+        Raises:
+            NoRoom: That cannot be written.
+        """
+        note = self.folder / OWNERS
+        try:
+            known = note.read_text(encoding="utf-8").splitlines() if note.exists() else ["unknown"] if self.digests() else []
+            if database not in known:
+                known.append(database)
+                self._write(note, "".join(f"{name}\n" for name in known).encode())
+        except OSError as error:
+            raise no_room(self.folder, error) from None
+        return known == [database]
+
+    def keep_only(self, digests: Collection[str]) -> int:
+        """Remove all other values and return how many they were; nobody else may be writing.
+
+        Args:
+            digests: What is kept.
+        """
+        orphans = self.digests().difference(digests)
+        for digest in orphans:
+            self.drop(digest)
+        return len(orphans)
 
     def put(self, data: bytes) -> str:
         """Keep bytes and return their digest, once they are on the disk.
@@ -124,7 +159,11 @@ class Store:
 
     def digests(self) -> set[str]:
         """Return the digests of all that is kept."""
-        return {path.name for path in self.folder.glob("??/*") if _DIGEST.fullmatch(path.name)}
+        found: set[str] = set()
+        for place in filter(Path.is_dir, self.folder.glob("??")):
+            with os.scandir(place) as entries:
+                found.update(entry.name for entry in entries if _DIGEST.fullmatch(entry.name))
+        return found
 
     def free(self) -> int:
         """Return how many bytes are free on the disk."""

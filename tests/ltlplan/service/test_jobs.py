@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import hashlib
 import sqlite3
 import threading
 import time
@@ -15,6 +17,7 @@ import ltlplan
 from ltlplan.service.models import ENDED
 from ltlplan.service.problems import Conflict, NotFound, TooManyRequests
 from ltlplan.service.settings import Limits
+from ltlplan.service.store import Store
 from tests.helpers.flights import small_mission
 from tests.helpers.job_services import begun, ended, heard, run, service
 from verify.data import BadInput, Mission
@@ -179,6 +182,33 @@ def test_what_goes_on_after_a_stop_does_not_begin_anew(tmp_path: Path) -> None:
     run(check())
 
 
+def test_values_that_a_kill_orphaned_are_removed_and_no_others(tmp_path: Path) -> None:
+    async def check() -> None:
+        store = Store(tmp_path / "data" / "values")
+        async with service(tmp_path / "data") as jobs:
+            done = await ended(jobs, await jobs.submit(SMALL))
+            failed = await ended(jobs, await jobs.submit(impossible()))
+            running = await jobs.submit(LARGE)
+            await begun(jobs, running)
+        kept = store.digests()
+        store.put(b"orphan")
+        async with service(tmp_path / "data") as jobs:
+            assert kept <= store.digests()
+            for job in (done, failed):
+                assert await jobs.job(job.id) == job
+            await jobs.cancel(running.id)
+        with contextlib.closing(sqlite3.connect(tmp_path / "data" / "jobs.sqlite")) as connection:
+            assert connection.execute("SELECT COUNT(*) FROM ltlplan_service WHERE name = 'database'").fetchone() == (1,)
+        orphan = hashlib.sha256(b"orphan").hexdigest()
+        assert orphan not in store.digests()
+        store.put(b"orphan")
+        store.is_owned("another database")
+        async with service(tmp_path / "data"):
+            assert orphan in store.digests()
+
+    run(check())
+
+
 def test_jobs_are_listed_newest_first(tmp_path: Path) -> None:
     async def check() -> None:
         async with service(tmp_path / "data") as jobs:
@@ -210,7 +240,7 @@ def test_deleting_is_explicit_and_leaves_nothing(tmp_path: Path) -> None:
                 assert (await jobs.file(other.id, file.name)).path.exists()
             await jobs.delete(other.id)
             assert await jobs.jobs() == []
-            assert [path for path in (tmp_path / "data" / "values").rglob("*") if path.is_file()] == []
+            assert Store(tmp_path / "data" / "values").digests() == set()
             assert not (await jobs.submit(SMALL)).found
 
     run(check())

@@ -63,3 +63,28 @@ def test_what_a_kill_left_half_written_is_removed(tmp_path: Path) -> None:
     (tmp_path / ".new-abc").write_bytes(b"val")
     store.open()
     assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == [digest]
+
+
+def test_only_what_is_named_is_kept(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    first, second = store.put(b"first"), store.put(b"second")
+    assert store.keep_only({first, "of a value that is not there"}) == 1
+    assert store.digests() == {first}
+    assert second != first
+
+
+def test_a_store_knows_whose_values_it_has(tmp_path: Path) -> None:
+    store = Store(tmp_path / "values")
+    store.open()
+    assert store.is_owned("ours")
+    store.put(b"value")
+    assert store.is_owned("ours")
+    assert not store.is_owned("another's")
+    assert not store.is_owned("ours")
+
+
+def test_values_of_before_that_was_noted_are_nobody_s_to_remove(tmp_path: Path) -> None:
+    store = Store(tmp_path / "values")
+    store.put(b"value")
+    assert not store.is_owned("ours")
+    assert not store.is_owned("ours")
