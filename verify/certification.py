@@ -270,6 +270,8 @@ def _margin_bound(evidence: Evidence, clock_error: Fraction) -> float:
     mission = evidence.plan.mission
     bounds = [near.high for near in evidence.walls]
     bounds += [near.high - mission.vehicle_of(near.robot).radius for near in evidence.rims]
+    if mission.obstacles:
+        bounds += [near.high - mission.vehicle_of(robot).radius for robot, (near, *_) in evidence.approaches.items()]
     stretch = float(stretch_of(evidence.paths))
     drifts = _drifts(evidence, clock_error)
     for near in evidence.minimum_distances:

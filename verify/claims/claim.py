@@ -58,6 +58,7 @@ def claim_of(
     region: str | None = None,
     visit: int | None = None,
     what: str = "",
+    way: tuple[float, float, float] | None = None,
 ) -> Claim:
     """Return a claim, with a witness where it does not hold.
 
@@ -75,11 +76,12 @@ def claim_of(
         region: Name of the region concerned, for the witness.
         visit: Index of the planned visit concerned, for the witness.
         what: What the bound measures, for the witness.
+        way: Unit vector along which the robot would have to be elsewhere, for the witness.
     """
     witness = None
     if outcome != "holds":
         witness = Witness(
             claim=name, sentence=sentence, robot=robot, other=other, time=time, region=region, visit=visit,
-            bound=bound, limit=limit, what=what,
+            bound=bound, limit=limit, what=what, way=way,
         )  # fmt: skip
     return Claim(name, outcome, sentence, robot, other, unit, bound, limit, margin, time, witness)

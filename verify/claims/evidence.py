@@ -13,6 +13,7 @@ from verify.data.trajectory import Trajectory
 from verify.motion.continuity import Jump, jumps
 from verify.motion.limits import Extreme, extremes
 from verify.motion.membership import MembershipPolynomials, Span, membership_polynomials, statuses
+from verify.motion.obstacles import Approach, SolidWorld
 from verify.motion.passages import Clearance, HoopFrames, clearances, hoop_frames
 from verify.motion.paths import TeamPaths, read_team
 from verify.motion.regions import relations
@@ -60,6 +61,17 @@ class Evidence:
     def rims(self) -> list[Clearance]:
         """Nearest approach to each rim."""
         return clearances(self.frames)
+
+    @cached_property
+    def solids(self) -> SolidWorld:
+        """The paths and what is solid around them."""
+        return SolidWorld.of(self.paths)
+
+    @cached_property
+    def approaches(self) -> dict[str, tuple[Approach, ...]]:
+        """Nearest approach of each robot to what is solid, and to all that it comes nearer to than the mission's margin allows."""
+        mission = self.plan.mission
+        return self.solids.approaches({robot: mission.vehicle_of(robot).radius + mission.margin for robot in self.paths.robots})
 
     @cached_property
     def walls(self) -> list[MinimumDistance]:

@@ -19,6 +19,7 @@ class Witness:
         visit: Index of the planned visit concerned (into `RobotPlan.visits`).
         bound: The proved bound on the quantity, in the limit's unit.
         limit: The limit that it breaks, in the same unit.
+        way: Unit vector along which the robot would have to be elsewhere at that time, where there is one.
         what: What `bound` and `limit` are of, where the claim's name does not say it: a wall, a derivative at a joint.
         word: A counterexample, as letters with the robot that holds each, for claims about words.
         times: For each letter of `word` the times, in s, from which and until which it can be read.
@@ -36,6 +37,7 @@ class Witness:
     bound: float | None = None
     limit: float | None = None
     what: str = ""
+    way: tuple[float, float, float] | None = None
     word: tuple[tuple[str, frozenset[str]], ...] = ()
     times: tuple[tuple[float, float], ...] = ()
     order: tuple[tuple[tuple[str, int], tuple[str, int]], ...] = ()

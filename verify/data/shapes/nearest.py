@@ -28,10 +28,16 @@ class Surface:
     Attributes:
         body: The body.
         edges: Both ends of each of its edges, where it is a polyhedron, m. Shape (edges, 2, 3).
+        corners: Of a polyhedron around it, m. Shape (corners, 3).
     """
 
     body: ConvexBody
     edges: Floats
+    corners: Floats
+
+    def reaches(self, way: Floats) -> float:
+        """Return how far the body reaches in a direction of length 1, at the most, in m. Shape (3,)."""
+        return float(self.body.reaches(way[None], self.corners)[0])
 
     def nearest(self, points: Floats) -> Floats:
         """Return the body's points that are nearest to some points; those that lie in it are their own.
@@ -96,9 +102,9 @@ def surface_of(inequalities: tuple[Inequality, ...]) -> Surface:
         inequalities: The part's.
     """
     body = convex_body(inequalities)
-    if len(body.matrices):
-        return Surface(body, np.zeros((0, 2, 3)))
     corners = body.corners()
+    if len(body.matrices):
+        return Surface(body, np.zeros((0, 2, 3)), corners)
     on = np.abs(corners @ body.normals.T - body.distances) <= _ON * (1 + np.abs(corners).max(initial=0.0))
     shared = np.triu(on.T.astype(np.int64) @ on, 1)
     ends = []
@@ -108,7 +114,7 @@ def surface_of(inequalities: tuple[Inequality, ...]) -> Surface:
         back = both[int(np.argmax(np.sum((both - far) ** 2, axis=1)))]
         if np.sum((far - back) ** 2) > _ON**2:
             ends.append((far, back))
-    return Surface(body, np.array(ends).reshape(-1, 2, 3))
+    return Surface(body, np.array(ends).reshape(-1, 2, 3), corners)
 
 
 def _on_quadric(body: ConvexBody, index: int, points: Floats) -> Floats:

@@ -41,7 +41,7 @@ class SolidPart:
     def distances(self, points: Floats) -> Floats:
         """Return how far points are from what is solid of the part, at the least, in m, in floats; below zero how deep they lie in it.
 
-        Within an opening that is the distance from the opening's edge.
+        Within an opening, and before and behind it, that is the distance from the opening's edge.
 
         Args:
             points: m, world frame. Shape (n, 3).
@@ -53,8 +53,10 @@ class SolidPart:
         for _, hoop in self.holes:
             offset, normal = points - np.array(hoop.center), np.array(hoop.normal)
             along = offset @ normal
-            across = np.linalg.norm(offset - along[:, None] * normal, axis=1)
-            found = np.maximum(found, hoop.opening - across)
+            inside = hoop.opening - np.linalg.norm(offset - along[:, None] * normal, axis=1)
+            surface, shift = surface_of(self.inequalities), float((np.array(self.center) - np.array(hoop.center)) @ normal)
+            beyond = np.maximum(along - surface.reaches(normal) - shift, shift - surface.reaches(-normal) - along)
+            found = np.maximum(found, np.where(inside > 0, np.hypot(inside, np.maximum(beyond, 0.0)), inside))
         return found
 
     def distances_whole(self, points: Floats) -> Floats:
@@ -85,13 +87,13 @@ def solid_parts(obstacles: Mapping[str, Obstacle], hoops: Mapping[str, Hoop]) ->
     return tuple(found)
 
 
-def holds(center: Point, part: tuple[Inequality, ...], point: Point) -> bool:
+def holds(center: Point, part: tuple[Inequality, ...], point: Point | tuple[Fraction, Fraction, Fraction]) -> bool:
     """Tell without rounding whether a convex part around a centre holds a point.
 
     Args:
         center: The part's, m.
         part: Its inequalities.
-        point: m, world frame.
+        point: m, world frame, floats or exact.
     """
     offset = [Fraction(x) - Fraction(c) for x, c in zip(point, center, strict=True)]
     for inequality in part:
