@@ -19,8 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.sharing.events import rim_distance
+from refine.bodies import within
+from refine.obstacles import SolidBody, solid_bodies
 from verify.claims.claim import Claim
 from verify.data import Mission, Trajectory
+from verify.data.rules.spacing import ROUNDING
 from verify.data.sections import LegLimits
 from verify.pieces import judge_stop
 
@@ -59,6 +62,51 @@ class StoppingManoeuvre:
     ways: Ways
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _Surroundings:
+    """What a robot must not meet while it slows down.
+
+    Attributes:
+        mission: The world as it is now.
+        name: The robot's.
+        now: Time on its trajectory's clock, s.
+        solids: Obstacles, grown by the robot's radius, the margin and what rounding needs.
+    """
+
+    mission: Mission
+    name: str
+    now: float
+    solids: tuple[SolidBody, ...]
+
+    @classmethod
+    def of(cls, mission: Mission, name: str, now: float) -> _Surroundings:
+        need = mission.vehicle_of(name).radius + mission.margin + 2 * ROUNDING
+        return cls(mission, name, now, solid_bodies(mission, need))
+
+    def look_clear(self, trajectory: Trajectory) -> bool:
+        """Tell at sampled instants whether a way keeps out of rims, obstacles and walls and ends clear of edges: a filter, no claim."""
+        mission, margin = self.mission, self.mission.margin
+        times = np.linspace(self.now, trajectory.duration, max(int((trajectory.duration - self.now) / 0.02), 2))
+        points = trajectory.evaluate(times)[:, :3]
+        low, high = np.array(mission.workspace.min) + margin, np.array(mission.workspace.max) - margin
+        if np.any(points < low) or np.any(points > high):
+            return False
+        if np.linalg.norm(trajectory.evaluate(times, 1)[:, :3], axis=1).max() > mission.limits_of(self.name).speed:
+            return False
+        for index in within(self.solids, points.min(axis=0), points.max(axis=0)) if self.solids else ():
+            if self.solids[index].part.distances(points).min() <= self.solids[index].growth:
+                return False
+        need = mission.vehicle_of(self.name).radius + margin
+        for hoop in mission.hoops.values():
+            if min(rim_distance((float(x), float(y), float(z)), hoop) for x, y, z in points) <= need:
+                return False
+        for region in mission.all_regions.values():
+            level, slack = float(np.sqrt(region.level(points[-1]))), 1.05 * margin / region.inner_radius
+            if 1 - slack <= level <= 1 + slack:
+                return False
+        return True
+
+
 def come_to_rest(
     mission: Mission,
     team: Mapping[str, Trajectory],
@@ -80,7 +128,8 @@ def come_to_rest(
         The first that the judge accepts; where there is none the soonest of all, with what was said against the first try.
     """
     stops = {
-        name: list(_stops(mission, trajectory, float(now), braking, ways.get(name, ()))) for name, trajectory in team.items()
+        name: list(_stops(_Surroundings.of(mission, name, float(now)), trajectory, braking, ways.get(name, ())))
+        for name, trajectory in team.items()
     }
     chosen = dict.fromkeys(team, 0)
     objections: tuple[Claim, ...] = ()
@@ -136,17 +185,12 @@ def _other_stops(chosen: dict[str, int], stops: Mapping[str, list[Trajectory]], 
     return moved
 
 
-def _stops(
-    mission: Mission,
-    trajectory: Trajectory,
-    now: float,
-    braking: bool,
-    ways: tuple[Way, ...],
-) -> Iterator[Trajectory]:
+def _stops(around: _Surroundings, trajectory: Trajectory, braking: bool, ways: tuple[Way, ...]) -> Iterator[Trajectory]:
     """Yield ways to come to rest that look clear at sampled instants, soonest rest first; what is flown is one.
 
     Those that end outside all regions come before those that end inside: from within a ring there is no easy way on.
     """
+    mission, now = around.mission, around.now
     if now >= trajectory.duration:
         yield trajectory
         return
@@ -157,7 +201,7 @@ def _stops(
     inside: list[Trajectory] = []
     for at, length in pairs:
         slowed = slow_down(trajectory, at, length) if at + length < trajectory.duration else None
-        if slowed is None or not _looks_clear(mission, slowed, now):
+        if slowed is None or not around.look_clear(slowed):
             continue
         if not all(_looks_gentle(mission.limits.legs.get(r), slowed) for r in _regions_ahead(ways, _slows(slowed))):
             continue
@@ -226,26 +270,5 @@ def _looks_gentle(leg: LegLimits | None, trajectory: Trajectory) -> bool:
     times = np.linspace(float(trajectory.knots[-2]), trajectory.duration, 40)
     for order, limit in () if leg is None else ((1, leg.speed), (2, leg.acceleration)):
         if limit is not None and np.linalg.norm(trajectory.evaluate(times, order)[:, :3], axis=1).max() > limit:
-            return False
-    return True
-
-
-def _looks_clear(mission: Mission, trajectory: Trajectory, now: float) -> bool:
-    """Tell at sampled instants whether a way keeps out of rims and walls and ends clear of edges: a filter, no claim."""
-    times = np.linspace(now, trajectory.duration, max(int((trajectory.duration - now) / 0.02), 2))
-    points = trajectory.evaluate(times)[:, :3]
-    margin = mission.margin
-    low, high = np.array(mission.workspace.min) + margin, np.array(mission.workspace.max) - margin
-    if np.any(points < low) or np.any(points > high):
-        return False
-    if np.linalg.norm(trajectory.evaluate(times, 1)[:, :3], axis=1).max() > mission.effective_limits.speed:
-        return False
-    need = mission.vehicle.radius + margin
-    for hoop in mission.hoops.values():
-        if min(rim_distance((float(x), float(y), float(z)), hoop) for x, y, z in points) <= need:
-            return False
-    for region in mission.all_regions.values():
-        level, slack = float(np.sqrt(region.level(points[-1]))), 1.05 * margin / region.inner_radius
-        if 1 - slack <= level <= 1 + slack:
             return False
     return True
