@@ -20,6 +20,9 @@ from verify.data.shapes.solid_parts import SolidPart, solid_parts
 
 Floats = NDArray[np.float64]
 
+_TOUCHING = 1e-6
+"""m from a part at which no direction out of it is known."""
+
 
 @dataclass(frozen=True, eq=False)
 class SolidBody:
@@ -73,11 +76,31 @@ class SolidBody:
 
     def meets(self, a: Floats, b: Floats) -> bool:
         """Tell whether the segment a b has no plane between it and the body."""
+        body = surface_of(self.part.inequalities).body
+        ends = np.stack([a, b]) - self._origin
+        if len(body.normals) and np.any(np.min(ends @ body.normals.T, axis=0) - body.distances > self.growth):
+            return False  # beyond a face, as most are
         return self.plane(a, b) is None
 
     def grown(self, by: float) -> SolidBody:
         """Return it grown by `by` m more."""
         return replace(self, growth=self.growth + by)
+
+    def pushed_out(self, a: Floats, b: Floats, by: float) -> Floats | None:
+        """Return the point of a segment that is nearest to the part, moved out of the body; None where the segment meets the part itself.
+
+        Args:
+            a: One end, m. Shape (3,).
+            b: The other.
+            by: How far outside of the body the point then is, m.
+        """
+        surface = surface_of(self.part.inequalities)
+        point = nearest_on_segment(a - self._origin, b - self._origin, surface.distances)
+        foot = surface.nearest(point[None])[0]
+        distance = float(np.linalg.norm(point - foot))
+        if distance <= _TOUCHING:
+            return None
+        return self._origin + foot + (point - foot) / distance * (self.growth + by)
 
     def plane(self, a: Floats, b: Floats) -> Plane | None:
         """Return a plane with the body on one side and the segment a b on the other; None where they meet."""

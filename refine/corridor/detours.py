@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from refine.bodies import Ball, GrownRegion, Obstacle, blocking, convex_parts, within
 from refine.corridor.legs import Space, TimedWaypoint, refused, show
 from refine.corridor.roadmap import way_around
+from refine.obstacles import SolidBody
 
 Floats = NDArray[np.float64]
 
@@ -18,6 +19,8 @@ _DEPTH = 3
 _ANGLES = np.arange(16) * (np.pi / 8)
 _BESIDE = 0.05
 """m by which a detour passes clear of what it goes around."""
+_NEARER = (_BESIDE, 0.01, 0.002)
+"""m by which a leg is pushed out of an obstacle, as much as there is room for."""
 _REACH = np.arange(1, 61) * 0.05
 _EXITS = 6
 _STEPS = 101
@@ -69,7 +72,9 @@ def detour(
     blocked = blocking(a, b, obstacles)
     if blocked is None:
         return [(b, obstacles)]
-    around = _around(a, b, obstacles, low, high, _DEPTH)
+    around = _along_solids(a, b, obstacles, low, high, _DEPTH) if isinstance(blocked, SolidBody) else None
+    if around is None:
+        around = _around(a, b, obstacles, low, high, _DEPTH)
     if around is None:
         around = way_around(a, b, obstacles, low, high)
     legs = None if around is None else _without_return([a, *around, b], barriers)
@@ -138,6 +143,31 @@ def _left_at(point: Floats, region: GrownRegion) -> Floats:
     inside = region.signed_distance(point + far[:, None, None] * _DIRECTIONS) <= 0.0
     last = _STEPS - 1 - np.argmax(inside[::-1], axis=0)
     return np.where(inside.any(axis=0), far[np.minimum(last + 1, _STEPS - 1)], 0.0)
+
+
+def _along_solids(
+    a: Floats, b: Floats, obstacles: tuple[Obstacle, ...], low: Floats, high: Floats, depth: int
+) -> list[Floats] | None:
+    """Return via points from a to b where the straight leg only comes too near to obstacles; None where that does not do.
+
+    A planner's path that keeps clear as a curve may be laid through points whose straight legs cut a corner a little.
+    """
+    body = blocking(a, b, obstacles)
+    if body is None:
+        return []
+    if depth == 0 or not isinstance(body, SolidBody):
+        return None
+    for by in _NEARER:
+        via = body.pushed_out(a, b, by)
+        if via is None or np.any(via < low) or np.any(via > high):
+            continue
+        if any(obstacles[index].signed_distance(via) <= 0.0 for index in within(obstacles, via, via)):
+            continue
+        before = _along_solids(a, via, obstacles, low, high, depth - 1)
+        after = None if before is None else _along_solids(via, b, obstacles, low, high, depth - 1)
+        if before is not None and after is not None:
+            return [*before, via, *after]
+    return None
 
 
 def _around(

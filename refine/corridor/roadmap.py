@@ -72,10 +72,14 @@ def way_around(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...], low: Float
 
 @cache
 def _spread_evenly() -> Floats:
-    """Return points of the unit cube. Shape (POINTS, 3)."""
-    from scipy.stats.qmc import Halton  # half a second that flights without crowded places need not wait for
-
-    return Halton(3, scramble=False, rng=0).random(POINTS)
+    """Return points of the unit cube, the first of a Halton sequence: digits of 0, 1, 2 ... mirrored at the point. Shape (POINTS, 3)."""
+    points = np.zeros((POINTS, 3))
+    for axis, base in enumerate((2, 3, 5)):
+        left, weight = np.arange(POINTS), 1.0 / base
+        while left.any():
+            points[:, axis] += left % base * weight
+            left, weight = left // base, weight / base
+    return points
 
 
 def _shortened(way: list[Floats], obstacles: tuple[Obstacle, ...]) -> list[Floats]:

@@ -51,6 +51,7 @@ ROOMS = {
     "a door, 5 mm wider than needed": (NARROW, (-2, -2, 1), (2, 2, 1), [(-0.05 - NEAR, 0, 1), (0.05 + NEAR, 0, 1)]),
     "a corridor with a right angle": (ANGLE, (-2, 0, 1), (0, 2, 1), [(0, 0, 1)]),
     "a pipe that the robot nearly fills": (PIPE, (-2, 0, 1), (2, 0, 1), [(-1.7, 0, 1), (1.7, 0, 1)]),
+    "points whose straight legs cut the corner": (CORNER, (-2, -2, 1), (2, 2, 1), [(-0.3, 1.5, 1), (0.3, 1.5, 1)]),
     "no guide around a wall": (CORNER, (-2, -2, 1), (2, 2, 1), []),
 }
 
