@@ -13,8 +13,9 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.basedatatypes import BaseTraceType
 
-from flight.shapes import Floats, line, passage, points, region_shapes, tube
+from flight.shapes import Floats, line, obstacle_shapes, passage, points, region_shapes, tube
 from verify.data import Mission, Trajectory
+from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
 
 CLEAR = "rgba(0,0,0,0)"
@@ -72,10 +73,10 @@ def scene(
     margin: float | None = None,
     earlier: Sequence[tuple[float, Mission]] = (),
 ) -> go.Figure:
-    """Draw hoops, regions, starts, planned and flown paths.
+    """Draw hoops, regions, obstacles, starts, planned and flown paths.
 
     Args:
-        mission: Gives hoops, regions, workspace and the robots' order.
+        mission: Gives hoops, regions, obstacles, workspace and the robots' order.
         paths: For each robot, positions in m. Shape (points, 3 or more); further columns are not drawn.
         flown: Likewise, for what was flown, drawn dotted.
         waypoints: For each robot, points in m to mark.
@@ -137,25 +138,32 @@ def scene_layout(mission: Mission, paths: Sequence[Floats] = ()) -> dict[str, ob
 
 
 def _world(mission: Mission, earlier: Sequence[tuple[float, Mission]]) -> list[BaseTraceType]:
-    """Return regions and hoops as they are, and before them as they were."""
+    """Return regions, hoops and obstacles as they are, and before them as they were."""
     traces: list[BaseTraceType] = []
     colours = region_colours(mission)
-    for name, region in mission.all_regions.items():
+    worlds = [*(_bodies(world) for _, world in earlier), _bodies(mission)]
+    ends = [*(until for until, _ in earlier), None]
+    for name in dict.fromkeys(name for world in reversed(worlds) for name in world):
         since = 0.0
-        for index, (until, world) in enumerate(earlier):
-            before = world.all_regions[name]
-            after = earlier[index + 1][1].all_regions[name] if index + 1 < len(earlier) else region
-            if before != after:
-                traces += _shapes(name, before, colours[name], {"since": since, "until": until})
-                since = until
-        traces += _shapes(name, region, colours[name], {"since": since} if since else None)
+        for index, until in enumerate(ends):
+            body = worlds[index].get(name)
+            if until is not None and body == worlds[index + 1].get(name):
+                continue
+            lasts = {**({"since": since} if since else {}), **({} if until is None else {"since": since, "until": until})}
+            if body is not None:
+                traces += _shapes(name, body, colours.get(name, ""), lasts or None)
+            since = until or since
     return traces
 
 
-def _shapes(name: str, region: Region, colour: str, lasts: dict[str, float] | None) -> list[BaseTraceType]:
-    shapes = region_shapes(name, region, colour)
-    if isinstance(region, Hoop):
-        shapes.append(passage(name, region, colour))
+def _bodies(mission: Mission) -> dict[str, Region | Obstacle]:
+    return {**mission.all_regions, **mission.obstacles}
+
+
+def _shapes(name: str, body: Region | Obstacle, colour: str, lasts: dict[str, float] | None) -> list[BaseTraceType]:
+    shapes = obstacle_shapes(name, body) if isinstance(body, Obstacle) else region_shapes(name, body, colour)
+    if isinstance(body, Hoop):
+        shapes.append(passage(name, body, colour))
     for shape in shapes:
         shape.update(meta=lasts, visible=lasts is None or "until" not in lasts)
     return shapes

@@ -17,10 +17,14 @@ from scipy.spatial import ConvexHull
 
 from verify.data.shapes.inequalities import surface
 from verify.data.shapes.measures import outline
+from verify.data.shapes.obstacle import Obstacle
+from verify.data.shapes.placed_body import PlacedBody
 from verify.data.shapes.region import Hoop, Region
 
 Floats = NDArray[np.float64]
 
+SOLID = "#7b818c"
+"""Colour of obstacles: none of a region's or a robot's."""
 _THINNEST = 0.01
 """m; a rim of less is drawn with this, to be seen at all."""
 
@@ -38,27 +42,41 @@ def region_shapes(name: str, region: Region, colour: str) -> list[BaseTraceType]
     return [*bodies, _name_above(name, region), *rim]
 
 
-def _parts(name: str, region: Region, colour: str) -> list[BaseTraceType]:
-    """A translucent body for each convex part of a region of another shape."""
+def obstacle_shapes(name: str, obstacle: Obstacle) -> list[BaseTraceType]:
+    """Return a solid body as it is seen, with its name.
+
+    Args:
+        name: The obstacle's.
+        obstacle: The body; where it has openings, their hoops are drawn as regions are.
+    """
+    if obstacle.is_ellipsoid:
+        bodies: list[BaseTraceType] = [_body(name, obstacle, SOLID, opacity=0.5)]
+    else:
+        bodies = _parts(name, obstacle, SOLID, opacity=0.5)
+    return [*bodies, _name_above(name, obstacle)]
+
+
+def _parts(name: str, body: PlacedBody, colour: str, *, opacity: float = 0.28) -> list[BaseTraceType]:
+    """A translucent body for each convex part of a region or obstacle of another shape than an ellipsoid."""
     drawn: list[BaseTraceType] = []
-    for part in region.measures.parts:
+    for part in body.measures.parts:
         corners = outline(part)
         hull = ConvexHull(corners, qhull_options="QJ")
         i, j, k = (column.tolist() for column in hull.simplices.T)
-        drawn.append(_mesh(corners + np.array(region.center), (i, j, k), name, colour, group=name, opacity=0.28))
+        drawn.append(_mesh(corners + np.array(body.center), (i, j, k), name, colour, group=name, opacity=opacity))
     return drawn
 
 
-def _body(name: str, region: Region, colour: str) -> go.Mesh3d:
+def _body(name: str, region: PlacedBody, colour: str, *, opacity: float = 0.28) -> go.Mesh3d:
     """A translucent ellipsoid, by its radii and yaw or by where rays from its centre leave it."""
     azimuth, polar = np.meshgrid(np.linspace(0, 2 * np.pi, 25)[:-1], np.linspace(0, np.pi, 13))
     ways = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1).reshape(-1, 3)
     own = surface(region.body, ways) if region.radii is None else (ways * region.radii) @ _turn_z(region.yaw).T
     corners = own + np.array(region.center)
-    return _mesh(corners, _grid_faces(13, 24), name, colour, group=name, opacity=0.28)
+    return _mesh(corners, _grid_faces(13, 24), name, colour, group=name, opacity=opacity)
 
 
-def _name_above(name: str, region: Region) -> go.Scatter3d:
+def _name_above(name: str, region: PlacedBody) -> go.Scatter3d:
     """The region's name above it, in the page's own text colour."""
     x, y, z = region.center
     above = max(region.half_lengths[2], region.opening + region.rim if isinstance(region, Hoop) else 0.0) + 0.06

@@ -23,11 +23,11 @@ def command(
     ] = None,
     json: options.JsonOption = False,
 ) -> None:
-    """Draw control points, primitives, the sampled paths of a round and the optimised path."""
+    """Draw the mission from above and from two sides, control points, primitives, the sampled paths of a round, the optimised path."""
     from ltlplan.commands.shared.progress import progress_bar
     from ltlplan.commands.shared.terminal import print_json
-    from ltlplan.report.pictures import pictures_html
-    from verify.data import BadInput
+    from ltlplan.report.pictures import mission_html, pictures_html
+    from verify.data import BadInput, Infeasible, Unsatisfiable
     from verify.data.storage.single_files import check_page, replace_page
 
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost)
@@ -35,8 +35,14 @@ def command(
     check_page(page)
     if not os.access(page.absolute().parent, os.W_OK):  # before minutes of work, not after
         raise BadInput(f"{page.absolute().parent} is no folder that can be written to; name a page elsewhere with --out.")
-    with progress_bar(quiet=json) as progress:
-        replace_page(page, pictures_html(asked, seed=seed, shown_round=shown_round, progress=progress))
+    try:
+        with progress_bar(quiet=json) as progress:
+            made = pictures_html(asked, seed=seed, shown_round=shown_round, progress=progress)
+    except (Unsatisfiable, Infeasible) as error:  # now the picture is wanted most
+        replace_page(page, mission_html(asked, str(error)))
+        typer.echo(f"note: {page} shows the mission without a plan.", err=True)
+        raise
+    replace_page(page, made)
     if json:
         print_json({"files": [str(page)]})
     else:

@@ -10,10 +10,11 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 
 from ltlplan.paths.hoops import route
-from ltlplan.paths.hoops.pictures import control_point_figure, path_figure, primitives_figure, round_figure
+from ltlplan.paths.hoops.pictures import control_point_figure, path_figure, path_points, primitives_figure, round_figure
 from ltlplan.paths.improvement import improved_path
 from ltlplan.planner import generators, make_plan
-from ltlplan.report.page import figure_place, listed, page_html, section
+from ltlplan.report.page import figure_place, listed, page_html, section, warning
+from ltlplan.report.views import VIEWS, clearance_sentences, views_html
 from verify.data import BadInput
 from verify.data.progress import Progress
 
@@ -49,6 +50,7 @@ def pictures_html(
         BadInput: There is no such round.
     """
     _check_round(mission, shown_round)
+    paths: dict[str, Floats] = {}
     figures: dict[str, go.Figure] = {"Hoops and their control points": control_point_figure(mission)}
     say = progress or (lambda _sentence, _share: None)
     used_seed = mission.planner.seed if seed is None else seed
@@ -71,13 +73,25 @@ def pictures_html(
             figures[heading] = round_figure(mission, seen.positions, seen.counts, best=flown)
             if shown_round is not None and seen.drawn < shown_round:
                 sentences.append(f"{name}: its search ended after {seen.count} rounds, the last of which is drawn.")
+        paths[name] = path_points(flown)
         figures[f"{name}: optimised path"] = path_figure(mission, flown, nominal=nominal)
         sentences.append(f"{name}: nominal cost {nominal.cost:.3f}, after cross-entropy {flown.cost:.3f}.")
     if shown_round is not None and max(flown_rounds.values(), default=0) < shown_round:
         counts = ", ".join(f"{name} {count}" for name, count in flown_rounds.items()) or "no robot flies"
         raise BadInput(f"There is no round {shown_round} to draw; the rounds that were needed: {counts}.")
     asked = [f"Asks: {text}" for text in (mission.spec.formula, mission.sequence) if text is not None]
-    return _page(mission, [*asked, *sentences], figures)
+    return _page(mission, [*asked, *sentences], figures, paths)
+
+
+def mission_html(mission: Mission, sentence: str) -> str:
+    """Return the page of a mission that has no plan: from above, from two sides, its control points, and why.
+
+    Args:
+        mission: What is asked.
+        sentence: Why there is no plan.
+    """
+    asked = [f"Asks: {text}" for text in (mission.spec.formula, mission.sequence) if text is not None]
+    return _page(mission, asked, {"Hoops and their control points": control_point_figure(mission)}, {}, why=sentence)
 
 
 class _Rounds:
@@ -106,8 +120,12 @@ def _check_round(mission: Mission, shown_round: int | None) -> None:
         )
 
 
-def _page(mission: Mission, sentences: list[str], figures: Mapping[str, go.Figure]) -> str:
-    sections: list[str] = []
+def _page(
+    mission: Mission, sentences: list[str], figures: Mapping[str, go.Figure], paths: Mapping[str, Floats], why: str = ""
+) -> str:
+    sections = [
+        section("From above and from two sides", views_html(mission, paths) + listed(clearance_sentences(mission)), note=VIEWS)
+    ]
     for index, heading in enumerate(figures):
         note = next(sentence for end, sentence in _NOTES.items() if end in heading)
         sections.append(section(heading, figure_place(f"figure{index}", f"{heading}. {note}", scene=True), note=note))
@@ -115,7 +133,7 @@ def _page(mission: Mission, sentences: list[str], figures: Mapping[str, go.Figur
         figure.update_layout(title=None)  # the section has it
     return page_html(
         f"{mission.name}: planning",
-        header=listed(sentences),
+        header=(warning(why) if why else "") + listed(sentences),
         sections=sections,
         figures={f"figure{index}": figure for index, figure in enumerate(figures.values())},
     )

@@ -27,6 +27,7 @@ from ltlplan.report.summary import (
     tracking,
     visits_text,
 )
+from ltlplan.report.views import VIEWS, clearance_sentences, views_html
 
 if TYPE_CHECKING:
     from ltlplan.result import Result
@@ -73,6 +74,9 @@ def report_html(result: Result) -> str:
             section("Sub-formulas over time", truth_chart(mission.formula, replay.readings, end, replay.cycle), note=_TRUTH)
         )
     sections.append(_chart("Tracking error", "errors", _ERRORS))
+    if mission.obstacles:
+        seen = views_html(mission, playing.paths) + listed(clearance_sentences(mission))
+        sections.insert(1, section("From above and from two sides", seen, note=VIEWS))
     if result.log.rotors is not None:
         figures["rotors"] = rotor_chart(result, result.log.rotors)
         sections.append(_chart("Rotor thrusts", "rotors", _ROTORS))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from plotly.basedatatypes import BaseTraceType
 
 from flight.pictures import region_colours, scene_layout
-from flight.shapes import line, points, region_shapes
+from flight.shapes import line, obstacle_shapes, points, region_shapes
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.primitives import Kind
 from ltlplan.paths.hoops.sequencer import segments
@@ -60,10 +60,10 @@ def path_figure(mission: Mission, plan: RobotPlan, *, nominal: RobotPlan | None 
     """
     traces = _regions(mission)
     if nominal is not None and len(nominal.waypoints) > 1:
-        traces.append(line(_path(nominal), "nominal path", "#888888", dash="dash", width=5))
+        traces.append(line(path_points(nominal), "nominal path", "#888888", dash="dash", width=5))
     if len(plan.waypoints) > 1:
         spline = LeastSnapSpline(plan.times, plan.cycle_waypoint)
-        path, at = _path(plan), _times(plan)
+        path, at = path_points(plan), _times(plan)
         split = len(at) if spline.cycle is None else int(np.searchsorted(at, spline.times[spline.cycle]))
         if split > 1:
             traces.append(line(path[: split + 1], "path" if spline.cycle is None else "prefix", _PREFIX, width=5))
@@ -104,7 +104,7 @@ def round_figure(
             flat = np.concatenate([part, gap], axis=1).reshape(-1, 3)
             traces.append(line(flat, label, colour, width=1, shown=chosen is good or label == parts[0][0]))
     if best is not None and len(best.waypoints) > 1:
-        traces.append(line(_path(best), "the path in the end", _BEST, width=5))
+        traces.append(line(path_points(best), "the path in the end", _BEST, width=5))
     return _figure(mission, traces, "Sampled paths of one round")
 
 
@@ -118,7 +118,11 @@ def _cycle_begins(plan: RobotPlan | None, instants: int) -> int:
 
 def _regions(mission: Mission) -> list[BaseTraceType]:
     colours = region_colours(mission)
-    return [shape for name, region in mission.all_regions.items() for shape in region_shapes(name, region, colours[name])]
+    solid = [shape for name, obstacle in mission.obstacles.items() for shape in obstacle_shapes(name, obstacle)]
+    return [
+        *solid,
+        *(shape for name, region in mission.all_regions.items() for shape in region_shapes(name, region, colours[name])),
+    ]
 
 
 def _control_points(mission: Mission) -> list[BaseTraceType]:
@@ -146,8 +150,8 @@ def _times(plan: RobotPlan) -> Floats:
     return np.linspace(plan.times[0], plan.times[-1], 40 * len(plan.times))
 
 
-def _path(plan: RobotPlan) -> Floats:
-    """Points of the plan's spline. Shape (n, 3)."""
+def path_points(plan: RobotPlan) -> Floats:
+    """Return points of the plan's spline, m. Shape (n, 3)."""
     return LeastSnapSpline(plan.times, plan.cycle_waypoint).evaluate([w.position for w in plan.waypoints], _times(plan))
 
 
