@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -157,8 +158,17 @@ def _margin_free_claims(evidence: Evidence) -> tuple[Claim, ...]:
     return (*continuity_claims(evidence), *limit_claims(evidence), *endurance_claims(evidence))
 
 
-def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _Tube:
-    """Judge all claims that depend on the margin."""
+@dataclass(frozen=True, slots=True)
+class _Readings:
+    """What all paths within one margin show, robot by robot, and the claims about that alone."""
+
+    timelines: dict[str, Timeline]
+    matchings: dict[str, Matching]
+    visits: tuple[Claim, ...]
+    passages: tuple[Claim, ...]
+
+
+def _read(evidence: Evidence, margin: Fraction) -> _Readings:
     plan, paths = evidence.plan, evidence.paths
     spans = statuses(evidence.membership, margin)
     passed = crossings(evidence.frames, margin)
@@ -184,22 +194,44 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
         )
         visits.append(visit_claim(robot, matching, fault))
         passages.append(passage_claim(evidence, robot, matching, spans[robot], passed[robot], margin))
+    return _Readings(timelines, matchings, tuple(visits), tuple(passages))
+
+
+def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _Tube:
+    """Judge all claims that depend on the margin."""
+    plan = evidence.plan
+    found = _read(evidence, margin)
     words = [
-        *judge_formula(plan.mission, timelines, evidence.relations, clock_error=clock_error),
-        *judge_transitions(plan.mission, timelines, evidence.relations),
+        *judge_formula(plan.mission, found.timelines, evidence.relations, clock_error=clock_error),
+        *judge_transitions(plan.mission, found.timelines, evidence.relations),
     ]
-    drifts = _drifts(evidence, clock_error)
     claims = (
-        *(_word_claim(verdict, plan, matchings) for verdict in words),
-        *visits,
-        *passages,
-        *rim_claims(evidence, margin),
-        *obstacle_claims(evidence, margin),
-        *workspace_claims(evidence, margin),
-        *separation_claims(evidence, margin, drifts),
-        *leg_claims(evidence, matchings),
+        *(_word_claim(verdict, plan, found.matchings) for verdict in words),
+        *found.visits,
+        *found.passages,
+        *_claims_of_paths(evidence, found, margin, clock_error),
     )
-    return _Tube(claims, timelines)
+    return _Tube(claims, found.timelines)
+
+
+def _claims_of_paths(evidence: Evidence, found: _Readings, margin: Fraction, clock_error: Fraction) -> Iterator[Claim]:
+    yield from rim_claims(evidence, margin)
+    yield from obstacle_claims(evidence, margin)
+    yield from workspace_claims(evidence, margin)
+    yield from separation_claims(evidence, margin, _drifts(evidence, clock_error))
+    yield from leg_claims(evidence, found.matchings)
+
+
+def _holds_at(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> bool:
+    """Tell whether all claims that depend on the margin hold; those about words, which take longest, are asked last."""
+    mission = evidence.plan.mission
+    found = _read(evidence, margin)
+    claims = itertools.chain(found.visits, found.passages, _claims_of_paths(evidence, found, margin, clock_error))
+    return (
+        all(claim.outcome == "holds" for claim in claims)
+        and all(judge_transitions(mission, found.timelines, evidence.relations))
+        and all(judge_formula(mission, found.timelines, evidence.relations, clock_error=clock_error, detail="answer"))
+    )
 
 
 def _drifts(evidence: Evidence, clock_error: Fraction) -> dict[str, Fraction]:
@@ -247,7 +279,7 @@ def _largest_margin(evidence: Evidence, asked: float, clock_error: Fraction, tub
     """
 
     def holds(margin: float) -> bool:
-        return _at_margin(evidence, Fraction(margin), clock_error).holds
+        return _holds_at(evidence, Fraction(margin), clock_error)
 
     low, high = asked, _margin_bound(evidence, clock_error)
     if not tube.holds:

@@ -91,7 +91,7 @@ def from_timeline(timeline: Timeline, relations: Relations) -> RobotBehaviour:
         OutOfBudget: Too many regions are open at one time.
         InternalError: The timeline contradicts itself or the relations, so that no behaviour is left.
     """
-    return _merged(_Unfolding(timeline, relations).graph())
+    return merged(_Unfolding(timeline, relations).graph())
 
 
 # A region within one slot of time: "no" and "must" fix it, "may" leaves it free, "rise" and "fall" switch it once.
@@ -317,7 +317,7 @@ def _kept(graph: RobotBehaviour, nodes: Iterable[int], spans: dict[int, tuple[Fr
     )
 
 
-def _merged(graph: RobotBehaviour) -> RobotBehaviour:
+def merged(graph: RobotBehaviour) -> RobotBehaviour:
     """Join nodes that follow one another without a choice or a change, so that a long wait is one node."""
     entering = [0] * len(graph)
     for node in graph.initial:

@@ -57,15 +57,40 @@ class TeamGraph(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class Ranks:
+    """The spans of all nodes, with numbers in the order of their ends instead of times.
+
+    Attributes:
+        spans: For each robot, for each of its nodes, the first and the last rank.
+        last: The greatest rank.
+    """
+
+    spans: list[list[tuple[int, int]]]
+    last: int
+
+    @classmethod
+    def of(cls, robots: Sequence[RobotBehaviour], clock_error: Fraction) -> Ranks:
+        """Rank the ends of spans that are widened by what clocks may be off, in s."""
+        ends = sorted({t for r in robots for low, high in r.spans for t in (low - clock_error, high + clock_error)})
+        rank = {t: i for i, t in enumerate(ends)}
+        spans = [[(rank[low - clock_error], rank[high + clock_error]) for low, high in robot.spans] for robot in robots]
+        return cls(spans, len(ends) - 1)
+
+    @classmethod
+    def timeless(cls, robots: Sequence[RobotBehaviour]) -> Ranks:
+        """Let each node be held at any time."""
+        return cls([[(0, 0)] * len(robot) for robot in robots], 0)
+
+
 class _Clock:
     """Which nodes of different robots can be held at the same time."""
 
     def __init__(self, robots: Sequence[RobotBehaviour], *, timed: bool, clock_error: Fraction) -> None:
-        ends = sorted({t for r in robots for low, high in r.spans for t in (low - clock_error, high + clock_error)})
-        rank = {t: i for i, t in enumerate(ends)}
+        ranks = Ranks.of(robots, clock_error)
         self.timed = timed and len(robots) > 1
-        self.low = [[rank[low - clock_error] for low, _ in robot.spans] for robot in robots]
-        self.high = [[rank[high + clock_error] for _, high in robot.spans] for robot in robots]
+        self.low = [[low for low, _ in spans] for spans in ranks.spans]
+        self.high = [[high for _, high in spans] for spans in ranks.spans]
 
     def signature(self, robots: Sequence[RobotBehaviour]) -> Hashable:
         """Return all that the team words depend on: equal signatures, equal words."""

@@ -8,7 +8,7 @@ leaves it open, and both claims must hold whatever the robot does there.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import combinations
 from typing import Literal
@@ -17,6 +17,8 @@ from verify.behaviour.inclusion import DEFAULT_BUDGET, Broken, find_broken, hold
 from verify.behaviour.lassos import BrokenRun, find_broken_run, search_run
 from verify.behaviour.mending_waits import mending_waits
 from verify.behaviour.robot_letters import RobotBehaviour, cut_timeline, from_timeline
+from verify.behaviour.robots_apart import letters_of
+from verify.behaviour.team_answers import Question
 from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph, WithOthers
 from verify.behaviour.timeline import Relations, Timeline
 from verify.behaviour.transitions import judge_transitions
@@ -40,6 +42,13 @@ _MANY = 100
 """Names in a formula up to which all of them are followed."""
 
 
+_LARGE = 2_000
+"""Nodes of one robot up to which its whole letters are followed by themselves, not together with the formula."""
+
+Detail = Literal["answer", "counterexample", "waits"]
+"""Yes or no only; or with a counterexample; or also with the waits that would rule it out."""
+
+
 # seven parameters: three say what is judged, the rest how, each by its keyword
 def judge_formula(
     mission: Mission,
@@ -49,7 +58,7 @@ def judge_formula(
     clock_error: Fraction = Fraction(0),
     times: Times = "timed",
     budget: int = DEFAULT_BUDGET,
-    mending: bool = True,
+    detail: Detail = "waits",
 ) -> list[Verdict]:
     """Decide whether every team word satisfies the mission's formula.
 
@@ -60,7 +69,8 @@ def judge_formula(
         clock_error: How far each robot's clock may be off, in s; widens what can be simultaneous.
         times: "timed" for the certified times, "parallel" for any times that keep each robot's own order.
         budget: Configurations that each part of the formula may take before the answer is `undecided`.
-        mending: Whether to look for waits that would rule a counterexample out; what was flown cannot wait any more.
+        detail: What is said of a formula that fails: nothing else ("answer", for a search), a counterexample, or also the
+            waits that would rule it out; what was flown cannot wait any more.
 
     Returns:
         One verdict, for the claim "formula".
@@ -84,10 +94,17 @@ def judge_formula(
     if len(formula.names()) > _MANY:  # of a thousand regions a flight comes to a few
         formula = formula.substitute(dict.fromkeys(_never_shown(timelines), FALSE))
     try:
-        verdict = _Judge(mission, timelines, relations, clock_error, times, budget, mending).judge(formula)
+        verdict = _Judge(mission, timelines, relations, clock_error, times, budget, detail).judge(formula)
     except OutOfBudget as error:
         verdict = Verdict("undecided", f"The formula could not be decided: {error}.")
     return [verdict]
+
+
+def _shown(timeline: Timeline) -> frozenset[str]:
+    """Return all names that a robot may show at some time."""
+    regions = {region for region, status in timeline.initial.items() if status != "no"}
+    regions.update(change.region for change in timeline.changes)
+    return timeline.internal.union(regions, *(action.propositions for action in timeline.actions))
 
 
 def _never_shown(timelines: Mapping[str, Timeline]) -> frozenset[str]:
@@ -105,13 +122,16 @@ class _Judge:
     clock_error: Fraction
     times: Times
     budget: int
-    mending: bool
+    detail: Detail
+    behaviours: list[RobotBehaviour] = field(default_factory=list)
 
     def judge(self, formula: Formula) -> Verdict:
         doubts: list[Verdict] = []
         failures: list[Verdict] = []
         for part in conjuncts(normal_form(formula)):
             verdict = self._part(part)
+            if verdict.outcome == "fails" and self.detail == "answer":
+                return verdict
             if verdict.outcome == "fails":
                 failures.append(verdict)
             if verdict.outcome == "undecided":
@@ -120,6 +140,8 @@ class _Judge:
             return min(failures, key=lambda failure: len(failure.readings()))
         if doubts:
             return doubts[0]
+        if self.detail == "answer":
+            return Verdict("holds", "")
         vacuous = self._vacuous(formula)
         note = f" But {vacuous[0][0].lower()}{vacuous[0][1:]}" if vacuous else ""
         return Verdict("holds", f"Every team word satisfies `{show(formula)}`.{note}", vacuous=vacuous)
@@ -127,17 +149,75 @@ class _Judge:
     def _part(self, part: Normal) -> Verdict:
         """Decide one conjunct: first on what it can see, which suffices for a yes, then on whole letters."""
         try:
-            cut = [from_timeline(cut_timeline(t, part.propositions), self.relations) for t in self.timelines.values()]
-            cut = _without_equals(cut)
-            if self._holds_loosely(cut, part) or self._broken(cut, part) is None:
+            breaks = self._breaks(part)
+            if breaks is None:
+                return self._part_together(part)
+            if not breaks:
                 return Verdict("holds", "")
-            robots = [from_timeline(timeline, self.relations) for timeline in self.timelines.values()]
+            if self.detail == "answer":
+                return Verdict("fails", "")
+            robots = self._whole()
             followed = _without_equals(robots)
-            broken = self._broken(followed, part)
+            broken = find_broken(self._graph(followed), part, self.budget)
         except OutOfBudget as error:
             return Verdict("undecided", f"`{show(to_formula(part))}` could not be decided: {error}.")
         if broken is None:
+            raise InternalError(
+                f"`{show(to_formula(part))}` fails robot by robot and holds for all of them together. This is a bug of ltlplan's."
+            )
+        return self._failure(followed, _all_read(robots, followed, broken.observations))
+
+    def _breaks(self, part: Normal) -> bool | None:
+        """Tell whether some team word breaks a conjunct, robot by robot; None where that cannot tell."""
+        if (self.mission.spec.team == "joint" and len(self.timelines) > 1) or self.mission.spec.trace == "infinite":
+            return None
+        names = part.propositions
+        seen = [t for t in self.timelines.values() if not names.isdisjoint(_shown(t))]
+        others = len(seen) < len(self.timelines)
+        try:
+            robots = [from_timeline(cut_timeline(timeline, names), self.relations) for timeline in seen]
+            if others:  # they show nothing all the time
+                robots.append(RobotBehaviour("", (frozenset(),), ((Fraction(0), self._end),), ((),), (0,), frozenset({0})))
+            question = Question(part, letters_of(robots, names))
+            if not self._is_broken(question, robots):
+                return False
+            whole = self._whole()
+            if max(map(len, whole)) > _LARGE:
+                return None
+            if others and question.nothing_is_idle():
+                kept = {timeline.robot for timeline in seen}
+                whole = [*(robot for robot in whole if robot.robot in kept), robots[-1]]
+            return self._is_broken(question, whole)
+        except OutOfBudget:
+            return None
+
+    def _is_broken(self, question: Question, robots: Sequence[RobotBehaviour]) -> bool:
+        timed = self.times == "timed"
+        return question.is_broken(robots, timed=timed, clock_error=self.clock_error, budget=self.budget)
+
+    @property
+    def _end(self) -> Fraction:
+        return next(iter(self.timelines.values())).duration
+
+    def _whole(self) -> list[RobotBehaviour]:
+        """Return all that each robot may do, with whole letters; found once."""
+        if not self.behaviours:
+            self.behaviours.extend(from_timeline(timeline, self.relations) for timeline in self.timelines.values())
+        return self.behaviours
+
+    def _part_together(self, part: Normal) -> Verdict:
+        """Decide one conjunct on all ways in which the robots can be where they are together."""
+        cut = [from_timeline(cut_timeline(t, part.propositions), self.relations) for t in self.timelines.values()]
+        cut = _without_equals(cut)
+        if self._holds_loosely(cut, part) or self._broken(cut, part) is None:
             return Verdict("holds", "")
+        robots = self._whole()
+        followed = _without_equals(robots)
+        broken = self._broken(followed, part)
+        if broken is None:
+            return Verdict("holds", "")
+        if self.detail == "answer":
+            return Verdict("fails", "")
         if isinstance(broken, BrokenRun):
             return self._run_failure(robots[0], broken)
         return self._failure(followed, _all_read(robots, followed, broken.observations))
@@ -193,7 +273,7 @@ class _Judge:
 
         reason = self._explain(word, where)
         at = reason.position
-        mends = self.mending and len(self.timelines) > 1
+        mends = self.detail == "waits" and len(self.timelines) > 1
         return Verdict(
             "fails",
             reason.sentence,

@@ -1,0 +1,103 @@
+"""The judge that follows robots apart, held against the one that interleaves them all."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from random import Random
+
+import pytest
+
+from tests.helpers.plain_word_judge import plainly
+from tests.helpers.random_teams import random_formula, random_timeline
+from tests.helpers.timelines import APART, mission, timeline
+from verify.behaviour.breaking_words import BreakingWords
+from verify.behaviour.robot_letters import from_timeline
+from verify.behaviour.robots_apart import letters_of, some_word_breaks_apart, that_matter
+from verify.behaviour.timeline import Relations
+from verify.behaviour.word_claims import judge_formula
+from verify.data import InternalError, Word
+from verify.logic.normal_form import conjuncts, normal_form
+from verify.logic.progression import OutOfBudget
+from verify.logic.semantics import satisfies
+
+
+@pytest.mark.parametrize(
+    ("seed", "teams", "budget"),
+    [(1, 150, 400), *(pytest.param(seed, 2_500, 4_000, marks=pytest.mark.slow) for seed in range(2, 12))],
+)
+def test_the_answer_is_that_of_all_robots_together(seed: int, teams: int, budget: int) -> None:
+    rng = Random(seed)
+    decided = 0
+    for number in range(teams):
+        lines = [
+            random_timeline(rng, f"q{i}", busy=rng.choice([0.2, 0.6]))
+            for i in range(rng.choice([1, 2, 2, 3] if seed > 1 else [1, 2, 2]))
+        ]
+        asked = mission(str(random_formula(rng, rng.randint(2, 9 if seed > 1 else 6))), robots=len(lines))
+        timed, clock_error = rng.random() < 0.75, Fraction(rng.choice([0, 0, 1, 2]))
+        plain = plainly(
+            asked.formula, lines, Relations(), "own", timed=timed, clock_error=clock_error, budget=budget, spot=seed > 1
+        )
+        (verdict,) = judge_formula(
+            asked,
+            {line.robot: line for line in lines},
+            Relations(),
+            clock_error=clock_error,
+            times="timed" if timed else "parallel",
+            detail="answer" if rng.random() < 0.9 else "counterexample",
+        )
+        if plain != "undecided":
+            assert verdict.outcome == plain, (seed, number, asked.spec.formula)
+            decided += 1
+        if verdict.counterexample is not None:
+            assert not satisfies(asked.formula, Word(tuple(letter for _, letter in verdict.readings())))
+    assert decided > 0.8 * teams
+
+
+@pytest.mark.parametrize(("seed", "count"), [(1, 40), pytest.param(2, 2_000, marks=pytest.mark.slow)])
+def test_leaving_robots_out_changes_nothing_and_spot_finds_the_same_words(seed: int, count: int) -> None:
+    rng = Random(seed)
+    for _ in range(count):
+        robots = [
+            from_timeline(random_timeline(rng, f"q{i}", busy=rng.choice([0.2, 0.6])), Relations())
+            for i in range(rng.randint(1, 5))
+        ]
+        for part in conjuncts(normal_form(random_formula(rng, rng.randint(2, 7)))):
+            words = BreakingWords(part, letters_of(robots, part.propositions))
+            answers = [
+                some_word_breaks_apart(r, words, timed=True, budget=20_000) for r in (robots, that_matter(robots, words))
+            ]
+            assert answers[0] == answers[1]
+            if rng.random() < 0.2:
+                assert words.spot_agrees()
+
+
+def goals(robots: int, edge: float = 0.0) -> list:
+    """Robots that deliver all at once: each comes to a and then to b."""
+    return [timeline(f"q{i}", ("a", 2 + i / 100, 5), ("b", 8, 11 + i / 100), edge=edge) for i in range(robots)]
+
+
+@pytest.mark.parametrize("robots", [3, 30])
+@pytest.mark.parametrize("edge", [0.0, 0.3])
+def test_thirty_robots_that_do_the_same_at_once(robots: int, edge: float) -> None:
+    asked = mission("G(a -> F b) & F(a & F b) & G !c & F G !a & (!b U a)", robots=robots)
+    lines = {line.robot: line for line in goals(robots, edge)}
+    assert judge_formula(asked, lines, APART)[0]
+    late = {**lines, "q1": timeline("q1", ("a", 2, 5), ("b", 7, 8), ("a", 12, 13), edge=edge)}
+    assert judge_formula(asked, late, APART, detail="answer")[0].outcome == "fails"
+
+
+def test_what_is_counted_is_a_budget() -> None:
+    lines = goals(6)
+    part = normal_form(mission("G(a -> F b)").formula)
+    robots = [from_timeline(line, APART) for line in lines]
+    words = BreakingWords(part, letters_of(robots, part.propositions))
+    with pytest.raises(OutOfBudget, match="more than 5 configurations"):
+        some_word_breaks_apart(robots, words, timed=True, budget=5)
+    assert not some_word_breaks_apart(robots, words, timed=True, budget=500)
+
+
+def test_a_word_that_spot_finds_otherwise_is_our_bug(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("verify.behaviour.team_answers.some_word_breaks", lambda *_: True)
+    with pytest.raises(InternalError, match="bug of ltlplan's"):
+        judge_formula(mission("F(a & F(b & F(c | a)))"), {"q0": timeline("q0", ("a", 1, 2), ("b", 3, 4), ("a", 5, 6))}, APART)
