@@ -35,7 +35,7 @@ def make_plan(
 
     Raises:
         BadInput: There is no such method, or what it returned is no allocation of this mission. Robots start, or are to end,
-            nearer to each other than they may.
+            nearer to each other than they may. The environment has an edge that no robot can fly for obstacles.
         Unsatisfiable: No word that these robots can fly satisfies the formula; the message says why.
         Infeasible: A word exists, but no way between the hoops was found.
     """
@@ -56,6 +56,10 @@ def make_plan(
     def allocation(blocked: frozenset[Leg] = frozenset()) -> Allocation:
         return _checked(allocate(mission, Context(rng, say, blocked)), mission, name)
 
+    if mission.obstacles:
+        from ltlplan.systems.flyable_edges import require_flyable_edges
+
+        require_flyable_edges(mission)
     first = allocation()
     if first.paths is not None:
         return plan_of(mission, first, first.paths, method=name)

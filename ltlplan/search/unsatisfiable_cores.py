@@ -22,6 +22,7 @@ from ltlplan.search.reduced_graph import Team
 from ltlplan.search.team_search import cheapest_path
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
+from ltlplan.systems.unreachable import why_unreachable
 from verify.data import Formula, Letter, Mission, Unsatisfiable, Word, parse_formula
 from verify.data.language.formula import FREE
 from verify.data.mission import in_no_region
@@ -113,7 +114,8 @@ class _Inquiry:
     def answer(self) -> NoPlan:
         core = self._core(list(dict.fromkeys(conjuncts(self.mission.formula))))
         edges = self._missing_edges(core)
-        reasons = list(dict.fromkeys([*self._reasons(core), *self._edge_sentence(edges), *self.systems.unclear()]))
+        reasons = [*self._reasons(core), *self._shut(core), *self._edge_sentence(edges), *self.systems.unclear()]
+        reasons = list(dict.fromkeys(reasons))
         return NoPlan([self._shown(part) for part in core], reasons, edges)
 
     def _core(self, parts: list[Formula]) -> list[Formula]:
@@ -293,6 +295,17 @@ class _Inquiry:
             for region in self.mission.all_regions
             if region not in self._names(part) and not self.feasible([part], [without(world, region) for world in self.worlds])
         ]
+
+    def _shut(self, core: list[Formula]) -> list[str]:
+        """Say what shuts the ways to regions that no robot can reach for obstacles."""
+        if not self.mission.obstacles:
+            return []
+        named = {name for part in core for name in self._names(part)} & self.mission.all_regions.keys()
+        lost = [name for name in sorted(named) if not self.feasible([_eventually(name)], self.worlds)]
+        smallest = min(self.mission.agents, key=lambda robot: self.mission.vehicle_of(robot).radius)
+        graph = self.systems.graph_of(smallest)
+        found = (why_unreachable(self.mission, graph, smallest, name) for name in lost)
+        return [sentence for sentence in found if sentence is not None]
 
     def _missing_edges(self, core: list[Formula]) -> list[tuple[str, str]]:
         """Return edges of the environment that would make the core possible, one or two; none where edges do not matter."""

@@ -158,7 +158,7 @@ class RegionGraph:
         """
         if self.space is None:
             return math.dist(point.location.point, end.point)
-        place, before = self._exit(point)
+        place, before = self.exit(point)
         return before + float(self.space.lengths(place, [Place(end.point, frozenset(end.inside))])[0])
 
     def lengths(self, start: Point | str, region: str) -> list[float]:
@@ -174,8 +174,8 @@ class RegionGraph:
             points = [self.standing(self.layout.at(start))]
         found: list[float] = []
         for point in points if self.space is not None else ():
-            place, before = self._exit(point)
-            entries = list(self._entries(region))
+            place, before = self.exit(point)
+            entries = list(self.entries(region))
             assert self.space is not None
             lengths = self.space.lengths(place, [entry for _, entry, _ in entries])
             found += [before + float(length) + after for (_, _, after), length in zip(entries, lengths, strict=True)]
@@ -205,8 +205,8 @@ class RegionGraph:
     def _around_obstacles(self, point: RestPoint, space: FreeSpace) -> Iterator[Transition]:
         """Yield the ways on from a point through free space."""
         around = self.around(point)
-        start, before = self._exit(point)
-        entries = [(target, *entry) for target in self._targets(point) for entry in self._entries(target)]
+        start, before = self.exit(point)
+        entries = [(target, *entry) for target in self._targets(point) for entry in self.entries(target)]
         lengths = space.lengths(start, [place for _, _, place, _ in entries]) if entries else ()
         for (target, side, place, after), length in zip(entries, lengths, strict=True):
             location, again = self.places[target], target == point.place and point.position is None
@@ -242,7 +242,7 @@ class RegionGraph:
     def _sides(self, region: str) -> tuple[Direction | None, ...]:
         return ("F", "R") if self.space is not None and region in self.mission.hoops else (None,)
 
-    def _entries(self, target: str) -> Iterator[tuple[Direction | None, Place, float]]:
+    def entries(self, target: str) -> Iterator[tuple[Direction | None, Place, float]]:
         """Yield where ways to a region's middle end: there, or on either side of a hoop; with how far it is from there."""
         for side in self._sides(target):
             if side is None:
@@ -251,7 +251,7 @@ class RegionGraph:
             else:
                 yield side, *self._beside(target, ahead=side == "R")
 
-    def _exit(self, point: RestPoint) -> tuple[Place, float]:
+    def exit(self, point: RestPoint) -> tuple[Place, float]:
         """Return where ways from a rest point begin, and how far that is from it."""
         hoop = self.mission.hoops.get(point.place)
         if hoop is None or (point.position is None and point.side is None):

@@ -93,6 +93,11 @@ class FreeSpace:
             )
         return self._roadmaps[slack]
 
+    def narrower(self, clearance: float) -> Roadmap:
+        """Return the ways of a smaller vehicle that keeps only so much from what is solid, m, through whichever regions."""
+        walls = grown_solids(self.mission, clearance)
+        return _roadmap(self.mission, clearance, self.mission.margin, walls, regions=False)
+
     def way(self, start: Floats, end: Floats, permitted: Collection[str] = (), slack: float = 0.0) -> Floats | None:
         """Return a short way between two points with room at its corners where there is some; None where there is none.
 
@@ -174,14 +179,14 @@ def _length(points: Floats) -> float:
     return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
 
 
-def _roadmap(mission: Mission, clear: float, near: float, walls: Solids) -> Roadmap:
+def _roadmap(mission: Mission, clear: float, near: float, walls: Solids, *, regions: bool = True) -> Roadmap:
     """Return the ways that keep `clear` from what is solid, `near` from regions and the workspace's walls."""
     solids: list[SolidBody] = [part.body for part in walls.parts]
     for name, hoop in mission.hoops.items():
         half, outer = hoop.rim / 2 + clear, hoop.opening + hoop.rim + clear
         solids.append(disc(name, np.array(hoop.center), np.array(hoop.normal), outer, half))
     soft: list[SolidBody] = []
-    for name, region in mission.all_regions.items():
+    for name, region in mission.all_regions.items() if regions else ():
         soft += grown_bodies(name, region.center, region.body, near, bevelled=False)
     low, high = np.array(mission.workspace.min) + near, np.array(mission.workspace.max) - near
     return Roadmap(low, high, solids, soft, _heights(mission))

@@ -67,7 +67,9 @@ class Mission(Value):
     hoops: dict[str, Hoop] = Field(default_factory=dict, description="regions with a ring")
     regions: dict[str, Region] = Field(default_factory=dict, description="regions without a ring")
     obstacles: dict[str, Obstacle] = Field(default_factory=dict, description="solid bodies, which no vehicle may meet")
-    environment: Environment | None = Field(default=None, description="omitted: every region can be reached from every other")
+    environment: Environment | None = Field(
+        default=None, description="omitted: every region can be reached from every other, as far as there is a way"
+    )
     robot: Robot = Field(default_factory=lambda: Robot(), description="omitted: one internal state, no propositions")
     robots: dict[str, Robot] | None = Field(default=None, description="more kinds of robots, as `robot`, by name")
     agents: dict[str, Agent] = Field(min_length=1, description="the quadcopters, by name")

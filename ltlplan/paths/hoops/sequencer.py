@@ -130,7 +130,7 @@ def _laid(mission: Mission, asked: _Asked, directions: Directions | None) -> Rob
         try:
             return _route(mission, asked, directions or mission.planner.directions, slack)
         except Infeasible as error:
-            problem = problem or error
+            problem = error if mission.obstacles else problem or error  # with obstacles, what stops it where least is kept
     assert problem is not None
     raise problem
 

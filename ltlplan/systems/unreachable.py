@@ -1,0 +1,86 @@
+"""Why a region cannot be reached in a world with obstacles, in words: what shuts the way, how wide it is, and what is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from ltlplan.systems.region_graph import RegionGraph
+from ltlplan.ways.bottlenecks import WALL, Gap, Shut, TooNear, what_shuts
+from verify.data import Mission
+from verify.data.shapes.inequalities import Point
+
+
+def why_unreachable(mission: Mission, graph: RegionGraph, robot: str, region: str) -> str | None:
+    """Return a sentence that says what shuts the way of a robot to a region; None where nothing solid does.
+
+    Args:
+        mission: Whose region.
+        graph: Where robots of this size can rest.
+        robot: Its name.
+        region: Which it cannot reach.
+    """
+    if graph.space is None:
+        return None
+    starts = _reached(graph, mission.agents[robot].start)
+    gate = mission.hoops.get(region)
+    ends = [mission.all_regions[region].center]
+    if gate is not None:
+        ends = [place.point for _, place, _ in graph.entries(region)]
+    found = [what_shuts(graph.space, starts, end) for end in ends]
+    return None if any(one is None for one in found) else said_of(mission, robot, region, found[0])
+
+
+def said_of(mission: Mission, robot: str, region: str, shut: Gap | Shut | TooNear | None) -> str:
+    """Return a sentence about what shuts the way of a robot to a region.
+
+    Args:
+        mission: Whose region.
+        robot: Its name.
+        region: Which it cannot reach.
+        shut: What `what_shuts` found.
+    """
+    radius, margin = mission.vehicle_of(robot).radius, mission.margin
+    middle = "control points" if region in mission.hoops else "middle"
+    match shut:
+        case Gap():
+            through, width = [name for name in shut.regions if name != region], f"{round(shut.width, 3):g} m"
+            where = f"between {_sides(shut.between)}, {width} apart"
+            if through:
+                where = f"through {joined_names(through)}, {width} wide, between {_sides(shut.between)}"
+            sides = "radius and margin" if WALL not in shut.between else "radius and margin to the obstacle, margin to the wall"
+            return f"{region} can only be reached {where}; {robot} needs {round(shut.needed, 3):g} m ({sides}, {radius:g} m and {margin:g} m)."
+        case TooNear() if shut.distance <= 0:
+            return f"The {middle} of {region} cannot be reached: it lies inside the obstacle '{shut.name}'."
+        case TooNear():
+            return (
+                f"The {middle} of {region} cannot be reached: it is {shut.distance:.3g} m from the obstacle '{shut.name}', and {robot} "
+                f"needs {radius + margin:.3g} m (radius and margin)."
+            )
+        case _:
+            names = [] if shut is None else [f"'{name}'" for name in shut.behind[:4]]
+            by = f": {joined_names(names)} stand{'s' * (len(names) == 1)} between" if names else ""
+            return f"No way of any width leads to {region}{by}."
+
+
+def _reached(graph: RegionGraph, start: Point) -> list[Point]:
+    """Return from where ways begin that a robot can come to: its start, and the places it can visit from there."""
+    point = graph.standing(graph.layout.at(start))
+    waiting, seen = [point], {point}
+    for here in waiting:  # grows while it is walked
+        for transition in graph.transitions(here):
+            if transition.end not in seen:
+                seen.add(transition.end)
+                waiting.append(transition.end)
+    return list(dict.fromkeys(graph.exit(here)[0].point for here in waiting))
+
+
+def _sides(names: Collection[str]) -> str:
+    if len(set(names)) == 1 and WALL not in names:
+        return f"two sides of '{next(iter(names))}'"
+    return joined_names(["the workspace's wall" if name == WALL else f"'{name}'" for name in names])
+
+
+def joined_names(items: Collection[str]) -> str:
+    """Return names as a sentence lists them."""
+    *most, last = items
+    return f"{', '.join(most)} and {last}" if most else last
