@@ -66,3 +66,16 @@ def test_a_jump_that_only_some_beginnings_bring_into_the_flight_is_seen(begin):
     times = np.arange(0.0, 10.05, 0.1)
     still = track("r0", times, np.zeros((len(times), 3)), Bounds(speed=0.01, error=0.0), start=1.0, stop=9.0)
     assert tube_claim(still, path, Alignment(0.0, 0.1, None, True), MARGIN, 10.0).outcome != "holds"
+
+
+def test_at_the_margin_itself_rounding_leaves_it_open():
+    """A robot that cannot move stands exactly as far from its plan as the margin, a kilometre; ten nanometres nearer it is inside for sure."""
+    knots = np.array([0.0, 10.0])
+    path = PlannedPath("r0", knots, np.zeros((1, 3, 8)), 0.0, 0.0, knots, np.zeros(2), np.zeros(2))
+    times = np.arange(0.0, 0.35, 0.1)
+    outcomes = []
+    for distance in (1000.0, 1000.0 - 1e-8):
+        positions = np.zeros((len(times), 3)) + [distance, 0.0, 0.0]
+        still = track("r0", times, positions, Bounds(speed=1e-14, error=0.0), start=0.1, stop=0.2)
+        outcomes.append(tube_claim(still, path, Alignment(0.0, 0.0, None, True), 1000.0, 10.0).outcome)
+    assert outcomes == ["undecided", "holds"]
