@@ -75,7 +75,7 @@ def test_at_the_margin_itself_rounding_leaves_it_open():
     times = np.arange(0.0, 0.35, 0.1)
     outcomes = []
     for distance in (1000.0, 1000.0 - 1e-8):
-        positions = np.zeros((len(times), 3)) + [distance, 0.0, 0.0]
+        positions = np.tile([distance, 0.0, 0.0], (len(times), 1))
         still = track("r0", times, positions, Bounds(speed=1e-14, error=0.0), start=0.1, stop=0.2)
         outcomes.append(tube_claim(still, path, Alignment(0.0, 0.0, None, True), 1000.0, 10.0).outcome)
     assert outcomes == ["undecided", "holds"]
