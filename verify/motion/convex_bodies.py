@@ -209,9 +209,7 @@ def _directions(a: ConvexPart, b: ConvexPart, first: _Shape, second: _Shape) -> 
     every = np.concatenate(found)
     lengths = np.linalg.norm(every, axis=1, keepdims=True)
     kept = lengths[:, 0] > 0
-    scaled = every[kept] / lengths[kept]
-    exact = np.abs(lengths[kept] - 1.0) < 1e-12  # stored normals stay what they are, so that shared walls are told from gaps
-    return np.where(exact, every[kept], scaled)
+    return every[kept] / lengths[kept]
 
 
 def _between_nearest(first: _Shape, second: _Shape, way: Floats) -> Floats:
