@@ -19,7 +19,7 @@ from flight.batches import Job, simulate
 from flight.certified import require_certificate
 from flight.closed_loop import Setup
 from flight.conditions import CALM, ConditionKeywords, Conditions
-from flight.model.airframe import airframe_of
+from flight.model.airframe import airframes_of
 from flight.model.attitude import Floats
 from flight.model.reference import flown, sample_reference
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
@@ -223,7 +223,8 @@ def campaign(
         require_certificate(cert, plan, team)
     mission = plan.mission
     reference = sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1))
-    setup = Setup(conditions.airframe or airframe_of(mission.vehicle), reference, conditions)
+    airframes = (conditions.airframe,) if conditions.airframe else airframes_of(mission, reference.robots)
+    setup = Setup(airframes, reference, conditions)
     job = Job(mission, reference, setup, planned_actions(plan, team, cert))
     varied = conditions.varies
     flown_runs = runs if varied else 1
@@ -277,7 +278,8 @@ def _between_steps(mission: Mission, team: Mapping[str, Trajectory]) -> float:
     It strays from the chord of its error by at most A h^2 / 8, and where pieces meet.
     """
     paths = planned_paths(mission, team)
-    pushed = relative_acceleration(mission.vehicle, max(path.acceleration for path in paths.values())) * STEP * STEP / 8.0
+    planned = max(path.acceleration for path in paths.values())
+    pushed = max(relative_acceleration(mission.vehicle_of(robot), planned) for robot in paths) * STEP * STEP / 8.0
     return pushed + max(stray_at_joints(path, time - STEP, time + STEP) for path in paths.values() for time in path.joints)
 
 

@@ -19,6 +19,7 @@ from flight.model.attitude import Floats, quaternion_rate, unit
 from flight.model.plant import Motion, Plant
 from flight.model.sensing import CLIP, Kalman, MotionCapture
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
+from flight.side_by_side import begin, kinds_of
 
 _BLOCK = 50
 """Control instants whose random numbers are drawn together."""
@@ -63,12 +64,12 @@ class Setup:
     """Everything about a simulation but its seeds.
 
     Attributes:
-        airframe: What flies.
-        guidance: What it should fly.
-        conditions: Wind, sensors, model and controller; of their airframe the one above was made.
+        airframes: What flies, of each robot of the guidance; one for all where they are alike.
+        guidance: What they should fly.
+        conditions: Wind, sensors, model and controller; of their airframe those above were made.
     """
 
-    airframe: Airframe
+    airframes: tuple[Airframe, ...]
     guidance: Guidance
     conditions: Conditions = CALM
 
@@ -115,9 +116,9 @@ def steps(setup: Setup, seeds: Sequence[int]) -> Iterator[Snapshot]:
     wind, sensor, model = setup.conditions.wind, setup.conditions.noise, setup.conditions.model
     runs = len(seeds)
     start = np.tile(guidance.start, (1, runs))
-    plant = model.begin(setup.airframe, start)
     n = robots * runs
-    controller = setup.conditions.controller.begin(model.known(setup.airframe), start)
+    airframes = setup.airframes if len(setup.airframes) == robots else setup.airframes * robots
+    plant, controller = begin(kinds_of(airframes, runs), model, setup.conditions.controller, start)
     draws = _Draws(setup.conditions, seeds, robots)
     gusts = wind.at_first(draws.first()) if wind is not None else np.zeros((3, n))
     air: Floats | float = 0.0

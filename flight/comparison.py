@@ -129,7 +129,7 @@ def compare(
         certified_actions(cert, team),
         margin=float(cert.margin) if judged is None else None,
         measurement=measurement,
-        planned_acceleration=mission.effective_limits.acceleration,
+        planned_acceleration=max(mission.limits_of(robot).acceleration for robot in mission.agents),
     )
     for time, place, off in zip(times.tolist(), position, errors, strict=True):
         monitor.see_errors(time, place.T, off)
@@ -180,7 +180,7 @@ def _judged(
         internal = {name: [row[column] for row in log.letters] for name, column in columns.items()}
     rounding = log.rounding if isinstance(log, Recording) else (0.0, 0.0)
     samples = Samples(log.times, {name: position[:, j] for j, name in enumerate(names)}, internal, rounding)
-    push = relative_acceleration(mission.vehicle, 0.0)
+    push = max(relative_acceleration(mission.vehicle_of(robot), 0.0) for robot in names)
 
     def judged(speed: float) -> FlightVerdict:
         return check_flight(samples, asked, max_speed=speed, max_acceleration=push, error=measurement, start=start)

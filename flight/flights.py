@@ -12,7 +12,7 @@ from flight.certified import require_certificate
 from flight.closed_loop import Setup, Snapshot, steps
 from flight.conditions import CALM, ConditionKeywords, Conditions
 from flight.logs.log import Event, FlightLog
-from flight.model.airframe import Airframe, airframe_of
+from flight.model.airframe import Airframe, airframes_of
 from flight.model.attitude import Floats, euler
 from flight.model.reference import Reference, flown, sample_reference
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
@@ -63,7 +63,7 @@ def fly(
     flight = _Flight(
         mission=mission,
         cert=cert,
-        airframe=conditions.airframe or airframe_of(mission.vehicle),
+        airframes=(conditions.airframe,) if conditions.airframe else airframes_of(mission, mission.agents),
         reference=sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1)),
         actions=planned_actions(plan, team, cert),
         paths=planned_paths(mission, team),
@@ -72,7 +72,7 @@ def fly(
         seed=seed,
     )
     watcher = _Watcher(flight)
-    setup = Setup(flight.airframe, watcher, conditions)
+    setup = Setup(flight.airframes, watcher, conditions)
     entries: list[Snapshot] = []
     count = (len(flight.reference.times) - 1) * SUBSTEPS // FRAME_STEPS
     for entry in steps(setup, [seed]):
@@ -92,7 +92,7 @@ class _Flight:
     Attributes:
         mission: Whose formula is watched.
         cert: The certificate, or None.
-        airframe: What flies.
+        airframes: What flies: one for all, or one a robot.
         reference: The plan, sampled.
         actions: When internal states change.
         paths: The plan's paths, with bounds for all times.
@@ -103,7 +103,7 @@ class _Flight:
 
     mission: Mission
     cert: Certificate | None
-    airframe: Airframe
+    airframes: tuple[Airframe, ...]
     reference: Reference
     actions: tuple[PlannedAction, ...]
     paths: Mapping[str, PlannedPath]
@@ -120,8 +120,8 @@ class _Flight:
     def notes(self) -> tuple[str, ...]:
         """What the log says of the flight as a whole."""
         notes: list[str] = []
-        if not self.airframe.known:
-            notes.append(f"no airframe is known for '{self.mission.vehicle.name}'; lag, drag and gains are estimates.")
+        for name in dict.fromkeys(airframe.vehicle.name for airframe in self.airframes if not airframe.known):
+            notes.append(f"no airframe is known for '{name}'; lag, drag and gains are estimates.")
         if self.cert is None:
             notes.append(
                 "this flight has no certificate; planned actions happen in the middle of their visits on the sampled path."

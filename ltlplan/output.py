@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -134,6 +134,7 @@ def make_export(
     format: ExportTarget | str,  # noqa: A002  # the name that users type
     *,
     vehicle: str | None = None,
+    robots: Collection[str] | None = None,
     options: Mapping[str, Any] | None = None,  # of any type that the target reads
     progress: Progress | None = None,
 ) -> Export:
@@ -145,6 +146,7 @@ def make_export(
         folder: What `ltlplan run` wrote.
         format: A target, or a name of one.
         vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
+        robots: Names of those that are written, where others of the team fly from another export; None for all.
         options: As the target's `options` say.
         progress: Told a sentence and the share done, 0 to 1.
 
@@ -163,13 +165,14 @@ def make_export(
     team = given
     if target.prepare is not None:
         say("fitting the paths to the format", 0.4)
-        team = dict(target.prepare(given, plan.mission.spec.repeat))
+        fitted = {name: path for name, path in given.items() if robots is None or name in robots}
+        team = {**given, **target.prepare(fitted, plan.mission.spec.repeat)}
     anew = team != given
     if anew:
         say("proving the paths as they are written", 0.6)
         certificate = certify(plan, team, margin=certificate.margin, clock_error=certificate.clock_error)
     say("writing files", 0.9)
-    product = make_product(team, certificate, target, vehicle=vehicle, **(options or {}))
+    product = make_product(team, certificate, target, vehicle=vehicle, robots=robots, **(options or {}))
     files = dict(product.files)
     if anew:
         texts = {**plan_files(plan), **trajectory_files(plan, team), PROOF: certificate.to_json()}

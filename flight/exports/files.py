@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,8 @@ from flight.certified import certified_mission
 from flight.exports.notes import readme
 from flight.exports.target import EXPORT_TARGETS, NOTE, ExportTarget, Product, Request
 from verify.certificate import Certificate
-from verify.data import Mission, NotCertified, Trajectory, check_trajectories
+from verify.data import BadInput, Mission, NotCertified, Trajectory, check_trajectories
+from verify.data.events import unknown
 from verify.data.storage.folders import write_files
 
 
@@ -47,6 +48,7 @@ def export(
     format: ExportTarget | str = "crazyswarm2",  # noqa: A002  # the name that users type
     *,
     vehicle: str | None = None,
+    robots: Collection[str] | None = None,
     **options: Any,  # of any type that the target reads
 ) -> Exported:
     """Write a certified team's trajectories for real vehicles.
@@ -57,6 +59,7 @@ def export(
         out: Folder to write into; it is made where it does not exist.
         format: A target, or a name of one: `crazyswarm2`, `crazyflie`, `crazyflie-compressed`, `px4`, `ros2`, or another package's.
         vehicle: Name of the airframe that will fly, where it is to be checked against the certificate's.
+        robots: Names of those that are written, where others of the team fly from another export; None for all.
         options: As the target's `options` say: `uris` (crazyswarm2: robot to radio address), `trajectory_ids` and `offset`
             (crazyflie: robot to id, bytes), `rate` (px4, ros2: points a second), `origin` (px4: m, the local frame's origin in ours).
 
@@ -71,7 +74,7 @@ def export(
             the user's that would be overwritten.
     """
     target = EXPORT_TARGETS.resolve(format)
-    product = make_product(team, cert, target, vehicle=vehicle, **options)
+    product = make_product(team, cert, target, vehicle=vehicle, robots=robots, **options)
     written = write_files(out, product.files)
     note = Path(out) / NOTE
     files = (*(path for path in written if path != note), note)
@@ -84,6 +87,7 @@ def make_product(
     format: ExportTarget | str,  # noqa: A002  # the name that users type
     *,
     vehicle: str | None = None,
+    robots: Collection[str] | None = None,
     **options: Any,  # of any type that the target reads
 ) -> Product:
     """Return what `export` would write, its note included.
@@ -93,6 +97,7 @@ def make_product(
         cert: Their certificate.
         format: A target, or a name of one.
         vehicle: Name of the airframe that will fly, where it is to be checked against the certificate's.
+        robots: Names of those that are written, where others of the team fly from another export; None for all.
         options: As the target's `options` say.
 
     Raises:
@@ -104,20 +109,29 @@ def make_product(
     target = EXPORT_TARGETS.resolve(format)
     target.require_options(options)
     team = check_trajectories(team)
-    mission = require_certified(team, cert, vehicle)
-    ordered = {name: team[name] for name in mission.agents}
+    mission = require_certified(team, cert)
+    if robots is not None:
+        for name in robots:
+            if name not in mission.agents:
+                raise BadInput(unknown(name, "robot of the mission", mission.agents))
+        if not robots:
+            raise BadInput("robots names nobody; leave it out to write all.")
+    ordered = {name: team[name] for name in mission.agents if robots is None or name in robots}
+    for name in ordered if vehicle is not None else ():
+        if (own := mission.vehicle_of(name).name) != vehicle:
+            who = "" if mission.of_one_kind else f" of {name}"
+            raise NotCertified(f"the certificate is for the airframe '{own}'{who}, not '{vehicle}'.")
     request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options)
     product = target.make(request)
     return Product({**product.files, NOTE: readme(request, target, product.notes).encode()}, product.notes)
 
 
-def require_certified(team: Mapping[str, Trajectory], cert: Certificate | None, vehicle: str | None = None) -> Mission:
-    """Return the certificate's mission; refuse a team that it does not cover, bit for bit, or another airframe.
+def require_certified(team: Mapping[str, Trajectory], cert: Certificate | None) -> Mission:
+    """Return the certificate's mission; refuse a team that it does not cover, bit for bit.
 
     Args:
         team: One trajectory a robot.
         cert: What `verify.certify` returned.
-        vehicle: Name of the airframe that will fly; None where nobody asked.
 
     Raises:
         NotCertified: As said.
@@ -131,6 +145,4 @@ def require_certified(team: Mapping[str, Trajectory], cert: Certificate | None, 
         raise NotCertified(f"the certificate has a claim that does not hold, {failing[0].name}: {failing[0].sentence}")
     if not cert.covers(team):
         raise NotCertified("the certificate does not cover these trajectories: they differ from what was certified.")
-    if vehicle is not None and vehicle != mission.vehicle.name:
-        raise NotCertified(f"the certificate is for the airframe '{mission.vehicle.name}', not '{vehicle}'.")
     return mission

@@ -12,9 +12,12 @@ def require_crazyflie(request: Request) -> None:
     Raises:
         DoesNotFit: It weighs more than any Crazyflie can lift.
     """
-    vehicle = request.mission.vehicle
-    if vehicle.mass > 0.1:
-        raise DoesNotFit(f"the certificate is for '{vehicle.name}' of {vehicle.mass:g} kg, which is no Crazyflie.")
+    vehicles = {name: request.mission.vehicle_of(name) for name in request.team}
+    heavy = {name: vehicle for name, vehicle in vehicles.items() if vehicle.mass > 0.1}
+    for name, vehicle in heavy.items():
+        who = "" if request.mission.of_one_kind else f"{name} flies another vehicle: "
+        hint = f" Write {', '.join(vehicles.keys() - heavy.keys())} by `robots`." if len(heavy) < len(vehicles) else ""
+        raise DoesNotFit(f"{who}the certificate is for '{vehicle.name}' of {vehicle.mass:g} kg, which is no Crazyflie.{hint}")
 
 
 def require_float32(name: str, path: Trajectory) -> None:

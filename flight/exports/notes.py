@@ -21,6 +21,14 @@ def readme(request: Request, target: ExportTarget, notes: tuple[str, ...]) -> st
         notes: Sentences of this export.
     """
     mission = request.mission
+    flown: dict[str, list[str]] = {}
+    for name in request.team:
+        vehicle = mission.vehicle_of(name)
+        flown.setdefault(f"airframe: {vehicle.name}, {vehicle.mass:g} kg", []).append(name)
+    airframes = list(flown) if len(flown) == 1 else [f"{airframe} ({', '.join(names)})" for airframe, names in flown.items()]
+    others = [name for name in mission.agents if name not in request.team]
+    if others:
+        airframes.append(f"not in this export: {', '.join(others)}, of the same flight, to be started at the same instant")
     voids = (*_VOIDS, *target.voids)
     starts = [
         f"  {name}: ({', '.join(f'{x:.4f}' for x in path.evaluate(0.0)[:3])}) m, heading {path.evaluate(0.0)[3]:.4f} rad, "
@@ -30,7 +38,7 @@ def readme(request: Request, target: ExportTarget, notes: tuple[str, ...]) -> st
     lines = [
         f"Certified flight of the mission '{mission.name}', written for {target.name}.",
         f"certificate: {request.digest}",
-        f"airframe: {mission.vehicle.name}, {mission.vehicle.mass:g} kg",
+        *airframes,
         f"margin: {request.margin:g} m",
         *([f"laps of the cycle: {request.laps}"] if any(path.cycle is not None for path in request.team.values()) else []),
         "",

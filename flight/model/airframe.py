@@ -6,6 +6,7 @@ source. The judge never reads them: a certificate rests on the vehicle's own lim
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -13,7 +14,7 @@ from typing import Any
 from pydantic import Field, model_validator
 from ruamel.yaml import YAML
 
-from verify.data import Vehicle
+from verify.data import Mission, Vehicle
 from verify.data.value import Value
 from verify.data.vehicle import NotNegative, Positive
 
@@ -103,6 +104,16 @@ def airframe_of(vehicle: Vehicle) -> Airframe:
         values["battery"]["charge"] *= vehicle.weight
         values["battery"]["resistance"] /= vehicle.weight
     return Airframe(name=name, vehicle=vehicle, **values)
+
+
+def airframes_of(mission: Mission, robots: Iterable[str]) -> tuple[Airframe, ...]:
+    """Return the airframe of each of some robots of a mission.
+
+    Args:
+        mission: Says what they fly.
+        robots: Their names.
+    """
+    return tuple(airframe_of(mission.vehicle_of(robot)) for robot in robots)
 
 
 def _read(name: str) -> dict[str, Any]:

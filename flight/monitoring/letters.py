@@ -148,7 +148,9 @@ def _all_laps(
             begin = float(path.knots[path.cycle])
             lap, laps = path.duration - begin, mission.spec.repeat
         for k in range(laps if time >= begin else 1):
-            actions.append(PlannedAction(robot, time + k * lap, source, target, frozenset(mission.robot.states[target])))
+            actions.append(
+                PlannedAction(robot, time + k * lap, source, target, frozenset(mission.robot_of(robot).states[target]))
+            )
     return tuple(sorted(actions, key=lambda a: (a.time, a.robot)))
 
 

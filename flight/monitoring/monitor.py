@@ -55,18 +55,25 @@ class Monitor:
         self._mission, self._robots = mission, tuple(mission.agents)
         self._actions = [[a for a in sorted(actions, key=lambda a: a.time) if a.robot == name] for name in self._robots]
         self._margin, self._measurement = margin, measurement
-        self._acceleration = relative_acceleration(mission.vehicle, planned_acceleration)
         tube_margin = float("inf") if margin is None else margin
         self._tubes = [
-            Tube(tube_margin, measurement, self._acceleration, None if planned is None else planned[name])
+            Tube(
+                tube_margin,
+                measurement,
+                relative_acceleration(mission.vehicle_of(name), planned_acceleration),
+                None if planned is None else planned[name],
+            )
             for name in self._robots
         ]
+        self._apart = {
+            (i, j): mission.least_distance(self._robots[i], self._robots[j])
+            for i, j in itertools.combinations(range(len(self._robots)), 2)
+        }
         self._table = region_letters(mission)
         self._masks = RegionMasks(mission)
         self._regions = self._masks.none(len(self._robots))
         self._formula: FormulaState | None = None
         self._letters: list[frozenset[str]] = []
-        self._apart = mission.separation
         self.events: list[Event] = []
         self.closest: tuple[float, str, str] | None = None
         self._too_close = False
@@ -215,16 +222,17 @@ class Monitor:
 
     def _see_distances(self, measured: Floats) -> None:
         squeeze = 1.0 if self._mission.separation_z is None else self._mission.separation / self._mission.separation_z
-        for i, j in itertools.combinations(range(len(self._robots)), 2):
+        for i, j in self._apart:
             x, y, z = (measured[:, i] - measured[:, j]).tolist()
             distance = float(np.sqrt(x * x + y * y + (squeeze * z) ** 2))
             if distance != distance:
                 continue
             if self.closest is None or distance < self.closest[0]:
                 self.closest = (distance, self._robots[i], self._robots[j])
-            if distance < self._apart and not self._too_close:
+            apart = self._apart[i, j]
+            if distance < apart and not self._too_close:
                 self._too_close = True
                 self._say(
                     None, "separation",
-                    f"{self._robots[i]} and {self._robots[j]} are {distance:.3f} m apart, less than {self._apart:g} m.",
+                    f"{self._robots[i]} and {self._robots[j]} are {distance:.3f} m apart, less than {apart:g} m.",
                 )  # fmt: skip

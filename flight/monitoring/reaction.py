@@ -36,7 +36,7 @@ class Stop:
         """
         self._begin, self._start = begin, flat
         speed = float(np.max(np.sqrt(np.sum(flat[1, :3] ** 2, axis=0))))
-        self._length = max(0.8, 4.0 * speed / mission.effective_limits.acceleration)
+        self._length = max(0.8, 4.0 * speed / min(mission.limits_of(robot).acceleration for robot in mission.agents))
         t = self._length
         velocity, acceleration, jerk = flat[1, :3], flat[2, :3], flat[3, :3]
         # Powers 3 to 5 that bring velocity, acceleration and jerk to zero at the end.

@@ -30,6 +30,9 @@ def command(
     vehicle: Annotated[
         str | None, typer.Option("--vehicle", help="Airframe that will fly, to be held against the certificate's.")
     ] = None,
+    robots: Annotated[
+        str | None, typer.Option("--robots", help="Robots to write, such as quad0,quad1, where others fly from another export.")
+    ] = None,
     rate: Annotated[float | None, typer.Option("--rate", min=1.0, help="px4, ros2: setpoints a second.")] = None,
     upload: Annotated[
         list[str] | None, typer.Option("--upload", help="crazyflie formats: ROBOT=URI, once a robot; send after writing.")
@@ -57,7 +60,9 @@ def command(
         raise BadInput(f"--upload sends to Crazyflies; take --format {able}, not {format}.")
     place = check_folder(out or folder / target.name)
     with progress_bar(quiet=json) as progress:
-        made = make_export(folder, target, vehicle=vehicle, options={} if rate is None else {"rate": rate}, progress=progress)
+        options = {} if rate is None else {"rate": rate}
+        names = None if robots is None else [name.strip() for name in robots.split(",")]
+        made = make_export(folder, target, vehicle=vehicle, robots=names, options=options, progress=progress)
         written = write_folder(place, lambda fresh: put_files(made.files, fresh))
     sent = target.send(place, addresses, dry_run=dry_run) if addresses and target.send is not None else ()
     words = [f"{'would send' if dry_run else 'sent'} {len(item.data)} bytes to {item.robot} at {item.uri}" for item in sent]

@@ -35,7 +35,7 @@ from verify.data import BadInput, InternalError, Letter, Mission, NotCertified, 
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
 from verify.data.language.word import stutter_free
 from verify.data.progress import Progress
-from verify.data.sections import Agent
+from verify.data.sections import Robot
 from verify.data.shapes.inequalities import Point
 from verify.logic.verdict import Verdict
 from verify.pieces import Piece
@@ -215,11 +215,14 @@ class _Loop:
         joining = {event.robot: event.agent for event in self.pending if isinstance(event, RobotJoins)}
         self.agents = {**self.mission.agents, **joining}
         self.robots = tuple(self.agents)
-        self.internal = {name: _began(self.mission, agent) for name, agent in self.agents.items()}
+        self.internal = {name: agent.internal or self._system(name).initial for name, agent in self.agents.items()}
         self.planned_cost = self.team.cost
         self.ticks = int(np.ceil(max_seconds / CONTROL_STEP))
         self.start = np.array([(*agent.start, agent.yaw) for agent in self.agents.values()]).T
-        setup = Setup(conditions.airframe or airframe_of(self.mission.vehicle), self, conditions)
+        airframes = tuple(
+            conditions.airframe or airframe_of(agent.vehicle or self.mission.vehicle) for agent in self.agents.values()
+        )
+        setup = Setup(airframes, self, conditions)
         for entry in steps(setup, [seed]):
             self._record(entry)
             if progress is not None and len(self.entries) % 100 == 0:
@@ -279,11 +282,16 @@ class _Loop:
 
     def _acted(self, name: str, target: str, inside: frozenset[str]) -> None:
         source, self.internal[name] = self.internal[name], target
-        actions = self.team.mission.robot.actions
-        region = next((a.at for a in actions if (a.source, a.target) == (source, target) and a.at in inside), "")
-        propositions = frozenset(self.mission.robot.states[target])
+        system = self._system(name)
+        region = next((a.at for a in system.actions if (a.source, a.target) == (source, target) and a.at in inside), "")
+        propositions = frozenset(system.states[target])
         done = self.actions.setdefault(name, [])
         done.append(InternalChange(_exact(self.now), source, target, region, len(done), propositions))
+
+    def _system(self, name: str) -> Robot:
+        """Return the internal states of a robot that flies, or is to join."""
+        kind = self.agents[name].robot
+        return self.mission.robot if kind is None else (self.mission.robots or {})[kind]
 
     def _happens(self, event: WorldEvent, positions: Mapping[str, Point]) -> None:
         """Let the world change; a hoop on a robot ends the mission in a hover."""
@@ -320,7 +328,7 @@ class _Loop:
             if name in self.landed:
                 _, _, letters[name] = self.landed[name]
                 continue
-            held = frozenset(self.mission.robot.states[self.internal[name]])
+            held = frozenset(self._system(name).states[self.internal[name]])
             here = [
                 region
                 for region, shape in self.team.mission.all_regions.items()
@@ -386,10 +394,6 @@ class _Loop:
 
 
 _GRAIN = Fraction(1, 10**9)
-
-
-def _began(mission: Mission, agent: Agent) -> str:
-    return mission.robot.initial if agent.internal is None else agent.internal
 
 
 def _exact(seconds: float) -> Fraction:

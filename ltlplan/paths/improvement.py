@@ -54,6 +54,7 @@ def improved_path(
     Raises:
         CostError: A cost term returns no number for a path.
     """
+    mission = mission.seen_by(robot)
     function = cost_of(mission, robot)
     if nominal.hovers:
         found = improved_path(mission, robot, until_hover(nominal), draws, watch)
@@ -84,6 +85,7 @@ def searched_cost(mission: Mission, robot: str, nominal: RobotPlan, rng: Generat
     Raises:
         CostError: A cost term returns no number for a path.
     """
+    mission = mission.seen_by(robot)
     function = cost_of(mission, robot)
     known = plan_cost(nominal, function)
     if len({w.position for w in nominal.waypoints}) < 3:

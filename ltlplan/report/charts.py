@@ -125,13 +125,13 @@ def error_chart(result: Result) -> go.Figure:
 
 
 def rotor_chart(result: Result, rotors: Floats) -> go.Figure:
-    """Draw each robot's greatest and least rotor, against the vehicle's limits.
+    """Draw each robot's greatest and least rotor, against its vehicle's limits.
 
     Args:
         result: Gives the limits and the times.
         rotors: N. Shape (samples, robots, 4).
     """
-    limits = result.mission.effective_limits
+    own = {name: result.mission.limits_of(name) for name in result.log.robots}
     lines: dict[str, tuple[Floats, Floats]] = {}
     colours: dict[str, str] = {}
     dashes: dict[str, str] = {}
@@ -140,7 +140,10 @@ def rotor_chart(result: Result, rotors: Floats) -> go.Figure:
             lines[f"{name} {word}"] = (result.log.times, values)
             colours[f"{name} {word}"] = robot_colour(index)
             dashes[f"{name} {word}"] = "solid" if word == "greatest" else "dot"
-    marks = {f"most: {limits.rotor_thrust_max:g} N": limits.rotor_thrust_max}
-    marks[f"least: {limits.rotor_thrust_min:g} N"] = limits.rotor_thrust_min
+    marks: dict[str, float] = {}
+    for name, limits in own.items():
+        whose = "" if result.mission.of_one_kind else f", {result.mission.vehicle_of(name).name}"
+        marks[f"most: {limits.rotor_thrust_max:g} N{whose}"] = limits.rotor_thrust_max
+        marks[f"least: {limits.rotor_thrust_min:g} N{whose}"] = limits.rotor_thrust_min
     groups = {line: line.rpartition(" ")[0] for line in lines}
     return over_time(lines, "thrust of one rotor (N)", limits=marks, colours=colours, dashes=dashes, groups=groups)

@@ -55,7 +55,7 @@ def letter_intervals(
         internal = mission.initial_letter(robot)
         for instant, state in actions:
             if instant <= time:
-                internal = frozenset(mission.robot.states[state])
+                internal = frozenset(mission.robot_of(robot).states[state])
         letter = internal | {name for name, level in inside.items() if level[index]}
         end = float(times[min(index + 1, len(times) - 1)])
         if intervals and intervals[-1].letter == letter:

@@ -33,7 +33,7 @@ def word_of(
         BadInput: An unknown region, one whose middle lies in another, an action that its region or the internal state does not
             permit, a robot that starts inside a region without visiting it.
     """
-    regions = mission.all_regions
+    regions, system = mission.all_regions, mission.robot_of(agent)
     start = np.array(mission.agents[agent].start)
     inside = frozenset(name for name, region in regions.items() if float(region.level(start)) <= 1.0)
     state = mission.initial_internal(agent)
@@ -51,20 +51,20 @@ def word_of(
                 "not give the word; use the word of the planner's itinerary."
             )
         if index or not inside:
-            letters.append(frozenset(mission.robot.states[state]))
+            letters.append(frozenset(system.states[state]))
         elif visit.region not in inside:
             raise BadInput(f"{agent} starts inside {', '.join(sorted(inside))}; its first visit must be that region.")
         entry.append(len(letters))
-        letters.append(frozenset({visit.region, *mission.robot.states[state]}))
+        letters.append(frozenset({visit.region, *system.states[state]}))
         for action in visit.actions:
-            if action.at != visit.region or action.source != state or action not in mission.robot.actions:
+            if action.at != visit.region or action.source != state or action not in system.actions:
                 raise BadInput(
                     f"{agent}, visit {index}: the action {action.source} -> {action.target} at {action.at} is not possible "
                     f"in {visit.region} with internal state {state}."
                 )
             state = action.target
-            letters.append(frozenset({visit.region, *mission.robot.states[state]}))
-    free = frozenset(mission.robot.states[state])
+            letters.append(frozenset({visit.region, *system.states[state]}))
+    free = frozenset(system.states[state])
     if not visits:
         if inside:
             raise BadInput(f"{agent} starts inside {', '.join(sorted(inside))}; its first visit must be that region.")

@@ -147,7 +147,7 @@ def _along(plan: Plan, robot: RobotFlight, path: Spline) -> tuple[RobotFlight, f
     """Return a robot on a path, not slowed yet, and by how much it must be."""
     agent = plan.mission.agents[robot.name]
     yaw = heading_spline(path, agent.heading, agent.yaw)
-    factor = max(stretch_to_limits(path, yaw, robot.limits), slower_on_ways(plan.mission, robot.plan, path))
+    factor = max(stretch_to_limits(path, yaw, robot.limits), slower_on_ways(plan.mission.seen_by(robot.name), robot.plan, path))
     return replace(robot, path=path, yaw=yaw, halts={}), factor
 
 

@@ -57,7 +57,7 @@ def robot_flight(problem: Problem, name: str, extra: tuple[Ball, ...] = (), rest
 
 def _moving(problem: Problem, name: str, limits: Limits, extra: tuple[Ball, ...], rests: frozenset[int]) -> RobotFlight:
     """Return the flight of a robot that does go somewhere."""
-    mission, robot, options = problem.plan.mission, problem.plan.robots[name], problem.options
+    mission, robot, options = problem.plan.mission.seen_by(name), problem.plan.robots[name], problem.options
     more = problem.feedback.clearance.get(name, 0.0)
     corridor = corridor_of(mission, name, robot, clearance=CLEARANCE + more, extra=extra)
     corridor = thinned(corridor, options.max_pieces - 1, mission.spec.repeat)

@@ -32,7 +32,7 @@ FLIGHT_TIME = 30.0
 def tracking(speed: float, **conditions) -> tuple[float, float]:
     """Return our RMS and worst error in mm on hoop6."""
     reference = sample_reference({"quad0": hoop6(speed)}, CONTROL_STEP, SUBSTEPS)
-    setup = Setup(airframe_of(load_vehicle("crazyflie-2.1")), reference, flight.Conditions(**conditions))
+    setup = Setup((airframe_of(load_vehicle("crazyflie-2.1")),), reference, flight.Conditions(**conditions))
     errors = np.array([np.linalg.norm(s.position[:, 0] - reference.fine[s.step, :, 0]) for s in steps(setup, [0])])
     return 1000 * float(np.sqrt(np.mean(errors**2))), 1000 * float(np.max(errors))
 
@@ -150,7 +150,9 @@ def main() -> None:
     same = rotorpys_crazyflie()
     ours = []
     for made in reference.values():
-        errors = np.array([np.linalg.norm(s.position[:, 0] - made.fine[s.step, :, 0]) for s in steps(Setup(same, made), [0])])
+        errors = np.array(
+            [np.linalg.norm(s.position[:, 0] - made.fine[s.step, :, 0]) for s in steps(Setup((same,), made), [0])]
+        )
         ours.append((1000 * float(np.sqrt(np.mean(errors**2))), 1000 * float(np.max(errors))))
     row("geometric, rotorpy's Crazyflie, perfect state", ours)
     row("geometric, our Crazyflie 2.1, perfect state", [tracking(speed) for speed in (1.0, 0.45)])

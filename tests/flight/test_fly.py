@@ -48,7 +48,7 @@ def test_a_run_among_many_is_bit_for_bit_the_run_alone(plan_and_team):
     short = {name: rest_to_rest([path.evaluate(0)[:3], path.evaluate(9)[:3]], [0.5]) for name, path in team.items()}
     reference = sample_reference(short, CONTROL_STEP, SUBSTEPS)
     setup = Setup(
-        flight.airframe_of(load_vehicle("crazyflie-2.1")),
+        (flight.airframe_of(load_vehicle("crazyflie-2.1")),),
         reference,
         flight.Conditions(flight.Wind((0.4, 0, 0), 0.3), MotionCapture(dropout=0.1)),
     )

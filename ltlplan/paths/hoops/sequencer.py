@@ -125,7 +125,7 @@ def route_itinerary(mission: Mission, robot: str, does: Itinerary, *, directions
 
 
 def _laid(mission: Mission, asked: _Asked, directions: Directions | None) -> RobotPlan:
-    problem: Infeasible | None = None
+    mission, problem = mission.seen_by(asked.robot), None
     for slack in _SLACKS:
         try:
             return _route(mission, asked, directions or mission.planner.directions, slack)

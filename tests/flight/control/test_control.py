@@ -37,7 +37,7 @@ def hover_then(steps_of, seconds):
 
 def response(name, steps_of=(((0.0, 0.0, 0.0), 0.0),), seconds=2.5, **options):
     """Times, positions from the start (samples, 3, vehicles) and headings."""
-    setup = Setup(airframe_of(load_vehicle(name)), hover_then(steps_of, seconds), Conditions(**options))
+    setup = Setup((airframe_of(load_vehicle(name)),), hover_then(steps_of, seconds), Conditions(**options))
     entries = list(steps(setup, [0]))
     times = np.array([entry.step for entry in entries]) * STEP
     place = np.array([entry.position for entry in entries]) - np.array([0.0, 0.0, 1.0])[:, None]
@@ -88,7 +88,7 @@ def test_jerk_and_snap_make_the_difference_on_hoop6():
     reference.flat[:, 3:, :, 1] = 0.0
     airframe = airframe_of(load_vehicle("crazyflie-2.1"))
     error = np.array(
-        [np.linalg.norm(s.position - reference.fine[s.step], axis=0) for s in steps(Setup(airframe, reference), [0])]
+        [np.linalg.norm(s.position - reference.fine[s.step], axis=0) for s in steps(Setup((airframe,), reference), [0])]
     )
     with_them, without = np.sqrt(np.mean(error**2, axis=0))
     assert with_them < 0.003
