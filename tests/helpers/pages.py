@@ -10,6 +10,9 @@ from dataclasses import dataclass
 from html.parser import HTMLParser
 from typing import Any
 
+MOST_BYTES = 2_000_000
+"""What a page may weigh, so that it can be sent."""
+
 
 def carried(page: str, name: str) -> str:
     """Return the text that a page carries packed in the script element with this id."""

@@ -12,9 +12,20 @@ from typer.testing import CliRunner
 
 import ltlplan.missions
 from ltlplan.cli import app
+from tests.helpers.pages import MOST_BYTES
 from verify.data import BadInput, NotCertified, mission_to_yaml
 
 runner = CliRunner()
+
+SMALL = """
+format: 1
+name: small
+spec: {formula: F a}
+regions: {a: {center: [0.5, 0, 1], radii: [0.2, 0.2, 0.2]}, b: {center: [0.5, 1, 1], radii: [0.2, 0.2, 0.2]}}
+agents: {quad0: {start: [-0.2, 0, 1]}}
+vehicle: crazyflie-2.1
+workspace: {min: [-2, -2, 0.2], max: [2, 2, 2]}
+"""
 
 
 @pytest.fixture(scope="module")
@@ -31,8 +42,16 @@ def ok(*arguments: str) -> str:
     return done.output
 
 
-def test_run_sums_up_what_holds(folder: Path) -> None:
-    text = ok("run", "firefighting", "--out", str(folder))
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    """Return the file of a mission that takes little work."""
+    file = tmp_path / "small.yaml"
+    file.write_text(SMALL)
+    return file
+
+
+def test_run_sums_up_what_holds(small: Path, tmp_path: Path) -> None:
+    text = ok("run", str(small), "--out", str(tmp_path / "run"))
     for says in ("quad0", "word", "cost", "Certified for all t", "limits.speed", "worst tracking error", "certificate.json"):
         assert says in text
 
@@ -97,10 +116,10 @@ def test_a_table_of_motion_capture_is_judged(folder: Path, tmp_path: Path) -> No
     assert "satisfied" in ok("certify", str(folder), "--flight", str(table), "--max-speed", "1.2")
 
 
-def test_fly_once_and_many_times(folder: Path, tmp_path: Path) -> None:
+def test_fly_once_and_many_times(folder: Path, small: Path, tmp_path: Path) -> None:
     assert "worst tracking error" in ok("fly", str(folder), "--wind", "0.3", "--out", str(tmp_path / "once"))
     assert (tmp_path / "once" / "flight.csv").exists()
-    text = ok("campaign", str(folder), "--runs", "3", "--noise", "0.001", "--out", str(tmp_path / "many"))
+    text = ok("campaign", str(small), "--runs", "3", "--noise", "0.001", "--out", str(tmp_path / "many"))
     assert "3 of 3" in text
     assert json.loads((tmp_path / "many" / "campaign.json").read_text())
     assert "<html" in (tmp_path / "many" / "campaign.html").read_text()
@@ -121,6 +140,7 @@ def test_show_draws_a_page(tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     ok("show", "hoops-sequence", "--out", str(page))
     text = page.read_text()
+    assert len(text.encode()) <= MOST_BYTES
     for heading in ("control points", "motion primitives", "sampled paths", "optimised path"):
         assert heading in text
 
@@ -157,21 +177,9 @@ def test_an_online_flight_says_what_it_is(tmp_path: Path) -> None:
     assert not (tmp_path / "sent").exists()
 
 
-SMALL = """
-format: 1
-name: small
-spec: {formula: F a}
-regions: {a: {center: [0.5, 0, 1], radii: [0.2, 0.2, 0.2]}, b: {center: [0.5, 1, 1], radii: [0.2, 0.2, 0.2]}}
-agents: {quad0: {start: [-0.2, 0, 1]}}
-vehicle: crazyflie-2.1
-workspace: {min: [-2, -2, 0.2], max: [2, 2, 2]}
-"""
-
-
-def test_an_online_flight_that_does_not_hold_ends_with_five_and_says_so_on_its_page(tmp_path: Path) -> None:
-    file, out = tmp_path / "small.yaml", tmp_path / "online"
-    file.write_text(SMALL)
-    done = runner.invoke(app, ["online", str(file), "--event", "0.3 formula G b", "--out", str(out), "--json"])
+def test_an_online_flight_that_does_not_hold_ends_with_five_and_says_so_on_its_page(small: Path, tmp_path: Path) -> None:
+    out = tmp_path / "online"
+    done = runner.invoke(app, ["online", str(small), "--event", "0.3 formula G b", "--out", str(out), "--json"])
     assert done.exit_code == 5
     told = json.loads(done.stdout)
     assert told["holds"] is False

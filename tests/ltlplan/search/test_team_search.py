@@ -43,7 +43,7 @@ def cheapest_by_plain_walk(each: list[TransitionSystem], formula: Formula) -> fl
     return min((cost for node, cost in lengths.items() if graph.nodes[node]["accepting"]), default=math.inf)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(st.lists(systems(), min_size=1, max_size=3), tasks(with_next=True))
 def test_short_cuts_keep_the_smallest_cost(each: list[TransitionSystem], formula: Formula) -> None:
     team = Team(each)

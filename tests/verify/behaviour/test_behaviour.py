@@ -43,7 +43,7 @@ def test_no_possible_flight_breaks_what_is_said_to_hold(formula, lines, team, rn
         assert [low for low, _ in verdict.times] == sorted(low for low, _ in verdict.times)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(formulas(size=8), st.lists(timelines(), min_size=1, max_size=2), st.sampled_from(["own", "joint"]))
 def test_parallel_implies_timed(formula, lines, team):
     asked = mission(str(formula), team=team, robots=len(lines))

@@ -101,7 +101,7 @@ def test_a_cycle_may_be_unrolled():
 def test_random_sequences_certify_just_their_own_words():
     rng = np.random.default_rng(5)
     certified = 0
-    for _ in range(60):
+    for _ in range(30):
         pick = [str(p) for p in rng.choice(["aF", "bF"], size=int(rng.integers(1, 4)))]
         split = int(rng.integers(0, len(pick) + 1))
         prefix, lap = pick[:split], pick[split:]
@@ -114,7 +114,7 @@ def test_random_sequences_certify_just_their_own_words():
         right = words[0] == words[1] and cycle_visit == split
         assert sequenced(sequence, prefix, lap, cycle_visit).holds == right, (sequence, prefix, lap, cycle_visit)
         certified += right
-    assert 5 <= certified <= 40
+    assert 5 <= certified <= 20
 
 
 def test_words_that_repeat_are_compared_for_ever():

@@ -41,7 +41,7 @@ def check_cover(spans, end):
 def test_the_second_exact_method_finds_the_same_switches():
     rng = np.random.default_rng(0)
     told = left_open = 0
-    for _ in range(60):  # 10 000 of them: tests/benchmarks/certificates.py
+    for _ in range(40):  # 10 000 of them: tests/benchmarks/certificates.py
         trajectory = wandering(rng, pieces=int(rng.integers(1, 4)))
         mission = mission_at(trajectory)
         check_cover(spans_of(mission, trajectory), sum(map(Fraction, trajectory.durations.tolist())))

@@ -121,6 +121,6 @@ def test_limits_a_billionth_away_are_told(name, seed, monkeypatch):
     monkeypatch.setattr(ctx, "prec", 160)
     flight = gentle(np.random.default_rng(seed), 1 + seed % 3)
     top = peak(flight, MISSION.vehicle, name)
-    for share in (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9):
+    for share in (1e-5, 1e-7, 1e-9):
         assert verdict(flight, name, top + share * abs(top)) == "holds"
         assert verdict(flight, name, top - share * abs(top)) == "fails"

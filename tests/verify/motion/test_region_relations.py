@@ -73,7 +73,7 @@ def common_points(first: Holds, second: Holds, rng: np.random.Generator) -> floa
 def test_no_point_lies_in_two_regions_that_are_proved_disjoint() -> None:
     rng = np.random.default_rng(1)
     told = 0
-    for _ in range(40):
+    for _ in range(25):
         (a, in_a), (b, in_b) = random_solid(rng), random_solid(rng)
         proved = ("a", "b") in related(a=a, b=b).disjoint
         deep = common_points(in_a, in_b, rng)
@@ -88,7 +88,7 @@ def test_no_point_lies_in_two_regions_that_are_proved_disjoint() -> None:
 def test_every_point_of_a_region_that_is_proved_nested_lies_in_the_other() -> None:
     rng = np.random.default_rng(2)
     told = 0
-    for _ in range(60):
+    for _ in range(30):
         (a, in_a), (b, in_b) = random_solid(rng), random_solid(rng)
         grown = {"center": [0.0, 0.0, 1.0], "size": [1.9, 1.9, 1.3]}
         found = related(a=a, b=b, c=grown).nested

@@ -176,7 +176,7 @@ def test_teams_must_be_the_missions():
     assert read_team(mission, team).end == Fraction(1)
 
 
-@pytest.mark.parametrize("size", [1e150, 1e200, 1e300])
+@pytest.mark.parametrize("size", [1e150, 1e300])
 def test_absurd_paths_of_two_robots_are_refused_without_a_traceback(size):
     mission = pair_mission()
     wild = still([0, 0, 1]).coefficients.copy()

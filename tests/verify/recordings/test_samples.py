@@ -184,7 +184,7 @@ def dense_signal(asked: Mission, points: list[tuple[float, float]], times: np.nd
 corners = st.tuples(st.sampled_from([-0.4, 0.0, 0.5, 1.0, 1.5, 2.0, 2.4]), st.sampled_from([0.0, 0.0, 0.05, 0.15, 0.5]))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     formulas(size=6),
     st.lists(st.lists(corners, min_size=2, max_size=4), min_size=1, max_size=2),

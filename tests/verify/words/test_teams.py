@@ -241,8 +241,8 @@ def test_a_budget_that_runs_out_is_undecided():
 
 
 def test_many_alike_are_counted_and_not_permuted():
-    team = {f"q{i}": word(", a, " if i % 2 else ", b, ") for i in range(18)}
-    assert math.factorial(18) > 10**15  # orders
+    team = {f"q{i}": word(", a, " if i % 2 else ", b, ") for i in range(13)}
+    assert math.factorial(13) > 10**9  # orders
     assert check_team("G(a -> F b) | G(b -> F a)", team).sequential
     found = check_team("G(a -> F b)", team, budget=20_000)
     assert found.sequential.outcome == found.parallel.outcome == "fails"

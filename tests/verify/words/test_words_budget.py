@@ -83,12 +83,12 @@ def test_what_is_too_large_names_the_budget(formula: str, says: str) -> None:
         assert says in verdict.sentence
 
 
-def test_a_thousand_conjuncts_are_one_question_each() -> None:
+def test_hundreds_of_conjuncts_are_one_question_each() -> None:
     words = random_team(0, 5)
-    text = " & ".join(f"F a{i}" for i in range(1000))
+    text = " & ".join(f"F a{i}" for i in range(400))
     assert check_team(text, words).sequential.outcome == "fails"
     assert (
-        check_team(" & ".join(f"(a{i} | !a{i + 1} | F b{i % 5})" for i in range(1000)), words).sequential.outcome != "undecided"
+        check_team(" & ".join(f"(a{i} | !a{i + 1} | F b{i % 5})" for i in range(400)), words).sequential.outcome != "undecided"
     )
 
 

@@ -26,7 +26,7 @@ from verify.data.sections import TeamReading
 NEAR = {"a": (0.0, 0.0), "b": (2.0, 0.0)}
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(formulas(names=("a", "b"), size=4))
 def test_joint_plans_against_brute_force(formula: Formula) -> None:
     mission = world(str(formula), regions=NEAR, robots=2, team="joint")
