@@ -12,12 +12,12 @@ import pytest
 
 import ltlplan
 import verify
-from ltlplan.missions import shipped_missions
 from tests.helpers.dense_sampler import level, quantities, read_flight, read_mission, regions_of
+from tests.helpers.shipped import PAPER_MISSIONS
 from verify.data import load_plan
 
 RATE = 2000.0
-NAMES = shipped_missions()
+NAMES = PAPER_MISSIONS
 
 
 @pytest.fixture(scope="module", params=NAMES)

@@ -15,7 +15,6 @@ from plotly.offline import get_plotlyjs
 import ltlplan
 from flight.campaigns import campaign
 from flight.pictures import COLOURS, REGION_COLOURS
-from ltlplan.missions import shipped_missions
 from ltlplan.report.bars import Bar, bars_html, tick_step
 from ltlplan.report.campaign import campaign_html
 from ltlplan.report.inline import packed
@@ -23,19 +22,21 @@ from ltlplan.report.over_time import over_time
 from ltlplan.report.pictures import pictures_html
 from ltlplan.report.run_page import report_html
 from tests.helpers.pages import MOST_BYTES, bars_of, carried, data_of
+from tests.helpers.shipped import PAPER_MISSIONS, WORLD_MISSIONS
 
 
 def size(page: str) -> int:
     return len(page.encode())
 
 
-@pytest.mark.parametrize("name", shipped_missions())
+@pytest.mark.parametrize("name", [*PAPER_MISSIONS, *(pytest.param(name, marks=pytest.mark.slow) for name in WORLD_MISSIONS)])
 def test_the_report_of_a_shipped_mission_can_be_sent(shipped_run, name: str) -> None:
     assert size(report_html(shipped_run(name))) <= MOST_BYTES
 
 
 @pytest.mark.parametrize(
-    "name", [name if name == "firefighting" else pytest.param(name, marks=pytest.mark.slow) for name in shipped_missions()]
+    "name",
+    ["firefighting", *(pytest.param(name, marks=pytest.mark.slow) for name in (*PAPER_MISSIONS[1:], *WORLD_MISSIONS))],
 )
 def test_the_pictures_of_a_shipped_mission_can_be_sent(shipped_page, name: str) -> None:
     """Those of hoops-sequence are weighed by default, too, where the command line draws them."""

@@ -1,0 +1,63 @@
+"""The shipped missions with walls, doors, shelves and houses: loaded, planned, and flown clear of what is solid by samples of our own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ltlplan
+import verify
+from ltlplan.report.views import views_html
+from tests.helpers.shipped import WORLD_MISSIONS
+from verify.data import Mission
+
+ASKED = {
+    "office": {"kitchen", "library", "lab", "studio", "mail", "meeting"},
+    "warehouse": {"packing", "assembly", "count_north", "count_south"},
+    "window-inspection": {"north", "east", "south", "west"},
+}
+
+
+def clear_of_solids(mission: Mission, points: np.ndarray, keep: float) -> bool:
+    """Tell whether points, m, keep so far from all solid bodies, openings aside. Shape (n, 3)."""
+    for obstacle in mission.obstacles.values():
+        depths = obstacle.measures.depths(points - np.array(obstacle.center)) if not obstacle.is_ellipsoid else None
+        if depths is None:
+            depths = (1.0 - np.sqrt(obstacle.level(points))) * obstacle.inner_radius
+        near = depths > -keep
+        for name in obstacle.openings:
+            hoop = mission.hoops[name]
+            offset, normal = points - np.array(hoop.center), np.array(hoop.normal)
+            near &= np.linalg.norm(offset - (offset @ normal)[:, None] * normal, axis=1) > hoop.opening - keep
+        if near.any():
+            return False
+    return True
+
+
+@pytest.mark.parametrize("name", WORLD_MISSIONS)
+def test_a_mission_of_the_world_is_shared_by_its_robots_along_ways_that_are_there(name: str) -> None:
+    mission = ltlplan.load_mission(name)
+    plan = ltlplan.plan(mission)
+    visited = {visit.region for robot in plan.robots.values() for visit in robot.visits}
+    assert ASKED.get(name, set()) <= visited
+    for robot, flown in plan.robots.items():
+        at = np.array([waypoint.position for waypoint in flown.waypoints])
+        assert clear_of_solids(mission, at, mission.vehicle_of(robot).radius), robot
+    assert views_html(mission).count("<svg viewBox") == 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", WORLD_MISSIONS)
+def test_a_mission_of_the_world_is_certified_and_flown_clear_of_what_is_solid(name: str, tmp_path: Path) -> None:
+    result = ltlplan.run(name, tmp_path / "run")
+    assert all(claim.outcome == "holds" for claim in result.certificate.claims)
+    assert {"obstacles"} <= {claim.name for claim in result.certificate.claims}
+    mission = verify.recheck(tmp_path / "run").mission
+    for robot, trajectory in result.team.items():
+        planned = trajectory.evaluate(np.arange(0.0, trajectory.duration, 1e-3))[:, :3]
+        assert clear_of_solids(mission, planned, mission.vehicle_of(robot).radius + mission.margin - 1e-9), robot
+    for index, robot in enumerate(result.log.robots):
+        assert clear_of_solids(mission, result.log.position[:, index], mission.vehicle_of(robot).radius), robot
+    assert (tmp_path / "run" / "report.html").stat().st_size < 2_000_000
