@@ -13,11 +13,11 @@ from verify.data.trajectory import Trajectory
 from verify.motion.continuity import Jump, jumps
 from verify.motion.limits import Extreme, extremes
 from verify.motion.membership import MembershipPolynomials, Span, membership_polynomials, statuses
-from verify.motion.obstacles import Approach, SolidWorld
 from verify.motion.passages import Clearance, HoopFrames, clearances, hoop_frames
 from verify.motion.paths import TeamPaths, read_team
 from verify.motion.regions import relations
 from verify.motion.separation import MinimumDistance, PairwiseDistances, minimum_distances, pairwise_distances, walls
+from verify.motion.solids.approaches import Approach, SolidWorld
 
 
 @dataclass(frozen=True, eq=False)

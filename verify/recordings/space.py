@@ -1,9 +1,10 @@
-"""Recorded flights in space: workspace, rims and separation, whatever the robots did between their samples."""
+"""Recorded flights in space: workspace, rims, obstacles and separation, whatever the robots did between their samples."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable, Mapping
+from fractions import Fraction
 from functools import partial
 
 import numpy as np
@@ -14,6 +15,8 @@ from verify.data.errors import BadInput
 from verify.data.mission import Mission
 from verify.data.shapes.region import Hoop
 from verify.motion.passages import rim_distance, unit_normal
+from verify.motion.solids.bodies import SolidBodies
+from verify.motion.solids.points import is_near
 from verify.recordings.tracks import Cells, Floats, Track, Value, least
 
 TELLS: dict[Outcome, str] = {"holds": "holds", "fails": "broken", "undecided": "the samples cannot tell"}
@@ -94,8 +97,28 @@ def obstacle_claim(track: Track, mission: Mission) -> Claim | None:
     """The vehicle's sphere meets no obstacle; None where there are none."""
     if not mission.obstacles:
         return None
-    sentence = f"{track.robot} cannot be shown to stay clear of obstacles: this version does not judge them yet."
-    return recorded_claim("obstacles", "undecided", sentence, robot=track.robot)
+    robot, radius, bodies = track.robot, mission.vehicle_of(track.robot).radius, SolidBodies.of(mission)
+    found = least(track, _moving(lambda places: bodies.nearest(places)[0]), radius)
+    near, parts = bodies.nearest(track.positions)
+    worst, when = _worst_sample(track, near)
+    at = int(np.searchsorted(track.times, when))
+    x, y, z = (Fraction(value) for value in track.positions[at].tolist())
+    if worst <= radius and is_near((x, y, z), bodies.parts[parts[at]], Fraction(radius) - Fraction(track.bounds.error)):
+        name = bodies.parts[parts[at]].obstacle
+        place = f"within {worst:.4f} m of" if worst > 0 else "inside"
+        sentence = f"{robot} is {place} obstacle '{name}' at {when:.4f} s; its radius is {radius:g} m."
+        return recorded_claim("obstacles", "fails", sentence, robot=robot, bound=worst, limit=radius, time=when, region=name)
+    where = np.stack([np.interp(found.time, track.times, axis) for axis in track.positions.T])
+    name = bodies.parts[int(bodies.nearest(where[None])[1][0])].obstacle
+    if found.proved:
+        sentence = f"{robot} stays {found.low:.4f} m from obstacle '{name}' and from every other."
+        return recorded_claim(
+            "obstacles", "holds", sentence, robot=robot, bound=found.low, limit=radius, time=found.time, region=name
+        )
+    sentence = f"{robot} may come within {max(found.low, 0.0):.4f} m of obstacle '{name}' at {found.time:.4f} s; its radius is {radius:g} m."
+    return recorded_claim(
+        "obstacles", "undecided", sentence, robot=robot, bound=found.low, limit=radius, time=found.time, region=name
+    )
 
 
 def rim_claim(track: Track, mission: Mission) -> Claim | None:

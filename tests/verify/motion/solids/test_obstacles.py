@@ -16,8 +16,8 @@ from verify.data import Mission, Plan, Trajectory, load_vehicle
 from verify.data.sections import Agent, Box, Spec
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop
-from verify.motion.obstacles import SolidWorld
 from verify.motion.paths import read_team
+from verify.motion.solids.approaches import SolidWorld
 
 RADIUS = load_vehicle("crazyflie-2.1").radius
 SMOOTH = np.array([0, 0, 0, 0, 35, -84, 70, -20])

@@ -34,11 +34,22 @@ def meets(paths: TeamPaths, part: SolidPart, segment: int, place: float, limit: 
         limit: m, exact.
     """
     x, y, z = (fraction(axis(rational(place))) for axis in paths.exact_position(segment))
-    return any(
-        _square(solid, (x, y, z)) <= limit * limit
+    return is_near((x, y, z), part, limit)
+
+
+def is_near(point: Vector, part: SolidPart, limit: Fraction) -> bool:
+    """Prove that a point is no farther than a limit from what is solid; False means only that no proof was found.
+
+    Args:
+        point: m, exact.
+        part: The part of an obstacle.
+        limit: m, exact; below zero nothing is near.
+    """
+    return limit >= 0 and any(
+        _square(solid, point) <= limit * limit
         and holds(part.center, part.inequalities, solid)
         and not any(_in_opening(hoop, solid) for _, hoop in part.holes)
-        for solid in _candidates(part, (x, y, z))
+        for solid in _candidates(part, point)
     )
 
 

@@ -1,8 +1,8 @@
 """How near robots come to obstacles, for all times: branch and bound over segments of paths and convex parts of obstacles.
 
 The quantity is the distance of a path from what is solid (`verify.data.shapes.solid_parts`). Far parts are told by boxes around
-several segments at once; of what is left each segment is halved until what `verify.motion.solid_distances` proves of its
-halves meets what is reached. That a path meets an obstacle is shown by one instant and one solid point (`solid_points`).
+several segments at once; of what is left each segment is halved until what `verify.motion.solids.half_spaces` proves of its
+halves meets what is reached. That a path meets an obstacle is shown by one instant and one solid point (`points`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from verify.arithmetic.balls import Balls, Floats, halves
 from verify.arithmetic.bounds import Indices
 from verify.data.shapes.solid_parts import SolidPart, solid_parts
 from verify.motion.paths import TeamPaths
-from verify.motion.solid_distances import Hulls, Outlines, PartTable, part_tables
+from verify.motion.solids.bodies import MOST_AT_ONCE, SolidBodies
+from verify.motion.solids.half_spaces import Hulls
 
 SLACK = 1e-4
 """m; how closely the nearest approach is bounded at first."""
@@ -30,11 +31,11 @@ _SLICE = 16
 """So many segments of a robot are held against a part at once, to begin with."""
 _FIRST = 4
 """So many of the nearest slices of each robot are looked at to know about how near it comes."""
-_BLOCK = 16_384
-_MOST_AT_ONCE = 2_000_000
 _DEPTH, _DEPTH_AT_LIMIT = 30, 44
 _MOST = 200_000
 """More open parts of segments than this keep the (sound, looser) bounds that they have."""
+_FINEST = 1e-12
+"""m; where a bound is as near as this to what is reached, halving gains nothing."""
 _MIDDLE = np.array([math.comb(7, k) for k in range(8)]) / 128.0
 _STEP = 1e-6
 
@@ -84,54 +85,9 @@ class SolidWorld:
         return cls(paths, solid_parts(paths.mission.obstacles, paths.mission.hoops))
 
     @cached_property
-    def tables(self) -> tuple[PartTable, ...]:
-        """The parts as arrays."""
-        return part_tables(self.parts)
-
-    @cached_property
-    def outlines(self) -> Outlines:
-        """The parts as polyhedra around them."""
-        return Outlines.of(self.tables, len(self.parts))
-
-    @cached_property
-    def obstacles(self) -> tuple[str, ...]:
-        """Names of the obstacles, in the mission's order."""
-        return tuple(dict.fromkeys(part.obstacle for part in self.parts))
-
-    @cached_property
-    def obstacle_of(self) -> Indices:
-        """Index of each part's obstacle. Shape (parts,)."""
-        numbers = {name: index for index, name in enumerate(self.obstacles)}
-        return np.array([numbers[part.obstacle] for part in self.parts], dtype=np.intp)
-
-    @cached_property
-    def _rows(self) -> tuple[Indices, Indices]:
-        """For each part the table that it is in and its row there. Shape (parts,) each."""
-        table, row = np.zeros(len(self.parts), dtype=np.intp), np.zeros(len(self.parts), dtype=np.intp)
-        for k, one in enumerate(self.tables):
-            table[one.indices], row[one.indices] = k, np.arange(len(one.indices))
-        return table, row
-
-    def distances(self, parts: Indices, hulls: Hulls, places: Floats, enough: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return how far hulls stay from parts, proved, and about how far one place of each is.
-
-        Args:
-            parts: The part that each hull is held against. Shape (n,).
-            hulls: n of them.
-            places: One place of each, m. Shape (n, 3).
-            enough: Hulls of which as much as this is proved soon are not looked at any closer, m. Shape (n,).
-
-        Returns:
-            m. Shape (n,) each.
-        """
-        low, near = np.empty(len(parts)), np.empty(len(parts))
-        table, row = self._rows
-        for k, one in enumerate(self.tables):
-            for index in _blocks(np.flatnonzero(table[parts] == k)):
-                wanted = None if enough is None else enough[index]
-                found = one.distances(row[parts[index]], hulls[index], places[index], enough=wanted)
-                low[index], near[index] = found.low, found.near
-        return low, near
+    def bodies(self) -> SolidBodies:
+        """What is solid, as arrays."""
+        return SolidBodies(self.parts)
 
     @np.errstate(all="ignore")
     def approaches(self, needed: Mapping[str, float]) -> dict[str, tuple[Approach, ...]]:
@@ -169,7 +125,7 @@ class _Search:
 
     def __init__(self, world: SolidWorld, needed: Floats, slack: float) -> None:
         self.world, self.needed, self.slack = world, needed, slack
-        groups = (len(world.paths.robots), len(world.obstacles))
+        groups = (len(world.paths.robots), len(world.bodies.obstacles))
         self.low, self.near = np.full(groups, np.inf), np.full(groups, np.inf)
         self.segment, self.part, self.place = np.zeros(groups, np.intp), np.zeros(groups, np.intp), np.zeros(groups)
 
@@ -187,9 +143,9 @@ class _Search:
         for level in range(depth + 1):
             places = state.mid @ _MIDDLE
             robots = paths.owner[items]
-            low, near = self.world.distances(parts, Hulls(state.mid, state.rad), places, self._enough()[robots])
+            low, near = self.world.bodies.distances(parts, Hulls(state.mid, state.rad), places, self._enough()[robots])
             self._reach(items, parts, starts + width / 2, near)
-            closed = ~self._is_open(robots, parts, low)
+            closed = ~self._is_open(robots, parts, low) | (near - low <= _FINEST)
             if level == depth or 2 * np.count_nonzero(~closed) > _MOST:
                 closed[:] = True
             self._close(robots[closed], parts[closed], low[closed])
@@ -222,7 +178,7 @@ class _Search:
         point = paths.positions.mid[segment] @ share
         return Approach(
             paths.robots[robot],
-            self.world.obstacles[obstacle],
+            self.world.bodies.obstacles[obstacle],
             low,
             high,
             segment,
@@ -241,14 +197,14 @@ class _Search:
         cuts = np.unique(np.concatenate([np.arange(begin, end, _SLICE) for begin, end in _runs(turns, len(segments))]))
         lengths = np.diff(np.append(cuts, len(segments)))
         box_low, box_high = np.minimum.reduceat(low, cuts), np.maximum.reduceat(high, cuts)
-        bounds = np.concatenate([self.world.outlines.beyond(box_low[b], box_high[b]) for b in self._rows_of(len(cuts))])
+        bounds = np.concatenate([self.world.bodies.outlines.beyond(box_low[b], box_high[b]) for b in self._rows_of(len(cuts))])
         for robot in np.unique(owner):
             mine = np.flatnonzero(owner[cuts] == robot)
             nearest = np.argsort(bounds[mine], axis=None, kind="stable")[:_FIRST]
             slices, parts = mine[nearest // count], nearest % count
             chosen = segments[cuts[slices] + lengths[slices] // 2]
             places = paths.positions.mid[chosen] @ _MIDDLE
-            _, near = self.world.distances(parts, Hulls.points(places), places)
+            _, near = self.world.bodies.distances(parts, Hulls.points(places), places)
             self._reach(chosen, parts, np.full(len(chosen), 0.5), near)
         items: list[Indices] = []
         partners: list[Indices] = []
@@ -258,7 +214,11 @@ class _Search:
             close = ~(bounds[k] > enough[k])
             self._close(np.full(int(np.sum(~close)), robot), np.flatnonzero(~close), bounds[k][~close])
             parts = np.flatnonzero(close)
-            one = self.world.outlines.some(parts).beyond(low[within], high[within]) if len(parts) else np.zeros((length, 0))
+            one = (
+                self.world.bodies.outlines.some(parts).beyond(low[within], high[within])
+                if len(parts)
+                else np.zeros((length, 0))
+            )
             far = one > enough[k]
             self._close(np.full(int(far.sum()), robot), parts[np.nonzero(far)[1]], one[far])
             near_item, near_part = np.nonzero(~far)
@@ -268,7 +228,7 @@ class _Search:
 
     def _rows_of(self, count: int) -> Iterator[slice]:
         """Yield blocks of boxes, so that all of them beside all faces take little memory."""
-        step = max(1, _MOST_AT_ONCE // self.world.outlines.bounds.size)
+        step = max(1, MOST_AT_ONCE // self.world.bodies.outlines.bounds.size)
         for first in range(0, count, step):
             yield slice(first, first + step)
 
@@ -277,7 +237,7 @@ class _Search:
         return np.maximum(self.near.min(axis=1), self.needed) if self.slack > 0 else self.needed
 
     def _is_open(self, robots: Indices, parts: Indices, low: Floats) -> np.ndarray:
-        obstacles = self.world.obstacle_of[parts]
+        obstacles = self.world.bodies.obstacle_of[parts]
         near, needed = self.near[robots, obstacles], self.needed[robots]
         if self.slack > 0:
             room = np.maximum(self.slack, _FAR_SLACK * (near - needed))
@@ -285,7 +245,7 @@ class _Search:
         return ~(low > needed) & ~(near < needed * (1 - 1e-12))
 
     def _reach(self, segments: Indices, parts: Indices, places: Floats, near: Floats) -> None:
-        robots, obstacles = self.world.paths.owner[segments], self.world.obstacle_of[parts]
+        robots, obstacles = self.world.paths.owner[segments], self.world.bodies.obstacle_of[parts]
         better = np.flatnonzero(near < self.near[robots, obstacles])
         better = better[np.argsort(-near[better], kind="stable")]  # the least of each is written last
         at = robots[better], obstacles[better]
@@ -293,17 +253,12 @@ class _Search:
         self.place[at] = places[better]
 
     def _close(self, robots: Indices, parts: Indices, low: Floats) -> None:
-        np.minimum.at(self.low, (robots, self.world.obstacle_of[parts]), low)
+        np.minimum.at(self.low, (robots, self.world.bodies.obstacle_of[parts]), low)
 
 
 def _runs(turns: Indices, count: int) -> Iterator[tuple[int, int]]:
     ends = [0, *turns.tolist(), count]
     yield from itertools.pairwise(ends)
-
-
-def _blocks(index: Indices) -> Iterator[Indices]:
-    for first in range(0, len(index), _BLOCK):
-        yield index[first : first + _BLOCK]
 
 
 def _way_out(part: SolidPart, point: Floats) -> tuple[float, float, float]:

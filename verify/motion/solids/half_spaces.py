@@ -1,0 +1,177 @@
+"""How far paths stay from convex parts, proved: what lies between two places is parted from a part by one plane.
+
+Whatever weights w >= 0 are given to a part's half-spaces l.x <= b, all of its points have (sum w l).x <= sum w b. So a point's distance
+from the part is at least (sum w l).x - sum w b over |sum w l|, and with the weights of the nearest point it is exactly that, at
+faces, edges and corners alike. A quadric has half-spaces of its own, its tangents: by Cauchy and Schwarz u'Q(x - c) <= sqrt(B u'Qu) for
+every u. Weights and tangents are found in floats for one place of a path; what they prove holds for all of it, since a polynomial
+lies in the hull of its Bernstein coefficients and what a plane parts from them it parts from the path. Every bound is rounded to
+the strict side (`verify.arithmetic.balls` says how radii are counted).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from verify.arithmetic.balls import Floats, gamma
+from verify.arithmetic.bounds import Indices
+
+NONE = 1e300
+"""The bound of a half-space that is none."""
+GROW = 1.0 + 2.0**-40
+TINY = 1e-290
+_KEPT = 12
+"""Of a part with many faces the farthest so many are weighed against each other."""
+_SWEEPS = 60
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Hulls:
+    """Points, or the corners of what holds a path's part: each corner anywhere within a box.
+
+    Attributes:
+        mid: m, world frame. Shape (n, 3, corners).
+        rad: Half the boxes' edges, m. The same shape.
+    """
+
+    mid: Floats
+    rad: Floats
+
+    @classmethod
+    def points(cls, places: Floats) -> Hulls:
+        """Return points. Shape (n, 3)."""
+        return cls(places[..., None], np.zeros((*places.shape, 1)))
+
+    @property
+    def extent(self) -> tuple[Floats, Floats]:
+        """How large coordinates may be, and how far off the corners, m. Shape (n, 3) each."""
+        rad = self.rad.max(axis=-1)
+        return (np.abs(self.mid).max(axis=-1) + rad) * GROW, rad
+
+    def __getitem__(self, index: Indices) -> Hulls:
+        return Hulls(self.mid[index], self.rad[index])
+
+    def __len__(self) -> int:
+        return len(self.mid)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class HalfSpaces:
+    """Half-spaces normal . x <= bound in a part's frame: exact up to the errors. Shapes (n, rows, 3) and (n, rows)."""
+
+    normals: Floats
+    bounds: Floats
+    normal_errors: Floats
+    bound_errors: Floats
+
+    def joined(self, other: HalfSpaces) -> HalfSpaces:
+        """Return these and others of the same parts."""
+        return HalfSpaces(
+            np.concatenate([self.normals, other.normals], axis=1),
+            np.concatenate([self.bounds, other.bounds], axis=1),
+            np.concatenate([self.normal_errors, other.normal_errors], axis=1),
+            np.concatenate([self.bound_errors, other.bound_errors], axis=1),
+        )
+
+    def kept(self, rows: Indices) -> HalfSpaces:
+        """Return some rows of each. Shape (n, kept)."""
+        deep = rows[..., None]
+        return HalfSpaces(
+            np.take_along_axis(self.normals, deep, 1),
+            np.take_along_axis(self.bounds, rows, 1),
+            np.take_along_axis(self.normal_errors, deep, 1),
+            np.take_along_axis(self.bound_errors, rows, 1),
+        )
+
+
+def apart_by_one(rows: HalfSpaces, hulls: Hulls, places: Floats) -> tuple[Floats, Floats]:
+    """Return what single half-spaces prove, and how far places are from the farthest one, in floats.
+
+    Args:
+        rows: Of n parts.
+        hulls: n of them, in the parts' frames.
+        places: One place of each, m. Shape (n, 3).
+
+    Returns:
+        m. Shape (n,) each.
+    """
+    size, rad = hulls.extent
+    least = np.min(np.matmul(rows.normals, hulls.mid), axis=-1) - rows.bounds
+    loose = np.abs(rows.normals)
+    off = np.einsum("nri,ni->nr", loose * gamma(6) + rows.normal_errors, size) + np.einsum("nri,ni->nr", loose, rad)
+    off += rows.bound_errors + gamma(3) * np.abs(rows.bounds)
+    least -= off * GROW + TINY
+    lengths = np.linalg.norm(rows.normals, axis=-1)
+    doubt = rows.normal_errors.sum(axis=-1)
+    most, fewest = lengths * (1 + 2.0**-49) + doubt, np.maximum(lengths * (1 - 2.0**-49) - doubt, TINY)
+    apart = np.where(least > 0, least / most * (1 - 2.0**-51), least / fewest * (1 + 2.0**-51))
+    at = np.einsum("nri,ni->nr", rows.normals, places) - rows.bounds
+    return np.max(apart, axis=1), np.max(at / np.maximum(lengths, 1e-150), axis=1)
+
+
+def farthest_of(rows: HalfSpaces, places: Floats) -> HalfSpaces:
+    """Return of each part the half-spaces that are farthest from places, where there are many.
+
+    Args:
+        rows: Of n parts.
+        places: m. Shape (n, 3).
+    """
+    if rows.bounds.shape[1] <= _KEPT:
+        return rows
+    lengths = np.maximum(np.linalg.norm(rows.normals, axis=-1), 1e-150)
+    at = (np.einsum("nri,ni->nr", rows.normals, places) - rows.bounds) / lengths
+    return rows.kept(np.argpartition(-at, _KEPT - 1, axis=1)[:, :_KEPT])
+
+
+def weights_of(rows: HalfSpaces, places: Floats) -> tuple[Floats, Floats]:
+    """Return the half-spaces' weights at the point of their intersection that is nearest to places, in floats.
+
+    Hildreth's method: each weight in turn becomes what brings the place onto its own plane, or zero.
+
+    Args:
+        rows: Of n parts.
+        places: m. Shape (n, 3).
+
+    Returns:
+        Weights of the rows, shape (n, rows), and the way back from the places to the nearest points, shape (n, 3).
+    """
+    lengths = np.maximum(np.linalg.norm(rows.normals, axis=-1), 1e-150)
+    units = rows.normals / lengths[..., None]
+    over = (np.einsum("nri,ni->nr", rows.normals, places) - rows.bounds) / lengths
+    weights, back = np.zeros_like(over), np.zeros_like(places)
+    order = np.argsort(-over.max(axis=0))
+    for _ in range(_SWEEPS):
+        moved = 0.0
+        for k in order.tolist():
+            unit = units[:, k]
+            wanted = np.maximum(weights[:, k] + over[:, k] - np.einsum("ni,ni->n", unit, back), 0.0)
+            step = wanted - weights[:, k]
+            if step.any():
+                weights[:, k] = wanted
+                back += step[:, None] * unit
+                moved = max(moved, float(np.max(np.abs(step))))
+        if moved <= 1e-13:
+            break
+    return weights / lengths, back
+
+
+def apart_by_weights(rows: HalfSpaces, weights: Floats, hulls: Hulls) -> Floats:
+    """Return what weighted half-spaces prove of hulls, in m; below zero nothing. Shape (n,).
+
+    Args:
+        rows: Of n parts.
+        weights: Not negative. Shape (n, rows).
+        hulls: n of them, in the parts' frames.
+    """
+    normal = np.einsum("nr,nri->ni", weights, rows.normals)
+    chain = gamma(weights.shape[1] + 3)
+    error = np.einsum("nr,nri->ni", weights, chain * np.abs(rows.normals) + rows.normal_errors) * GROW + TINY
+    bound = np.einsum("nr,nr->n", weights, rows.bounds)
+    off = np.einsum("nr,nr->n", weights, chain * np.abs(rows.bounds) + rows.bound_errors) * GROW + TINY
+    size, rad = hulls.extent
+    least = np.min(np.einsum("ni,nik->nk", normal, hulls.mid), axis=1) - bound
+    loose = np.einsum("ni,ni->n", error + gamma(6) * np.abs(normal), size) + np.einsum("ni,ni->n", np.abs(normal), rad)
+    least -= (loose + off + gamma(3) * np.abs(bound)) * GROW
+    length = np.linalg.norm(normal, axis=1) * (1 + 2.0**-49) + error.sum(axis=1)
+    return np.where(least > 0, least / length * (1 - 2.0**-51), -np.inf)
