@@ -34,8 +34,6 @@ _FIRST = 4
 _DEPTH, _DEPTH_AT_LIMIT = 30, 44
 _MOST = 200_000
 """More open parts of segments than this keep the (sound, looser) bounds that they have."""
-_FINEST = 1e-12
-"""m; where a bound is as near as this to what is reached, halving gains nothing."""
 _MIDDLE = np.array([math.comb(7, k) for k in range(8)]) / 128.0
 _STEP = 1e-6
 
@@ -145,7 +143,8 @@ class _Search:
             robots = paths.owner[items]
             low, near = self.world.bodies.distances(parts, Hulls(state.mid, state.rad), places, self._enough()[robots])
             self._reach(items, parts, starts + width / 2, near)
-            closed = ~self._is_open(robots, parts, low) | (near - low <= _FINEST)
+            closed = ~self._is_open(robots, parts, low)
+            closed |= np.ptp(state.mid, axis=2).max(axis=1) <= state.rad.max(axis=(1, 2))  # smaller than what rounding may be
             if level == depth or 2 * np.count_nonzero(~closed) > _MOST:
                 closed[:] = True
             self._close(robots[closed], parts[closed], low[closed])
