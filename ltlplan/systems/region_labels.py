@@ -97,6 +97,8 @@ class Layout:
         """Return the regions that hold each of some points, m. Shape (n, 3)."""
         offset = points[:, None] - self._centres
         inside = np.einsum("nri,rij,nrj->nr", offset, self._shapes, offset) <= 1.0
+        for k in self._others:
+            inside[:, k] = self.regions[self._names[k]].level(points) <= 1.0
         return [frozenset(self._names[k] for k in np.flatnonzero(row)) for row in inside]
 
     def around(self, region: str) -> tuple[str, ...] | None:
