@@ -55,6 +55,7 @@ class AgentState:
         internal: Its internal state.
         place: The region in whose middle it is; None where it is anywhere else.
         side: The direction in which it flies through the hoop that it is in, where ways around obstacles depend on it.
+        kind: What robots have in common to whom the mission is the same (`Mission.alike_as`).
     """
 
     position: Point
@@ -63,12 +64,14 @@ class AgentState:
     internal: str
     place: str | None = None
     side: Direction | None = None
+    kind: str = ""
 
     @property
     def key(self) -> Key:
         """What tells this state from the others that one robot can be in."""
-        place = self.place if self.side is None else (self.place, self.side)
-        return (place or (self.position, self.inside), self.vertex, self.internal)
+        place: Hashable = self.place if self.side is None else (self.place, self.side)
+        place = place or (self.position, self.inside)
+        return ((place, self.kind) if self.kind else place, self.vertex, self.internal)
 
     def log(self) -> VisitLog:
         """Return a log of visits that begins where the robot is."""
@@ -132,6 +135,28 @@ class World:
         return RegionGraph(self.mission)
 
     @cached_property
+    def _views(self) -> dict[str, Mission]:
+        """The mission as each kind of robot sees it."""
+        return {self.mission.alike_as(robot): self.mission.seen_by(robot) for robot in self.mission.agents}
+
+    @cached_property
+    def _graphs(self) -> dict[str, RegionGraph]:
+        return {}
+
+    def graph_of(self, kind: str) -> RegionGraph:
+        """Return where robots of one kind can rest, and the ways between.
+
+        Args:
+            kind: As an `AgentState` has it.
+        """
+        view = self._views.get(kind, self.mission)
+        if view is self.mission:
+            return self.graph
+        if kind not in self._graphs:
+            self._graphs[kind] = RegionGraph(view, layout=self.graph.layout)
+        return self._graphs[kind]
+
+    @cached_property
     def overlaps(self) -> bool:
         """Whether some regions may have a point in common."""
         return any(self.graph.layout.neighbours.values())
@@ -162,30 +187,43 @@ class World:
     def _known(self) -> dict[Key, tuple[AgentState, Letter | None]]:
         return {}
 
-    def free_letter(self, internal: str) -> Letter:
-        """Return the letter of free flight in an internal state."""
-        return frozenset(self.mission.robot.states[internal])
+    @property
+    def free_letters(self) -> frozenset[Letter]:
+        """The letters of free flight that any robot shows."""
+        views = self._views.values()
+        return frozenset(frozenset(names) for view in views for names in view.robot.states.values())
+
+    def free_letter(self, internal: str, kind: str = "") -> Letter:
+        """Return the letter of free flight in an internal state.
+
+        Args:
+            internal: The state.
+            kind: Of which kind of robot.
+        """
+        return frozenset(self._views.get(kind, self.mission).robot.states[internal])
 
     def letter(self, where: AgentState) -> Letter:
         """Return the letter that a robot shows now."""
-        return self.free_letter(where.internal) | where.inside
+        return self.free_letter(where.internal, where.kind) | where.inside
 
     def start(self, robot: str) -> AgentState:
         """Return where a robot is at time 0."""
         agent = self.mission.agents[robot]
-        return self.at(agent.start, self.mission.initial_internal(robot), vertex=agent.visited)
+        internal = self.mission.initial_internal(robot)
+        return self.at(agent.start, internal, vertex=agent.visited, kind=self.mission.alike_as(robot))
 
-    def at(self, position: Point, internal: str, *, vertex: str | None = None) -> AgentState:
+    def at(self, position: Point, internal: str, *, vertex: str | None = None, kind: str = "") -> AgentState:
         """Return the state of a robot at a point.
 
         Args:
             position: m.
             internal: Its internal state.
             vertex: The region that it visited last, if any; inside regions that is the innermost one.
+            kind: Its kind.
         """
-        point = self.graph.standing(self.graph.layout.at(position), vertex)
+        point = self.graph_of(kind).standing(self.graph.layout.at(position), vertex)
         inside = frozenset(point.location.inside)
-        return AgentState(position, inside, point.place if inside else point.entered, internal)
+        return AgentState(position, inside, point.place if inside else point.entered, internal, kind=kind)
 
     def reached(self, key: Key) -> tuple[AgentState, Letter | None]:
         """Return the state at the end of a move with this key, and the letter once that place is left (see `Move.left`)."""
@@ -193,13 +231,13 @@ class World:
 
     def left(self, where: AgentState) -> Letter | None:
         """Return the letter of a robot that has left the regions where it hovers; None where it is not clear what it would be in."""
-        around = self.graph.around(self._point(where))
-        return None if around is None else self.free_letter(where.internal).union(around)
+        around = self.graph_of(where.kind).around(self._point(where))
+        return None if around is None else self.free_letter(where.internal, where.kind).union(around)
 
     def alike(self, where: AgentState) -> Hashable:
         """Return a key under which robots have the same moves: without overlaps and obstacles, wherever they hover."""
         place = (where.place or where.position, where.side) if self.overlaps or self.graph.space is not None else None
-        return (where.vertex, where.internal, where.inside, place)
+        return (where.vertex, where.internal, where.inside, place, where.kind)
 
     def moves(self, where: AgentState, *, first: bool = False) -> tuple[Move, ...]:
         """Return every visit that a robot can make next; a first move may also be to act where the robot already is."""
@@ -227,23 +265,24 @@ class World:
         return tuple(found)
 
     def _point(self, where: AgentState) -> RestPoint:
-        layout = self.graph.layout
+        graph = self.graph_of(where.kind)
+        layout = graph.layout
         if where.place is not None:
             return RestPoint(where.place, where.vertex, layout.middles[where.place], side=where.side)
         location = layout.at(where.position)
         if where.inside != frozenset(location.inside):  # seen elsewhere than it hovers, at a border
             location = Location(where.position, layout.outermost_first(where.inside), clear=False)
-        place = location.inside[-1] if location.inside else self.graph.environment.start
-        entered = self.graph.begun_in(location.inside) if len(location.inside) > 1 else None
+        place = location.inside[-1] if location.inside else graph.environment.start
+        entered = graph.begun_in(location.inside) if len(location.inside) > 1 else None
         return RestPoint(place, entered or where.vertex, location, where.position)
 
     def _onward(self, where: AgentState) -> Iterator[Move]:
         point = self._point(where)
-        for transition in self.graph.transitions(point):
+        for transition in self.graph_of(where.kind).transitions(point):
             end = transition.end
-            for actions, reached in self._chains(end, where.internal):
+            for actions, reached in self._chains(end, where):
                 there = AgentState(
-                    end.location.point, frozenset(end.location.inside), end.entered, reached, end.place, end.side
+                    end.location.point, frozenset(end.location.inside), end.entered, reached, end.place, end.side, where.kind
                 )
                 move = self._move(where, point, transition, actions, there)
                 if move.letters:  # a way within the same regions shows nothing
@@ -252,29 +291,36 @@ class World:
     def _move(
         self, where: AgentState, point: RestPoint, transition: Transition, actions: tuple[Action, ...], there: AgentState
     ) -> Move:
-        free, departs = self.free_letter(where.internal), None
+        free, departs = self.free_letter(where.internal, where.kind), None
         path = [*(transition.letters or ()), there.inside]
         if transition.letters is None and where.inside:
-            around = frozenset(self.graph.around(point) or ())
+            around = frozenset(self.graph_of(where.kind).around(point) or ())
             departs = free | around
             path.insert(0, around)
         letters = [free | regions for regions in path[departs is not None :] if regions != where.inside or departs is not None]
-        letters += [there.inside | self.free_letter(action.target) for action in actions]
+        letters += [there.inside | self.free_letter(action.target, where.kind) for action in actions]
         visit = Visit(region=there.place or "", actions=actions)
         return self._ended(visit, tuple(letters), departs, tuple(path), there)
 
     def _acts(self, where: AgentState) -> Iterator[Move]:
         point = self._point(where)
         apart = not self.graph.layout.neighbours[point.place]
-        for actions, reached in self._chains(point, where.internal):
+        for actions, reached in self._chains(point, where):
             if actions:
                 # where no other region is near, what follows is the same from wherever in the region it is
                 there = (
-                    AgentState(self.graph.layout.regions[point.place].center, where.inside, point.place, reached, point.place)
+                    AgentState(
+                        self.graph.layout.regions[point.place].center,
+                        where.inside,
+                        point.place,
+                        reached,
+                        point.place,
+                        kind=where.kind,
+                    )
                     if apart and self.graph.space is None
                     else replace(where, internal=reached)
                 )
-                letters = tuple(where.inside | self.free_letter(action.target) for action in actions)
+                letters = tuple(where.inside | self.free_letter(action.target, where.kind) for action in actions)
                 visit = Visit(region=point.place, actions=actions)
                 yield self._ended(visit, letters, None, (), there, in_place=True)
 
@@ -293,9 +339,9 @@ class World:
         shown = letters if departs is None else (departs, *letters)
         return Move(visit, letters, in_place, departs, regions, there, left, key, shown)
 
-    def _chains(self, point: RestPoint, internal: str) -> Iterator[tuple[tuple[Action, ...], str]]:
+    def _chains(self, point: RestPoint, where: AgentState) -> Iterator[tuple[tuple[Action, ...], str]]:
         """Yield the sequences of actions that a point permits, none first, no internal state twice."""
-        permitted = tuple(self.graph.actions(point))
+        permitted, internal = tuple(self.graph_of(where.kind).actions(point)), where.internal
         queue: list[tuple[tuple[Action, ...], str, frozenset[str]]] = [((), internal, frozenset({internal}))]
         while queue:
             actions, state, seen = queue.pop(0)

@@ -21,7 +21,7 @@ def straight_line_costs(mission: Mission) -> Callable[[str, Point, str], float]:
     weights = {}
     for robot in mission.agents:
         cost = dict(cost_of(mission, robot).weights)
-        weights[robot] = cost.get("length", 0.0) + cost.get("time", 0.0) / mission.planner.speed
+        weights[robot] = cost.get("length", 0.0) + cost.get("time", 0.0) / mission.seen_by(robot).planner.speed
 
     around = {name: 2.0 * region.inner_radius for name, region in mission.all_regions.items()}
 

@@ -40,8 +40,7 @@ class Reader:
         self._decomposition_set: dict[tuple[States, States], bool] = {}
         self._commutes: dict[Letter, bool] = {}
         self.initial: State = self._automaton.initial
-        free = {world.free_letter(state) for state in mission.robot.states}
-        self.shown = tuple(sorted({f | regions for f in free for regions in world.region_sets}, key=sorted))
+        self.shown = tuple(sorted({f | regions for f in world.free_letters for regions in world.region_sets}, key=sorted))
 
     @property
     def accepting(self) -> Reader:

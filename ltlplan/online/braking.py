@@ -203,7 +203,9 @@ def _stops(around: _Surroundings, trajectory: Trajectory, braking: bool, ways: t
         slowed = slow_down(trajectory, at, length) if at + length < trajectory.duration else None
         if slowed is None or not around.look_clear(slowed):
             continue
-        if not all(_looks_gentle(mission.limits.legs.get(r), slowed) for r in _regions_ahead(ways, _slows(slowed))):
+        if not all(
+            _looks_gentle(mission.leg_limits_of(around.name).get(r), slowed) for r in _regions_ahead(ways, _slows(slowed))
+        ):
             continue
         if any(region.level(slowed.evaluate(slowed.duration)[:3]) <= 1 for region in mission.all_regions.values()):
             inside.append(slowed)

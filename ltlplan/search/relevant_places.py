@@ -27,7 +27,7 @@ def places_that_matter(mission: Mission, layout: Layout) -> frozenset[str] | Non
     if _may_gain_without(written, FREE, wanted=True):
         return None
     matter = set(written.names() & mission.all_regions.keys())
-    matter |= {action.at for action in mission.robot.actions}
+    matter |= {action.at for robot in mission.agents for action in mission.robot_of(robot).actions}
     waiting = list(matter)
     for name in waiting:  # grows while it is walked
         fresh = layout.neighbours[name] - matter

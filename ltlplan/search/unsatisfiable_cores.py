@@ -21,11 +21,12 @@ from ltlplan.search.altered_systems import leaving_at_once, with_internal, witho
 from ltlplan.search.reduced_graph import Team
 from ltlplan.search.team_search import cheapest_path
 from ltlplan.systems.robot_systems import Systems
-from ltlplan.systems.transition_systems import TransitionSystem
+from ltlplan.systems.transition_systems import TransitionSystem, environment_of
 from ltlplan.systems.unreachable import why_unreachable
 from verify.data import Formula, Letter, Mission, Unsatisfiable, Word, parse_formula
 from verify.data.language.formula import FREE
 from verify.data.mission import in_no_region
+from verify.data.sections import Edge
 
 BUDGET = Budget(states=200_000)
 MAX_SUBSETS = 300
@@ -109,12 +110,14 @@ class _Inquiry:
         free = {FREE: in_no_region(self.mission.all_regions)}
         text = self.mission.spec.formula or "true"
         written = conjuncts(parse_formula(text, self.mission.propositions))
+        self.robots = list({id(robot): robot for robot in map(self.mission.robot_of, self.mission.agents)}.values())
         self.written = {part.substitute(free): part for part in reversed(written)}  # as the user wrote them, with `free`
 
     def answer(self) -> NoPlan:
         core = self._core(list(dict.fromkeys(conjuncts(self.mission.formula))))
-        edges = self._missing_edges(core)
-        reasons = [*self._reasons(core), *self._shut(core), *self._edge_sentence(edges), *self.systems.unclear()]
+        opened = self._opened(core)
+        edges = [] if opened else self._missing_edges(core)
+        reasons = [*self._reasons(core), *self._shut(core), *self._edge_sentence(edges), *opened, *self.systems.unclear()]
         reasons = list(dict.fromkeys(reasons))
         return NoPlan([self._shown(part) for part in core], reasons, edges)
 
@@ -171,11 +174,11 @@ class _Inquiry:
 
     def _lingering(self, core: list[Formula]) -> list[str]:
         """Say whether it is in the way that a robot is still in the region whose action it has just made."""
-        actions = [action for action in self.mission.robot.actions if action.source != action.target]
-        for action in actions:
+        actions = [(robot, action) for robot in self.robots for action in robot.actions if action.source != action.target]
+        for robot, action in actions:
             worlds = [leaving_at_once(world, action) for world in self.worlds]
             if self.feasible(core, worlds):
-                changed = sorted(set(self.mission.robot.states[action.target]) ^ set(self.mission.robot.states[action.source]))
+                changed = sorted(set(robot.states[action.target]) ^ set(robot.states[action.source]))
                 shown = f", which changes {_and(changed)}," if changed else ""
                 return [
                     f"The action {action.source} -> {action.target} is made inside {action.at}{shown} and the robot is still there "
@@ -278,15 +281,29 @@ class _Inquiry:
                     return [f"{name} needs {proposition}", *self._why(proposition, others, seen | {proposition})]
             held = [f"`{self._shown(other)}`" for other in others]
             return [f"{name} cannot be visited while {_and(held)} hold{'s' * (len(held) == 1)}"] if held else []
-        gains = {s for s, names in self.mission.robot.states.items() if name in names}
-        regions = sorted({a.at for a in self.mission.robot.actions if a.target in gains and a.source not in gains})
+        places: set[str] = set()
+        for robot in self.robots:
+            gains = {s for s, names in robot.states.items() if name in names}
+            places |= {a.at for a in robot.actions if a.target in gains and a.source not in gains}
+        regions = sorted(places)
         if not regions:
             return [f"no action leads to {name}"]
         for region in regions:
             if region not in seen and not self.feasible([*others, _eventually(region)], self.worlds):
                 steps = self._why(region, others, seen | {region})
                 return steps if steps and steps[0].endswith(region) else [f"{name} needs {region}", *steps]
-        return []
+        return self._who(name, seen)
+
+    def _who(self, name: str, seen: set[str]) -> list[str]:
+        """Say which robots alone can come to show an internal proposition, and what of all that is needed these cannot reach."""
+        agents = list(self.mission.agents)
+        able = [a for a in agents if any(name in names for names in self.mission.robot_of(a).states.values())]
+        if len(able) == len(agents) or len(self.worlds) < len(agents):
+            return []
+        worlds = [self.worlds[agents.index(agent)] for agent in able]
+        who = f"only {_and(able)} can show {name}"
+        regions = sorted(seen & self.mission.all_regions.keys())
+        return [who, *(f"{_and(able)} cannot reach {r}" for r in regions if not self.feasible([_eventually(r)], worlds))]
 
     def _needed_by(self, part: Formula) -> list[str]:
         """Return regions, not named by a requirement, without which it cannot be met."""
@@ -313,13 +330,12 @@ class _Inquiry:
         if given is None:
             return []
         regions = tuple(self.mission.all_regions)
+        successors = environment_of(self.mission).successors
         wanted = [
             (a, b)
             for a in (given.start, *regions)
             for b in regions
-            if a != b
-            and b not in self.systems.graph.environment.successors[a]
-            and (given.directed or a == given.start or a < b)
+            if a != b and b not in successors[a] and (given.directed or a == given.start or a < b)
         ]
         if len(wanted) > 200 or not self.feasible(core, self._with_edges(wanted)):
             return []
@@ -330,6 +346,34 @@ class _Inquiry:
                 if self.feasible(core, self._with_edges(edges)):
                     return list(edges)
         return []
+
+    def _opened(self, core: list[Formula]) -> list[str]:
+        """Say what, opened to all kinds of robots, would make the core possible: one region or edge, or all of them."""
+        mission, given = self.mission, self.mission.environment
+        tables = {"hoops": mission.hoops, "regions": mission.regions}
+        closed = [(table, name) for table, those in tables.items() for name, region in those.items() if region.only]
+        edges = [edge for edge in (() if given is None else given.edges) if isinstance(edge, Edge)]
+
+        def possible(names: Sequence[tuple[str, str]], opened: Sequence[Edge]) -> bool:
+            update: dict[str, object] = {
+                table: {n: r.model_copy(update={"only": None}) if (table, n) in names else r for n, r in those.items()}
+                for table, those in tables.items()
+            }
+            if given is not None:
+                kept = tuple(e.between if isinstance(e, Edge) and e in opened else e for e in given.edges)
+                update["environment"] = given.model_copy(update={"edges": kept})
+            changed = Systems(mission.model_copy(update=update))
+            return self.feasible(core, [changed.of(world.robot) for world in self.worlds])
+
+        if not closed + edges or not possible(closed, edges):
+            return []
+        for one in closed:
+            if possible([one], ()):
+                return [f"If {one[1]} were open to every robot it could hold."]
+        for edge in edges:
+            if possible((), [edge]):
+                return [f"If the edge {edge.between[0]} - {edge.between[1]} were open to every robot it could hold."]
+        return ["If all regions and edges were open to every robot it could hold."]
 
     def _with_edges(self, edges: Sequence[tuple[str, str]]) -> Worlds:
         given = self.mission.environment

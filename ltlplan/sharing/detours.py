@@ -100,7 +100,7 @@ def places_aside(mission: Mission, start: Point, paths: Sequence[Floats], distan
         reach = region.outer_radius
         grid = grid[np.linalg.norm(grid - np.array(region.center), axis=1) > reach * (1.0 + inset / region.inner_radius)]
     for hoop in mission.hoops.values():
-        ring = hoop.opening + hoop.rim + inset + mission.vehicle.radius
+        ring = hoop.opening + hoop.rim + inset + max(mission.vehicle_of(robot).radius for robot in mission.agents)
         grid = grid[np.linalg.norm(grid - np.array(hoop.center), axis=1) > ring]
     for path in paths:
         if len(grid):

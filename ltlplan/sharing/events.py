@@ -67,10 +67,10 @@ def falls_on(mission: Mission, event: WorldEvent, positions: dict[str, Point]) -
     if not isinstance(event, HoopMoves):
         return None
     region = event.apply(mission).all_regions[event.region]
-    need = mission.vehicle.radius + mission.margin
     for robot, position in positions.items():
         if float(region.level(np.array(position))) <= (1 + mission.margin / region.inner_radius) ** 2:
             return f"{event.region} moves onto {robot}, which is inside it at once; the robots hold their positions."
+        need = mission.vehicle_of(robot).radius + mission.margin
         if isinstance(region, Hoop) and rim_distance(position, region) <= need:
             return f"The rim of {event.region} moves onto {robot}, within {need:.3f} m; the robots hold their positions."
     return None

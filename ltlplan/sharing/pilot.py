@@ -191,7 +191,7 @@ class Pilot:
 
     def surprised(self, inside: frozenset[str]) -> None:
         """Put what an unforeseen letter makes necessary before what was planned: to leave, or to come again."""
-        free = self.world.free_letter(self.where.internal)
+        free = self.world.free_letter(self.where.internal, self.where.kind)
         if self.moves and self.moves[0].visit.region in inside and self.shown:
             return  # it is where it should be; its letter differs by what it carries, which the plan already knows
         self.detour = (free,) if inside and (self.moves or self.leaves) else ()

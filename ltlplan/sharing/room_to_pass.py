@@ -95,7 +95,7 @@ def _steps_aside(team: PilotedTeam, name: str, passing: str, now: float) -> bool
     pilot = team.pilots[name]
     team.root(pilot, now)
     where = pilot.where
-    free, ahead = team.world.free_letter(where.internal), team.ahead()
+    free, ahead = team.world.free_letter(where.internal, where.kind), team.ahead()
     inside = {n: p.chain for n, p in team.pilots.items() if p.entered}
     rest = {n: p.rest if n in inside else p.ahead for n, p in team.pilots.items()}
 
@@ -124,7 +124,7 @@ def _steps_aside(team: PilotedTeam, name: str, passing: str, now: float) -> bool
 
 def _out_to(world: World, where: AgentState, place: Point) -> tuple[frozenset[str], ...] | None:
     """Return the sets of regions that a robot is in on its way out to a place in free flight; None where they are not clear."""
-    if not where.inside or world.left(where) == world.free_letter(where.internal):
+    if not where.inside or world.left(where) == world.free_letter(where.internal, where.kind):
         return (frozenset(),) if where.inside else ()
     layout = world.graph.layout
     here = layout.at(where.position)

@@ -114,7 +114,9 @@ class _Flown:
         self.arrivals = len(pilot.arrivals)
         if not begins and where.internal != self.internal and where.inside:
             change = (self.internal, where.internal)
-            self.log.act(next(a for a in mission.robot.actions if (a.source, a.target) == change and a.at in where.inside))
+            self.log.act(
+                next(a for a in mission.robot_of(pilot.name).actions if (a.source, a.target) == change and a.at in where.inside)
+            )
         self.internal = where.internal
 
     @property

@@ -167,7 +167,7 @@ class TeamInFlight(ABC, Generic[Robot]):
             action = self.acts(pilot) if here else None
             if action is not None and action.at in here:
                 pilot.where = replace(pilot.where, internal=action.target)
-            letter = self.world.free_letter(pilot.where.internal) | here
+            letter = self.world.free_letter(pilot.where.internal, pilot.where.kind) | here
             if letter != self.belief.held[name]:
                 events[name] = letter
         return events, inside

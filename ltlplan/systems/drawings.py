@@ -26,13 +26,19 @@ MAX_NODES = 2000
 
 
 def robot_dot(mission: Mission) -> str:
-    """Return R (Fig. 7): internal states with their propositions; an arrow names the region that permits the action."""
+    """Return R (Fig. 7): internal states with their propositions; an arrow names the region that permits the action.
+
+    Kinds of robots stand beside each other, each state under the name of its table.
+    """
     lines = _head("robot")
-    for state, names in mission.robot.states.items():
-        label = f"{state}\n{show_letter(frozenset(names))}"
-        lines.append(f"  {_text(state)} [label={_text(label)}];")
-    lines.append(f'  "" -> {_text(mission.robot.initial)};')
-    lines += [f"  {_text(a.source)} -> {_text(a.target)} [label={_text(a.at)}];" for a in mission.robot.actions]
+    kinds = {mission.kind_of(agent): mission.robot_of(agent) for agent in mission.agents}
+    for kind, robot in kinds.items():
+        of = "" if kind is None else f"{kind}: "
+        for state, names in robot.states.items():
+            label = f"{of}{state}\n{show_letter(frozenset(names))}"
+            lines.append(f"  {_text(of + state)} [label={_text(label)}];")
+        lines.append(f'  "" -> {_text(of + robot.initial)};')
+        lines += [f"  {_text(of + a.source)} -> {_text(of + a.target)} [label={_text(a.at)}];" for a in robot.actions]
     return "\n".join([*lines, "}"]) + "\n"
 
 

@@ -93,7 +93,7 @@ class RegionGraph:
         self.places = {
             name: location
             for name, location in self.layout.middles.items()
-            if location.clear and (places is None or name in places)
+            if location.clear and (places is None or name in places) and _fits(mission, name)
         }
         self._around = {region: self.layout.around(region) for region in self.layout.regions}
         self._holding: dict[str, list[str]] = {region: [] for region in self.layout.regions}
@@ -292,3 +292,9 @@ class RegionGraph:
         reached = {place for region in self._next[point.entered] for place in self._holding[region]}
         reached.update(place for region in point.location.inside for place in self._holding[region])
         return sorted(reached, key=self._order.__getitem__)
+
+
+def _fits(mission: Mission, region: str) -> bool:
+    """Tell whether the mission's vehicle fits through a region's opening, if it has one."""
+    hoop = mission.hoops.get(region)
+    return hoop is None or hoop.opening > mission.vehicle.radius + mission.margin

@@ -25,7 +25,7 @@ class Systems:
 
     Args:
         mission: Whose regions and robots.
-        cost: Costs of legs; straight lines where None.
+        cost: Costs of legs; where None, the lengths of ways, weighted where robots' costs or speeds differ.
         places: Regions that robots may visit; all of them where None. The others are there, but nobody points at them.
         layout: How the mission's regions lie, where that is known already.
     """
@@ -41,23 +41,25 @@ class Systems:
         self.mission = mission
         self.layout = layout or Layout(mission)
         self._places = places
-        self._graphs: dict[float, RegionGraph] = {}
+        self._graphs: dict[tuple[str, float], RegionGraph] = {}
+        self._metre = metre_costs(mission)
         self.graph = self.graph_of(next(iter(mission.agents)))
         self.cost = cost
         self._regions = mission.all_regions
-        self._internal = {state: frozenset(names) for state, names in mission.robot.states.items()}
-        self._base: dict[tuple[RegionGraph, str], _Builder] = {}
+        self._base: dict[tuple[RegionGraph, str | float], _Builder] = {}
 
     def graph_of(self, robot: str) -> RegionGraph:
-        """Return the points at which a robot of this size can rest, and the ways between them.
+        """Return the points at which a robot of this kind and size can rest, and the ways between them.
 
         Args:
             robot: Its name.
         """
         radius = self.mission.vehicle_of(robot).radius if self.mission.obstacles else 0.0
-        if radius not in self._graphs:
-            self._graphs[radius] = RegionGraph(self.mission, places=self._places, layout=self.layout, radius=radius)
-        return self._graphs[radius]
+        key = (self.mission.alike_as(robot), radius)
+        if key not in self._graphs:
+            seen = self.mission.seen_by(robot)
+            self._graphs[key] = RegionGraph(seen, places=self._places, layout=self.layout, radius=radius)
+        return self._graphs[key]
 
     def of(self, robot: str) -> TransitionSystem:
         """Return A of one robot.
@@ -67,7 +69,7 @@ class Systems:
         """
         agent = self.mission.agents[robot]
         graph = self.graph_of(robot)
-        key = (graph, "" if self.cost is None else robot)
+        key = (graph, self._metre[robot] if self.cost is None else robot)
         shared = self._base.get(key)
         if shared is None:
             shared = self._base[key] = self._shared(robot)
@@ -82,7 +84,7 @@ class Systems:
             dict(builder.final),
             tuple(builder.nodes),
             robot,
-            self.mission.robot.actions,
+            self.mission.robot_of(robot).actions,
         )
 
     def unclear(self) -> tuple[str, ...]:
@@ -111,12 +113,12 @@ class Systems:
                 raise BadInput(f"The cost of {robot}'s leg from {start} to {region} is {value}; it must be a number >= 0.")
             return value
         if start == region:  # out of the region and back
-            return 2 * self._regions[region].inner_radius
+            return self._metre[robot] * 2 * self._regions[region].inner_radius
         graph = self.graph_of(robot)
         if graph.space is not None:
-            return min(graph.lengths(start, region), default=math.inf)
+            return self._metre[robot] * min(graph.lengths(start, region), default=math.inf)
         origin = self._regions[start].center if isinstance(start, str) else start
-        return math.dist(origin, self._regions[region].center)
+        return self._metre[robot] * math.dist(origin, self._regions[region].center)
 
     def _shared(self, robot: str) -> _Builder:
         """Return the part of A that does not depend on where a robot starts."""
@@ -150,22 +152,22 @@ class Systems:
         builder.points.add(point)
         around = builder.graph.around(point)
         flies_on = point.place in self.mission.hoops and point.position is None
-        for internal in self._internal:
+        for internal in builder.internal:
             here = self._here(point, internal)
-            builder.add(here, self._label(here), _HOOP_STAY if flies_on else 0.0)
+            builder.add(here, builder.label(here), _HOOP_STAY if flies_on else 0.0)
             if around is not None and not here.flying:
                 gone = self._gone(builder, point, internal)
-                builder.add(gone, self._label(gone), 0.0 if flies_on else _REGION_LEAVE)
+                builder.add(gone, builder.label(gone), 0.0 if flies_on else _REGION_LEAVE)
                 builder.join(here, gone, 0.0)
         for action in builder.graph.actions(point):
             builder.join(self._here(point, action.source), self._here(point, action.target), 0.0)
 
     def _add_transition(self, builder: _Builder, robot: str, point: RestPoint, transition: Transition) -> None:
         again = transition.letters is None and transition.end.place == point.place
-        cost = transition.length if self.cost is None else None
+        cost = None if self.cost is not None or transition.length is None else self._metre[robot] * transition.length
         if cost is None:
             cost = self.leg(robot, point.place if point.position is None or again else point.position, transition.end.place)
-        for internal in self._internal:
+        for internal in builder.internal:
             previous, goal, due = self._here(point, internal), self._here(transition.end, internal), cost
             if transition.letters is None:
                 previous = self._gone(builder, point, internal)
@@ -174,7 +176,7 @@ class Systems:
                 end = transition.end
                 on = Node(end.place, True, internal, letter, end.entered, point.position, leg, (point.side, end.side))
                 if on not in builder.index:
-                    builder.add(on, self._label(on), None)
+                    builder.add(on, builder.label(on), None)
                 builder.join(previous, on, due)
                 previous, due = on, 0.0
             builder.join(previous, goal, due)
@@ -186,9 +188,6 @@ class Systems:
     def _gone(self, builder: _Builder, point: RestPoint, internal: str) -> Node:
         around = frozenset(builder.graph.around(point) or ())
         return Node(point.place, True, internal, around, point.entered, point.position, sides=(point.side, None))
-
-    def _label(self, node: Node) -> Letter:
-        return node.regions | self._internal[node.internal]
 
     def _add_end(self, builder: _Builder, robot: str, end: Point) -> None:
         """Make the end point the only place to finish at; the way there is a straight line."""
@@ -205,16 +204,16 @@ class Systems:
             if node.regions == frozenset(location.inside):
                 entered: str | None = node.entered
             elif node.flying and len(location.inside) == 1 and not node.regions:
-                entered = self.graph.last_entered(node.entered, (node.regions, frozenset(location.inside)))
+                entered = builder.graph.last_entered(node.entered, (node.regions, frozenset(location.inside)))
             else:
                 entered = None
             if entered is not None:
                 place = location.inside[-1] if location.inside else self.graph.environment.start
                 goal = Node(place, not location.inside, node.internal, frozenset(location.inside), entered, end)
                 if goal not in builder.index:
-                    builder.add(goal, self._label(goal), 0.0)
+                    builder.add(goal, builder.label(goal), 0.0)
                 if goal != node:
-                    builder.join(node, goal, length)
+                    builder.join(node, goal, self._metre[robot] * length)
                 builder.final[builder.index[goal]] = 0.0
 
     def _length_to_end(self, graph: RegionGraph, node: Node, end: Location) -> float:
@@ -223,11 +222,29 @@ class Systems:
         return graph.length(RestPoint(node.place, node.entered, here, node.position, node.sides[0]), end)
 
 
+def metre_costs(mission: Mission) -> dict[str, float]:
+    """Return what a metre costs each robot: its weight of length, and of time over its nominal speed.
+
+    It is 1 for all where it is the same for all, and where some robot's weights name neither length nor time: then all are
+    compared by metres.
+
+    Args:
+        mission: Gives weights and speeds.
+    """
+    found: dict[str, float] = {}
+    for robot, agent in mission.agents.items():
+        weights = agent.cost or mission.planner.cost
+        found[robot] = weights.get("length", 0.0) + weights.get("time", 0.0) / mission.seen_by(robot).planner.speed
+    alike = len(set(found.values())) == 1 or not all(found.values())
+    return dict.fromkeys(found, 1.0) if alike else found
+
+
 class _Builder:
     """A transition system while it is put together."""
 
     def __init__(self, graph: RegionGraph) -> None:
         self.graph = graph
+        self.internal = {state: frozenset(names) for state, names in graph.mission.robot.states.items()}
         self.nodes: list[Node] = []
         self.index: dict[Node, int] = {}
         self.labels: list[Letter] = []
@@ -242,6 +259,9 @@ class _Builder:
         self.nodes.append(node)
         self.labels.append(label)
         self.edges.append([])
+
+    def label(self, node: Node) -> Letter:
+        return node.regions | self.internal[node.internal]
 
     def join(self, source: Node, target: Node, cost: float) -> None:
         self.edges[self.index[source]].append((self.index[target], cost))

@@ -129,7 +129,7 @@ def environment_of(mission: Mission) -> Environment:
         start = next(name for name in ("start", *(f"start{i}" for i in range(len(regions) + 1))) if name not in regions)
         return Environment(start, {start: regions, **dict.fromkeys(regions, regions)})
     reach: dict[str, dict[str, None]] = {given.start: {}, **{region: {region: None} for region in regions}}
-    for a, b in given.edges:
+    for a, b in given.pairs:
         reach[a][b] = None
         if not given.directed:
             reach[b][a] = None
@@ -137,12 +137,13 @@ def environment_of(mission: Mission) -> Environment:
 
 
 def robot_graph(mission: Mission) -> networkx.MultiDiGraph[str]:
-    """Return R of Def. 4.1: internal states with their propositions, actions with the region that permits them."""
+    """Return R of Def. 4.1, of the mission's first agent: internal states with their propositions, actions with their regions."""
     import networkx
 
     graph: networkx.MultiDiGraph[str] = networkx.MultiDiGraph()
-    for state, names in mission.robot.states.items():
-        graph.add_node(state, propositions=sorted(names), initial=state == mission.robot.initial)
-    for action in mission.robot.actions:
+    robot = mission.robot_of(next(iter(mission.agents)))
+    for state, names in robot.states.items():
+        graph.add_node(state, propositions=sorted(names), initial=state == robot.initial)
+    for action in robot.actions:
         graph.add_edge(action.source, action.target, at=action.at)
     return graph

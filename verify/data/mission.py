@@ -99,7 +99,7 @@ class Mission(Value):
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:  # as pydantic declares it
         """Return a copy with changed fields; what is computed from fields is computed anew."""
         copied = super().model_copy(update=update, deep=deep)
-        for name in ("formula", "passages", "effective_limits", "of_one_kind", "_seen"):
+        for name in ("formula", "passages", "effective_limits", "of_one_kind", "_alike", "_seen"):
             vars(copied).pop(name, None)
         return copied
 
@@ -202,7 +202,7 @@ class Mission(Value):
     @cached_property
     def of_one_kind(self) -> bool:
         """Whether no agent has a vehicle, limits or internal states of its own, so that what one can do all can."""
-        return all(agent.vehicle is None and agent.limits is None and agent.robot is None for agent in self.agents.values())
+        return self.robots is None and all(agent.vehicle is None and agent.limits is None for agent in self.agents.values())
 
     def seen_by(self, agent: str) -> Mission:
         """Return the mission as it is for one agent: what is its own stands where the mission has what all share.
@@ -216,19 +216,33 @@ class Mission(Value):
         """
         if self.of_one_kind:
             return self
-        return self._seen[agent]
+        return self._seen[self._alike[agent]]
+
+    def alike_as(self, agent: str) -> str:
+        """Return a key that agents have in common to whom this mission is the same; empty where it is to all.
+
+        Args:
+            agent: Its name.
+        """
+        return "" if self.of_one_kind else self._alike[agent]
+
+    @cached_property
+    def _alike(self) -> dict[str, str]:
+        """What is each agent's own, told by its contents: the same key in every mission."""
+        keys = {}
+        for name, agent in self.agents.items():
+            own = agent.model_dump_json(include={"vehicle", "limits", "robot"})
+            keys[name] = hashlib.sha256(own.encode()).hexdigest()
+        return keys
 
     @cached_property
     def _seen(self) -> dict[str, Mission]:
-        """The mission as each agent sees it, one value for agents that are alike."""
+        """The mission as agents see it, one value for those that are alike."""
         found: dict[str, Mission] = {}
-        alike: dict[tuple[Vehicle | None, str | None, str], Mission] = {}
         for name, agent in self.agents.items():
-            limits = self.limits if agent.limits is None else both_limits(self.limits, agent.limits)
-            key = (agent.vehicle, agent.robot, limits.model_dump_json())
-            if key not in alike:
-                alike[key] = self._as_seen(name, limits)
-            found[name] = alike[key]
+            if self._alike[name] not in found:
+                limits = self.limits if agent.limits is None else both_limits(self.limits, agent.limits)
+                found[self._alike[name]] = self._as_seen(name, limits)
         return found
 
     def _as_seen(self, agent: str, limits: Limits) -> Mission:

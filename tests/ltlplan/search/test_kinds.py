@@ -1,0 +1,142 @@
+"""Who does what in a team of several kinds: by each robot's own costs and speeds, held against every way to share the work."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from ltlplan.planner import make_plan
+from ltlplan.search.exact import assign
+from tests.helpers.kinds import mixed
+from verify.data import Mission, Unsatisfiable, parse_mission
+
+SPEEDS = {"quick": 1.0, "slow": 0.25}
+
+
+def world(rng: np.random.Generator, objective: str, cost: str, only: dict[str, str], robots: tuple[str, ...]) -> Mission:
+    """Return a mission with four places to visit, some of them closed to a kind, and robots of two kinds in free flight."""
+    points = rng.uniform([-4, -4, 1], [4, 4, 1.0001], (40, 3))
+    chosen: list[np.ndarray] = []
+    for point in points:
+        if all(np.linalg.norm(point - other) > 1.2 for other in chosen):
+            chosen.append(point)
+    shut = [f", only: [{only[f'p{i}']}]" if f"p{i}" in only else "" for i in range(4)]
+    places = "\n".join(
+        f"  p{i}: {{center: {point.tolist()}, radii: [0.2, 0.2, 0.2]{shut[i]}}}" for i, point in enumerate(chosen[:4])
+    )
+    agents = "\n".join(
+        f"  r{i}: {{start: {point.tolist()}, robot: {kind}, limits: {{speed: {SPEEDS[kind]}}}}}"
+        for i, (kind, point) in enumerate(zip(robots, chosen[4:], strict=False))
+    )
+    kinds = "\n".join(f"  {kind}: {{initial: idle, states: {{idle: []}}}}" for kind in sorted(set(robots)))
+    return parse_mission(
+        f"""
+format: 1
+name: shared
+spec: {{formula: "F p0 & F p1 & F p2 & F p3"}}
+regions:
+{places}
+robots:
+{kinds}
+agents:
+{agents}
+vehicle: crazyflie-2.1
+workspace: {{min: [-5, -5, 0.2], max: [5, 5, 2.0]}}
+planner: {{objective: {objective}, cost: {cost}, speed: 2.0}}
+""".replace("[-5, -5, 0.2]", "[-5.0, -5.0, 0.2]").replace("[5, 5, 2.0]", "[5.0, 5.0, 2.0]")
+    )
+
+
+def cheapest(mission: Mission) -> float:
+    """Return the least objective over all partitions of the places and all orders; infinite where there is none."""
+    names, robots = list(mission.regions), list(mission.agents)
+
+    def cost(robot: str, order: tuple[str, ...]) -> float:
+        agent = mission.agents[robot]
+        weights = mission.planner.cost
+        metre = weights.get("length", 0.0) + weights.get("time", 0.0) / agent.limits.speed
+        points = [agent.start, *(mission.regions[name].center for name in order)]
+        if any(mission.regions[n].only is not None and agent.robot not in mission.regions[n].only for n in order):
+            return math.inf
+        return metre * sum(math.dist(a, b) for a, b in itertools.pairwise(points))
+
+    best = math.inf
+    for owners in itertools.product(robots, repeat=len(names)):
+        own = [[n for n, owner in zip(names, owners, strict=True) if owner == robot] for robot in robots]
+        costs = [min(cost(r, order) for order in itertools.permutations(part)) for r, part in zip(robots, own, strict=True)]
+        best = min(best, max(costs) if mission.planner.objective == "longest" else sum(costs))
+    return best
+
+
+@pytest.mark.parametrize("objective", ["sum", "longest"])
+@pytest.mark.parametrize("cost", ["{time: 1.0}", "{length: 1.0, time: 0.5}"])
+def test_the_exact_search_finds_what_trying_everything_finds(objective, cost):
+    rng = np.random.default_rng(7)
+    shared = 0
+    for k in range(6):
+        only = {f"p{i}": str(rng.choice(["quick", "slow"])) for i in range(4) if rng.random() < 0.3}
+        robots = ("quick", "slow") if k % 2 else ("slow", "quick", "slow")
+        mission = world(rng, objective, cost, only, robots)
+        found = assign(mission)
+        assert found.complete
+        assert found.cost == pytest.approx(cheapest(mission), abs=1e-6)
+        shared += sum(bool(robot.visits) for robot in found.robots.values()) > 1
+        for name, robot in found.robots.items():
+            assert all(mission.may_enter(name, visit.region) for visit in robot.visits)
+    assert shared
+
+
+def test_a_robots_own_weights_count_where_they_differ():
+    cheap = mixed("F smoke", slow=", cost: {length: 0.1}")
+    assert [name for name, does in assign(cheap).robots.items() if does.visits] == ["slow"]
+    dear = mixed("F smoke", slow=", cost: {length: 3.0}")
+    assert [name for name, does in assign(dear).robots.items() if does.visits] == ["fast"]
+
+
+@pytest.mark.parametrize("method", ["exact", "mtac-e"])
+def test_carrying_is_given_to_the_one_that_can(method):
+    plan = make_plan(mixed("F smoke & F desk & G(smoke -> carrying)", method=method))
+    visits = {name: [visit.region for visit in robot.visits] for name, robot in plan.robots.items()}
+    assert visits == {"fast": ["desk"], "slow": ["water", "smoke"]}
+
+
+@pytest.mark.parametrize("method", ["exact", "mtac-e"])
+def test_who_is_quicker_does_more_where_time_counts(method):
+    by_length = make_plan(mixed("F water", method=method, slow=", limits: {speed: 0.1}", planner=", speed: 1.0"))
+    by_time = make_plan(
+        mixed("F water", method=method, slow=", limits: {speed: 0.1}", planner=", speed: 1.0", cost="{time: 1.0}")
+    )
+    assert [len(robot.visits) for robot in by_time.robots.values()] == [1, 0]
+    assert sum(len(robot.visits) for robot in by_length.robots.values()) == 1
+
+
+@pytest.mark.parametrize(
+    ("parts", "says"),
+    [
+        (
+            {"edges": "[[robot, water], {between: [robot, smoke], only: [scout]}, {between: [water, smoke], only: [scout]}, [robot, desk]]"},
+            "`F smoke` needs carrying, only slow can show carrying, and slow cannot reach smoke. If",
+        ),
+        ({"formula": "F desk & G(desk -> carrying)", "desk": ", only: [scout]"}, "If desk were open to every robot it could hold."),
+        ({"formula": "F(desk & carrying)", "desk": ", only: [scout]"}, "desk"),
+    ],
+)  # fmt: skip
+def test_why_nobody_can_is_said_in_words(parts, says):
+    formula = parts.pop("formula", "F smoke & G(smoke -> carrying)")
+    with pytest.raises(Unsatisfiable) as refused:
+        assign(mixed(formula, **parts))
+    assert says in str(refused.value)
+
+
+def test_a_hoop_too_narrow_for_one_is_left_to_the_other():
+    text = "gate: {center: [0.9, 0.0, 1.0], radii: [0.3, 0.3, 0.3], opening: 0.2, rim: 0.02}"
+    mission = mixed("F desk")
+    hoops = parse_mission(f"format: 1\nname: h\nspec: {{formula: F gate}}\nhoops:\n  {text}\nagents: {{a: {{start: [0.0, 0.0, 1.0]}}}}\n"
+                          "vehicle: crazyflie-2.1\nworkspace: {min: [-2.4, -1.6, 0.2], max: [1.8, 1.6, 2.0]}\n").hoops  # fmt: skip
+    spec = mission.spec.model_copy(update={"formula": "F gate"})
+    cheap = mission.agents["slow"].model_copy(update={"cost": {"length": 0.01}})
+    there = mission.model_copy(
+        update={"hoops": hoops, "spec": spec, "environment": None, "agents": {**mission.agents, "slow": cheap}}
+    )
+    assert [name for name, does in assign(there).robots.items() if does.visits] == ["fast"]
