@@ -25,6 +25,7 @@ from ltlplan.service.engine import Data, Engine, Record, Step, tables
 from ltlplan.service.events import Feed, claim_events, stage_event, state_event
 from ltlplan.service.models import ENDED, Event, FileEntry, Health, Job, Problem, Stage, State
 from ltlplan.service.problems import Busy, Conflict, NotFound, TooManyRequests, problem_of
+from ltlplan.service.recent import Recent
 from ltlplan.service.settings import Settings
 from ltlplan.service.stages import PLAN, Outcome, mission_bytes, mission_of, plan_of, run_stage, share_after
 from ltlplan.service.store import NoRoom, Store, no_room
@@ -40,6 +41,10 @@ AGAIN = 2.0
 """s until what had to wait for room is tried again."""
 WATCH = 5.0
 """s between looks for jobs whose work was given up."""
+LOOK = 0.5
+"""s for which the service's state is not looked for again."""
+FOUND_BYTES = 16_000_000
+"""Bytes of JSON that stages found, as text, which are kept in memory."""
 TITLE = 120
 
 _MEDIA = {
@@ -144,6 +149,9 @@ class Jobs:
         self.workers = workers
         self._store = Store(settings.data / "values")
         self._url = url_of(settings.data, settings.database)
+        self._keys: Recent[tuple[str, Mission, Mission]] = Recent(200)
+        self._found: Recent[Data] = Recent(FOUND_BYTES)
+        self._health: Health | None = None
         self._entries: dict[str, _Entry] = {}
         self._attempts: dict[str, list[str]] = {}
         self._submitting = asyncio.Lock()
@@ -217,12 +225,23 @@ class Jobs:
             Busy: The database does not answer.
             NoRoom: The disk is full.
         """
-        key, mission = await asyncio.to_thread(_asked, mission, seed)
+        key, mission = await self._asked(mission, seed)
         async with self._submitting:
             if (known := self._answer(key)) is not None:
                 return known
             self._require_room()
             return await self._accept(key, mission)
+
+    async def _asked(self, mission: Mission, seed: int | None) -> tuple[str, Mission]:
+        """Return the key of what is asked, and the mission with its seed; of a value that was asked before as they were."""
+        known = self._keys.get((id(mission), seed))
+        if known is None:
+            known = (
+                *await asyncio.to_thread(_asked, mission, seed),
+                mission,
+            )  # kept with it, so that no other has its identity
+            self._keys.put((id(mission), seed), known)
+        return known[:2]
 
     def _answer(self, key: str) -> Job | None:
         """Return the job of a key that need not be tried again, if there is one."""
@@ -291,6 +310,8 @@ class Jobs:
             NotFound: There is no such job.
         """
         entry = self._entry(job_id)
+        if all(digest in self._found for digest in _told_of(entry)):
+            return self._whole(entry)
         return await asyncio.to_thread(self._whole, entry)
 
     async def events(self, job_id: str, *, after: int = 0) -> AsyncIterator[Event]:
@@ -404,7 +425,16 @@ class Jobs:
         return await asyncio.to_thread(lambda: mission_to_yaml(mission_of(self._store.get(digest))))
 
     async def health(self) -> Health:
-        """Return whether database and workers answer, and what waits."""
+        """Return whether database and workers answer, and what waits; asked again within `LOOK` s, what was seen then."""
+        if self._health is None:
+            self._health = await self._looked()
+            asyncio.get_running_loop().call_later(LOOK, self._forget_health)
+        return self._health
+
+    def _forget_health(self) -> None:
+        self._health = None
+
+    async def _looked(self) -> Health:
         database = "answers"
         try:
             await self._in_engine(lambda engine: engine.answers())
@@ -446,12 +476,20 @@ class Jobs:
         """Return a job with what its stages found, read from the store."""
         found = {record["stage"]: record["found"] for record in list(entry.records) if "found" in record}
         stages = tuple(
-            stage.model_copy(update={"found": json.loads(self._store.get(found[stage.name]))}) if stage.name in found else stage
+            stage.model_copy(update={"found": self._kept_json(found[stage.name])}) if stage.name in found else stage
             for stage in entry.job.stages
         )
         last = entry.records[-1] if entry.records else {}
-        summary = json.loads(self._store.get(last["summary"])) if last.get("summary") else None
+        summary = self._kept_json(last["summary"]) if last.get("summary") else None
         return entry.job.model_copy(update={"stages": stages, "summary": summary})
+
+    def _kept_json(self, digest: str) -> Data:
+        """Return a value of the store that is JSON; not to be changed."""
+        known = self._found.get(digest)
+        if known is None:
+            data = self._store.get(digest)
+            known = self._found.put(digest, json.loads(data), len(data))
+        return known
 
     # What a job does; in the engine's loop
 
@@ -561,7 +599,7 @@ class Jobs:
         with entry.lock:
             if entry.job.state not in ENDED:
                 entry.job = _with_records(entry.job, entry.records)
-        found = json.loads(self._store.get(record["found"])) if "found" in record else {}
+        found = self._kept_json(record["found"]) if "found" in record else {}
         stage = entry.job.stages[-1].model_copy(update={"found": found})
         for event in claim_events(entry.job, stage, len(records)):
             entry.feed.tell(event)
@@ -669,6 +707,11 @@ def _told_again(job: Job, *, ended: bool) -> list[Event]:
             events += claim_events(job, stage, number)
             events.append(stage_event(job, stage, number))
     return [*events, state_event(job)] if ended else events
+
+
+def _told_of(entry: _Entry) -> list[str]:
+    """Return the digests of what is told of a job: what its stages found, and its summary."""
+    return [record[name] for record in list(entry.records) for name in ("found", "summary") if record.get(name)]
 
 
 def _digests(entry: _Entry) -> set[str]:

@@ -37,6 +37,9 @@ if TYPE_CHECKING:
 GRACE = 5
 """s that open requests are given when the service stops."""
 
+SWITCH = 0.0005
+"""s after which a thread that computes lets others go on; readers wait for at most a few such times, not for Python's 5 ms each."""
+
 Announce = Callable[[str], None]
 
 
@@ -55,6 +58,7 @@ def serve(settings: Settings, *, page: bool = True, announce: Announce = print) 
     """
     with _own_folder(settings.data), _listening(settings) as listener, _keeping_all():
         try:
+            sys.setswitchinterval(SWITCH)
             tokens = Tokens(settings.data)
             _require_tokens(settings, tokens)
             begin_log()
