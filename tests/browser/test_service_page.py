@@ -276,12 +276,12 @@ def _a_refusal_says_what_would_mend_it(visitor: Visitor) -> None:
 
 
 def _it_is_read_on_a_phone_in_the_dark(visitor: Visitor, job: str) -> None:
-    for path in ("/", f"/jobs/{job}/plan", f"/jobs/{job}/watch", f"/jobs/{job}/trust", f"/jobs/{job}/take-away"):
-        visitor.open(path)
-        visitor.page.wait_for_selector("[role=tab][aria-selected=true]")
-        if path.endswith("watch"):
-            visitor.page.wait_for_selector(".flight[data-ready=yes] .holder[data-drawn=yes]")
-        assert visitor.page.evaluate("document.documentElement.scrollWidth") <= 390, path
+    visitor.open(f"/jobs/{job}/watch")
+    visitor.page.wait_for_selector(".flight[data-ready=yes] .holder[data-drawn=yes]")
+    for name in ("Watch", "Plan", "Trust", "Judge", "Take away", "Write"):
+        visitor.tab(name)
+        visitor.page.wait_for_selector(f"[role=tab][aria-selected=true]:text-is('{name}')")
+        assert visitor.page.evaluate("document.documentElement.scrollWidth") <= 390, name
     ink, paper = visitor.page.evaluate(
         "[getComputedStyle(document.body).color, getComputedStyle(document.body).backgroundColor]"
     )

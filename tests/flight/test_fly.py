@@ -23,8 +23,15 @@ def plan_and_team():
     return made_flight()
 
 
-@pytest.mark.parametrize("model", ["full", "paper"])
-@pytest.mark.parametrize("controller", ["geometric", "paper"])
+@pytest.mark.parametrize(
+    ("model", "controller"),
+    [
+        ("full", "geometric"),
+        ("paper", "paper"),
+        pytest.param("full", "paper", marks=pytest.mark.slow),
+        pytest.param("paper", "geometric", marks=pytest.mark.slow),
+    ],
+)
 def test_the_team_stays_near_its_plan_and_its_letters_are_the_planned_words(plan_and_team, model, controller):
     plan, team = plan_and_team
     log = flight.fly(plan, team, stand_in(plan, team), model=model, controller=controller)

@@ -92,7 +92,7 @@ def test_a_lap_leaves_the_region_that_it_begins_with() -> None:
     assert stays(mission, flight.flattened(3), "a") == 3
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(7))
 def test_random_regions_are_left_and_visited_again(seed: int) -> None:
     rng = np.random.default_rng(seed)
     radii, centre = rng.uniform(0.12, 0.4, 3), rng.uniform([-0.5, -0.6, 0.8], [0.9, 0.6, 1.2])

@@ -74,6 +74,7 @@ def test_some_of_these_need_waits_and_some_cannot_be_helped() -> None:
     assert kinds >= {"none", "free", "at the start"}
 
 
+@pytest.mark.slow
 def test_a_team_that_only_waits_can_part_is_flown() -> None:
     """Each robot's last place is on the other one's way out of a hoop, in opposite orders."""
     plan = random_plan(979)
