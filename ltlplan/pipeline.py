@@ -195,9 +195,12 @@ def mended(refused: Refused) -> Draft:
     """Return what to refine next after a refusal: the plan with the waits that it asks for, and all witnesses so far.
 
     Raises:
-        NotCertified: This was the last of a handful of rounds, or the waits go round in a circle; carries the witnesses.
+        NotCertified: This was the last of a handful of rounds, the flight outlasts a vehicle's endurance, or the waits go round in a circle; carries the witnesses.
     """
     latest = tuple(claim.witness for claim in refused.claims if claim.witness is not None)
+    if long := [claim.sentence for claim in refused.claims if claim.name == "limits.endurance"]:
+        hint = "No other flight of this plan is shorter; plan faster flights (`planner.speed`), or with room for waits."
+        raise NotCertified(f"Not certified. {' '.join(long)} {hint}", latest)
     if refused.rounds >= MAX_ROUNDS:
         sentences = " ".join(claim.sentence for claim in refused.claims)
         raise NotCertified(f"Not certified after {MAX_ROUNDS} rounds of refinement. {sentences}", latest)

@@ -79,13 +79,16 @@ def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotP
         method: Name of the planning method.
 
     Raises:
-        Infeasible: A path has no finite cost.
+        Infeasible: A path has no finite cost, or lasts longer than a vehicle can stay in the air.
     """
     from ltlplan.paths.costs import team_cost
+    from ltlplan.paths.flight_times import require_endurance
 
     costs = [path.cost for path in paths.values()]
     if not np.all(np.isfinite(costs)):
         raise Infeasible("The planned path has no finite cost; a waypoint is out of reach.")
+    for name, path in paths.items():
+        require_endurance(mission, name, path)
     return Plan(
         mission=mission,
         robots=dict(paths),
@@ -134,10 +137,12 @@ def _checked(found: object, mission: Mission, method: str) -> Allocation:
 
 
 def _improved(mission: Mission, paths: dict[str, RobotPlan], rng: np.random.Generator, say: Progress) -> dict[str, RobotPlan]:
+    from ltlplan.paths.flight_times import lasts_too_long
     from ltlplan.paths.improvement import improved_path
 
     better: dict[str, RobotPlan] = {}
     for index, (name, own) in enumerate(generators(mission, rng).items()):
         say(f"optimising the path of {name} by cross-entropy", 0.3 + 0.7 * index / len(paths))
-        better[name] = improved_path(mission, name, paths[name], lambda own=own: own).plan
+        found = improved_path(mission, name, paths[name], lambda own=own: own).plan
+        better[name] = paths[name] if lasts_too_long(mission, found) else found
     return better

@@ -43,6 +43,8 @@ def feedback_of(plan: Plan, witnesses: tuple[Witness, ...]) -> Feedback:
         elif limit in LIMIT_NAMES:
             for name in names:
                 limits[name, limit] = limits.get((name, limit), 1.0) * _tightening(limit, witness)
+        elif limit == "endurance":
+            continue  # no other flight of the same plan is shorter
         elif witness.order:
             precedences += [Precedence(first=first, then=then) for first, then in witness.order]
         else:

@@ -35,6 +35,7 @@ from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.optimality_gap import optimality_gap, straight_line_costs
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.paths.costs import cost_of, team_cost
+from ltlplan.paths.flight_times import lasts_too_long, require_endurance
 from ltlplan.paths.hoops import route_itinerary
 from ltlplan.paths.improvement import ImprovedPath, improved_path, searched_cost, with_ramped_times
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Word
@@ -157,6 +158,7 @@ class _Paths:
             does = task.itinerary(self.world)
             try:
                 nominal = with_ramped_times(route_itinerary(self.mission, robot, does), cost_of(self.mission, robot))
+                require_endurance(self.mission, robot, nominal)
                 cost = searched_cost(self.mission, robot, nominal, self.draws(robot, does.word))
             except Infeasible:
                 return math.inf
@@ -167,7 +169,8 @@ class _Paths:
         """Return the path whose cost was found, judged for all times."""
         does = task.itinerary(self.world)
         nominal = route_itinerary(self.mission, robot, does)
-        return improved_path(self.mission, robot, nominal, lambda: self.draws(robot, does.word))
+        found = improved_path(self.mission, robot, nominal, lambda: self.draws(robot, does.word))
+        return ImprovedPath(nominal, found.history) if lasts_too_long(self.mission, found.plan) else found
 
     def draws(self, robot: str, word: Word) -> Generator:
         """Return a source that depends on nothing but the seed, the robot and what it does."""

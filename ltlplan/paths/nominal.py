@@ -14,6 +14,7 @@ from typing import Literal
 
 from ltlplan.allocation import Allocation, Itinerary, Leg
 from ltlplan.logic.budget import TooLarge
+from ltlplan.paths.flight_times import require_endurance
 from ltlplan.paths.hoops import route_itinerary, route_sequence
 from verify.data import Infeasible, Mission, RobotPlan
 from verify.data.progress import Progress, silent
@@ -96,8 +97,8 @@ def nominal_paths(
             branches.add(without)
             try:
                 other = allocate(without)
-            except TooLarge:
-                continue  # this branch is too large to search; the others may not be
+            except (TooLarge, Infeasible):
+                continue  # this branch is too large to search, or takes longer than vehicles fly; the others may not be
             if not any(does.legs(mission, name) & without for name, does in other.robots.items()):
                 heapq.heappush(heap, (other.cost, len(branches), without, other))
     raise errors[0]
@@ -116,7 +117,9 @@ def lay_path(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, t
     """
 
     def by(directions: Literal["nearest", "cheapest"]) -> RobotPlan:
-        return route_itinerary(mission, name, does, directions=directions)
+        path = route_itinerary(mission, name, does, directions=directions)
+        require_endurance(mission, name, path)
+        return path
 
     try:
         return by(mission.planner.directions), ()

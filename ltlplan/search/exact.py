@@ -18,10 +18,11 @@ from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.task import Task
+from ltlplan.search.endurance import over_endurance, require_endurance
 from ltlplan.search.joint.team_words import joint_possible, plan_joint
 from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso
 from ltlplan.search.lassos.word_lasso import closes_at_once, improve_lasso
-from ltlplan.search.makespan import plan_makespan
+from ltlplan.search.makespan import Rule, plan_makespan
 from ltlplan.search.reduced_graph import Team
 from ltlplan.search.relevant_places import FEW, places_that_matter
 from ltlplan.search.team_search import PlanningOutcome, plan_team
@@ -71,13 +72,16 @@ def assign(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAU
     Raises:
         Unsatisfiable: No words that these robots can fly satisfy the formula; the message says which parts of it cannot
             hold together.
+        Infeasible: No way to share it brings all back before a vehicle's endurance ends.
         TooLarge: A budget was used up before an answer was found.
     """
     layout = Layout(mission)
     systems = Systems(mission, cost, places=places_that_matter(mission, layout), layout=layout)
     each = [systems.of(name) for name in mission.agents]
     if mission.spec.trace == "infinite":
-        return _assign_lasso(mission, systems, each[0], budget)
+        lasso = _assign_lasso(mission, systems, each[0], budget)
+        require_endurance(mission, systems, lasso.robots)
+        return lasso
     automata = conjunct_automata(_asked(mission, each), "finite", budget=budget)
     joint = mission.spec.team == "joint" and len(each) > 1
     bound, exhausted = 0.0, False  # on the bottleneck's cost, where that is what counts
@@ -86,13 +90,19 @@ def assign(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAU
     else:
         team = Team(each)
         task = Task(automata, team.letters)
-        if mission.planner.objective == "longest" and len(each) > 1:
-            found, bound, exhausted = plan_makespan(team, task, budget)
+        longest, most = mission.planner.objective == "longest" and len(each) > 1, systems.most_costs()
+        if longest or most is not None:
+            found, bound, exhausted = plan_makespan(team, task, budget, Rule(longest, most))
+            if found.run is None and most is not None:
+                found, bound = plan_team(team, task, budget), 0.0  # is it the endurance, or the formula?
+                if found.run is not None:
+                    raise over_endurance(mission, systems, _assignment(mission, each, found, 0.0, False).robots)
         else:
             found = plan_team(team, task, budget)
     if found.run is None:
         raise _no_plan(mission, systems, each, found, joint=joint)
     plan = _assignment(mission, each, found, bound, exhausted)
+    require_endurance(mission, systems, plan.robots)
     return replace(plan, notes=(*plan.notes, *_sizes(each, automata, found), *systems.unclear()))
 
 

@@ -1,16 +1,19 @@
-"""Plans with the smallest makespan: the bottleneck robot costs as little as can be (`objective: longest`).
+"""Plans whose robots' own costs count: with the smallest makespan (`objective: longest`), or with none above what it may cost.
 
-The team automaton is walked as for the smallest sum, but a path is judged by two numbers: what the bottleneck so far
-cost, and what the one that flies has cost so far. A path is dropped only where another one is no worse in both, so one
+The team automaton is walked as for the smallest sum, but a path is judged by two numbers: the objective so far (what the bottleneck
+cost, or the sum), and what the one that flies has cost so far. A path is dropped only where another one is no worse in both, so one
 state may come with several paths, which a `BestFirst` has not.
 """
 
 from __future__ import annotations
 
 import heapq
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.budget import Budget
+from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
 from ltlplan.search.heuristic import UNREACHABLE
@@ -21,28 +24,86 @@ from ltlplan.search.team_states import TeamStates
 _Key = tuple[int, int, int]  # which robot flies, at which node, in which state of the search
 
 
-def plan_makespan(team: Team, task: Task, budget: Budget) -> tuple[PlanningOutcome, float, bool]:
-    """Return the plan with the cheapest bottleneck robot, a lower bound on that cost, and whether the search was exhausted.
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """What a plan is judged by.
 
-    Where a tenth of the budget of states does not suffice, the plan with the smallest sum is returned instead.
+    Attributes:
+        longest: Whether the dearest robot counts, not the sum.
+        most: What each robot may cost at most; None for no limit.
+    """
+
+    longest: bool = True
+    most: Sequence[float] | None = None
+
+    def allows(self, robot: int, own: float) -> bool:
+        """Tell whether a robot may cost that much.
+
+        Args:
+            robot: Which one.
+            own: What it costs.
+        """
+        return self.most is None or own <= self.most[robot] + _SLACK
+
+    def before(self, reached: float, step: float) -> float:
+        """Return the objective when a robot that has not finished has flown on.
+
+        Args:
+            reached: The objective before.
+            step: What flying on costs.
+        """
+        return reached if self.longest else reached + step
+
+    def after(self, reached: float, own: float, ending: float) -> float:
+        """Return the objective when a robot has finished.
+
+        Args:
+            reached: The objective before.
+            own: What it has cost.
+            ending: What finishing costs.
+        """
+        return max(reached, own + ending) if self.longest else reached + ending
+
+    def bound(self, reached: float, own: float, rest: float, left: int) -> float:
+        """Return a lower bound on the objective.
+
+        Args:
+            reached: The objective so far.
+            own: What the robot that flies has cost.
+            rest: A lower bound on what all together still cost.
+            left: How many robots can share that.
+        """
+        return max(reached, own, (own + rest) / left) if self.longest else reached + rest
+
+
+_MAKESPAN = Rule()
+_SLACK = 1e-6
+"""What the tiny amounts that break ties may add to a robot's cost."""
+
+
+def plan_makespan(team: Team, task: Task, budget: Budget, rule: Rule = _MAKESPAN) -> tuple[PlanningOutcome, float, bool]:
+    """Return the best plan by a rule, a lower bound on its objective, and whether the search was exhausted.
+
+    Where a tenth of the budget of states does not suffice, the plan with the smallest sum is returned instead, if the rule allows it.
 
     Args:
         team: Whose graph.
         task: What is to be done.
         budget: Bounds on the search.
+        rule: What is best, and what is allowed; by default the cheapest bottleneck robot.
 
     Raises:
-        TooLarge: Not even the smallest sum was found within the budget.
+        TooLarge: Not even the smallest sum was found within the budget, or the rule does not allow it.
     """
     graph, everything, check = ReducedGraph(team, *letter_classes(task)), TransitionMonoid(task), OrderCheck(task)
     tried, refused, first = 0, None, None
     tracked: set[int] = set()  # conjuncts for which elements are told apart: those that some order broke
     while True:
-        found, bound, exhausted, more = _search(graph, TeamStates(graph, task, sorted(tracked)), budget)
+        found, bound, exhausted, more = _search(graph, TeamStates(graph, task, sorted(tracked)), budget, rule)
         tried += more
         first = first or found
         if not exhausted:
-            return plan_team(team, task, budget), bound, False
+            return _by_sum(team, task, budget, rule), bound, False
         elements = [] if found is None else [everything.of(letters) for letters in team.letters_of(found.paths)]
         broken = check.failing_parts(elements) if elements else ()
         if not broken:
@@ -51,7 +112,22 @@ def plan_makespan(team: Team, task: Task, budget: Budget) -> tuple[PlanningOutco
         tracked.update(broken)
 
 
-def _search(graph: ReducedGraph, states: TeamStates, budget: Budget) -> tuple[TeamRun | None, float, bool, int]:
+def _by_sum(team: Team, task: Task, budget: Budget, rule: Rule) -> PlanningOutcome:
+    """Return the plan with the smallest sum.
+
+    Raises:
+        TooLarge: It was not found, or the rule does not allow it.
+    """
+    found = plan_team(team, task, budget)
+    if found.run is not None:
+        for robot, (system, path) in enumerate(zip(team.systems, found.run.paths, strict=True)):
+            steps = [min(cost for node, cost in system.edges[a] if node == b) for a, b in pairwise(path) if a != b]
+            if not rule.allows(robot, sum(steps)):
+                raise TooLarge("Keeping every vehicle's endurance needs", budget.states // 10, "states", budget.states // 10)
+    return found
+
+
+def _search(graph: ReducedGraph, states: TeamStates, budget: Budget, rule: Rule) -> tuple[TeamRun | None, float, bool, int]:
     """Return a best run that keeps the tracked conjuncts in every order, its bound, whether it is one, and plans tried."""
     last = len(graph.start) - 1
     begin = states.after(states.initial, graph.label[0][graph.start[0]])
@@ -79,22 +155,25 @@ def _search(graph: ReducedGraph, states: TeamStates, budget: Budget) -> tuple[Te
         robot, node, at = key
         following: list[tuple[_Key, float, float, float]] = []
         ending = graph.successors(robot, node).ending
+        if ending is not None and not rule.allows(robot, own + ending):
+            ending = None
         if ending is not None and robot < last:
             target = graph.start[robot + 1]
             between = states.handed_over(at)
             after = DEAD if between == DEAD else states.after(between, graph.label[robot + 1][target])
             if after != DEAD:
-                following.append(((robot + 1, target, after), max(bottleneck, own + ending), 0.0, total + ending))
+                following.append(((robot + 1, target, after), rule.after(bottleneck, own, ending), 0.0, total + ending))
         elif ending is not None and states.is_accepting(at):
-            heapq.heappush(heap, (max(bottleneck, own + ending), total + ending, entry, bottleneck, own, True))
+            heapq.heappush(heap, (rule.after(bottleneck, own, ending), total + ending, entry, bottleneck, own, True))
         for target, after, step in moves(graph, states, robot, node, at):
-            following.append(((robot, target, after), bottleneck, own + step, total + step))
+            if rule.allows(robot, own + step):
+                following.append(((robot, target, after), rule.before(bottleneck, step), own + step, total + step))
         for target_key, m, c, whole in following:
             rest = states.rest(target_key[2], target_key[0], target_key[1])
             if rest < UNREACHABLE and not any(a <= m and b <= c for a, b in fronts.get(target_key, ())):
                 left = last - target_key[0] + 1
                 entries.append((target_key, entry))
-                heapq.heappush(heap, (max(m, c, (c + rest) / left), whole, len(entries) - 1, m, c, False))
+                heapq.heappush(heap, (rule.bound(m, c, rest, left), whole, len(entries) - 1, m, c, False))
     return None, UNREACHABLE, True, tried
 
 

@@ -61,6 +61,30 @@ class Systems:
             self._graphs[key] = RegionGraph(seen, places=self._places, layout=self.layout, radius=radius)
         return self._graphs[key]
 
+    def nominal_speed(self, robot: str) -> float:
+        """Return how fast a robot is planned to fly, m/s.
+
+        Args:
+            robot: Its name.
+        """
+        return self.mission.seen_by(robot).planner.speed
+
+    def metres(self, robot: str, cost: float) -> float:
+        """Return how many metres a robot flies for a cost.
+
+        Args:
+            robot: Its name.
+            cost: Of ways, as this class counts them.
+        """
+        return cost / self._metre[robot]
+
+    def most_costs(self) -> list[float] | None:
+        """Return what each robot may cost so that all are back before a vehicle's endurance ends; None where none has one."""
+        allowed = self.mission.longest_flight
+        if allowed is None:
+            return None
+        return [allowed * self.nominal_speed(robot) * self._metre[robot] for robot in self.mission.agents]
+
     def of(self, robot: str) -> TransitionSystem:
         """Return A of one robot.
 

@@ -37,7 +37,7 @@ from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
 from verify.data.storage.file_names import MAX_LENGTH, name_fault
 from verify.data.value import Remembered, Value, plain
-from verify.data.vehicle import NamedVehicle, NotNegative, Vehicle
+from verify.data.vehicle import CLIMB_AND_LANDING, NamedVehicle, NotNegative, Vehicle
 
 MISSION_FORMAT = 1
 _CHAIN = 40
@@ -160,6 +160,15 @@ class Mission(Value):
             agent: Its name.
         """
         return self.seen_by(agent).limits.legs
+
+    @property
+    def longest_flight(self) -> float | None:
+        """S that the flight may last: all are in the air until the last robot has finished, and one has the least endurance.
+
+        None where no vehicle has an endurance.
+        """
+        found = [limit for limit in (self.limits_of(agent).endurance for agent in self.agents) if limit is not None]
+        return min(found) - CLIMB_AND_LANDING if found else None
 
     def kind_of(self, agent: str) -> str | None:
         """Return the name of one agent's table in `robots`; None where it names none.

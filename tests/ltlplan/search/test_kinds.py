@@ -8,8 +8,8 @@ import pytest
 
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
-from tests.helpers.kinds import mixed
-from verify.data import Mission, Unsatisfiable, parse_mission
+from tests.helpers.kinds import mixed, mixed_text
+from verify.data import Infeasible, Mission, Unsatisfiable, parse_mission
 
 SPEEDS = {"quick": 1.0, "slow": 0.25}
 
@@ -48,8 +48,13 @@ planner: {{objective: {objective}, cost: {cost}, speed: 2.0}}
     )
 
 
-def cheapest(mission: Mission) -> float:
-    """Return the least objective over all partitions of the places and all orders; infinite where there is none."""
+def cheapest(mission: Mission, flight: float = math.inf) -> float:
+    """Return the least objective over all partitions of the places and all orders; infinite where there is none.
+
+    Args:
+        mission: Whose places are to be visited.
+        flight: s that each robot may fly at most.
+    """
     names, robots = list(mission.regions), list(mission.agents)
 
     def cost(robot: str, order: tuple[str, ...]) -> float:
@@ -59,7 +64,8 @@ def cheapest(mission: Mission) -> float:
         points = [agent.start, *(mission.regions[name].center for name in order)]
         if any(mission.regions[n].only is not None and agent.robot not in mission.regions[n].only for n in order):
             return math.inf
-        return metre * sum(math.dist(a, b) for a, b in itertools.pairwise(points))
+        length = sum(math.dist(a, b) for a, b in itertools.pairwise(points))
+        return metre * length if length <= flight * agent.limits.speed else math.inf
 
     best = math.inf
     for owners in itertools.product(robots, repeat=len(names)):
@@ -85,6 +91,50 @@ def test_the_exact_search_finds_what_trying_everything_finds(objective, cost):
         for name, robot in found.robots.items():
             assert all(mission.may_enter(name, visit.region) for visit in robot.visits)
     assert shared
+
+
+def with_endurance(mission: Mission, seconds: float) -> Mission:
+    """Return the mission whose first robot can stay in the air for some time only, and with it the whole team."""
+    name, agent = next(iter(mission.agents.items()))
+    limits = agent.limits.model_copy(update={"endurance": seconds})
+    return mission.model_copy(update={"agents": {**mission.agents, name: agent.model_copy(update={"limits": limits})}})
+
+
+@pytest.mark.parametrize("objective", ["sum", "longest"])
+def test_endurance_is_kept_as_trying_everything_keeps_it(objective):
+    rng = np.random.default_rng(11)
+    shared = infeasible = 0
+    for k in range(8):
+        mission = world(rng, objective, "{length: 1.0}", {}, ("quick", "slow", "slow") if k % 2 else ("quick", "quick"))
+        free = assign(mission)
+        longest = max(does.cost / mission.agents[name].limits.speed for name, does in free.robots.items())
+        flight = longest * float(rng.choice([0.5, 0.8, 1.01]))
+        best = cheapest(mission, flight)
+        limited = with_endurance(mission, flight + 11.0)
+        if best == math.inf:
+            infeasible += 1
+            with pytest.raises(Infeasible, match=r"endurance of .* s leaves .* s for the flight"):
+                assign(limited)
+            continue
+        found = assign(limited)
+        assert found.complete
+        assert found.cost == pytest.approx(best, abs=1e-6)
+        shared += found.cost > free.cost + 1e-6
+    assert infeasible
+    assert shared or objective == "longest"
+
+
+@pytest.mark.parametrize("method", ["exact", "mtac-e"])
+def test_endurance_makes_robots_share(method):
+    """Alone one of them would do it all for less."""
+    text = mixed_text("F smoke & F desk", method=method).replace("start: [-1.9, 0.8, 1.0]", "start: [-0.9, 1.3, 1.0]")
+    alone = make_plan(parse_mission(text))
+    assert [len(robot.visits) for robot in alone.robots.values()] == [2, 0]
+    shared = make_plan(parse_mission(text.replace("limits: {speed: 1.0}", "limits: {speed: 1.0, endurance: 18.0}")))
+    assert [len(robot.visits) for robot in shared.robots.values()] == [1, 1]
+    assert all(robot.times[-1] <= 7.0 for robot in shared.robots.values())
+    with pytest.raises(Infeasible, match="endurance of 13 s leaves 2 s for the flight"):
+        make_plan(parse_mission(text.replace("limits: {speed: 1.0}", "limits: {speed: 1.0, endurance: 13.0}")))
 
 
 def test_a_robots_own_weights_count_where_they_differ():
