@@ -10,12 +10,14 @@ import pytest
 import ltlplan
 import verify
 from ltlplan.report.views import views_html
+from refine import refine
 from tests.helpers.shipped import WORLD_MISSIONS
 from verify.data import Mission
 
 ASKED = {
     "office": {"kitchen", "library", "lab", "studio", "mail", "meeting"},
     "warehouse": {"packing", "assembly", "count_north", "count_south"},
+    "wall-swap": {"goal0", "goal1", "goal2", "goal3"},
     "window-inspection": {"north", "east", "south", "west"},
 }
 
@@ -61,3 +63,14 @@ def test_a_mission_of_the_world_is_certified_and_flown_clear_of_what_is_solid(na
     for index, robot in enumerate(result.log.robots):
         assert clear_of_solids(mission, result.log.position[:, index], mission.vehicle_of(robot).radius), robot
     assert (tmp_path / "run" / "report.html").stat().st_size < 2_000_000
+
+
+def test_robots_that_change_places_cannot_pass_above_each_other_and_end_where_they_are_meant_to() -> None:
+    mission = ltlplan.load_mission("wall-swap")
+    low, high = mission.workspace.min[2], mission.workspace.max[2]
+    assert high - low - 2 * mission.margin < mission.separation + 2 * mission.margin
+    plan = ltlplan.plan(mission)
+    ends = {name: robot.visits[-1].region for name, robot in plan.robots.items()}
+    assert ends == {"quad0": "goal0", "quad1": "goal1", "quad2": "goal2", "quad3": "goal3"}
+    team = refine(plan)
+    assert verify.judge(plan, team, largest=False).holds
