@@ -2,12 +2,14 @@
 
 Where every region can be reached from every other, a plan that stops at a region of which the formula does not speak is no
 better than the one that flies on: without that stop the robot shows free flight there, which it shows just before and just
-after as well. Only a formula that may gain by a robot's not being `free` can tell the difference.
+after as well. Only a formula that may gain by a robot's not being `free` can tell the difference, and obstacles that leave no way but through
+other regions.
 """
 
 from __future__ import annotations
 
 from ltlplan.systems.region_labels import Layout
+from ltlplan.ways.free_space import FreeSpace, Place
 from verify.data import Formula, Mission, parse_formula
 from verify.data.language.formula import FREE
 
@@ -33,7 +35,18 @@ def places_that_matter(mission: Mission, layout: Layout) -> frozenset[str] | Non
         fresh = layout.neighbours[name] - matter
         matter |= fresh
         waiting += sorted(fresh)
-    return frozenset(matter)
+    return frozenset(matter) if _reach_each_other(mission, layout, matter) else None
+
+
+def _reach_each_other(mission: Mission, layout: Layout, regions: set[str]) -> bool:
+    """Tell whether there are ways around obstacles between starts and regions that enter no other region, for every robot."""
+    if not mission.obstacles:
+        return True
+    every = [layout.middles[name] for name in sorted(regions)]
+    every += [layout.at(agent.start) for agent in mission.agents.values()]
+    places = [Place(location.point, frozenset(location.inside)) for location in every if location.clear]
+    spaces = [FreeSpace.of(mission, radius) for radius in {mission.vehicle_of(robot).radius for robot in mission.agents}]
+    return not any(regions & mission.hoops.keys()) and all(space is not None and space.connects(places) for space in spaces)
 
 
 def _may_gain_without(formula: Formula, name: str, *, wanted: bool) -> bool:

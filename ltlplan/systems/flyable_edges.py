@@ -30,7 +30,7 @@ def require_flyable_edges(mission: Mission) -> None:
     for radius in of.values():
         graphs.setdefault(radius, RegionGraph(mission, layout=layout, radius=radius))
     faults: list[str] = []
-    for a, b in mission.environment.edges:
+    for a, b in mission.environment.pairs:
         ways = [(a, b)] if mission.environment.directed or a == mission.environment.start else [(a, b), (b, a)]
         ways = [
             (x, y)

@@ -106,12 +106,13 @@ def bends(lines: Lines, solids: SolidBodies, low: Floats, high: Floats, heights:
     limits: list[tuple[float, float]] = []
     steps = lines.ends - lines.starts
     lengths = np.linalg.norm(steps, axis=1)
+    upright = np.abs(steps[:, 2]) > _UPRIGHT * lengths
     for line in np.flatnonzero(first <= last).tolist():
         length = max(float(lengths[line]), 1e-12)
         for a, b in _free(float(first[line]), float(last[line]), taken[line], BESIDE / length):
             own = _shares(lines.starts[line, 2], steps[line, 2], length, (a, b), heights)
-            walls = [end for end, wall in ((a, float(first[line])), (b, float(last[line]))) if end == wall and 0.0 < wall < 1.0]
-            own = [share for share in own if share not in walls] or own
+            if upright[line]:  # the ends of a whole edge are ends of level ones as well, and the box is no body
+                own = [share for share in own if share not in (first[line], last[line])] or own
             rows += [line] * len(own)
             shares += own
             limits += [(a, b)] * len(own)
@@ -142,12 +143,12 @@ def lines_beside(body: SolidBody) -> Lines:
 
 
 def _around_ellipsoid(convex: ConvexBody) -> Lines:
-    """Points around an ellipsoid: eight at its waist, four above and four below, and its poles."""
+    """Points around an ellipsoid: eight at its waist, four above and four below."""
     (matrix,), (centre,), (root,) = convex.matrices, convex.centres, convex.roots
     ring = np.stack([np.cos(_ROUND), np.sin(_ROUND), np.zeros(8)], axis=1)
     slant = ring[::2] * np.sqrt(0.5)
-    up = np.array([0.0, 0.0, 1.0])
-    ways = np.concatenate([ring, slant + np.sqrt(0.5) * up, slant - np.sqrt(0.5) * up, up[None], -up[None]])
+    up = np.array([0.0, 0.0, np.sqrt(0.5)])
+    ways = np.concatenate([ring, slant + up, slant - up])
     values, vectors = np.linalg.eigh(matrix)
     inverse_root = (vectors / np.sqrt(values)) @ vectors.T
     points = centre + (root / np.cos(np.pi / 8)) * ways @ inverse_root
@@ -175,7 +176,7 @@ def _faceted(convex: ConvexBody) -> ConvexBody:
 
 
 def _edges(normals: Floats, distances: Floats, corners: Floats, growth: float) -> Lines:
-    """Return the edges of a polyhedron, moved outwards a little; of one that was grown, the two edges of each bevel."""
+    """Return the edges of a polyhedron, moved outwards a little; of upright ones that were grown, the two edges of their bevels."""
     on = np.abs(corners @ normals.T - distances) <= 1e-7 * (1.0 + np.abs(corners).max())
     pairs = np.argwhere(np.triu(on.T.astype(np.int64) @ on.astype(np.int64) >= 2, 1))
     starts, ends, outward, opening = [], [], [], []
@@ -188,8 +189,9 @@ def _edges(normals: Floats, distances: Floats, corners: Floats, growth: float) -
             continue
         first, last = shared[np.argmin(places)], shared[np.argmax(places)]
         mitre, bevel = (one + other) / (1.0 + cosine), (one + other) / np.sqrt(2.0 + 2.0 * cosine)
-        for side in (one, other) if growth > 0 else (other,):
-            sum_ = side + (bevel if growth > 0 else one)
+        level = abs(along[2]) <= _UPRIGHT * size
+        for side in (one, other) if growth > 0 and not level else (other,):
+            sum_ = side + (bevel if growth > 0 and not level else one)
             out = sum_ / np.linalg.norm(sum_)
             half = float(np.linalg.norm(sum_)) / 2.0  # the cosine of half the angle between two faces
             aside = growth * (out / half - mitre) + BESIDE / half * out

@@ -6,6 +6,7 @@ be in. Openings of hoops are closed here: they are passed in visits, straight al
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
@@ -57,6 +58,7 @@ class FreeSpace:
     clearance: float
     _solids: dict[float, Solids] = field(default_factory=dict, init=False, repr=False)
     _roadmaps: dict[float, Roadmap] = field(default_factory=dict, init=False, repr=False)
+    _boxes: dict[frozenset[str], tuple[Floats, Floats]] = field(default_factory=dict, init=False, repr=False)
     _rows: dict[Place, Floats] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
@@ -150,6 +152,15 @@ class FreeSpace:
         direct &= roadmap.holds(np.array(start.point))
         return np.where(direct, np.linalg.norm(points - starts, axis=1), found)
 
+    def connects(self, places: Sequence[Place]) -> bool:
+        """Tell whether ways lead from each of some places to all others around all regions that hold neither end.
+
+        Args:
+            places: Where ways begin and end.
+        """
+        ways = self.lengths(places[0], places[1:]) if len(places) > 1 else ()
+        return all(math.isfinite(length) for length in ways)
+
     def _joined(self, start: Place, end: Place) -> float:
         """Return how long the shortest way by points at which it turns is, m; infinite where there is none."""
         if start.inside == end.inside or not self._touch(start.inside, end.inside):
@@ -158,12 +169,18 @@ class FreeSpace:
         return np.inf if way is None else _length(way)
 
     def _touch(self, one: frozenset[str], other: frozenset[str]) -> bool:
-        """Tell whether boxes around some regions meet boxes around others."""
-        soft = self.roadmap().soft
-        first = np.array([name in one for name in soft.names], dtype=np.bool_)
-        second = np.array([name in other for name in soft.names], dtype=np.bool_)
-        apart = (soft.low[first][:, None] > soft.high[second]) | (soft.high[first][:, None] < soft.low[second])
-        return bool(np.any(~np.any(apart, axis=2)))
+        """Tell whether a box around some regions meets a box around others."""
+        (low, high), (below, above) = self._box(one), self._box(other)
+        return bool(np.all((low <= above) & (below <= high)))
+
+    def _box(self, regions: frozenset[str]) -> tuple[Floats, Floats]:
+        """Return the corners of a box around some regions; of none, an empty one."""
+        if regions not in self._boxes:
+            soft = self.roadmap().soft
+            own = np.array([name in regions for name in soft.names], dtype=np.bool_)
+            low, high = soft.low[own].min(axis=0, initial=np.inf), soft.high[own].max(axis=0, initial=-np.inf)
+            self._boxes[regions] = low, high
+        return self._boxes[regions]
 
     def _row(self, place: Place) -> Floats:
         if place not in self._rows:

@@ -29,8 +29,10 @@ _ALL_PAIRS = 500
 """Points up to which every two are looked at."""
 _NEAREST = 40
 """Beyond that, so many around each."""
-_FROM_A_PLACE = 300
-"""Points to which a place is joined, the nearest ones."""
+_FROM_A_PLACE = 120
+"""Points to which a place is joined, the nearest ones; where it sees none of them, so many more."""
+_FAR, _AROUND = 1.5, 3.0
+"""A way is first looked for within so many times the straight distance, and so many m more."""
 _BRIDGES = 200
 """Pairs of points, the nearest ones, by which parts of the roadmap that hang together by nothing are joined where they can be."""
 
@@ -52,12 +54,6 @@ class Joints:
     lengths: Floats
     entering: Integers
     entered: Integers
-
-    def free(self, stopping: Booleans) -> Booleans:
-        """Tell which lines enter none of some soft bodies. Shape (bodies,) to (n,)."""
-        free = np.ones(len(self.first), dtype=np.bool_)
-        free[self.entering[stopping[self.entered]]] = False
-        return free
 
 
 class Roadmap:
@@ -128,20 +124,23 @@ class Roadmap:
         stopping = self.stopping(permitted)
         if self.clear(np.stack([start, end]), stopping):
             return np.stack([start, end])
-        graph, count = self._graph(stopping), len(self.bends)
+        count = len(self.bends)
         if not count:
             return None
-        from_start, to_end = self.reach(start, stopping), self.reach(end, stopping)
-        costs, before = dijkstra(_with_start(graph, from_start), indices=count, return_predecessors=True)
-        total = costs[:count] + to_end
-        last = int(np.argmin(total))
-        if not np.isfinite(total[last]):
+        graph, to_end = _with_start(self._graph(stopping), self.reach(start, stopping)), self.reach(end, stopping)
+        for limit in (_FAR * float(np.linalg.norm(end - start)) + _AROUND, np.inf):
+            costs, before = dijkstra(graph, indices=count, return_predecessors=True, limit=limit)
+            total = costs[:count] + to_end
+            last = int(np.argmin(total))
+            if total[last] <= limit and np.isfinite(total[last]):
+                break
+        else:
             return None
         indices = [last]
         while (index := int(before[indices[-1]])) != count:
             indices.append(index)
         turns = [self.bends.turn(index) for index in indices[::-1]]
-        return straightened(start, turns, end, lambda points: self.clear(points, stopping), room)
+        return straightened(start, turns, end, lambda starts, ends: self.free(starts, ends, stopping), room)
 
     def holds(self, point: Floats) -> bool:
         """Tell whether a point is in the box and in no solid body. Shape (3,)."""
@@ -159,11 +158,21 @@ class Roadmap:
             points: m. Shape (points, 3).
             stopping: Of the soft bodies. Shape (bodies,).
         """
-        starts, ends = points[:-1], points[1:]
-        if np.any(self.solids.meets(starts, ends)):
-            return False
-        _, bodies = self.soft.pairs(starts, ends)
-        return not np.any(stopping[bodies])
+        return bool(np.all(self.free(points[:-1], points[1:], stopping)))
+
+    def free(self, starts: Floats, ends: Floats, stopping: Booleans) -> Booleans:
+        """Tell which straight lines enter nothing that stops them, and stay in the box.
+
+        Args:
+            starts: m. Shape (n, 3).
+            ends: m. Shape (n, 3).
+            stopping: Of the soft bodies. Shape (bodies,).
+        """
+        free = np.all((ends >= self.low) & (ends <= self.high) & (starts >= self.low) & (starts <= self.high), axis=1)
+        free &= ~self.solids.meets(starts, ends)
+        lines, bodies = self.soft.pairs(starts, ends)
+        free[lines[stopping[bodies]]] = False
+        return free
 
     def reach(self, place: Floats, stopping: Booleans) -> Floats:
         """Return how far each point is from a place on a free straight line, infinite where there is none. Shape (points,)."""
@@ -175,10 +184,7 @@ class Roadmap:
         asked = asked[np.argsort(distances[asked], kind="stable")]
         for begin in range(0, len(asked), _FROM_A_PLACE):
             near = asked[begin : begin + _FROM_A_PLACE]
-            starts, ends = np.broadcast_to(place, (len(near), 3)), self.bends.points[near]
-            free = ~self.solids.meets(starts, ends)
-            segments, bodies = self.soft.pairs(starts, ends)
-            free[segments[stopping[bodies]]] = False
+            free = self.free(np.broadcast_to(place, (len(near), 3)), self.bends.points[near], stopping)
             found[near[free]] = distances[near[free]]
             if np.any(free):
                 break
@@ -193,16 +199,27 @@ class Roadmap:
         return np.asarray(dijkstra(graph, indices=len(self.bends)), dtype=np.float64)[: len(self.bends)]
 
     def _graph(self, stopping: Booleans) -> csr_matrix:
+        """Return the graph of lines that enter no soft body that stops them: few besides those that enter none at all."""
         key = stopping.tobytes()
         if key not in self._graphs:
-            self._graphs[key] = self._matrix(self.joints, self.joints.free(stopping))
+            counts, joints = self._entered, self.joints
+            passing = np.bincount(joints.entering[~stopping[joints.entered]], minlength=len(counts))
+            more = (counts > 0) & (passing == counts)
+            self._graphs[key] = self._open + self._matrix(more) if np.any(more) else self._open
         return self._graphs[key]
 
-    def _matrix(self, joints: Joints, free: Booleans) -> csr_matrix:
-        one, other, lengths = joints.first[free], joints.second[free], joints.lengths[free]
-        size = (len(self.bends), len(self.bends))
-        rows, columns = np.concatenate([one, other]), np.concatenate([other, one])
-        return csr_matrix((np.concatenate([lengths, lengths]), (rows, columns)), shape=size)
+    @cached_property
+    def _entered(self) -> Integers:
+        """How many soft bodies each line enters. Shape (lines,)."""
+        return np.bincount(self.joints.entering, minlength=len(self.joints.first)).astype(np.int64)
+
+    @cached_property
+    def _open(self) -> csr_matrix:
+        """The graph of lines that enter no soft body."""
+        return self._matrix(self._entered == 0)
+
+    def _matrix(self, kept: Booleans) -> csr_matrix:
+        return _symmetric(self.joints, kept, len(self.bends))
 
     def _joints(self, pairs: Integers) -> Joints:
         starts, ends = self.bends.points[pairs[:, 0]], self.bends.points[pairs[:, 1]]
@@ -214,7 +231,9 @@ class Roadmap:
 
     def _bridges(self, joints: Joints) -> Integers:
         """Return pairs of points of different parts of the graph, the nearest ones, whatever their directions. Shape (pairs, 2)."""
-        parts, part = connected_components(self._matrix(joints, np.ones(len(joints.first), dtype=np.bool_)), directed=False)
+        parts, part = connected_components(
+            _symmetric(joints, np.ones(len(joints.first), np.bool_), len(self.bends)), directed=False
+        )
         found: list[Integers] = []
         points = self.bends.points
         sizes = np.bincount(part)
@@ -229,6 +248,13 @@ class Roadmap:
             return np.zeros((0, 2), dtype=np.int64)
         pairs = np.concatenate(found)
         return _each_once(pairs[:, 0], pairs[:, 1], len(points))
+
+
+def _symmetric(joints: Joints, kept: Booleans, size: int) -> csr_matrix:
+    """Return some lines between points as a graph."""
+    one, other, lengths = joints.first[kept], joints.second[kept], joints.lengths[kept]
+    rows, columns = np.concatenate([one, other]), np.concatenate([other, one])
+    return csr_matrix((np.concatenate([lengths, lengths]), (rows, columns)), shape=(size, size))
 
 
 def _each_once(one: Integers, other: Integers, count: int) -> Integers:

@@ -21,6 +21,10 @@ _STEPS = 6
 """Distances from a corner that are tried."""
 
 
+Free = Callable[[Floats, Floats], NDArray[np.bool_]]
+"""Tells of straight lines, given by both ends in m, shapes (n, 3), which enter nothing that stops them. Shape (n,)."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Turn:
     """A point at which a way turns.
@@ -38,54 +42,85 @@ class Turn:
     end: Floats
 
 
-def straightened(start: Floats, turns: list[Turn], end: Floats, clear: Callable[[Floats], bool], room: float) -> Floats:
+def straightened(start: Floats, turns: list[Turn], end: Floats, free: Free, room: float) -> Floats:
     """Return a shorter way between two points with room at its corners.
 
     Args:
         start: m. Shape (3,).
         turns: Where it turns, in order.
         end: m. Shape (3,).
-        clear: Tells whether the lines from point to point are free. Takes m, shape (points, 3).
+        free: Tells which straight lines are free, many at a time.
         room: m by which corners are passed more widely, where there is so much room.
 
     Returns:
         m. Shape (points, 3).
     """
-    places = [start, *(turn.point for turn in turns), end]
-    kept: list[Turn | None] = [None, *turns, None]
+    way = _Way([start, *(turn.point for turn in turns), end], [None, *turns, None], free)
     for _ in range(_SWEEPS):
-        _leave_out(places, kept, clear)
-        if not _slide(places, kept, clear):
+        way.leave_out()
+        if not way.slide():
             break
-    _leave_out(places, kept, clear)
-    for k in range(1, len(places) - 1):
-        turn = kept[k]
+    way.leave_out()
+    if room > 0:
+        way.widen(room)
+    return np.array(way.places)
+
+
+class _Way:
+    """A way while it is straightened; every other point at a time, so that those between stay where they are."""
+
+    def __init__(self, places: list[Floats], turns: list[Turn | None], free: Free) -> None:
+        self.places, self.turns, self.free = places, turns, free
+
+    def leave_out(self) -> None:
+        """Leave out points whose neighbours see each other."""
+        while len(self.places) > 2:
+            places = np.array(self.places)
+            needless = np.flatnonzero(self.free(places[:-2], places[2:])) + 1
+            gone = [int(k) for i, k in enumerate(needless) if i == 0 or k - needless[i - 1] > 1 or (k - needless[0]) % 2 == 0]
+            gone = [k for i, k in enumerate(gone) if i == 0 or k - gone[i - 1] > 1]
+            if not gone:
+                return
+            for k in reversed(gone):
+                del self.places[k], self.turns[k]
+
+    def slide(self) -> bool:
+        """Move each point along its line to where the way is shortest; tell whether any was moved."""
+        moved = False
+        for own in self._halves():
+            before, after, old = self._around(own)
+            new = np.array([_nearest_on(self._turn(k), self.places[k - 1], self.places[k + 1]) for k in own])
+            gains = _lengths(before, old, after) - _lengths(before, new, after) > _GAIN
+            taken = gains & self.free(before, new) & self.free(new, after)
+            for k in np.flatnonzero(taken).tolist():
+                self.places[own[k]], moved = new[k], True
+        return moved
+
+    def widen(self, room: float) -> None:
+        """Move corners away from their bodies: by `room`, or to the middle of a gap that is narrower than twice that."""
+        steps = np.linspace(0.0, 2.0 * room, _STEPS + 1)[1:]
+        for own in self._halves():
+            before, after, old = (np.repeat(part, _STEPS, axis=0) for part in self._around(own))
+            outward = np.repeat(np.array([self._turn(k).outward for k in own]), _STEPS, axis=0)
+            tried = old + np.tile(steps, len(own))[:, None] * outward
+            free = (self.free(before, tried) & self.free(tried, after)).reshape(len(own), _STEPS)
+            farthest = np.where(free.all(axis=1), _STEPS, free.argmin(axis=1))
+            for k, count in zip(own, farthest.tolist(), strict=True):
+                far = float(steps[count - 1]) if count else 0.0
+                self.places[k] = self.places[k] + min(room, far / 2.0) * self._turn(k).outward
+
+    def _halves(self) -> list[list[int]]:
+        inner = range(1, len(self.places) - 1)
+        return [list(inner[parity::2]) for parity in (0, 1) if len(inner) > parity]
+
+    def _around(self, own: list[int]) -> tuple[Floats, Floats, Floats]:
+        before, after = [self.places[k - 1] for k in own], [self.places[k + 1] for k in own]
+        return np.array(before), np.array(after), np.array([self.places[k] for k in own])
+
+    def _turn(self, k: int) -> Turn:
+        turn = self.turns[k]
         assert turn is not None
-        places[k] = _widened(places, k, turn, clear, room)
-    return np.array(places)
-
-
-def _leave_out(places: list[Floats], kept: list[Turn | None], clear: Callable[[Floats], bool]) -> None:
-    k = 1
-    while k < len(places) - 1:
-        if clear(np.stack([places[k - 1], places[k + 1]])):
-            del places[k], kept[k]
-        else:
-            k += 1
-
-
-def _slide(places: list[Floats], kept: list[Turn | None], clear: Callable[[Floats], bool]) -> bool:
-    """Move each point along its line to where the way is shortest; tell whether any was moved."""
-    moved = False
-    for k in range(1, len(places) - 1):
-        turn = kept[k]
-        assert turn is not None
-        before, after = places[k - 1], places[k + 1]
-        best = _nearest_on(turn, before, after)
-        gain = _length(before, places[k], after) - _length(before, best, after)
-        if gain > _GAIN and clear(np.stack([before, best, after])):
-            places[k], moved = best, True
-    return moved
+        return turn
 
 
 def _nearest_on(turn: Turn, before: Floats, after: Floats) -> Floats:
@@ -101,15 +136,5 @@ def _nearest_on(turn: Turn, before: Floats, after: Floats) -> Floats:
     return turn.start + min(max(share, 0.0), 1.0) * step
 
 
-def _widened(places: list[Floats], k: int, turn: Turn, clear: Callable[[Floats], bool], room: float) -> Floats:
-    """Return a corner moved away from its body: by `room`, or to the middle of a gap that is narrower than twice that."""
-    farthest = 0.0
-    for step in np.linspace(0.0, 2.0 * room, _STEPS + 1)[1:]:
-        if not clear(np.stack([places[k - 1], places[k] + step * turn.outward, places[k + 1]])):
-            break
-        farthest = float(step)
-    return places[k] + min(room, farthest / 2.0) * turn.outward
-
-
-def _length(*places: Floats) -> float:
-    return float(np.linalg.norm(np.diff(np.stack(places), axis=0), axis=1).sum())
+def _lengths(before: Floats, at: Floats, after: Floats) -> Floats:
+    return np.linalg.norm(at - before, axis=1) + np.linalg.norm(after - at, axis=1)
