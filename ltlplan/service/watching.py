@@ -19,7 +19,8 @@ from ltlplan.report.player import player_data
 from ltlplan.report.replay import Replay, replay_of
 from ltlplan.report.run_page import THIN
 from ltlplan.report.summary import claim_rows
-from ltlplan.service.formulas import MOST_STATES, automaton_states, automaton_svg, part_automata
+from ltlplan.service.drawings import MOST_STATES, automaton_svg
+from ltlplan.service.formulas import automaton_states, part_automata
 from verify.data import LtlplanError
 
 if TYPE_CHECKING:
