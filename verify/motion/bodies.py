@@ -15,7 +15,8 @@ from functools import lru_cache
 from typing import Literal
 
 from verify.behaviour.timeline import Status
-from verify.data.shapes.conditions import Condition, condition, covers
+from verify.data.shapes.conditions import Condition, condition
+from verify.data.shapes.covers import covers
 from verify.data.shapes.inequalities import Inequality, Parts, Point
 from verify.data.shapes.region import Region
 

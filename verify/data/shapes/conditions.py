@@ -12,7 +12,6 @@ must be outside, so that both answers are on the safe side.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -176,73 +175,3 @@ def solve(matrix: Sequence[Sequence[Fraction]], right: Sequence[Fraction]) -> li
         determinant([[right[i] if j == column else matrix[i][j] for j in range(size)] for i in range(size)]) / whole
         for column in range(size)
     ]
-
-
-Cover = tuple[Inequality, ...]
-
-
-@lru_cache(maxsize=4096)
-def covers(parts: tuple[tuple[Inequality, ...], ...], most: int = 64) -> tuple[Cover, ...]:
-    """Return convex bodies within a union: its parts, and those that reach across faces that parts share.
-
-    Where one part ends at n.x <= h and another at n.x >= h, or sooner, a point that keeps all other inequalities of both is in one
-    or in the other: without the shared face the two are one convex body within the union. The rule is applied to what it gives,
-    too, so that a point where four boxes meet is inside. A ball in one of these bodies is in the union; a ball that only
-    several of them cover together, around a corner that goes inwards, is not found.
-
-    Args:
-        parts: The union.
-        most: How many bodies are looked for; any number of them is right.
-    """
-    found: list[Cover] = [tuple(dict.fromkeys(part)) for part in parts]
-    sets = [frozenset(part) for part in found]
-    index = 0
-    while index < len(found) and len(found) < most:
-        for other in range(index):
-            for bridge in _bridges(found[index], found[other]):
-                kept = frozenset(bridge)
-                if any(known <= kept for known in sets) or len(found) >= most:
-                    continue
-                found.append(bridge)
-                sets.append(kept)
-        index += 1
-    return tuple(found)
-
-
-def _bridges(one: Cover, other: Cover) -> list[Cover]:
-    """Return what two convex bodies become without a face at which one begins where the other ends."""
-    found: list[Cover] = []
-    for a, b in itertools.product(one, other):
-        if any(map(any, a.quadratic)) or any(map(any, b.quadratic)) or not _faces(a, b):
-            continue
-        rest = _without_wider(tuple(dict.fromkeys([x for x in one if x != a] + [x for x in other if x != b])))
-        if not _is_flat(rest):
-            found.append(rest)
-    return found
-
-
-def _is_flat(inequalities: Cover) -> bool:
-    """Tell of some convex bodies that two opposite faces leave nothing between them."""
-    bounds = {x.linear: x.bound for x in inequalities if not any(map(any, x.quadratic))}
-    return any(bound + bounds.get((-normal[0], -normal[1], -normal[2]), math.inf) <= 0 for normal, bound in bounds.items())
-
-
-def _faces(a: Inequality, b: Inequality) -> bool:
-    """Tell whether every point beyond one half-space is in another: their normals are opposite, and they leave no gap."""
-    if sum(x * y for x, y in zip(a.linear, b.linear, strict=True)) >= 0:  # in floats: most pairs end here
-        return False
-    first, second = [Fraction(x) for x in a.linear], [Fraction(x) for x in b.linear]
-    if any(first[i] * second[j] != first[j] * second[i] for i, j in ((0, 1), (0, 2), (1, 2))):
-        return False
-    axis = next(i for i in range(3) if first[i])
-    share = -second[axis] / first[axis]  # second = -share first
-    return share > 0 and Fraction(b.bound) >= -share * Fraction(a.bound)
-
-
-def _without_wider(inequalities: Cover) -> Cover:
-    """Leave out half-spaces that hold another one with the very same normal."""
-    least: dict[tuple[float, float, float], float] = {}
-    for one in inequalities:
-        if not any(map(any, one.quadratic)):
-            least[one.linear] = min(one.bound, least.get(one.linear, math.inf))
-    return tuple(x for x in inequalities if any(map(any, x.quadratic)) or x.bound <= least[x.linear])

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verify.data.errors import BadInput
-from verify.data.shapes.conditions import HalfSpace, condition, covers
+from verify.data.shapes.conditions import HalfSpace, condition
+from verify.data.shapes.covers import covers
 from verify.data.shapes.inequalities import GREATEST_RADIUS, LEAST_RADIUS, Inequality, Parts
 
 Floats = NDArray[np.float64]

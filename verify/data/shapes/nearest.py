@@ -127,6 +127,8 @@ def _on_quadric(body: ConvexBody, index: int, points: Floats) -> Floats:
     for _ in range(_NEWTON):  # on 1 / |.|, which is nearly a straight line of the factor
         shrunk = 1.0 / (1.0 + factor[:, None] * values)
         level = np.sqrt(np.sum(values * (offset * shrunk) ** 2, axis=1))
+        if not np.any(level > root * (1.0 + 4e-16)):
+            break
         slope = np.sum(values**2 * offset**2 * shrunk**3, axis=1) / np.maximum(level, 1e-300)
         step = (level / root - 1.0) * level / np.maximum(slope, 1e-300)
         factor = np.where(level > root, factor + step, factor)

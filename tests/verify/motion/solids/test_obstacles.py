@@ -69,7 +69,7 @@ def random_flight(rng: np.random.Generator) -> Trajectory:
     return Trajectory(times, table.astype(np.float32).astype(np.float64))
 
 
-def dense(flight: Trajectory, count: int = 1500) -> np.ndarray:
+def dense(flight: Trajectory, count: int) -> np.ndarray:
     """Positions of a flight and of the straight steps between its pieces. Shape (n, 3)."""
     found: list[np.ndarray] = []
     for duration, rows in zip(flight.durations, flight.coefficients, strict=True):
@@ -81,20 +81,21 @@ def dense(flight: Trajectory, count: int = 1500) -> np.ndarray:
     return np.concatenate(found)
 
 
-def compare(rng: np.random.Generator) -> None:
+def compare(rng: np.random.Generator, count: int, *, closely: bool) -> None:
+    """Fly at random and hold what is proved against so many samples a piece, and what is decided just beyond them."""
     shapes = [random_solid(rng)[0] for _ in range(int(rng.integers(1, 4)))]
     flight = random_flight(rng)
     mission = world(shapes, tuple(flight.coefficients[0, :3, 0].tolist()))
     solid = SolidWorld.of(read_team(mission, {"r": flight}))
     nearest, *others = solid.approaches({"r": 0.12})["r"]
-    path = dense(flight)
+    path = dense(flight, count)
     sampled = np.array([distances(shape, path).min() for shape in shapes])
     least = float(sampled.min())
     step = float(np.linalg.norm(np.diff(path, axis=0), axis=1).max())
     assert nearest.low <= least + 1e-12
     assert max(nearest.low, 0.0) >= least - step - max(1e-4, 0.011 * least)
     assert {nearest.obstacle, *(one.obstacle for one in others)} >= {f"o{k}" for k in np.flatnonzero(sampled < 0.12 - 1e-3)}
-    if least > 0.01:
+    if least > 0.01 and closely:
         assert solid.nearer_than(0, Fraction(least))
         assert least < 0.05 or not solid.nearer_than(0, Fraction(least - step))
 
@@ -103,15 +104,15 @@ def compare(rng: np.random.Generator) -> None:
 def test_what_is_proved_is_never_more_than_what_is_sampled(seed: int) -> None:
     rng = np.random.default_rng(seed)
     for _ in range(2):
-        compare(rng)
+        compare(rng, 1500, closely=True)
 
 
-@pytest.mark.slow  # 2000 flights
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100, 120))
-def test_many_random_flights(seed: int) -> None:
+def test_ten_thousand_random_flights(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    for _ in range(100):
-        compare(rng)
+    for k in range(500):
+        compare(rng, 400, closely=k % 10 == 0)
 
 
 BOX = {"center": [0.0, 0.0, 1.0], "size": [0.05, 2.0, 1.0]}
