@@ -24,6 +24,8 @@ TINY = 1e-290
 _KEPT = 12
 """Of a part with many faces the farthest so many are weighed against each other."""
 _SWEEPS = 60
+_SETTLED = 1e-8
+"""m; what weights that are off by so much lose is of second order."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -151,18 +153,22 @@ def weights_of(rows: HalfSpaces, places: Floats) -> tuple[Floats, Floats]:
                 weights[:, k] = wanted
                 back += step[:, None] * unit
                 moved = max(moved, float(np.max(np.abs(step))))
-        if moved <= 1e-13:
+        if moved <= _SETTLED:
             break
     return weights / lengths, back
 
 
-def apart_by_weights(rows: HalfSpaces, weights: Floats, hulls: Hulls) -> Floats:
-    """Return what weighted half-spaces prove of hulls, in m; below zero nothing. Shape (n,).
+def apart_by_weights(rows: HalfSpaces, weights: Floats, hulls: Hulls, places: Floats) -> tuple[Floats, Floats]:
+    """Return what weighted half-spaces prove of hulls, below zero nothing, and how far places are from them, in floats.
 
     Args:
         rows: Of n parts.
         weights: Not negative. Shape (n, rows).
         hulls: n of them, in the parts' frames.
+        places: One place of each, m. Shape (n, 3).
+
+    Returns:
+        m. Shape (n,) each.
     """
     normal = np.einsum("nr,nri->ni", weights, rows.normals)
     chain = gamma(weights.shape[1] + 3)
@@ -173,5 +179,7 @@ def apart_by_weights(rows: HalfSpaces, weights: Floats, hulls: Hulls) -> Floats:
     least = np.min(np.einsum("ni,nik->nk", normal, hulls.mid), axis=1) - bound
     loose = np.einsum("ni,ni->n", error + gamma(6) * np.abs(normal), size) + np.einsum("ni,ni->n", np.abs(normal), rad)
     least -= (loose + off + gamma(3) * np.abs(bound)) * GROW
-    length = np.linalg.norm(normal, axis=1) * (1 + 2.0**-49) + error.sum(axis=1)
-    return np.where(least > 0, least / length * (1 - 2.0**-51), -np.inf)
+    size = np.linalg.norm(normal, axis=1)
+    length = size * (1 + 2.0**-49) + error.sum(axis=1)
+    at = (np.einsum("ni,ni->n", normal, places) - bound) / np.maximum(size, 1e-150)
+    return np.where(least > 0, least / length * (1 - 2.0**-51), -np.inf), at

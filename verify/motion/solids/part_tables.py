@@ -127,8 +127,8 @@ class PartTable:
             for turn in range(3 if self.mixed else 1):
                 chosen = farthest_of(some, middle[deeper])
                 weights, back = weights_of(chosen, middle[deeper])
-                low[deeper] = np.fmax(low[deeper], apart_by_weights(chosen, weights, own[deeper]))
-                near[deeper] = np.fmax(near[deeper], np.linalg.norm(back, axis=1))
+                sure, about = apart_by_weights(chosen, weights, own[deeper], middle[deeper])
+                low[deeper], near[deeper] = np.fmax(low[deeper], sure), np.fmax(near[deeper], about)
                 if turn < 2 and self.mixed:
                     for one in self.quadrics:
                         some = some.joined(one.tangents(rows[deeper], middle[deeper] - back))
