@@ -38,7 +38,7 @@ def streets(rng: np.random.Generator) -> Trajectory:
     while len(places) <= PIECES:
         turn = np.array([(1, 0), (-1, 0), (0, 1), (0, -1)][int(rng.integers(4))])
         there = np.floor(places[-1][:2]) + turn
-        if (0 <= there).all() and (there < [19, 9]).all() and (turn + way).any():
+        if (there >= 0).all() and (there < [19, 9]).all() and (turn + way).any():
             places.append(np.array([*(there + 0.5 + rng.uniform(-0.08, 0.08, 2)), 1 + 0.1 * rng.normal()]))
             way = turn
     corners = np.array(places)
