@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice, pairwise, permutations
 
+from verify.behaviour.breaking_words import BreakingWords
 from verify.behaviour.inclusion import find_broken
 from verify.behaviour.robot_letters import ALWAYS, RobotBehaviour
-from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph
+from verify.behaviour.team_graph import JointGraph, OwnGraph
 from verify.behaviour.timeline import Timeline
 from verify.data.language.formula import Formula
 from verify.data.language.word import Letter
@@ -26,6 +27,12 @@ from verify.logic.verdict import Order
 BUDGET = 30_000
 MAX_WAITS = 60
 MAX_ORDERS = 24
+
+FEW = 4
+"""Robots that change their letters up to which all are followed; of more, those that matter to a conjunct or are in waits."""
+
+LESS = 10
+"""By this the budget is divided where there are more robots, as waits are tried one after another."""
 
 _Pair = tuple[tuple[int, int], tuple[int, int]]
 """((robot, visit), (robot, visit)), robots by number."""
@@ -57,8 +64,10 @@ def mending_waits(formula: Formula, reading: TeamReading, timelines: Mapping[str
         budget: Configurations that may be met each time that some waits are tried.
     """
     robots = _busy([_nominal(timeline) for timeline in timelines.values()])
-    parts = conjuncts(normal_form(formula))
+    if len(robots) > FEW:
+        budget //= LESS
     try:
+        parts = [_Part.of(normal, robots, reading) for normal in conjuncts(normal_form(formula))]
         found = _from_counterexamples(robots, reading, parts, budget)
         if found is None:
             found = _one_after_another(robots, reading, parts, budget)
@@ -81,7 +90,7 @@ def _busy(robots: list[_Robot]) -> list[_Robot]:
 
 
 def _from_counterexamples(
-    robots: Sequence[_Robot], reading: TeamReading, parts: Sequence[Normal], budget: int
+    robots: Sequence[_Robot], reading: TeamReading, parts: Sequence[_Part], budget: int
 ) -> list[_Pair] | None:
     waits: list[_Pair] = []
     while len(waits) <= MAX_WAITS:
@@ -96,7 +105,7 @@ def _from_counterexamples(
 
 
 def _one_after_another(
-    robots: Sequence[_Robot], reading: TeamReading, parts: Sequence[Normal], budget: int
+    robots: Sequence[_Robot], reading: TeamReading, parts: Sequence[_Part], budget: int
 ) -> list[_Pair] | None:
     """Try whole robots one after another, in the order of their present flights first."""
     flying = [r for r, robot in enumerate(robots) if robot.visits]
@@ -110,19 +119,47 @@ def _one_after_another(
     return None
 
 
-def _broken(
-    robots: Sequence[_Robot], reading: TeamReading, part: Normal, waits: Sequence[_Pair], budget: int
-) -> tuple[Observation, ...] | None:
-    """Return a shortest team word that breaks one conjunct while the waits are kept."""
-    behaviours = [_behaviour(robot) for robot in robots]
-    limits = [(a, robots[a].visits[i].after or 0, b, robots[b].visits[j].first) for (a, i), (b, j) in waits]
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """A conjunct, and the robots whose letters can matter to it."""
+
+    normal: Normal
+    robots: frozenset[int]
+
+    @classmethod
+    def of(cls, normal: Normal, robots: Sequence[_Robot], reading: TeamReading) -> _Part:
+        everyone = range(len(robots))
+        if len(robots) <= FEW:
+            return cls(normal, frozenset(everyone))
+        seen = [{letter & normal.propositions for letter in robot.letters} for robot in robots]
+        if reading == "joint":
+            return cls(normal, frozenset(r for r in everyone if any(seen[r])) or frozenset({0}))
+        letters = sorted(set[Letter]().union(*seen), key=sorted)
+        words = BreakingWords(normal, letters)
+        dead = {letter for i, letter in enumerate(letters) if words.dead >> i & 1}
+        return cls(normal, frozenset(r for r in everyone if not seen[r] <= dead) or frozenset({0}))
+
+
+_Nodes = list[dict[int, int]]
+"""For each reading of a counterexample where each robot is; robots that cannot matter are left out."""
+
+
+def _broken(robots: Sequence[_Robot], reading: TeamReading, part: _Part, waits: Sequence[_Pair], budget: int) -> _Nodes | None:
+    """Return a shortest team word that breaks one conjunct while the waits are kept.
+
+    Robots that neither matter nor wait nor are waited for fly as they like, beside any flights of the others.
+    """
+    kept = sorted(part.robots.union(*((a, b) for (a, _), (b, _) in waits)))
+    place = {robot: i for i, robot in enumerate(kept)}
+    behaviours = [_behaviour(robots[r]) for r in kept]
+    limits = [(place[a], robots[a].visits[i].after or 0, place[b], robots[b].visits[j].first) for (a, i), (b, j) in waits]
 
     def permitted(nodes: tuple[int, ...]) -> bool:
         return all(nodes[b] < begins or nodes[a] >= over for a, over, b, begins in limits)
 
     graph = (JointGraph if reading == "joint" else OwnGraph)(behaviours, timed=False, permitted=permitted)
-    broken = find_broken(graph, part, budget)
-    return None if broken is None else broken.observations
+    broken = find_broken(graph, part.normal, budget)
+    return None if broken is None else [dict(zip(kept, found.nodes, strict=True)) for found in broken.observations]
 
 
 def _behaviour(robot: _Robot) -> RobotBehaviour:
@@ -131,12 +168,12 @@ def _behaviour(robot: _Robot) -> RobotBehaviour:
     return RobotBehaviour(robot.name, robot.letters, (ALWAYS,) * n, following, (0,), frozenset({n - 1}))
 
 
-def _best_pair(robots: Sequence[_Robot], observations: Sequence[Observation], waits: Sequence[_Pair]) -> _Pair | None:
+def _best_pair(robots: Sequence[_Robot], observations: _Nodes, waits: Sequence[_Pair]) -> _Pair | None:
     """Return the pair that rules the counterexample out and delays the present flight least, without a circle."""
     candidates: list[tuple[Fraction, _Pair]] = []
     for a, first in enumerate(robots):
         for b, then in enumerate(robots):
-            if a == b:
+            if a == b or a not in observations[0] or b not in observations[0]:
                 continue
             for i, visit in enumerate(first.visits):
                 if visit.after is None:
@@ -145,10 +182,7 @@ def _best_pair(robots: Sequence[_Robot], observations: Sequence[Observation], wa
                     if other.first == 0:
                         continue
                     pair = ((a, i), (b, j))
-                    ruled_out = any(
-                        observation.nodes[b] >= other.first and observation.nodes[a] < visit.after
-                        for observation in observations
-                    )
+                    ruled_out = any(nodes[b] >= other.first and nodes[a] < visit.after for nodes in observations)
                     if ruled_out and not _circle(robots, [*waits, pair]):
                         candidates.append((max(visit.stop - other.start, Fraction(0)), pair))
     return min(candidates, default=(None, None))[1]

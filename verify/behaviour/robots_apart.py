@@ -31,7 +31,7 @@ import bisect
 import itertools
 import operator
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from verify.behaviour.breaking_words import BreakingWords
@@ -111,7 +111,48 @@ def some_word_breaks_apart(
     Raises:
         OutOfBudget: More were met.
     """
-    return _Search(robots, words, timed and len(robots) > 1, clock_error, budget).run()
+    return find_schedule(robots, words, timed=timed, clock_error=clock_error, budget=budget) is not None
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """One step of how a word comes to be broken: time goes on, or a robot's reading makes a move.
+
+    Attributes:
+        rank: The time, as a number among the ends of spans.
+        state: Of the words, from here on.
+        mover: Index of the robot whose reading leads to the state; None where time goes on, or words begin.
+        letter: What it shows then, as a number; -1 where none is read.
+    """
+
+    rank: int
+    state: int
+    mover: int | None = None
+    letter: int = -1
+
+
+def find_schedule(
+    robots: Sequence[RobotBehaviour], words: BreakingWords, *, timed: bool, clock_error: Fraction = Fraction(0), budget: int
+) -> list[Moment] | None:
+    """Return the moves with which some team word breaks the formula, and all times up to the end; None where none does.
+
+    Arguments and errors are those of `some_word_breaks_apart`.
+
+    Raises:
+        OutOfBudget: More than `budget` configurations were met.
+    """
+    return _Search(robots, words, clock_of(robots, timed=timed, clock_error=clock_error), budget).run()
+
+
+def clock_of(robots: Sequence[RobotBehaviour], *, timed: bool, clock_error: Fraction) -> Ranks:
+    """Return the times that bind robots to each other: none where there is only one.
+
+    Args:
+        robots: The team.
+        timed: Whether the spans bind at all.
+        clock_error: How far each robot's clock may be off, in s.
+    """
+    return Ranks.of(robots, clock_error) if timed and len(robots) > 1 else Ranks.timeless(robots)
 
 
 class _Robot:
@@ -234,13 +275,10 @@ class _Robot:
 class _Search:
     """In depth, so that what can be broken is found soon; what was met at each time is kept."""
 
-    def __init__(
-        self, robots: Sequence[RobotBehaviour], words: BreakingWords, timed: bool, clock_error: Fraction, budget: int
-    ) -> None:
+    def __init__(self, robots: Sequence[RobotBehaviour], words: BreakingWords, clock: Ranks, budget: int) -> None:
         self.words = words
         self.budget = budget
-        self.met = self.followed = 0
-        clock = Ranks.of(robots, clock_error) if timed else Ranks.timeless(robots)
+        self.followed = 0
         self.robots = [_Robot(robot, words, spans, clock.last) for robot, spans in zip(robots, clock.spans, strict=True)]
         self.last = clock.last
         self.size = len(robots)
@@ -249,52 +287,53 @@ class _Search:
             for rank in robot.starts:
                 self.changes[rank].append(index)
         self.known: list[dict[int, list[_Sets]]] = [{} for _ in range(clock.last + 1)]
-        self.work: list[tuple[int, int, _Sets]] = []
+        self.came: list[tuple[int, Moment]] = []  # where each configuration came from
+        self.work: list[tuple[int, _Sets]] = []
 
-    def run(self) -> bool:
+    def run(self) -> list[Moment] | None:
         """Follow each configuration to the next time, and first by its moves."""
         for state in self.words.initial:
-            self._meet(0, state, (*(robot.initial for robot in self.robots), *([0] * self.size)), range(self.size))
+            self._meet(-1, Moment(0, state), (*(robot.initial for robot in self.robots), *([0] * self.size)), range(self.size))
         while self.work:
-            rank, state, sets = self.work.pop()
-            if state == self.words.settled:
-                return True
-            if rank < self.last:
-                self._meet(rank + 1, state, sets, self.changes[rank + 1])
-            elif self._ends(state, sets):
-                return True
-            self._move(rank, state, sets)
-        return False
+            number, sets = self.work.pop()
+            here = self.came[number][1]
+            if here.state == self.words.settled or (here.rank == self.last and self._ends(here.state, sets)):
+                return self._schedule(number)
+            if here.rank < self.last:
+                self._meet(number, Moment(here.rank + 1, here.state), sets, self.changes[here.rank + 1])
+            self._move(number, here, sets)
+        return None
 
-    def _meet(self, rank: int, state: int, sets: _Sets, changed: Sequence[int]) -> None:
+    def _meet(self, origin: int, here: Moment, sets: _Sets, changed: Sequence[int]) -> None:
         """Keep a configuration whose sets are closed but for the robots in `changed`, unless it is known or impossible."""
         found = list(sets)
         self.followed += len(changed)
         for index in changed:
             robot = self.robots[index]
-            nodes, read = robot.closed(state, robot.epoch(rank), sets[index], sets[index + self.size])
+            nodes, read = robot.closed(here.state, robot.epoch(here.rank), sets[index], sets[index + self.size])
             if not nodes:
                 return
             found[index], found[index + self.size] = nodes, read
         sets = tuple(found)
-        for other in self.words.easier[state]:
-            known = self.known[rank].get(other, ())
+        layers = self.known[here.rank]
+        for other in self.words.easier[here.state]:
+            known = layers.get(other, ())
             self.followed += len(known)
             if any(not any(map(_beyond, sets, one)) for one in known):
                 return
-        self.met += 1
-        if self.met > self.budget:
+        if len(self.came) >= self.budget:
             raise OutOfBudget(f"more than {self.budget} configurations of team and formula")
         if self.followed > STEPS * self.budget:
             raise OutOfBudget(f"more than {STEPS * self.budget} steps of the team")
-        layer = self.known[rank].setdefault(state, [])
+        layer = layers.setdefault(here.state, [])
         layer[:] = [one for one in layer if any(map(_beyond, one, sets))]
         layer.append(sets)
-        self.work.append((rank, state, sets))
+        self.work.append((len(self.came), sets))
+        self.came.append((origin, here))
 
-    def _move(self, rank: int, state: int, sets: _Sets) -> None:
+    def _move(self, number: int, here: Moment, sets: _Sets) -> None:
         """Make every move that is possible now."""
-        for letter, targets in self.words.moves[state].items():
+        for letter, targets in self.words.moves[here.state].items():
             for index, robot in enumerate(self.robots):
                 picked = sets[index] & robot.showing[letter]
                 if not picked:
@@ -302,9 +341,17 @@ class _Search:
                 after = list(sets)
                 after[index] = after[index + self.size] = picked
                 for target in targets:
-                    self._meet(rank, target, tuple(after), range(self.size))
+                    self._meet(number, Moment(here.rank, target, index, letter), tuple(after), range(self.size))
                 if picked == sets[index] == sets[index + self.size]:
                     break  # it takes nothing away: whatever another one's reading allows is allowed after this one's
+
+    def _schedule(self, number: int) -> list[Moment]:
+        end = self.came[number][1]
+        found = [Moment(rank, end.state) for rank in range(self.last, end.rank, -1)]
+        while number >= 0:
+            number, moment = self.came[number]
+            found.append(moment)
+        return found[::-1]
 
     def _ends(self, state: int, sets: _Sets) -> bool:
         return self.words.ends[state] and all(

@@ -107,6 +107,18 @@ class _Clock:
             for other, node in enumerate(nodes)
         )
 
+    def together(self, options: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
+        """Leave out nodes that overlap with no choice of some other robot's: no state has them."""
+        if not self.timed:
+            return options
+        first = [min(self.low[r][n] for n in choices) for r, choices in enumerate(options)]
+        last = [max(self.high[r][n] for n in choices) for r, choices in enumerate(options)]
+        latest, earliest = max(first), min(last)
+        return [
+            tuple(n for n in choices if self.low[r][n] <= earliest and latest <= self.high[r][n])
+            for r, choices in enumerate(options)
+        ]
+
     def allows_all(self, nodes: tuple[int, ...]) -> bool:
         """Tell whether all robots can be where they are at one time."""
         if not self.timed:
@@ -222,6 +234,7 @@ class JointGraph(_TeamGraph):
                     if self.permitted is None or self.permitted(moved):
                         yield None, moved
             options.append((state[r], *changing))
+        options = self.clock.together(options)
         if sum(len(choices) > 1 for choices in options) > MAX_TOGETHER:
             raise OutOfBudget(f"more than {MAX_TOGETHER} robots can change their letters at one instant")
         for nodes in itertools.product(*options):

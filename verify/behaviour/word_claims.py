@@ -8,16 +8,18 @@ leaves it open, and both claims must hold whatever the robot does there.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import combinations
 from typing import Literal
 
+from verify.behaviour.breaking_words import BreakingWords
 from verify.behaviour.inclusion import DEFAULT_BUDGET, Broken, find_broken, holds_for_all, holds_loosely
 from verify.behaviour.lassos import BrokenRun, find_broken_run, search_run
 from verify.behaviour.mending_waits import mending_waits
-from verify.behaviour.robot_letters import RobotBehaviour, cut_timeline, from_timeline
+from verify.behaviour.robot_letters import RobotBehaviour, cut_timeline, from_timeline, merged
 from verify.behaviour.robots_apart import letters_of
+from verify.behaviour.single_flights import broken_apart
 from verify.behaviour.team_answers import Question
 from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph, WithOthers
 from verify.behaviour.timeline import Relations, Timeline
@@ -44,6 +46,9 @@ _MANY = 100
 
 _LARGE = 2_000
 """Nodes of one robot up to which its whole letters are followed by themselves, not together with the formula."""
+
+FEW = 4
+"""Robots that change their letters up to which a shortest counterexample is sought; beyond, one that is put together."""
 
 Detail = Literal["answer", "counterexample", "waits"]
 """Yes or no only; or with a counterexample; or also with the waits that would rule it out."""
@@ -158,14 +163,25 @@ class _Judge:
                 return Verdict("fails", "")
             robots = self._whole()
             followed = _without_equals(robots)
-            broken = find_broken(self._graph(followed), part, self.budget)
+            read = self._readings(followed, part)
         except OutOfBudget as error:
             return Verdict("undecided", f"`{show(to_formula(part))}` could not be decided: {error}.")
-        if broken is None:
+        return self._failure(followed, _all_read(robots, followed, read))
+
+    def _readings(self, robots: Sequence[RobotBehaviour], part: Normal) -> tuple[Observation, ...]:
+        """Return a counterexample: a shortest one, where few robots change their letters."""
+        if sum(not robot.constant for robot in robots) <= FEW:
+            broken = find_broken(self._graph(robots), part, self.budget)
+            found = None if broken is None else broken.observations
+        else:
+            words = BreakingWords(part, letters_of(robots, part.propositions))
+            timed = self.times == "timed"
+            found = broken_apart(robots, words, timed=timed, clock_error=self.clock_error, budget=self.budget)
+        if found is None:
             raise InternalError(
-                f"`{show(to_formula(part))}` fails robot by robot and holds for all of them together. This is a bug of ltlplan's."
+                f"`{show(to_formula(part))}` fails for the robots that matter and holds for all. This is a bug of ltlplan's."
             )
-        return self._failure(followed, _all_read(robots, followed, broken.observations))
+        return found
 
     def _breaks(self, part: Normal) -> bool | None:
         """Tell whether some team word breaks a conjunct, robot by robot; None where that cannot tell."""
@@ -207,11 +223,20 @@ class _Judge:
 
     def _part_together(self, part: Normal) -> Verdict:
         """Decide one conjunct on all ways in which the robots can be where they are together."""
-        cut = [from_timeline(cut_timeline(t, part.propositions), self.relations) for t in self.timelines.values()]
-        cut = _without_equals(cut)
+        cut = self._that_show(
+            [from_timeline(cut_timeline(t, part.propositions), self.relations) for t in self.timelines.values()], part
+        )
         if self._holds_loosely(cut, part) or self._broken(cut, part) is None:
             return Verdict("holds", "")
         robots = self._whole()
+        if (
+            self.mission.spec.team == "joint"
+            and len(robots) > FEW
+            and self._broken(self._that_show(robots, part), part) is None
+        ):
+            return Verdict("holds", "")
+        if self.detail == "answer" and len(robots) > FEW and self.mission.spec.team == "joint":
+            return Verdict("fails", "")
         followed = _without_equals(robots)
         broken = self._broken(followed, part)
         if broken is None:
@@ -221,6 +246,21 @@ class _Judge:
         if isinstance(broken, BrokenRun):
             return self._run_failure(robots[0], broken)
         return self._failure(followed, _all_read(robots, followed, broken.observations))
+
+    def _that_show(self, robots: list[RobotBehaviour], part: Normal) -> list[RobotBehaviour]:
+        """Keep one of the robots that show one thing all the time; of unions, those that can show something of a part.
+
+        Who shows nothing of it adds nothing to a union, and its times bind nobody. What it shows besides is left out.
+        """
+        if self.mission.spec.team == "joint" and len(robots) > 1:
+            names = part.propositions
+            letters = [tuple(letter & names for letter in robot.letters) for robot in robots]
+            robots = [
+                merged(replace(robot, letters=seen, actions=(0,) * len(robot)))
+                for robot, seen in zip(robots, letters, strict=True)
+                if any(seen)
+            ] or [replace(robots[0], letters=letters[0])]
+        return _without_equals(robots)
 
     def _holds_loosely(self, robots: list[RobotBehaviour], part: Normal) -> bool:
         """Try to prove a conjunct from none, one or two robots, the others' letters coming at any time."""

@@ -30,7 +30,7 @@ class Verdict:
     Attributes:
         outcome: "holds", "fails", or "undecided" where a stated budget ran out.
         sentence: One sentence for a person.
-        counterexample: A shortest word that breaks the claim: a `Word`, or for a team the readings in order.
+        counterexample: A shortest word (of a large team a short one) that breaks the claim: a `Word`, or a team's readings in order.
         time: Mission time, in s, at which the claim is broken, where there are times.
         claim: What was asked: "formula", "transitions", ...
         robot: The robot concerned, or None for the team.
