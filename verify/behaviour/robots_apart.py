@@ -136,10 +136,15 @@ def find_schedule(
 ) -> list[Moment] | None:
     """Return the moves with which some team word breaks the formula, and all times up to the end; None where none does.
 
-    Arguments and errors are those of `some_word_breaks_apart`.
+    Args:
+        robots: The team (or the robots of it that matter).
+        words: What breaks the formula; has all letters of the robots, cut down to its propositions.
+        timed: Whether the spans bind; otherwise only each robot's own order does.
+        clock_error: How far each robot's clock may be off, in s.
+        budget: Configurations that may be met.
 
     Raises:
-        OutOfBudget: More than `budget` configurations were met.
+        OutOfBudget: More were met.
     """
     return _Search(robots, words, clock_of(robots, timed=timed, clock_error=clock_error), budget).run()
 
