@@ -32,7 +32,8 @@ def run_files(mission: Mission) -> tuple[str, ...]:
     from flight.exports.crazyswarm import file_names
 
     tables = tuple(f"{name}.csv" for name in mission.agents)
-    exported = tuple(f"{_EXPORT}/{name}" for name in file_names(mission.agents))
+    robots = _exported(mission)
+    exported = tuple(f"{_EXPORT}/{name}" for name in file_names(robots)) if robots else ()
     return (*LOG_FILES, *tables, PROOF, "report.html", *exported)
 
 
@@ -40,7 +41,7 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     """Write everything that a run makes.
 
     Files: `mission.yaml` (resolved), `plan.json`, `<robot>.csv`, `certificate.json`, `flight.csv`, `report.html`, a folder
-    `crazyswarm2` ready for that system, and the manifest.
+    `crazyswarm2` ready for that system (of a mixed team, with the Crazyflies among them), and the manifest.
     """
     import flight
     from ltlplan.report.run_page import report_html
@@ -48,12 +49,20 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     def write(folder: Path) -> None:
         write_plan_files(result.plan, folder)
         write_trajectories(result.plan, result.team, folder)
-        flight.export(result.team, result.certificate, folder / _EXPORT, format="crazyswarm2")
+        if robots := _exported(result.mission):
+            flight.export(result.team, result.certificate, folder / _EXPORT, format="crazyswarm2", robots=robots)
         (folder / PROOF).write_text(result.certificate.to_json(), encoding="utf-8")
         (folder / "flight.csv").write_text(result.log.to_csv(), encoding="utf-8")
         (folder / "report.html").write_text(report_html(result), encoding="utf-8")
 
     return write_folder(target, write)
+
+
+def _exported(mission: Mission) -> tuple[str, ...]:
+    """Return the robots that crazyswarm2 flies: all of a team of one kind, the Crazyflies of a mixed one."""
+    from flight.exports.fits import crazyflies
+
+    return tuple(mission.agents) if mission.of_one_kind else crazyflies(mission, mission.agents)
 
 
 def write_flight(plan: Plan, log: FlightLog, folder: Path) -> None:

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from flight.exports.target import Request
-from verify.data import DoesNotFit, Trajectory
+from verify.data import DoesNotFit, Mission, Trajectory
+
+MOST_KILOGRAMS = 0.1
+"""More than any Crazyflie can lift."""
 
 
 def require_crazyflie(request: Request) -> None:
@@ -12,12 +17,25 @@ def require_crazyflie(request: Request) -> None:
     Raises:
         DoesNotFit: It weighs more than any Crazyflie can lift.
     """
-    vehicles = {name: request.mission.vehicle_of(name) for name in request.team}
-    heavy = {name: vehicle for name, vehicle in vehicles.items() if vehicle.mass > 0.1}
-    for name, vehicle in heavy.items():
-        who = "" if request.mission.of_one_kind else f"{name} flies another vehicle: "
-        hint = f" Write {', '.join(vehicles.keys() - heavy.keys())} by `robots`." if len(heavy) < len(vehicles) else ""
-        raise DoesNotFit(f"{who}the certificate is for '{vehicle.name}' of {vehicle.mass:g} kg, which is no Crazyflie.{hint}")
+    mission, light = request.mission, crazyflies(request.mission, request.team)
+    for name in request.team:
+        if name not in light:
+            vehicle = mission.vehicle_of(name)
+            who = "" if mission.of_one_kind else f"{name} flies another vehicle: "
+            hint = f" Write {', '.join(light)} by `robots` (`--robots {','.join(light)}`)." if light else ""
+            raise DoesNotFit(
+                f"{who}the certificate is for '{vehicle.name}' of {vehicle.mass:g} kg, which is no Crazyflie.{hint}"
+            )
+
+
+def crazyflies(mission: Mission, robots: Iterable[str]) -> tuple[str, ...]:
+    """Return those of some robots that may be Crazyflies by what they weigh.
+
+    Args:
+        mission: Says what they fly.
+        robots: Their names.
+    """
+    return tuple(name for name in robots if mission.vehicle_of(name).mass <= MOST_KILOGRAMS)
 
 
 def require_float32(name: str, path: Trajectory) -> None:
