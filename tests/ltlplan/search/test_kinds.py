@@ -2,6 +2,8 @@
 
 import itertools
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -190,3 +192,16 @@ def test_a_hoop_too_narrow_for_one_is_left_to_the_other():
         update={"hoops": hoops, "spec": spec, "environment": None, "agents": {**mission.agents, "slow": cheap}}
     )
     assert [name for name, does in assign(there).robots.items() if does.visits] == ["fast"]
+
+
+def test_the_worked_example_of_the_page_is_a_mission():
+    page = (Path(__file__).parents[3] / "docs" / "missions.md").read_text()
+    (example,) = re.findall(r"```\n(robots:\n.*?)```", page, re.DOTALL)
+    places = "  water: {center: [-1.0, -0.8, 1.0], radii: [0.3, 0.3, 0.3]}\n  smoke: {center: [1.0, -0.8, 1.0], radii: [0.3, 0.3, 0.3]}\n"
+    mission = parse_mission(
+        example.replace("regions:\n", f"regions:\n{places}")
+        + "format: 1\nname: example\nspec: {formula: F attic & F smoke & G(smoke -> carrying)}\nvehicle: crazyflie-2.1\n"
+        + "workspace: {min: [-2.4, -1.6, 0.2], max: [1.8, 1.6, 2.0]}\n"
+    )
+    found = {name: [visit.region for visit in does.visits] for name, does in assign(mission).robots.items()}
+    assert found == {"heavy": ["water", "smoke"], "quick": ["attic"]}
