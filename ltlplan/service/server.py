@@ -10,6 +10,7 @@ import asyncio
 import errno
 import fcntl
 import gc
+import logging
 import os
 import signal
 import socket
@@ -61,6 +62,7 @@ def serve(settings: Settings, *, page: bool = True, announce: Announce = print) 
             sys.setswitchinterval(SWITCH)
             tokens = Tokens(settings.data)
             _require_tokens(settings, tokens)
+            _load_beside()
             begin_log()
             gate, service = put_together(settings, tokens, page=page)
             host, port = listener.getsockname()[:2]
@@ -157,6 +159,15 @@ def _require_tokens(settings: Settings, tokens: Tokens) -> None:
             f"With {why} others can reach this service, so it answers to tokens only, and there are none. "
             f"Make one first: ltlplan serve --new-token NAME{data}"
         )
+
+
+def _load_beside() -> None:
+    """Begin to load what workers are forked from, where a processor has nothing else to do; where none has, the first page comes first."""
+    processors = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+    if processors > 1 and os.getloadavg()[0] < processors / 2:
+        from ltlplan.service.children import warm_up
+
+        warm_up()
 
 
 @contextmanager
@@ -283,6 +294,7 @@ def _run(gate: Gate, service: Service, listener: socket.socket, ready: Callable[
         async def startup(self, sockets: list[socket.socket] | None = None) -> None:
             await super().startup(sockets)
             if self.started:
+                errors.setLevel(logging.WARNING)
                 gc.freeze()
                 gc.enable()
                 ready()
@@ -300,6 +312,8 @@ def _run(gate: Gate, service: Service, listener: socket.socket, ready: Callable[
         ws_max_size=limits.body_bytes,
         lifespan="on",
     )
+    errors = logging.getLogger("uvicorn.error")
+    errors.setLevel(logging.CRITICAL)  # what the start fails of is told by who called
     server = Server(config)
     failed = _Ended()
 
@@ -323,7 +337,11 @@ def _run(gate: Gate, service: Service, listener: socket.socket, ready: Callable[
             raise
 
     gate.inner = noting
-    asyncio.run(run())
+    try:
+        asyncio.run(run())
+    except SystemExit:  # its own word for a start that failed
+        if failed.error is None:
+            raise
     if failed.error is not None and not server.started:
         raise failed.error
 

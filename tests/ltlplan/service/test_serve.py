@@ -51,6 +51,15 @@ def test_a_data_folder_that_cannot_be_one(tmp_path: Path) -> None:
     assert (tmp_path / "file").read_text() == "mine"
 
 
+def test_a_database_that_cannot_be_used_is_one_sentence(tmp_path: Path) -> None:
+    (tmp_path / "jobs.sqlite").write_text("no database, but long enough to be taken for one " * 20)
+    command = [sys.executable, "-m", "ltlplan", "serve", "--port", "0", "--no-page", "--data", str(tmp_path)]
+    refused = subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
+    assert refused.returncode == 2
+    assert refused.stdout == ""
+    assert re.fullmatch(r"bad input: The database .*jobs\.sqlite cannot be used: .*\n", refused.stderr), refused.stderr
+
+
 def test_a_network_is_served_with_tokens_only(tmp_path: Path) -> None:
     for words in (("--host", "0.0.0.0"), ("--name", "plan.lab")):
         assert "ltlplan serve --new-token NAME" in refused("--data", str(tmp_path), "--port", "0", *words)
