@@ -133,4 +133,4 @@ def _reason(error: DBAPIError) -> str:
         return "it is damaged, or no database at all; put a copy in its place, or take another data folder."
     if "readonly" in text or "unable to open" in text:
         return f"it cannot be written ({text}); look at who owns the folder."
-    return f"{text[:300].rstrip(".?!")}."
+    return f"{text[:300].rstrip('.?!')}."

@@ -27,7 +27,7 @@ from ltlplan.service.models import ENDED, Event, FileEntry, Health, Job, Problem
 from ltlplan.service.problems import Busy, Conflict, NotFound, TooManyRequests, problem_of
 from ltlplan.service.recent import Recent
 from ltlplan.service.settings import Settings
-from ltlplan.service.stages import PLAN, Outcome, mission_bytes, mission_of, plan_of, run_stage, share_after
+from ltlplan.service.stages import PLAN, Outcome, mission_bytes, mission_of, plan_of, run_stage, share_after, share_before
 from ltlplan.service.store import NoRoom, Store, no_room
 from ltlplan.service.versions import key_of, software
 from ltlplan.service.workers import WorkFuture
@@ -698,14 +698,17 @@ def _with_records(job: Job, records: list[Data]) -> Job:
 
 def _told_again(job: Job, *, ended: bool) -> list[Event]:
     """Return the events that can be told from what is kept of a job."""
-    events = [state_event(job.model_copy(update={"state": "queued"}))]
+    events = [state_event(job.model_copy(update={"state": "queued", "share": 0.0}))]
     if job.started is not None:
-        events.append(state_event(job.model_copy(update={"state": "running"})))
+        events.append(state_event(job.model_copy(update={"state": "running", "share": 0.0})))
     for number, stage in enumerate(job.stages, 1):
-        events.append(stage_event(job, stage.model_copy(update={"state": "running", "found": {}}), number))
+        then = job.model_copy(update={"share": share_before(stage.name)})
+        events.append(stage_event(then, stage.model_copy(update={"state": "running", "found": {}}), number))
         if stage.state in ENDED:
-            events += claim_events(job, stage, number)
-            events.append(stage_event(job, stage, number))
+            if stage.state == "done":
+                then = job.model_copy(update={"share": share_after(stage.name)})
+            events += claim_events(then, stage, number)
+            events.append(stage_event(then, stage, number))
     return [*events, state_event(job)] if ended else events
 
 

@@ -145,6 +145,8 @@ def test_events_tell_everything_once_and_again_from_where_a_listener_was(tmp_pat
             assert [(event.id, event.kind, event.stage) for event in later] == [
                 (event.id, event.kind, event.stage) for event in lasting
             ]
+            shares = [event.share for event in later]
+            assert (shares[0], shares) == (0.0, sorted(shares))
         ids = [event.id for event in live]
         assert ids == sorted(set(ids))
         assert [event.data["state"] for event in lasting if event.kind == "state"] == ["queued", "running", "done"]
