@@ -17,7 +17,18 @@ from ltlplan.missions import load_mission
 from ltlplan.planner import SEQUENCE, make_plan
 from ltlplan.precedences import with_waits
 from ltlplan.result import Result
-from verify.data import BadInput, InternalError, Mission, NotCertified, Plan, Trajectory, Witness, check_mission, check_plan
+from verify.data import (
+    BadInput,
+    DoesNotFit,
+    InternalError,
+    Mission,
+    NotCertified,
+    Plan,
+    Trajectory,
+    Witness,
+    check_mission,
+    check_plan,
+)
 from verify.data.choices import PLANNING_METHODS
 from verify.data.progress import Progress, part_of, silent
 
@@ -183,7 +194,13 @@ def next_round(draft: Draft, *, margin: float | None = None, progress: Progress 
         say(f"refining{again}: {sentence}", share / 2)
 
     refining("one flight for each robot", 0.0)
-    team = refine.refine(draft.plan, witnesses=draft.witnesses, progress=refining)
+    try:
+        team = refine.refine(draft.plan, witnesses=draft.witnesses, progress=refining)
+    except DoesNotFit:
+        if draft.plan.mission.spec.trace == "infinite":
+            raise
+        refining("letting robots rest on their long ways, where flights can be cut for a vehicle's memory", 0.0)
+        team = refine.refine(draft.plan, witnesses=draft.witnesses, too_long="rest", progress=refining)
     say(f"proving{again}", 0.5)
     certificate = verify.judge(draft.plan, team, margin=margin)
     if all(claim.outcome == "holds" for claim in certificate.claims):

@@ -15,6 +15,7 @@ from tests.helpers.shipped import WORLD_MISSIONS
 from verify.data import Mission
 
 ASKED = {
+    "door-puzzle": {"goal", *(f"{what}{k}" for what in ("door", "key") for k in range(5))},
     "office": {"kitchen", "library", "lab", "studio", "mail", "meeting"},
     "warehouse": {"packing", "assembly", "count_north", "count_south"},
     "wall-swap": {"goal0", "goal1", "goal2", "goal3"},
