@@ -17,7 +17,10 @@ def command(
     mission: options.MissionArgument,
     certified: Annotated[bool, typer.Option("--certified", help="Fly only pieces that are certified.")] = False,
     event: Annotated[
-        list[str] | None, typer.Option("--event", help="Such as '12.5 quad1 fails' or '8 water moves 0.3,-0.7,0.9'.")
+        list[str] | None,
+        typer.Option(
+            "--event", help="Such as '12.5 quad1 fails', '8 water moves 0.3,-0.7,0.9' or '8 crate appears 0,0,1 0.4,0.4,2'."
+        ),
     ] = None,
     out: flight_options.OutOption = None,
     seed: options.SeedOption = None,

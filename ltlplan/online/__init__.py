@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ltlplan.online.flight import OnlineFlight, fly_online
     from ltlplan.sharing.team import OnlineTeam
     from ltlplan.sharing.team_in_flight import PERIOD, Desired
-    from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, WorldEvent
+    from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoins, RobotLeaves, WorldEvent
 
 _HOMES = {
     "PERIOD": "ltlplan.sharing.team_in_flight",
@@ -28,6 +28,7 @@ _HOMES = {
     "Desired": "ltlplan.sharing.team_in_flight",
     "HoopMoves": "verify.data.events",
     "NewFormula": "verify.data.events",
+    "ObstacleAppears": "verify.data.events",
     "OnlineFlight": "ltlplan.online.flight",
     "OnlineTeam": "ltlplan.sharing.team",
     "RobotJoins": "verify.data.events",
@@ -42,6 +43,7 @@ __all__ = [
     "Desired",
     "HoopMoves",
     "NewFormula",
+    "ObstacleAppears",
     "OnlineFlight",
     "OnlineTeam",
     "RobotJoins",

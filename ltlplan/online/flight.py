@@ -32,7 +32,7 @@ from ltlplan.sharing.team_in_flight import PERIOD, Desired
 from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
 from verify.behaviour.word_claims import judge_formula
 from verify.data import BadInput, InternalError, Letter, Mission, NotCertified, Unsatisfiable, check_mission
-from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
+from verify.data.events import ObstacleAppears, RobotJoins, RobotLeaves, WorldEvent
 from verify.data.language.word import stutter_free
 from verify.data.progress import Progress
 from verify.data.sections import Robot
@@ -173,6 +173,11 @@ def fly_online(
     if certified:
         require_tube(mission.margin)
     ordered = in_order(mission, events)
+    if not certified and (mission.obstacles or any(isinstance(event, ObstacleAppears) for event in ordered)):
+        raise BadInput(
+            "Sharing tasks in flight without certified pieces goes along courses that know no obstacles; fly this mission with "
+            "`certified=True` (`--certified`)."
+        )
     try:
         if certified:
             team: Led = CertifiedTeam(mission, seed=used_seed)

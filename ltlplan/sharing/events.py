@@ -14,6 +14,7 @@ import numpy as np
 from verify.data import BadInput, Mission
 from verify.data.events import (
     HoopMoves,
+    ObstacleAppears,
     RobotJoins,
     RobotLeaves,
     WorldEvent,
@@ -25,6 +26,10 @@ from verify.data.mission import check_mission
 from verify.data.sections import Agent
 from verify.data.shapes.inequalities import Point
 from verify.data.shapes.region import Hoop
+from verify.data.shapes.solid_parts import solid_parts
+
+_PLACES = 7
+"""Along each side of a workspace, where robots are put that say nothing."""
 
 
 def in_order(mission: Mission, events: Iterable[WorldEvent]) -> tuple[WorldEvent, ...]:
@@ -57,13 +62,15 @@ def in_order(mission: Mission, events: Iterable[WorldEvent]) -> tuple[WorldEvent
 
 
 def falls_on(mission: Mission, event: WorldEvent, positions: dict[str, Point]) -> str | None:
-    """Return a sentence where a region that moves comes onto a robot, or None.
+    """Return a sentence where a region or a solid body comes onto a robot, or None.
 
     Args:
         mission: As it is before the event.
         event: What changes.
         positions: Of each robot in the air, m.
     """
+    if isinstance(event, ObstacleAppears) or (isinstance(event, HoopMoves) and event.region in mission.obstacles):
+        return _solid_falls_on(event, event.apply(mission), positions)
     if not isinstance(event, HoopMoves):
         return None
     region = event.apply(mission).all_regions[event.region]
@@ -76,6 +83,17 @@ def falls_on(mission: Mission, event: WorldEvent, positions: dict[str, Point]) -
     return None
 
 
+def _solid_falls_on(event: HoopMoves | ObstacleAppears, after: Mission, positions: dict[str, Point]) -> str | None:
+    name = event.name if isinstance(event, ObstacleAppears) else event.region
+    parts = solid_parts({name: after.obstacles[name]}, after.hoops)
+    for robot, position in positions.items():
+        need = after.vehicle_of(robot).radius + after.margin
+        far = min(float(part.distances(np.array([position]))[0]) for part in parts)
+        if far <= need:
+            return f"{event}, {max(far, 0.0):.3f} m from {robot}, which needs {need:.3f} m; the robots hold their positions."
+    return None
+
+
 def _for_check(mission: Mission, event: WorldEvent) -> Mission:
     """Return a mission whose agents' starts say nothing: robots in the air have left theirs."""
     if isinstance(event, RobotJoins):
@@ -85,10 +103,16 @@ def _for_check(mission: Mission, event: WorldEvent) -> Mission:
 
 
 def _corner(mission: Mission) -> Point:
-    """Return the point of the workspace, away from its walls, that is farthest from all regions."""
+    """Return the point of the workspace, away from its walls and clear of solid bodies, that is farthest from all regions."""
     low, high = np.array(mission.workspace.min), np.array(mission.workspace.max)
     inset = np.minimum((high - low) / 4, mission.margin + 0.1)
     corners = np.stack(np.meshgrid(*zip(low + inset, high - inset, strict=True)), axis=-1).reshape(-1, 3)
+    if parts := solid_parts(mission.obstacles, mission.hoops):
+        axes = (np.linspace(a, b, _PLACES) for a, b in zip(low + inset, high - inset, strict=True))
+        corners = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
+        far = np.min([part.distances(corners) for part in parts], axis=0)
+        need = mission.vehicle.radius + mission.margin + 1e-3
+        corners = corners[far > need] if np.any(far > need) else corners
     centres = np.array([region.center for region in mission.all_regions.values()]).reshape(-1, 3)
     if not len(centres):
         return tuple(float(x) for x in corners[0])  # pyright: ignore[reportReturnType]  # three numbers

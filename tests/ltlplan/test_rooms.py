@@ -103,6 +103,16 @@ def test_floats_tell_which_regions_lie_apart() -> None:
         assert apart(box, ball) == lie_apart
 
 
+def test_robots_in_flight_are_seen_in_regions_of_every_shape() -> None:
+    mission = parse_mission(SHAPES)
+    points = np.random.default_rng(0).uniform(mission.workspace.min, mission.workspace.max, (500, 3))
+    seen = Layout(mission).regions_at(points)
+    for name, region in mission.regions.items():
+        inside = region.level(points) <= 1.0
+        assert 0 < inside.sum() < 250
+        assert [name in here for here in seen] == inside.tolist()
+
+
 def test_the_way_through_a_shared_wall_shows_both_names() -> None:
     layout = Layout(parse_mission(HOUSE))
     way = layout.way(layout.middles["hall"], layout.middles["bath"])

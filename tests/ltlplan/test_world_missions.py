@@ -13,6 +13,7 @@ from ltlplan.report.views import views_html
 from refine import refine
 from tests.helpers.shipped import WORLD_MISSIONS
 from verify.data import Mission
+from verify.data.shapes.solid_parts import solid_parts
 
 ASKED = {
     "door-puzzle": {"goal", *(f"{what}{k}" for what in ("door", "key") for k in range(5))},
@@ -24,19 +25,8 @@ ASKED = {
 
 
 def clear_of_solids(mission: Mission, points: np.ndarray, keep: float) -> bool:
-    """Tell whether points, m, keep so far from all solid bodies, openings aside. Shape (n, 3)."""
-    for obstacle in mission.obstacles.values():
-        depths = obstacle.measures.depths(points - np.array(obstacle.center)) if not obstacle.is_ellipsoid else None
-        if depths is None:
-            depths = (1.0 - np.sqrt(obstacle.level(points))) * obstacle.inner_radius
-        near = depths > -keep
-        for name in obstacle.openings:
-            hoop = mission.hoops[name]
-            offset, normal = points - np.array(hoop.center), np.array(hoop.normal)
-            near &= np.linalg.norm(offset - (offset @ normal)[:, None] * normal, axis=1) > hoop.opening - keep
-        if near.any():
-            return False
-    return True
+    """Tell whether points, m, are so far from all that is solid. Shape (n, 3)."""
+    return all(part.distances(points).min() > keep for part in solid_parts(mission.obstacles, mission.hoops))
 
 
 @pytest.mark.parametrize("name", WORLD_MISSIONS)

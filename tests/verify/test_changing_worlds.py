@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,10 @@ from tests.helpers.flights import plan_of, small_mission
 from tests.helpers.recordings import claims, dense, refused
 from verify import Asked, Samples, asked_of, check_flight
 from verify.data import BadInput, mission_to_yaml
-from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves, events_to_json, load_events
+from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoins, RobotLeaves, events_to_json, load_events
 from verify.data.plan import Visit
 from verify.data.sections import Agent
+from verify.data.shapes.obstacle import Obstacle
 from verify.recordings.asked import World, of_events
 
 ELSEWHERE = (0.0, 3.0, 1.0)
@@ -254,3 +256,40 @@ def test_worlds_have_the_same_regions_and_plans_the_same_robots():
     ):
         with pytest.raises(BadInput, match=says):
             check_flight(flown(len(asked.mission.agents) if asked.worlds else 1), asked, max_speed=0.8)
+
+
+CRATE = Obstacle.model_validate({"center": (0.0, 3.0, 1.0), "size": (0.4, 0.4, 1.0), "yaw_deg": 30.0})
+
+
+def test_what_appears_and_moves_is_written_and_read_again(tmp_path: Path):
+    events = (
+        ObstacleAppears(time=1.0, name="crate", obstacle=CRATE),
+        HoopMoves(time=2.0, region="crate", center=(0.0, 2.0, 1.0), yaw_deg=None),
+    )
+    (tmp_path / "events.json").write_text(events_to_json(events))
+    assert load_events(tmp_path / "events.json") == events
+    worlds = [world.mission for world in of_events(small_mission("F a"), events).worlds]
+    assert [world.obstacles.get("crate") for world in worlds] == [None, CRATE, CRATE.changed(center=(0.0, 2.0, 1.0))]
+
+
+@pytest.mark.parametrize(
+    ("event", "says"),
+    [
+        (HoopMoves(time=1.0, region="crete", center=(0, 0, 1)), "'crete' is not a region or obstacle. Did you mean 'crate'?"),
+        (ObstacleAppears(time=1.0, name="a", obstacle=CRATE), "'a' is a region or an obstacle of this mission already"),
+        (ObstacleAppears(time=1.0, name="crate", obstacle=CRATE), "'crate' is a region or an obstacle of this mission already"),
+    ],
+)
+def test_what_cannot_appear_or_move_is_refused(event, says):
+    mission = small_mission("F a").changed(obstacles={"crate": CRATE})
+    with pytest.raises(BadInput, match=re.escape(says)):
+        of_events(mission, (event,))
+
+
+def test_an_obstacle_in_a_file_of_events_is_held_against_the_schema(tmp_path: Path):
+    text = events_to_json((ObstacleAppears(time=1.0, name="crate", obstacle=CRATE),))
+    file = tmp_path / "events.json"
+    for old, new, says in (('"center"', '"centre"', "obstacle"), ('"name": "crate"', '"name": 3', "'name' must be a name")):
+        file.write_text(text.replace(old, new))
+        with pytest.raises(BadInput, match=says):
+            load_events(file)

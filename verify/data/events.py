@@ -1,4 +1,5 @@
-"""What can change in the world while a team flies: a hoop moves, a robot fails, leaves or joins, a formula arrives.
+"""What can change in the world while a team flies: a hoop or a solid body moves, another one appears, a robot fails, leaves or joins, a
+formula arrives.
 
 Each event is a value with a time; `apply` returns the mission as it is from then on. A flight in a changing world is written as the
 mission at take-off and, beside it, `events.json`: what happened, and when.
@@ -20,6 +21,8 @@ from verify.data.errors import BadInput, did_you_mean
 from verify.data.mission import Mission
 from verify.data.sections import Agent
 from verify.data.shapes.inequalities import Point
+from verify.data.shapes.obstacle import Obstacle
+from verify.data.shapes.placed_body import PlacedBody
 from verify.data.storage.reading import parse_json, read_bytes
 
 EVENTS_FILE = "events.json"
@@ -29,11 +32,11 @@ MAX_BYTES = 10_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HoopMoves:
-    """A hoop or plain region is somewhere else from now on.
+    """A hoop, a plain region or an obstacle is somewhere else from now on.
 
     Attributes:
         time: s.
-        region: Which one.
+        region: Which one of them.
         center: m.
         yaw_deg: deg; None leaves it as it was.
     """
@@ -45,13 +48,35 @@ class HoopMoves:
 
     def apply(self, mission: Mission) -> Mission:
         """Return the mission with the region at its new place."""
-        table = "hoops" if self.region in mission.hoops else "regions"
-        old = mission.all_regions[self.region]
+        table = next(name for name in ("hoops", "regions", "obstacles") if self.region in getattr(mission, name))
+        old: PlacedBody = getattr(mission, table)[self.region]
         place = {"center": self.center, "yaw_deg": old.yaw_deg if self.yaw_deg is None else self.yaw_deg}
         return changed(mission, **{table: {**getattr(mission, table), self.region: old.changed(**place)}})
 
     def __str__(self) -> str:
         return f"{self.region} moves to ({', '.join(f'{x:g}' for x in self.center)})"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ObstacleAppears:
+    """A solid body is there from now on.
+
+    Attributes:
+        time: s.
+        name: Its name, that of nothing in the mission.
+        obstacle: The body.
+    """
+
+    time: float
+    name: str
+    obstacle: Obstacle
+
+    def apply(self, mission: Mission) -> Mission:
+        """Return the mission with one more obstacle."""
+        return changed(mission, obstacles={**mission.obstacles, self.name: self.obstacle})
+
+    def __str__(self) -> str:
+        return f"{self.name} appears at ({', '.join(f'{x:g}' for x in self.obstacle.center)})"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,7 +143,7 @@ class NewFormula:
         return f"the formula is now {self.formula}"
 
 
-WorldEvent = HoopMoves | RobotLeaves | RobotJoins | NewFormula
+WorldEvent = HoopMoves | ObstacleAppears | RobotLeaves | RobotJoins | NewFormula
 
 
 def changed(mission: Mission, **parts: Any) -> Mission:  # of any type: pydantic looks at them
@@ -157,8 +182,13 @@ def require_known(mission: Mission, event: WorldEvent) -> None:
         BadInput: As said, with what there is.
     """
     match event:
-        case HoopMoves() if event.region not in mission.all_regions:
-            raise BadInput(unknown(event.region, "region", mission.all_regions))
+        case HoopMoves() if event.region not in {**mission.all_regions, **mission.obstacles}:
+            what = "region or obstacle" if mission.obstacles else "region"
+            raise BadInput(unknown(event.region, what, {**mission.all_regions, **mission.obstacles}))
+        case ObstacleAppears() if event.name in {**mission.all_regions, **mission.obstacles}:
+            raise BadInput(
+                f"'{event.name}' is a region or an obstacle of this mission already; what appears needs another name."
+            )
         case RobotLeaves() if event.robot not in mission.agents:
             raise BadInput(unknown(event.robot, "robot in the air", mission.agents))
         case RobotJoins() if event.robot in mission.agents:
@@ -182,6 +212,8 @@ def _data(event: WorldEvent) -> dict[str, Any]:
     data = {"event": _KINDS[type(event)], **asdict(event)}
     if isinstance(event, RobotJoins):
         data["agent"] = event.agent.model_dump(mode="json")
+    if isinstance(event, ObstacleAppears):
+        data["obstacle"] = event.obstacle.model_dump(mode="json", by_alias=True, exclude_none=True)
     return data
 
 
@@ -198,12 +230,13 @@ def _event(entry: Any, source: str) -> WorldEvent:
             raise BadInput(f"{source}: '{key}' must be {wanted}.")
     if "center" in values:
         values["center"] = tuple(float(x) for x in values["center"])
-    if "agent" in values:
-        try:
-            values["agent"] = Agent.model_validate(values["agent"])
-        except ValidationError as error:
-            first = error.errors()[0]
-            raise BadInput(f"{source}, agent, {'.'.join(map(str, first['loc']))}: {first['msg']}.") from None
+    for key, made in (("agent", Agent), ("obstacle", Obstacle)):
+        if key in values:
+            try:
+                values[key] = made.model_validate(values[key])
+            except ValidationError as error:
+                first = error.errors()[0]
+                raise BadInput(f"{source}, {key}, {'.'.join(map(str, first['loc']))}: {first['msg']}.") from None
     return kind(**values)
 
 
@@ -211,7 +244,9 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-_KINDS: dict[type, str] = {HoopMoves: "moves", RobotLeaves: "leaves", RobotJoins: "joins", NewFormula: "formula"}
+_KINDS: dict[type, str] = {
+    HoopMoves: "moves", ObstacleAppears: "appears", RobotLeaves: "leaves", RobotJoins: "joins", NewFormula: "formula"
+}  # fmt: skip
 _SHAPE: dict[str, tuple[Callable[[Any], bool], str]] = {  # tests of any type: what a file may hold
     "time": (lambda v: _is_number(v) and v >= 0, "a number of seconds, at least 0"),
     "region": (lambda v: isinstance(v, str), "a name"),
@@ -221,4 +256,6 @@ _SHAPE: dict[str, tuple[Callable[[Any], bool], str]] = {  # tests of any type: w
     "center": (lambda v: isinstance(v, list) and len(v) == 3 and all(map(_is_number, v)), "three numbers, m"),
     "yaw_deg": (lambda v: v is None or _is_number(v), "a number of degrees, or null"),
     "agent": (lambda v: isinstance(v, dict), "an object"),
+    "name": (lambda v: isinstance(v, str), "a name"),
+    "obstacle": (lambda v: isinstance(v, dict), "an object"),
 }

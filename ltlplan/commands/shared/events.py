@@ -2,6 +2,7 @@
 
 12.5 quad1 fails            12.5 quad1 leaves          12.5 quad3 joins 1.2,0.9,0.8
 12.5 water moves 0.3,-0.7,0.9                          12.5 formula F loc1
+12.5 crate appears 0.3,-0.7,0.5 0.4,0.4,1.0            (a solid box: its centre, and its full lengths)
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ if TYPE_CHECKING:
     from verify.data.events import WorldEvent
 
 _FORMS = (
-    "write TIME ROBOT fails, TIME ROBOT leaves, TIME ROBOT joins X,Y,Z, TIME REGION moves X,Y,Z or TIME formula FORMULA, "
+    "write TIME ROBOT fails, TIME ROBOT leaves, TIME ROBOT joins X,Y,Z, TIME NAME moves X,Y,Z, TIME NAME appears X,Y,Z SX,SY,SZ "
+    "or TIME formula FORMULA, "
     "such as '12.5 quad1 fails'"
 )
 
@@ -30,8 +32,12 @@ def parse_events(texts: Sequence[str]) -> tuple[WorldEvent, ...]:
 
 
 def _event(text: str) -> WorldEvent:
-    from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves
+    from pydantic import ValidationError
+
+    from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoins, RobotLeaves
     from verify.data.sections import Agent
+    from verify.data.shapes.obstacle import Obstacle
+    from verify.data.value import faults_of
 
     first, _, rest = text.strip().partition(" ")
     try:
@@ -46,6 +52,12 @@ def _event(text: str) -> WorldEvent:
             return RobotLeaves(time=time, robot=robot, fails=how == "fails")
         case [robot, "joins", place]:
             return RobotJoins(time=time, robot=robot, agent=Agent(start=_point(place, text)))
+        case [name, "appears", place, size]:
+            box = {"center": _point(place, text), "size": _point(size, text)}
+            try:
+                return ObstacleAppears(time=time, name=name, obstacle=Obstacle.model_validate(box))
+            except ValidationError as error:
+                raise BadInput(f"'{text}' is no event: {' '.join(faults_of(error, name))}") from None
         case [region, "moves", place]:
             return HoopMoves(time=time, region=region, center=_point(place, text))
         case _:

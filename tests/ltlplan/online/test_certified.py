@@ -18,8 +18,9 @@ from ltlplan.online.flight import NOT_ALL_CERTIFIED, fly_online
 from tests.helpers import dense_sampler
 from verify import check_samples, check_word
 from verify.data import BadInput, Trajectory, parse_mission
-from verify.data.events import HoopMoves, NewFormula, RobotJoins, RobotLeaves
+from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoins, RobotLeaves
 from verify.data.sections import Agent
+from verify.data.shapes.obstacle import Obstacle
 from verify.pieces import judge_stop
 
 WATER = "F loc1 & F loc2 & G(smoke -> carrying) & F water"
@@ -313,3 +314,57 @@ def test_a_robot_may_fail_at_any_second(firefighting, robot, second):
         assert check_word(flight.mission.formula, a_team_word(flight))
     else:
         assert any("No certified pieces" in event.sentence for event in flight.log.events)
+
+
+WALLED = """
+format: 1
+name: walled
+spec: {formula: F a & F b}
+regions:
+  a: {center: [1.2, 0.0, 1.0], size: [0.4, 0.4, 0.4]}
+  b: {center: [-1.2, 0.0, 1.0], size: [0.4, 0.4, 0.4]}
+obstacles:
+  pillar: {center: [0.0, 1.0, 1.0], size: [0.3, 0.3, 1.8]}
+agents: {quad0: {start: [-0.6, -0.6, 1.0]}}
+vehicle: crazyflie-2.1
+limits: {speed: 0.6}
+workspace: {min: [-1.8, -1.4, 0.1], max: [1.8, 1.6, 1.9]}
+"""
+CRATE = Obstacle.model_validate({"center": (0.0, -0.1, 1.0), "size": (0.3, 1.0, 1.8)})
+
+
+@pytest.mark.slow
+def test_what_appears_or_moves_in_the_way_is_flown_around() -> None:
+    mission = parse_mission(WALLED)
+    events = [
+        ObstacleAppears(time=1.5, name="crate", obstacle=CRATE),
+        HoopMoves(time=2.0, region="pillar", center=(0.4, 0.9, 1.0)),
+    ]
+    flight = fly_online(mission, seed=0, certified=True, events=events)
+    flight.require()
+    assert flight.certified
+    now = flight.log.times > 6.0
+    last = flight.earlier[-1][1].changed(
+        obstacles={"crate": CRATE, "pillar": mission.obstacles["pillar"].changed(center=(0.4, 0.9, 1.0))}
+    )
+    for obstacle in last.obstacles.values():
+        away = obstacle.measures.depths(flight.log.position[now, 0] - np.array(obstacle.center))
+        assert away.max() < -mission.vehicle.radius
+
+
+@pytest.mark.slow
+def test_what_appears_on_a_robot_ends_the_flight_in_a_hover() -> None:
+    box = Obstacle.model_validate({"center": (-0.6, -0.6, 1.0), "size": (0.3, 0.3, 0.3)})
+    flight = fly_online(
+        parse_mission(WALLED),
+        seed=0,
+        certified=True,
+        events=[ObstacleAppears(time=0.0, name="box", obstacle=box)],
+        max_seconds=20,
+    )
+    assert any("0.000 m from quad0, which needs 0.120 m" in event.sentence for event in flight.log.events)
+
+
+def test_courses_that_know_no_obstacles_are_refused() -> None:
+    with pytest.raises(BadInput, match="--certified"):
+        fly_online(parse_mission(WALLED), seed=0)
