@@ -231,14 +231,15 @@ class _Judge:
 
     def _space(self) -> Iterable[Claim]:
         worlds = self.asked.worlds
+        radii = {robot: self.asked.mission.vehicle_of(robot).radius for robot in self.tracks}
         for index, world in enumerate(worlds):
             since = self.start if index == 0 else world.since
             until = self.stop if index + 1 == len(worlds) else worlds[index + 1].since
             parts = {robot: one.over(since, until) for robot, one in self.tracks.items()}
             parts = {robot: one for robot, one in parts.items() if one.start <= one.stop}
-            rims = (rim_claim(one, world.mission) for one in parts.values())
+            rims = (rim_claim(one, world.mission, radii[robot]) for robot, one in parts.items())
             yield from (claim for claim in rims if claim is not None)
-            solid = (obstacle_claim(one, world.mission) for one in parts.values())
+            solid = (obstacle_claim(one, world.mission, radii[robot]) for robot, one in parts.items())
             yield from (claim for claim in solid if claim is not None)
         for one in self.tracks.values():
             yield workspace_claim(one, self.asked.mission)

@@ -93,11 +93,17 @@ def _wall(place: Floats, mission: Mission) -> str:
     return ("x min", "y min", "z min", "x max", "y max", "z max")[int(np.argmin(beyond))]
 
 
-def obstacle_claim(track: Track, mission: Mission) -> Claim | None:
-    """The vehicle's sphere meets no obstacle; None where there are none."""
+def obstacle_claim(track: Track, mission: Mission, radius: float) -> Claim | None:
+    """The vehicle's sphere meets no obstacle; None where there are none.
+
+    Args:
+        track: Where a robot was, while the world was so.
+        mission: The world; the robot may join it later.
+        radius: The vehicle's, m.
+    """
     if not mission.obstacles:
         return None
-    robot, radius, bodies = track.robot, mission.vehicle_of(track.robot).radius, SolidBodies.of(mission)
+    robot, bodies = track.robot, SolidBodies.of(mission)
     found = least(track, _moving(lambda places: bodies.nearest(places)[0]), radius)
     near, parts = bodies.nearest(track.positions)
     worst, when = _worst_sample(track, near)
@@ -121,9 +127,15 @@ def obstacle_claim(track: Track, mission: Mission) -> Claim | None:
     )
 
 
-def rim_claim(track: Track, mission: Mission) -> Claim | None:
-    """The vehicle's sphere meets no rim; None where there are no hoops."""
-    robot, radius = track.robot, mission.vehicle_of(track.robot).radius
+def rim_claim(track: Track, mission: Mission, radius: float) -> Claim | None:
+    """The vehicle's sphere meets no rim; None where there are no hoops.
+
+    Args:
+        track: Where a robot was, while the world was so.
+        mission: The world; the robot may join it later.
+        radius: The vehicle's, m.
+    """
+    robot = track.robot
     near: list[tuple[float, float, str, Outcome]] = []
     for name, hoop in mission.hoops.items():
 
