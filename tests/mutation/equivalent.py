@@ -38,6 +38,6 @@ EQUIVALENT: dict[str, str] = {
     "trajectory_csv: 4000000 -> 4000001": "only how large a file is read, by one byte",
     "spot_opinion: 8 -> 9": "only where Spot is asked, in this process or in one of its own; the question is the same",
     "pieces: 1e-09 -> 2e-09": "the margin is taken larger by two nanometres where one suffices; nothing is claimed of less",
-    "_moved: True -> False": "points of three coordinates are paired, always",
+    "moved: True -> False": "points of three coordinates are paired, always",
 }
 """By the fault's name."""
