@@ -1,18 +1,23 @@
-"""How near an assignment is to the best one: both counted by straight lines, as the exact search counts."""
+"""How near an assignment is to the best one: both counted as the exact search counts, by straight lines or by ways around obstacles."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from ltlplan.paths.costs import cost_of, team_cost
+from ltlplan.systems.region_graph import RegionGraph
+from ltlplan.systems.region_labels import Layout
 from verify.data import Mission, Visit
 from verify.data.shapes.inequalities import Point
 
 
 def straight_line_costs(mission: Mission) -> Callable[[str, Point, str], float]:
     """Return a lower bound on the cost of one leg under each robot's own weights: metres of a straight line, and their time.
+
+    In a world with obstacles they are the metres of a shortest way around them, infinitely many where there is none.
 
     Returns:
         Function of a robot, a position (m) and the region that it flies to.
@@ -25,15 +30,42 @@ def straight_line_costs(mission: Mission) -> Callable[[str, Point, str], float]:
 
     around = {name: 2.0 * region.inner_radius for name, region in mission.all_regions.items()}
 
+    ways = _Ways(mission) if mission.obstacles else None
+
     def leg(robot: str, position: Point, region: str) -> float:
-        metres = float(np.linalg.norm(np.array(position) - centres[region]))
+        if ways is not None and weights[robot] > 0:
+            metres = ways.length(robot, position, region)
+        else:
+            metres = float(np.linalg.norm(np.array(position) - centres[region]))
         return weights[robot] * (metres or around[region])  # a region that was just left is at least a way out and back
 
     return leg
 
 
+class _Ways:
+    """Lengths of shortest ways around obstacles, each found once."""
+
+    def __init__(self, mission: Mission) -> None:
+        self._mission, self._layout = mission, Layout(mission)
+        self._graphs: dict[float, RegionGraph] = {}
+        self._known: dict[tuple[float, Point, str], float] = {}
+        self._middles = {region.center: name for name, region in mission.all_regions.items()}
+
+    def length(self, robot: str, position: Point, region: str) -> float:
+        """Return the length of the shortest way from a point to a region's middle, by whichever side of hoops, m."""
+        radius = self._mission.vehicle_of(robot).radius
+        key = (radius, position, region)
+        if key not in self._known:
+            if radius not in self._graphs:
+                self._graphs[radius] = RegionGraph(self._mission, layout=self._layout, radius=radius)
+            start = self._middles.get(position, position)
+            at_home = start == region and region not in self._mission.hoops
+            self._known[key] = 0.0 if at_home else min(self._graphs[radius].lengths(start, region), default=math.inf)
+        return self._known[key]
+
+
 def optimality_gap(mission: Mission, visits: Mapping[str, Sequence[Visit]]) -> tuple[str, float | None]:
-    """Compare an assignment with the exact one by straight lines.
+    """Compare an assignment with the exact one by straight lines, or by shortest ways around obstacles.
 
     Args:
         mission: What is asked.
@@ -51,12 +83,15 @@ def optimality_gap(mission: Mission, visits: Mapping[str, Sequence[Visit]]) -> t
     exact = assign(mission)
     ours = straight_cost(mission, visits)
     gap = 100.0 * (ours / exact.cost - 1.0) if exact.cost > 0 else 0.0
-    sentence = f"By straight lines this assignment costs {ours:.3f}, the {'best' if exact.complete else 'best known'} one {exact.cost:.3f}"
+    lines = "shortest ways around obstacles" if mission.obstacles else "straight lines"
+    sentence = (
+        f"By {lines} this assignment costs {ours:.3f}, the {'best' if exact.complete else 'best known'} one {exact.cost:.3f}"
+    )
     return f"{sentence}: a gap of {gap:.1f} %.", exact.lower_bound
 
 
 def straight_cost(mission: Mission, visits: Mapping[str, Sequence[Visit]]) -> float:
-    """Return the objective of each robot's visits when every leg is a straight line, as the exact search counts.
+    """Return the objective of each robot's visits when every leg is a straight line, or a shortest way, as the exact search counts.
 
     Args:
         mission: Gives starts, regions and weights.
