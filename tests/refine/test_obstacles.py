@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -72,6 +74,32 @@ def test_the_fastest_path_stays_clear_too(which: str) -> None:
     flight = refine(plan, pace="time")["q"]
     assert from_boxes(sampled(flight), walls) >= NEED
     assert flight.duration < refine(plan)["q"].duration
+
+
+def turned(point: Sequence[float]) -> tuple[float, float, float]:
+    """A quarter turn about z."""
+    return (-point[1], point[0], point[2])
+
+
+@pytest.mark.parametrize("which", ["around the end of a wall", "a corridor with a right angle"])
+def test_a_turned_room_gives_a_turned_flight(which: str) -> None:
+    walls, start, goal, guides = ROOMS[which]
+    other: dict[str, Box] = {name: (turned(at), (size[1], size[0], size[2])) for name, (at, size) in walls.items()}
+    flight = refine(along(walled(walls, start=start, goal=goal), *guides))["q"]
+    again = refine(along(walled(other, start=turned(start), goal=turned(goal)), *map(turned, guides)))["q"]
+    assert again.duration == pytest.approx(flight.duration, rel=1e-6)
+    points = sampled(flight, 100)
+    assert np.allclose(sampled(again, 100), np.stack([-points[:, 1], points[:, 0], points[:, 2]], axis=1), atol=1e-4)
+
+
+def test_a_wall_of_two_halves_is_flown_around_as_the_whole_one_is() -> None:
+    _, start, goal, guides = ROOMS["around the end of a wall"]
+    whole = walled(CORNER, start=start, goal=goal)
+    halves = {"union": [{"center": [0, y, 1], "size": [0.05, 2.45, 4]} for y in (-2.225, 0.225)]}
+    parted = whole.model_copy(update={"obstacles": {"wall": Obstacle.model_validate(halves)}})
+    one, other = (refine(along(mission, *guides))["q"] for mission in (whole, parted))
+    assert other.duration == pytest.approx(one.duration, rel=1e-6)
+    assert from_boxes(sampled(other), CORNER) >= NEED
 
 
 HOOP = "hoops: {{gate: {{center: [0, 0, 1], radii: [0.25, 0.25, 0.25], opening: {opening}, rim: 0.02, reach: {reach}}}}}"
