@@ -33,7 +33,7 @@ from ltlplan.sharing.team_in_flight import PERIOD, Desired, LocatedRobot, TeamIn
 from verify.data import LtlplanError, Mission, NotCertified, Plan, Trajectory
 from verify.data.events import WorldEvent
 from verify.data.mission import check_mission
-from verify.data.sections import Action, Agent
+from verify.data.sections import Action, Agent, Limits
 from verify.data.shapes.inequalities import Point
 from verify.pieces import Piece, approaches, judge_pieces
 
@@ -108,7 +108,7 @@ class CertifiedTeam(TeamInFlight[LocatedRobot]):
         try:
             if self.lost is not None:
                 raise NotCertified(self.lost)
-            left = self.left() if self.steps else self.mission
+            left = _with_what_is_left(self.left(), float(self._now)) if self.steps else self.mission
             proved = certified_team(plan(check_mission(left), seed=self.seed))
             present = self._proved(left, proved)
         except LtlplanError as error:
@@ -116,7 +116,8 @@ class CertifiedTeam(TeamInFlight[LocatedRobot]):
             raise
         self.pieces, self.present = self.all_pieces, present
         self._acted, self._braking = dict.fromkeys(self.pilots, 0), False
-        self._ways = approaches(proved.plan, proved.team) if left.limits.legs else {}
+        limited = any(left.leg_limits_of(name) for name in left.agents)
+        self._ways = approaches(proved.plan, proved.team) if limited else {}
         self.certificates = (*self.certificates, proved.certificate.digest())
         self.holding = None
         self.plan = proved.plan
@@ -252,3 +253,16 @@ def _hovering(position: Point, agent: Agent) -> Trajectory:
 def _point(values: Floats) -> Point:
     x, y, z = (float(value) for value in values)
     return (x, y, z)
+
+
+def _with_what_is_left(mission: Mission, flown: float) -> Mission:
+    """Return the mission with endurances that are shorter by what was flown, s: a piece is proved to end before they do."""
+    if mission.longest_flight is None:
+        return mission
+    agents = dict(mission.agents)
+    for name, agent in mission.agents.items():
+        endurance = mission.limits_of(name).endurance
+        if endurance is not None:
+            own = (agent.limits or Limits()).model_copy(update={"endurance": endurance - flown})
+            agents[name] = agent.model_copy(update={"limits": own})
+    return mission.model_copy(update={"agents": agents})

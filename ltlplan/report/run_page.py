@@ -22,6 +22,7 @@ from ltlplan.report.summary import (
     claim_rows,
     flight_sentences,
     holds,
+    kind_text,
     shortfall,
     tightest_rows,
     tracking,
@@ -149,7 +150,11 @@ def _plan_table(result: Result) -> str:
         [name, visits_text(robot), str(robot.word), f"{robot.cost:.3f}", f"{1000 * flown[name]['worst']:.1f} mm"]
         for name, robot in result.plan.robots.items()
     ]
-    content = table(("robot", "visits", "word", "cost", "worst error"), rows, numbers=(3, 4))
+    titles, numbers = ("robot", "visits", "word", "cost", "worst error"), (3, 4)
+    if not result.mission.of_one_kind:
+        rows = [[row[0], kind_text(result.mission, row[0]), *row[1:]] for row in rows]
+        titles, numbers = ("robot", "kind", *titles[1:]), (4, 5)
+    content = table(titles, rows, numbers=numbers)
     notes = "".join(f'<p class="note">{html.escape(note)}</p>' for note in result.plan.notes)
     return section("Plan", notes + content)
 

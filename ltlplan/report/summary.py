@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ltlplan.result import Result
     from verify import Certificate, Claim, FlightVerdict
-    from verify.data import Plan, RobotPlan
+    from verify.data import Mission, Plan, RobotPlan
 
 
 TINY = 1e-12
@@ -27,6 +27,8 @@ def plan_lines(plan: Plan) -> list[str]:
     for name, robot in plan.robots.items():
         lines.append(f"{name:<9} {visits_text(robot)}")
         lines.append(f"          word {robot.word}")
+        if not mission.of_one_kind:
+            lines.append(f"          flies {kind_text(mission, name)}")
     lasso = any(robot.cycle_visit is not None for robot in plan.robots.values())
     lines.append(f"cost      {plan.cost:.3f} ({plan.method}, seed {plan.seed}{'; prefix and one lap' if lasso else ''})")
     if plan.method == "exact" and plan.lower_bound is not None:
@@ -36,6 +38,21 @@ def plan_lines(plan: Plan) -> list[str]:
         lines.append(f"          by straight-line cost{laps} the {what} {how}: {plan.lower_bound:.3f}")
     lines += [f"note      {note}" for note in plan.notes]
     return lines
+
+
+def kind_text(mission: Mission, robot: str) -> str:
+    """Return what kind a robot is, for a person: its vehicle, its table of `robots`, its endurance.
+
+    Args:
+        mission: Says what it is.
+        robot: Its name.
+    """
+    vehicle, kind, endurance = mission.vehicle_of(robot), mission.kind_of(robot), mission.limits_of(robot).endurance
+    parts = [f"{vehicle.name}, {vehicle.mass:g} kg"]
+    parts += [] if kind is None else [kind]
+    parts += [f"at most {mission.limits_of(robot).speed:g} m/s"]
+    parts += [] if endurance is None else [f"{endurance:g} s in the air"]
+    return ", ".join(parts)
 
 
 def visits_text(robot: RobotPlan) -> str:

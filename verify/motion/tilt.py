@@ -41,7 +41,7 @@ def tilt_peaks(paths: TeamPaths, force: Balls, limits: Sequence[float]) -> Peaks
         rows = np.flatnonzero(paths.piece_owner == robot)
         over = search(
             (upward[rows], dot(force, force)[rows]), _cosines, np.zeros(len(rows), dtype=np.intp), 1,
-            slack=np.array([_SHARE]), critical=np.array([-(math.cos(limits[robot]) ** 2)]),
+            slack=np.array([_SHARE]), critical=np.array([-(math.cos(limits[int(robot)]) ** 2)]),
         )  # fmt: skip
         upper[robot] = _from_cosine(float(over.upper[0]), up=True)
         lower[robot] = _from_cosine(float(over.lower[0]), up=False)

@@ -216,6 +216,15 @@ def test_a_formula_that_became_impossible_is_said_and_nobody_moves_again(turning
     assert np.abs(flight.log.velocity[-1]).max() < 0.05
 
 
+@pytest.mark.slow
+def test_what_was_flown_is_taken_off_the_endurance():
+    later = NewFormula(time=1.0, formula="F b")
+    assert finished(flown(parse_mission(TURNING + "limits: {endurance: 14.5}\n"), later)).log.times[-1] > 3.0
+    short = flown(parse_mission(TURNING + "limits: {endurance: 14.0}\n"), later)
+    assert not short.verdict
+    assert any("its endurance is" in event.sentence or "endurance in the team" in event.sentence for event in short.log.events)
+
+
 @pytest.mark.parametrize(("region", "said"), [("b", "inside it at once"), ("ring", "The rim of ring moves onto quad0")])
 def test_a_hoop_that_moves_onto_a_robot_is_said_at_once_and_the_robot_holds(turning, region, said):
     at = CertifiedTeam(turning, seed=1).present.team["quad0"].evaluate(0.8)[:3]
