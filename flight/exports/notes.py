@@ -35,6 +35,7 @@ def readme(request: Request, target: ExportTarget, notes: tuple[str, ...]) -> st
         f"{path.flattened(request.laps).duration:.4f} s"
         for name, path in request.team.items()
     ]
+    solid = ", ".join(mission.obstacles)
     lines = [
         f"Certified flight of the mission '{mission.name}', written for {target.name}.",
         f"certificate: {request.digest}",
@@ -47,6 +48,7 @@ def readme(request: Request, target: ExportTarget, notes: tuple[str, ...]) -> st
         "",
         *notes,
         *([""] if notes else []),
+        *([f"Clear at all times of these solid bodies, where the mission says they stand: {solid}.", ""] if solid else []),
         "What voids the certificate:",
         *(f"  * {reason};" for reason in voids),
         "",

@@ -38,6 +38,8 @@ def test_a_mission_of_the_world_is_shared_by_its_robots_along_ways_that_are_ther
     for robot, flown in plan.robots.items():
         at = np.array([waypoint.position for waypoint in flown.waypoints])
         assert clear_of_solids(mission, at, mission.vehicle_of(robot).radius), robot
+        only = [mission.all_regions[visit.region].only for visit in flown.visits]
+        assert all(kinds is None or mission.agents[robot].robot in kinds for kinds in only), robot
     assert views_html(mission).count("<svg viewBox") == 3
 
 

@@ -42,6 +42,7 @@ def mission_view(mission: Mission) -> Json:
     from flight.pictures import scene
     from ltlplan.service.formulas import OPERATORS, in_words, known_names
     from ltlplan.service.watching import automata_data, drawn
+    from verify.data.rules.notes import notes_of
 
     return {
         "name": mission.name,
@@ -53,6 +54,7 @@ def mission_view(mission: Mission) -> Json:
         "seed": mission.planner.seed,
         "method": mission.planner.method,
         "words": list(in_words(mission)),
+        "notes": list(notes_of(mission)),
         "names": known_names(mission),
         "operators": dict(OPERATORS),
         "automata": automata_data(mission),

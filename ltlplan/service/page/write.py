@@ -99,7 +99,8 @@ class _Writing:
         if self.faults:
             return
         robots = "1 robot" if told["robots"] == 1 else f"{told['robots']} robots"
-        self.state.set_text(f"No faults: {told['name']}, {robots}, {told['trace']} trace, team: {told['team']}.")
+        notes = "".join(f" Note: {note}" for note in told["notes"])
+        self.state.set_text(f"No faults: {told['name']}, {robots}, {told['trace']} trace, team: {told['team']}.{notes}")
         self.formula.set_visibility(told["formula"] is not None)
         self.editor.complete(told["names"], told["operators"])
         self.formula.complete(told["names"], told["operators"])

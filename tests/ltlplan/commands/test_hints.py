@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from ltlplan.cli import COMMANDS, app, load
 from ltlplan.commands.missions import write_template
-from ltlplan.missions import shipped_mission_text
+from ltlplan.missions import load_mission, shipped_mission_text
 from ltlplan.pipeline import plan
 from verify.data import BadInput, parse_mission
 
@@ -35,6 +35,22 @@ def test_the_template_says_how_work_is_shared(tmp_path: Path, monkeypatch: pytes
         made = plan(parse_mission(text.replace("objective: sum", f"objective: {objective}")))
         visits[objective] = sorted(len(robot.visits) for robot in made.robots.values())
     assert visits == {"sum": [0, 4], "longest": [2, 2]}
+
+
+def test_what_the_template_shows_of_the_world_works_when_it_is_uncommented(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = write_template("world").read_text()
+    for commented in ("  # room:", "  # hall:", "# obstacles:", "#   pillar:", "#   wall:"):
+        assert commented in text
+        text = text.replace(commented, commented.replace("# ", "", 1) if commented.startswith("  ") else commented[2:])
+    mission = parse_mission(text)
+    assert list(mission.regions) == ["dropoff", "room", "hall"]
+    assert list(mission.obstacles) == ["pillar", "wall"]
+    (tmp_path / "lab.yaml").write_text("format: 1\nobstacles: {box: {center: [0, 0, 0.4], size: [0.2, 0.2, 0.2]}}\n")
+    (tmp_path / "world.yaml").write_text(text.replace("# include: lab.yaml", "include: lab.yaml"))
+    assert list(load_mission("world.yaml").obstacles) == ["box", "pillar", "wall"]
 
 
 def test_the_template_is_refused_as_a_name_that_no_mission_can_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
