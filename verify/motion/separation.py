@@ -10,19 +10,33 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 from flint import fmpq_poly
 
 from verify.arithmetic import exact
-from verify.arithmetic.balls import Balls, concatenate, dot, restricted
-from verify.arithmetic.bounds import peaks
+from verify.arithmetic.balls import Balls, Floats, concatenate, dot, restricted
+from verify.arithmetic.bounds import Indices, Peaks, peaks
 from verify.data.errors import BadInput
+from verify.data.trajectory import DEGREE
+from verify.motion.broad_phase import lanes_in_boxes, near_segments
 from verify.motion.paths import TeamPaths
 
 _SLACK = 1e-7
+
+FEW = 8
+"""Robots up to which no interval is left out."""
+
+BLOCK = 8_192
+"""Intervals whose distances are computed at once, which bounds the memory."""
+
+PAIRS = 1_024
+"""Pairs whose least distances are sought at once."""
+
+_NONE = Balls(np.empty((0, 2 * DEGREE + 1)), np.empty((0, 2 * DEGREE + 1)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +127,7 @@ class PairwiseDistances:
     Attributes:
         paths: The team.
         pairs: Indices of the robots.
-        intervals: In order of pairs and times.
+        intervals: In order of pairs and times; of large teams those that can hold a pair's nearest approach, or any that is as near.
         squares: Squared distance (z weighted) during each. Shape (intervals, 15).
         jumps: Bound on each robot's longest step between pieces, in m, whatever its direction.
     """
@@ -145,10 +159,21 @@ def stretch_of(paths: TeamPaths) -> Fraction:
 
 
 @np.errstate(all="ignore")
-def pairwise_distances(paths: TeamPaths) -> PairwiseDistances:
-    """Compute the squared distances of all pairs of robots."""
+def pairwise_distances(paths: TeamPaths, *, few: int = FEW) -> PairwiseDistances:
+    """Compute the squared distances of all pairs of robots.
+
+    Args:
+        paths: The team.
+        few: Robots up to which distances are computed at all times; of more only where a pair's least one can be.
+    """
     weight = z_weight(paths)
     pairs = tuple(itertools.combinations(range(len(paths.robots)), 2))
+    rows = _intervals(paths, pairs) if len(paths.robots) <= few else _near_intervals(paths, pairs, weight)
+    squares = [_squares(paths, rows[i : i + BLOCK], weight) for i in range(0, len(rows), BLOCK)]
+    return PairwiseDistances(paths, pairs, tuple(rows), concatenate([_NONE, *squares]), _jumps(paths))
+
+
+def _intervals(paths: TeamPaths, pairs: Sequence[tuple[int, int]]) -> list[CommonInterval]:
     rows: list[CommonInterval] = []
     lanes = [
         [i for i in np.flatnonzero(paths.owner == r) if paths.segments[i].kind != "step"] for r in range(len(paths.robots))
@@ -162,18 +187,29 @@ def pairwise_distances(paths: TeamPaths) -> PairwiseDistances:
             stop = min(ends)
             rows.append(CommonInterval(pair, first, second, time, stop))
             i, j, time = i + (ends[0] == stop), j + (ends[1] == stop), stop
-    jumps = _jumps(paths)
-    if not rows:
-        return PairwiseDistances(paths, pairs, (), Balls(np.empty((0, 15)), np.empty((0, 15))), jumps)
+    return rows
+
+
+def _near_intervals(paths: TeamPaths, pairs: Sequence[tuple[int, int]], weight: Fraction) -> list[CommonInterval]:
+    lanes = lanes_in_boxes(paths, weight)
+    rows: list[CommonInterval] = []
+    for pair, (a, b) in enumerate(pairs):
+        for first, second in near_segments(lanes[a], lanes[b]):
+            one, other = paths.segments[first], paths.segments[second]
+            rows.append(CommonInterval(pair, first, second, max(one.start, other.start), min(one.stop, other.stop)))
+    return rows
+
+
+def _squares(paths: TeamPaths, rows: Sequence[CommonInterval], weight: Fraction) -> Balls:
     parts = [_during(paths, [(m.first, m.second)[side] for m in rows], rows) for side in (0, 1)]
     offset = parts[0] - parts[1]
     number, error = float(weight), abs(float(weight)) * 2.0**-52
     factors = np.array([1.0, 1.0, number])[:, None], np.array([0.0, 0.0, 0.0 if weight == 1 else error])[:, None]
     weighted = offset.scaled(*factors)
-    return PairwiseDistances(paths, pairs, tuple(rows), dot(weighted, weighted), jumps)
+    return dot(weighted, weighted)
 
 
-def _during(paths: TeamPaths, segments: list[int], rows: list[CommonInterval]) -> Balls:
+def _during(paths: TeamPaths, segments: list[int], rows: Sequence[CommonInterval]) -> Balls:
     """Return positions on the parts of segments that the intervals take. Shape (intervals, 3, 8)."""
     positions = paths.positions[np.array(segments)]
     mid, rad = positions.mid.copy(), positions.rad.copy()
@@ -222,16 +258,29 @@ def minimum_distances(found: PairwiseDistances) -> list[MinimumDistance]:
         return []
     stretch = _up(stretch_of(paths))
     groups = np.array([m.pair for m in found.intervals], dtype=np.intp)
-    least = peaks(-found.squares, groups, len(found.pairs), slack=np.full(len(found.pairs), _SLACK))
+    upper, lower, item, place = _least_squares(found.squares, groups, len(found.pairs))
     result = []
     for pair, (a, b) in enumerate(found.pairs):
-        interval = found.intervals[int(least.item[pair])]
-        time = interval.start + (interval.stop - interval.start) * Fraction(float(least.place[pair]))
-        low = _root_down(-float(least.upper[pair])) - (found.jumps[a] + found.jumps[b]) * stretch * (1 + 2.0**-40)
-        high = float(np.nextafter(np.sqrt(max(-float(least.lower[pair]), 0.0)), np.inf))
+        interval = found.intervals[int(item[pair])]
+        time = interval.start + (interval.stop - interval.start) * Fraction(float(place[pair]))
+        low = _root_down(-float(upper[pair])) - (found.jumps[a] + found.jumps[b]) * stretch * (1 + 2.0**-40)
+        high = float(np.nextafter(np.sqrt(max(-float(lower[pair]), 0.0)), np.inf))
         low = float(np.nextafter(low, -np.inf)) if low > 0 else 0.0
         result.append(MinimumDistance(paths.robots[a], paths.robots[b], low, high, time))
     return result
+
+
+def _least_squares(squares: Balls, groups: Indices, count: int) -> tuple[Floats, Floats, Indices, Floats]:
+    """Return the greatest values of the negated squares: bounds from above and below, row and place, for each pair in order."""
+    found: list[Peaks] = []
+    for first in range(0, count, PAIRS):
+        last = min(first + PAIRS, count)
+        begin, end = np.searchsorted(groups, [first, last])
+        least = peaks(-squares[begin:end], groups[begin:end] - first, last - first, slack=np.full(last - first, _SLACK))
+        found.append(replace(least, item=least.item + begin))
+    joined = (np.concatenate([getattr(part, name) for part in found]) for name in ("upper", "lower", "item", "place"))
+    upper, lower, item, place = joined
+    return upper, lower, item, place
 
 
 def distance_exactly(found: PairwiseDistances, pair: int, limit: Fraction) -> bool:
@@ -244,8 +293,10 @@ def distance_exactly(found: PairwiseDistances, pair: int, limit: Fraction) -> bo
     """
     weight = exact.rational(z_weight(found.paths))
     for row, interval in enumerate(found.intervals):
-        least = float(found.squares.low[row].min())
-        if interval.pair != pair or (math.isfinite(least) and Fraction(least) >= limit * limit):
+        if interval.pair != pair:
+            continue
+        least = float(found.squares[row].low.min())
+        if math.isfinite(least) and Fraction(least) >= limit * limit:
             continue
         total = None
         for axis in range(3):
