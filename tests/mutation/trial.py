@@ -92,6 +92,7 @@ class _Runner:
         self.findings: list[Finding] = []
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        gc.unfreeze()  # what the tests' set-up hid from the collector is looked up there
         reach = _in_parallel([functools.partial(_reach, part) for part in _parts(session.items, self.jobs)], self.jobs)
         table = {name: Reach(entry[0], frozenset(entry[1])) for part in reach for name, entry in part.items()}
         works = [functools.partial(_try, fault, _suspects(session.items, table, fault), self.seconds) for fault in self.drawn]

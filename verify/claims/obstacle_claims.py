@@ -25,9 +25,10 @@ def obstacle_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
         limit = margin + Fraction(evidence.plan.mission.vehicle_of(robot).radius)
         found = evidence.approaches[robot]
         open_ = [one for one in found if not _is_beyond(one, limit)]
-        if any(Fraction(one.high) > limit for one in open_ if math.isfinite(one.high)):  # too near to call: look closer
-            known = {one.obstacle: one for one in open_ if Fraction(one.high) <= limit}
-            open_ = [known.get(one.obstacle, one) for one in evidence.solids.nearer_than(index, limit)]
+        known = {one.obstacle: one for one in open_ if one.high < float(limit)}
+        if len(known) < len(open_):  # too near to call: look closer
+            closer = evidence.solids.nearer_than(index, limit)
+            open_ = [known.get(one.obstacle, one) for one in closer if not _is_beyond(one, limit)]
         if open_:
             yield from (_refused(evidence, one, limit) for one in open_)
         else:
@@ -35,8 +36,8 @@ def obstacle_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
 
 
 def _is_beyond(one: Approach, limit: Fraction) -> bool:
-    """Tell whether a robot is proved to stay farther away than a limit."""
-    return one.low > 0 and Fraction(one.low) > limit  # NaN and infinities prove nothing
+    """Tell whether a robot is proved to stay farther away than a limit; NaN and infinities prove nothing."""
+    return 0 < one.low < math.inf and Fraction(one.low) > limit
 
 
 def _kept(nearest: Approach, limit: Fraction) -> Claim:

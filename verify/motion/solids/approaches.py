@@ -103,19 +103,19 @@ class SolidWorld:
 
     @np.errstate(all="ignore")
     def nearer_than(self, robot: int, limit: Fraction) -> tuple[Approach, ...]:
-        """Return the obstacles that one robot cannot be shown to stay farther from than a limit.
+        """Return how near one robot comes to the obstacles that it may be as near to as a limit, as closely as that can be told.
 
         Args:
             robot: Its index.
             limit: m, exact.
 
         Returns:
-            Its approaches, the nearest first; none where all is proved.
+            Its approaches, the nearest first; one more where it is farther from all.
         """
         bound = np.nextafter(float(limit), np.inf)
         search = _Search(self, np.full(len(self.paths.robots), bound), 0.0)
         search.run(np.flatnonzero(self.paths.owner == robot), _DEPTH_AT_LIMIT)
-        return tuple(one for one in search.of_robot(robot) if not Fraction(one.low) > limit)
+        return search.of_robot(robot)
 
 
 class _Search:

@@ -19,6 +19,8 @@ Vector = tuple[Fraction, Fraction, Fraction]
 
 _ON = 1e-9
 """m; a face this near to the nearest point may be what it lies on."""
+_FAR = 10**9
+"""m; no obstacle is there."""
 _PULLS = (0.0, 2.0**-46, 2.0**-40, 2.0**-30)
 """By these shares points found in floats are pulled inwards, or out of openings."""
 
@@ -34,7 +36,7 @@ def meets(paths: TeamPaths, part: SolidPart, segment: int, place: float, limit: 
         limit: m, exact.
     """
     x, y, z = (fraction(axis(rational(place))) for axis in paths.exact_position(segment))
-    return is_near((x, y, z), part, limit)
+    return max(abs(x), abs(y), abs(z)) < _FAR and is_near((x, y, z), part, limit)
 
 
 def is_near(point: Vector, part: SolidPart, limit: Fraction) -> bool:

@@ -96,8 +96,8 @@ def compare(rng: np.random.Generator, count: int, *, closely: bool) -> None:
     assert max(nearest.low, 0.0) >= least - step - max(1e-4, 0.011 * least)
     assert {nearest.obstacle, *(one.obstacle for one in others)} >= {f"o{k}" for k in np.flatnonzero(sampled < 0.12 - 1e-3)}
     if least > 0.01 and closely:
-        assert solid.nearer_than(0, Fraction(least))
-        assert least < 0.05 or not solid.nearer_than(0, Fraction(least - step))
+        assert min(one.low for one in solid.nearer_than(0, Fraction(least))) <= least
+        assert least < 0.05 or min(one.low for one in solid.nearer_than(0, Fraction(least - step))) > least - step
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -262,6 +262,15 @@ def test_a_box_is_a_prism_is_two_halves() -> None:
             solid = SolidWorld.of(read_team(world([shape], start), {"r": flight}))
             found.append(max(solid.approaches({"r": 10.0})["r"][0].high, 0.0))  # how deep a point is depends on the parts
         assert found == pytest.approx([found[0]] * 3, abs=2e-4)
+
+
+def test_absurd_numbers_prove_nothing() -> None:
+    for size in (1e30, 1e200, 1e308):
+        flight = lines((-1, 0, 1), (-1, 1, 1))
+        table = flight.coefficients.copy()
+        table[0, 0, 7] = size
+        (claim,) = claims(world([BOX], (-1.0, 0.0, 1.0)), Trajectory(flight.durations, table))
+        assert claim.outcome != "holds"
 
 
 def test_far_obstacles_are_dropped_and_near_ones_found_among_many() -> None:

@@ -1,0 +1,71 @@
+"""What is proved of points beside parts of obstacles, held against exact distances to the last bit."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from verify.data.shapes.conditions import HalfSpace, condition
+from verify.data.shapes.nearest import surface_of
+from verify.data.shapes.obstacle import Obstacle
+from verify.data.shapes.solid_parts import solid_parts
+from verify.motion.solids.bodies import SolidBodies
+from verify.motion.solids.half_spaces import Hulls
+
+SHAPES = {
+    "box": {"center": [0.1, -0.2, 1.0], "size": [0.7, 0.3, 0.5], "yaw_deg": 33.0},
+    "far part": {
+        "union": [
+            {"center": [0.0, 0.0, 1.0], "size": [3.0, 3.0, 3.0]},
+            {"center": [7.3, 2.1, 0.9], "size": [0.7, 0.3, 0.5], "yaw_deg": 12.0},
+        ]
+    },
+    "prism": {"prism": {"polygon": [[0, 0], [1, 0.1], [0.9, 0.8], [0.2, 0.7]], "z": [0.31, 0.77]}},
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_nothing_is_proved_beyond_the_exact_distance_of_a_face(name: str) -> None:
+    rng = np.random.default_rng(3)
+    *_, part = solid_parts({"o": Obstacle.model_validate(SHAPES[name])}, {})
+    bodies, surface, center = SolidBodies((part,)), surface_of(part.inequalities), np.array(part.center)
+    middle = center + surface.corners.mean(axis=0)
+    points = middle + 0.7 * rng.normal(size=(3000, 3))
+    low, near = bodies.distances(np.zeros(len(points), dtype=np.intp), Hulls.points(points), points)
+    over = (points - center) @ surface.body.normals.T - surface.body.distances
+    best = np.argmax(over, axis=1)
+    on_face = points - center - over.max(axis=1)[:, None] * surface.body.normals[best]
+    away = on_face @ surface.body.normals.T - surface.body.distances
+    away[np.arange(len(points)), best] = -1.0
+    chosen = np.flatnonzero((over.max(axis=1) > 0) & (away.max(axis=1) < -1e-3))
+    assert len(chosen) > 200
+    faces = [one for one in map(condition, part.inequalities) if isinstance(one, HalfSpace)]
+    for k in chosen.tolist():
+        face = faces[int(best[k])]
+        offset = [Fraction(x) - Fraction(c) for x, c in zip(points[k].tolist(), part.center, strict=True)]
+        value = sum((n * x for n, x in zip(face.normal, offset, strict=True)), Fraction(0)) - face.bound
+        square = value * value / sum(n * n for n in face.normal)
+        assert Fraction(float(low[k])) ** 2 <= square
+        assert low[k] == pytest.approx(float(square) ** 0.5, abs=1e-13)
+        assert near[k] == pytest.approx(low[k], abs=1e-13)
+
+
+def test_boxes_are_told_apart_by_what_holds_them() -> None:
+    """Boxes of any size beside all parts: never farther than the nearest of their points, and close to that."""
+    rng = np.random.default_rng(4)
+    shapes = {
+        "a": {"center": [0, 0, 1], "size": [0.4, 0.6, 0.5], "yaw_deg": 20},
+        "b": {"center": [2, 0, 1], "cylinder": {"radius": 0.3, "height": 1.0}},
+        "c": {"center": [0, 2, 1], "radii": [0.3, 0.2, 0.5]},
+    }
+    parts = solid_parts({name: Obstacle.model_validate(shape) for name, shape in shapes.items()}, {})
+    bodies = SolidBodies(parts)
+    low = rng.uniform(-2, 3, (60, 3))
+    high = low + rng.uniform(0, 0.5, (60, 3))
+    beyond = bodies.outlines.beyond(low, high)
+    for k in range(60):
+        inside = rng.uniform(low[k], high[k], (400, 3))
+        for column, part in enumerate(parts):
+            least = part.distances(inside).min()
+            assert beyond[k, column] <= least + 1e-12
+            assert beyond[k, column] >= 0.4 * least - 0.6
