@@ -328,7 +328,7 @@ def _work(
         now = time.monotonic()
         if now - last >= _LEAST_BETWEEN:
             last = now
-            connection.send(("progress", sentence, float(share)))
+            _send(connection, ("progress", sentence, float(share)))
 
     try:
         answer: tuple[Any, ...] = ("result", work(*arguments, report))
@@ -341,8 +341,16 @@ def _work(
         memory = "bad_alloc" in str(error) or "allocate memory" in str(error)
         told = InternalError(f"{type(error).__name__}: {error}")
         answer = ("memory", None) if memory else ("error", error_data(told))
-    connection.send(answer)
+    _send(connection, answer)
     connection.close()
+
+
+def _send(connection: Connection, message: tuple[Any, ...]) -> None:
+    """Tell the process that waits for this one; where it has gone, nothing is left to do, and nobody to complain to."""
+    try:
+        connection.send(message)
+    except BrokenPipeError:
+        os._exit(1)
 
 
 def _limit(bounds: Bounds) -> None:
