@@ -57,7 +57,7 @@ class AdmissibleHeuristic:
         self._world, self._automaton, self._decomposition_set = team.world, team.automaton, team.in_decomposition_set
         self._starts, self._metric, self._takes_off = team.starts, team.metric, team.takes_off
         self._tables: dict[frozenset[str], dict[_Node, float]] = {}
-        self._legs: dict[tuple[str | None, Point, str], float] = {}
+        self._legs: dict[tuple[str | None, Point, str, str], float] = {}
 
     def read(self, states: States, letters: Collection[Letter]) -> States:
         """Return the states after letters."""
@@ -110,11 +110,12 @@ class AdmissibleHeuristic:
             if DEAD not in after:
                 yield move, after, move.end, 0.0 if _only_acts(move) else self._leg(robot, where.position, move.visit.region)
 
-    def _leg(self, robot: str | None, position: Point, region: str) -> float:
-        key = (robot, position, region)
+    def _leg(self, robot: str | None, position: Point, region: str, kind: str = "") -> float:
+        """Return the least cost of a leg: of one robot, or of any robot of a kind."""
+        key = (robot, position, region, kind)
         if key not in self._legs:
-            robots = self._starts if robot is None else (robot,)
-            self._legs[key] = min(self._metric(r, position, region) for r in robots)
+            robots = [r for r, where in self._starts.items() if where.kind == kind] if robot is None else [robot]
+            self._legs[key] = min(self._metric(r, position, region) for r in robots or self._starts)
         return self._legs[key]
 
     def _table(self, free: frozenset[str], states: States, where: AgentState) -> dict[_Node, float]:
@@ -176,7 +177,7 @@ class AdmissibleHeuristic:
         for move in world.moves(where):
             after = self.read(states, move.shown)
             if DEAD not in after and (move.key != key or after != states):
-                yield (after, move.key), self._leg(None, where.position, move.visit.region), False
+                yield (after, move.key), self._leg(None, where.position, move.visit.region, where.kind), False
 
 
 def _only_acts(move: Move) -> bool:

@@ -98,7 +98,9 @@ def _for_check(mission: Mission, event: WorldEvent) -> Mission:
     """Return a mission whose agents' starts say nothing: robots in the air have left theirs."""
     if isinstance(event, RobotJoins):
         return changed(mission, agents={event.robot: event.agent})
-    parked = Agent(start=_corner(mission))
+    smallest = min(mission.agents, key=lambda name: mission.vehicle_of(name).radius)
+    kept = mission.agents[smallest]
+    parked = Agent(start=_corner(mission), vehicle=kept.vehicle, robot=kept.robot)
     return changed(mission, agents={"parked": parked})
 
 

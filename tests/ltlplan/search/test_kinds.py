@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ltlplan.mtac.optimality_gap import straight_cost
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
 from tests.helpers.kinds import mixed, mixed_text
@@ -137,6 +138,26 @@ def test_endurance_makes_robots_share(method):
     assert all(robot.times[-1] <= 7.0 for robot in shared.robots.values())
     with pytest.raises(Infeasible, match="endurance of 13 s leaves 2 s for the flight"):
         make_plan(parse_mission(text.replace("limits: {speed: 1.0}", "limits: {speed: 1.0, endurance: 13.0}")))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("objective", ["sum", "longest"])
+def test_mtac_e_is_never_better_than_the_exact_search_and_near_it(objective):
+    rng = np.random.default_rng(5)
+    gaps: list[float] = []
+    for k in range(4):
+        only = {"p0": "quick"} if k % 2 else {}
+        mission = world(rng, objective, "{time: 1.0}", only, ("quick", "slow"))
+        planner = mission.planner.model_copy(update={"method": "mtac-e", "iterations": 1, "samples": 20})
+        exact = assign(mission).cost
+        assert exact == pytest.approx(cheapest(mission), abs=1e-6)
+        plan = make_plan(mission.model_copy(update={"planner": planner}))
+        ours = straight_cost(mission, {name: robot.visits for name, robot in plan.robots.items()})
+        assert ours >= exact - 1e-6
+        gaps.append(ours / exact - 1.0)
+        assert all(mission.may_enter(name, v.region) for name, robot in plan.robots.items() for v in robot.visits)
+    assert np.median(gaps) < 0.2
+    assert max(gaps) < 0.5
 
 
 def test_a_robots_own_weights_count_where_they_differ():
