@@ -88,7 +88,8 @@ class WordFilter:
                 if body.weight:
                     ring &= across >= obstacle.inner**2
                 bad[at] |= ring
-        wrong |= self._met(positions)
+        if self._solids.parts:
+            wrong |= self._met(positions)
         final = self._run(np.concatenate([shrunk, grown], axis=1)) == len(self.word) - 1
         return np.all(walls, axis=0) & ~np.any(wrong, axis=0) & final[:count] & final[count:]
 

@@ -99,7 +99,11 @@ class Layout:
         inside = np.einsum("nri,rij,nrj->nr", offset, self._shapes, offset) <= 1.0
         for k in self._others:
             inside[:, k] = self.regions[self._names[k]].level(points) <= 1.0
-        return [frozenset(self._names[k] for k in np.flatnonzero(row)) for row in inside]
+        anywhere = inside.any(axis=1).tolist()  # most points are in no region
+        return [
+            frozenset(self._names[k] for k in np.flatnonzero(row)) if some else frozenset()
+            for row, some in zip(inside, anywhere, strict=True)
+        ]
 
     def around(self, region: str) -> tuple[str, ...] | None:
         """Return the regions that a robot is in just after it has left this one; None where that is not clear."""

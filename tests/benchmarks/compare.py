@@ -127,6 +127,40 @@ def _() -> Callable[[], Any]:
     return lambda: ltlplan.plan(mission, seed=0)
 
 
+def flown(mission: Any, seconds: float) -> Callable[[], Any]:
+    """Return the steps of an online team whose robots are where they should be."""
+    import numpy as np
+
+    from ltlplan.sharing.team import OnlineTeam
+
+    period, starts = 0.02, {name: agent.start for name, agent in mission.agents.items()}
+
+    def fly() -> None:
+        team, positions = OnlineTeam(mission, rng=np.random.default_rng(0)), starts
+        for step in range(round(seconds / period)):
+            desired = team.step(step * period, positions)
+            positions = {name: tuple(desired.flat[0, :3, j]) for j, name in enumerate(team.pilots)}
+
+    return fly
+
+
+@case("online steps: 4 s of ten robots among nine balls")
+def _() -> Callable[[], Any]:
+    import ltlplan
+
+    starts = "".join(f"  q{i}: {{start: [{-1.2 + 0.5 * (i % 5)}, {-0.6 - 0.6 * (i // 5)}, 1]}}\n" for i in range(10))
+    wanted = " & ".join(f"F r{i}" for i in range(9))
+    text = field(9).replace("F r1 & F r5", wanted).replace("agents: {q: {start: [-0.5, -0.5, 1]}}", f"agents:\n{starts}")
+    return flown(ltlplan.parse_mission(text), 4.0)
+
+
+@case("online steps: 6 s of fire fighting")
+def _() -> Callable[[], Any]:
+    import ltlplan
+
+    return flown(ltlplan.load_mission("firefighting"), 6.0)
+
+
 def walk(count: int) -> tuple[Any, Any]:
     """Return points of a random walk and times for them."""
     import numpy as np
