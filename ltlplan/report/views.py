@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -112,7 +112,7 @@ class _Drawing:
         parts += [self._ring(name, hoop) for name, hoop in mission.hoops.items()]
         parts += [self._path(index, paths[name]) for index, name in enumerate(mission.agents) if name in paths]
         parts += self._robots()
-        parts += [self._name(name, body.center) for name, body in {**mission.obstacles, **mission.all_regions}.items()]
+        parts += self._names()
         parts.append("</svg>")
         left, below, edge = 2.6 * self._text, 2.2 * self._text, 0.6 * self._text
         box = f"{-left:.1f} {-edge:.1f} {width + left + edge:.1f} {height + below + edge:.1f}"
@@ -182,9 +182,18 @@ class _Drawing:
                         f"<title>{html.escape(name)} {what} here</title></circle>"
                     )
 
-    def _name(self, name: str, centre: Sequence[float]) -> str:
-        x, y = self._at(np.array([centre])[:, self._axes])[0]
-        return f'<text class="name" x="{x:.1f}" y="{y + 0.35 * self._text:.1f}">{html.escape(name)}</text>'
+    def _names(self) -> Iterable[str]:
+        """Names of regions, and of obstacles that are as wide as their names, where no other name stands; all are told on hovering."""
+        mission, taken = self._mission, [np.zeros((0, 4))]
+        for name, body in {**mission.all_regions, **mission.obstacles}.items():
+            (x, y), half = self._at(np.array([body.center])[:, self._axes])[0], 0.28 * self._text * len(name)
+            if name in mission.obstacles and half > _UNIT * body.half_lengths[self._view.right]:
+                continue
+            box = np.array([[x - half, y - self._text / 2, x + half, y + self._text / 2]])
+            others = np.concatenate(taken)
+            if not np.any(np.all((others[:, :2] < box[:, 2:]) & (box[:, :2] < others[:, 2:]), axis=1)):
+                taken.append(box)
+                yield f'<text class="name" x="{x:.1f}" y="{y + 0.35 * self._text:.1f}">{html.escape(name)}</text>'
 
     def _grid(self) -> str:
         """The workspace, its inner edge a margin away, and ticks with numbers."""

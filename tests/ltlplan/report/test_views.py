@@ -76,6 +76,15 @@ def test_a_window_is_a_hole_with_what_is_left_of_it() -> None:
     ]
 
 
+def test_names_stand_where_there_is_room_for_them() -> None:
+    mission = parse_mission(WALLED)
+    goal = mission.regions["goal"]
+    crowded = mission.changed(regions={"goal": goal, "goal_too": goal.changed(center=(1.2, -0.6, 1.5))})
+    names = [re.findall(r'class="name"[^>]*>(\w+)<', view) for view in views_html(crowded).split("<figure>")[1:]]
+    assert names[0] == ["window", "goal", "rock"]  # the wall is thinner than its name, and the other goal stands above this one
+    assert names[1][:3] == ["window", "goal", "goal_too"]
+
+
 def test_obstacles_stand_in_scenes_while_they_are_there() -> None:
     mission = parse_mission(WALLED)
     without = mission.changed(obstacles={"wall": mission.obstacles["wall"]})
