@@ -23,6 +23,8 @@ Integers = NDArray[np.int64]
 
 _MANY = 1_000_000
 """Pairs of a segment and a body whose boxes are all compared; of more, those that lie near each other are looked for first."""
+_CHUNK = 50_000
+"""Pairs that are looked at at a time, so that the arrays stay small."""
 _TOUCHING = 1e-9
 """m; corners this near to a face lie on it."""
 
@@ -77,28 +79,30 @@ class SolidBody:
                 a = np.einsum("ni,ij,nj->n", step, matrix, step)
                 b = np.einsum("ni,ij,nj->n", offset, matrix, step)
                 c = np.einsum("ni,ij,nj->n", offset, matrix, offset) - root**2
-                square = b * b - a * c
-                flat = a <= 1e-18 * (1.0 + np.abs(c))
-                width = np.sqrt(np.maximum(square, 0.0))
-                first = np.where(flat, first, np.maximum(first, (-b - width) / a))
-                last = np.where(flat, last, np.minimum(last, (-b + width) / a))
-                last = np.where(np.where(flat, c >= 0.0, square <= 0.0), -1.0, last)
+                first, last = _within_quadric(a, b, c, first, last)
         return first, last
-
-    def meets(self, starts: Floats, ends: Floats) -> Booleans:
-        """Tell which segments have points inside it. Shapes (n, 3) twice to (n,)."""
-        first, last = self.spans(starts, ends)
-        return last > first
 
 
 class SolidBodies:
-    """Several bodies, asked together."""
+    """Several bodies, asked together: their faces and quadrics side by side in arrays, filled up with what holds everywhere."""
 
     def __init__(self, bodies: Sequence[SolidBody]) -> None:
         self.bodies = tuple(bodies)
         self.names = tuple(body.name for body in bodies)
         self.low = np.array([body.low for body in bodies]).reshape(-1, 3)
         self.high = np.array([body.high for body in bodies]).reshape(-1, 3)
+        count = len(self.bodies)
+        faces = max((len(body.convex.normals) for body in bodies), default=0)
+        self._plain = max((body.faces for body in bodies), default=0)
+        quadrics = max((len(body.convex.matrices) for body in bodies), default=0)
+        self._normals, self._distances = np.zeros((count, faces, 3)), np.ones((count, faces))
+        self._matrices, self._centres = np.zeros((count, quadrics, 3, 3)), np.zeros((count, quadrics, 3))
+        self._squares = np.ones((count, quadrics))
+        for k, body in enumerate(bodies):
+            convex, own, round_ = body.convex, len(body.convex.normals), len(body.convex.matrices)
+            self._normals[k, :own], self._distances[k, :own] = convex.normals, convex.distances
+            self._matrices[k, :round_], self._centres[k, :round_] = convex.matrices, convex.centres
+            self._squares[k, :round_] = convex.roots**2
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -106,51 +110,82 @@ class SolidBodies:
     def meets(self, starts: Floats, ends: Floats) -> Booleans:
         """Tell which segments have points inside any body. Shapes (n, 3) twice to (n,)."""
         met = np.zeros(len(starts), dtype=np.bool_)
-        for body, near in self._near(starts, ends):
-            left = near[~met[near]]
-            met[left] = self.bodies[body].meets(starts[left], ends[left])
+        met[self.pairs(starts, ends)[0]] = True
         return met
 
     def pairs(self, starts: Floats, ends: Floats) -> tuple[Integers, Integers]:
         """Return all pairs of a segment and a body that meet, as indices: segments, bodies. Shapes (n, 3) twice to (pairs,) twice."""
-        segments: list[Integers] = []
-        bodies: list[Integers] = []
-        for body, near in self._near(starts, ends):
-            found = near[self.bodies[body].meets(starts[near], ends[near])]
-            segments.append(found)
-            bodies.append(np.full(len(found), body))
-        if not segments:
-            return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-        return np.concatenate(segments), np.concatenate(bodies)
+        segments, bodies = self._near(starts, ends)
+        met = np.zeros(len(segments), dtype=np.bool_)
+        for begin in range(0, len(segments), _CHUNK):
+            part = slice(begin, begin + _CHUNK)
+            own = segments[part]
+            met[part] = self._meet(starts[own], ends[own] - starts[own], bodies[part])
+        return segments[met], bodies[met]
 
     def holding(self, point: Floats) -> tuple[int, ...]:
         """Return the bodies that hold a point. Shape (3,)."""
         near = np.flatnonzero(np.all((self.low < point) & (point < self.high), axis=1))
         return tuple(int(k) for k in near if self.bodies[k].holds(point[None])[0])
 
-    def _near(self, starts: Floats, ends: Floats) -> list[tuple[int, Integers]]:
-        """Return each body that may meet segments, with these: those whose boxes overlap its box."""
+    def _meet(self, starts: Floats, steps: Floats, bodies: Integers) -> Booleans:
+        """Tell of pairs of a segment and a body which meet. Shapes (pairs, 3) twice and (pairs,) to (pairs,)."""
+        first, last = np.zeros(len(starts)), np.ones(len(starts))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            for part in (slice(0, self._plain), slice(self._plain, None)):  # bevels only where faces do not decide
+                left = np.flatnonzero(last > first)
+                normals = self._normals[bodies[left], part]
+                if not normals.size:
+                    continue
+                inside = self._distances[bodies[left], part] - np.einsum("pfk,pk->pf", normals, starts[left])
+                along = np.einsum("pfk,pk->pf", normals, steps[left])
+                at = inside / along
+                until = np.min(np.where(along > 0.0, at, np.inf), axis=1)
+                until[np.any((along == 0.0) & (inside <= 0.0), axis=1)] = -1.0
+                last[left] = np.minimum(last[left], until)
+                first[left] = np.maximum(first[left], np.max(np.where(along < 0.0, at, -np.inf), axis=1))
+            for q in range(self._matrices.shape[1]):
+                matrix, offset = self._matrices[bodies, q], starts - self._centres[bodies, q]
+                pulled = np.einsum("pij,pj->pi", matrix, steps)
+                a, b = np.einsum("pi,pi->p", steps, pulled), np.einsum("pi,pi->p", offset, pulled)
+                c = np.einsum("pi,pij,pj->p", offset, matrix, offset) - self._squares[bodies, q]
+                first, last = _within_quadric(a, b, c, first, last)
+        return last > first
+
+    def _near(self, starts: Floats, ends: Floats) -> tuple[Integers, Integers]:
+        """Return the pairs of a segment and a body whose boxes overlap, as indices: segments, bodies. Shapes (pairs,) twice."""
         if not len(self.bodies) or not len(starts):
-            return []
+            return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
         low, high = np.minimum(starts, ends), np.maximum(starts, ends)
         if len(self.bodies) * len(starts) <= _MANY:
             near = np.ones((len(self.bodies), len(starts)), dtype=np.bool_)
             for axis in range(3):
                 near &= self.low[:, None, axis] < high[None, :, axis]
                 near &= self.high[:, None, axis] > low[None, :, axis]
-            return [(body, np.flatnonzero(near[body])) for body in np.flatnonzero(near.any(axis=1)).tolist()]
+            bodies, segments = np.nonzero(near)
+            return segments, bodies
         middles, reach = (low + high) / 2.0, np.max(high - low, axis=1) / 2.0
         sizes = np.ceil(np.log2(np.maximum(reach, 1e-3))).astype(np.int64)
-        found: list[list[Integers]] = [[] for _ in self.bodies]
+        found: list[tuple[Integers, Integers]] = []
         for size in np.unique(sizes).tolist():  # segments of about one length at a time, so that few are looked at in vain
             own = np.flatnonzero(sizes == size)
             half = np.max(self.high - self.low, axis=1) / 2.0 + 2.0**size
             around = KDTree(middles[own]).query_ball_point((self.low + self.high) / 2.0, half, p=np.inf, return_sorted=True)
             for body, members in enumerate(around):
                 near = own[np.array(members, dtype=np.int64)]
-                meets = np.all((self.low[body] < high[near]) & (self.high[body] > low[near]), axis=1)
-                found[body].append(near[meets])
-        return [(body, np.concatenate(parts)) for body, parts in enumerate(found) if sum(map(len, parts))]
+                near = near[np.all((self.low[body] < high[near]) & (self.high[body] > low[near]), axis=1)]
+                found.append((near, np.full(len(near), body)))
+        return np.concatenate([near for near, _ in found]), np.concatenate([body for _, body in found])
+
+
+def _within_quadric(a: Floats, b: Floats, c: Floats, first: Floats, last: Floats) -> tuple[Floats, Floats]:
+    """Return what is left of spans from first to last where a t^2 + 2 b t + c < 0. All of shape (n,)."""
+    square = b * b - a * c
+    flat = a <= 1e-18 * (1.0 + np.abs(c))
+    width = np.sqrt(np.maximum(square, 0.0))
+    first = np.where(flat, first, np.maximum(first, (-b - width) / a))
+    last = np.where(flat, last, np.minimum(last, (-b + width) / a))
+    return first, np.where(np.where(flat, c >= 0.0, square <= 0.0), -1.0, last)
 
 
 def grown_bodies(name: str, center: Point, parts: Parts, by: float, *, bevelled: bool = True) -> list[SolidBody]:

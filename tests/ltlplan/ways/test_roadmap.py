@@ -116,3 +116,66 @@ def test_a_window_in_a_wall_is_found() -> None:
     way = roadmap(window).way(np.array([0.5, 0.5, 1.0]), np.array([3.5, 3.5, 1.0]))
     assert way is not None
     assert np.all(window.distances(dense(way)) >= CLEARANCE)
+
+
+def moved(boxes: Boxes, turn: float, by: np.ndarray) -> Boxes:
+    """The same boxes turned about the room's middle and shifted."""
+    cos, sin = np.cos(turn), np.sin(turn)
+    matrix = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    middle = np.array([SIDE / 2, SIDE / 2, 0.0])
+    return Boxes((boxes.centers - middle) @ matrix.T + middle + by, boxes.sizes, boxes.yaws + turn)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_turned_world_has_turned_ways(seed: int) -> None:
+    boxes = Boxes.random(np.random.default_rng(seed), 5, SIDE)
+    points = np.array([[0.3, 0.3, 1.0], [3.7, 3.7, 1.0], [0.3, 3.7, 1.0]])
+    (start, end, *_) = [*points[boxes.distances(points) > CLEARANCE], *points][:2]
+    turned = moved(boxes, np.pi / 2, np.zeros(3))
+    there = [
+        moved(Boxes(point[None], np.ones((1, 3)), np.zeros(1)), np.pi / 2, np.zeros(3)).centers[0] for point in (start, end)
+    ]
+    one, other = roadmap(boxes).way(start, end), roadmap(turned).way(*there)
+    assert (one is None) == (other is None)
+    if one is not None and other is not None:
+        assert length(one) == pytest.approx(length(other), rel=1e-3)
+
+
+def test_a_scaled_world_has_scaled_ways() -> None:
+    boxes = Boxes(np.array([[2.0, 2.0, 1.0]]), np.array([[2.0, 0.1, 2.4]]), np.zeros(1))
+    twice = Boxes(2 * boxes.centers, 2 * boxes.sizes, boxes.yaws)
+    large = [
+        body for k, one in enumerate(twice.regions()) for body in grown_bodies(f"box{k}", one.center, one.body, 2 * CLEARANCE)
+    ]
+    start, end = np.array([2.0, 1.0, 1.0]), np.array([2.2, 3.0, 1.0])
+    one = roadmap(boxes).way(start, end)
+    other = Roadmap(2 * LOW, 2 * HIGH, large, [], np.array([2.0])).way(2 * start, 2 * end)
+    assert one is not None
+    assert other is not None
+    assert 2 * length(one) == pytest.approx(length(other), rel=5e-3)
+
+
+def test_a_box_its_halves_and_a_prism_are_passed_alike() -> None:
+    whole = Region.model_validate({"center": (2.0, 2.0, 1.0), "size": (2.0, 0.4, 2.4)})
+    halves = Region.model_validate(
+        {"union": [{"size": (1.0, 0.4, 2.4), "center": (1.5, 2.0, 1.0)}, {"size": (1.0, 0.4, 2.4), "center": (2.5, 2.0, 1.0)}]}
+    )
+    prism = Region.model_validate({"prism": {"polygon": [(1.0, 1.8), (3.0, 1.8), (3.0, 2.2), (1.0, 2.2)], "z": (-0.2, 2.2)}})
+    found: list[float] = []
+    for body in (whole, halves, prism):
+        solids = grown_bodies("body", body.center, body.body, CLEARANCE)
+        way = Roadmap(LOW, HIGH, solids, [], np.array([1.0])).way(np.array([2.0, 1.0, 1.0]), np.array([2.3, 3.0, 1.0]))
+        assert way is not None
+        found.append(length(way))
+    assert found == pytest.approx([found[0]] * 3, rel=1e-6)
+
+
+def test_round_posts_are_passed_close() -> None:
+    post = Region.model_validate({"center": (2.0, 2.0, 1.0), "cylinder": {"radius": 0.5, "height": 2.4}})
+    solids = grown_bodies("post", post.center, post.body, CLEARANCE)
+    way = Roadmap(LOW, HIGH, solids, [], np.array([1.0])).way(np.array([2.0, 0.5, 1.0]), np.array([2.0, 3.5, 1.0]))
+    assert way is not None
+    off = np.linalg.norm(dense(way)[:, :2] - 2.0, axis=1)
+    assert 0.7 <= off.min() <= 0.71
+    tangent, arc = math.sqrt(1.5**2 - 0.7**2), 0.7 * 2 * math.asin(0.7 / 1.5)
+    assert 2 * tangent + arc <= length(way) <= 1.03 * (2 * tangent + arc)
