@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from verify.data import Mission, Plan, Trajectory, mission_to_yaml
 from verify.data.progress import Progress, silent
 from verify.data.storage.folders import PROOF, write_folder
+from verify.data.trajectory import PIECES
 from verify.data.trajectory_csv import write_csv
 
 if TYPE_CHECKING:
@@ -41,7 +42,8 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     """Write everything that a run makes.
 
     Files: `mission.yaml` (resolved), `plan.json`, `<robot>.csv`, `certificate.json`, `flight.csv`, `report.html`, a folder
-    `crazyswarm2` ready for that system (of a mixed team, with the Crazyflies among them), and the manifest.
+    `crazyswarm2` ready for that system (of a mixed team, with the Crazyflies among them; left out where a flight has more pieces than
+    their memory holds), and the manifest.
     """
     import flight
     from ltlplan.report.run_page import report_html
@@ -49,7 +51,8 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     def write(folder: Path) -> None:
         write_plan_files(result.plan, folder)
         write_trajectories(result.plan, result.team, folder)
-        if robots := _exported(result.mission):
+        robots = _exported(result.mission)
+        if robots and not any(len(result.team[name]) > PIECES for name in robots):
             flight.export(result.team, result.certificate, folder / _EXPORT, format="crazyswarm2", robots=robots)
         (folder / PROOF).write_text(result.certificate.to_json(), encoding="utf-8")
         (folder / "flight.csv").write_text(result.log.to_csv(), encoding="utf-8")

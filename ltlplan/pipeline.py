@@ -9,6 +9,7 @@ its witnesses, a handful of times at most.
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -31,6 +32,7 @@ from verify.data import (
 )
 from verify.data.choices import PLANNING_METHODS
 from verify.data.progress import Progress, part_of, silent
+from verify.data.trajectory import PIECES
 
 if TYPE_CHECKING:
     from ltlplan.allocation import PlanningMethod
@@ -201,11 +203,23 @@ def next_round(draft: Draft, *, margin: float | None = None, progress: Progress 
             raise
         refining("letting robots rest on their long ways, where flights can be cut for a vehicle's memory", 0.0)
         team = refine.refine(draft.plan, witnesses=draft.witnesses, too_long="rest", progress=refining)
+        draft = replace(draft, plan=_with_lengths(draft.plan, team))
     say(f"proving{again}", 0.5)
     certificate = verify.judge(draft.plan, team, margin=margin)
     if all(claim.outcome == "holds" for claim in certificate.claims):
         return Certified(draft.plan, team, certificate, number)
     return Refused(draft, team, certificate)
+
+
+def _with_lengths(made: Plan, team: Mapping[str, Trajectory]) -> Plan:
+    """Return a plan with a note on each flight that has more pieces than a Crazyflie holds."""
+    said = tuple(
+        f"{name}'s flight has {len(path)} pieces, and a Crazyflie's memory holds {PIECES}: it rests on its way, where `refine.split` cuts it; "
+        "no files for crazyswarm2 are written."
+        for name, path in team.items()
+        if len(path) > PIECES
+    )
+    return made.model_copy(update={"notes": tuple(dict.fromkeys((*made.notes, *said)))})
 
 
 def mended(refused: Refused) -> Draft:
