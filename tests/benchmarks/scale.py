@@ -1,0 +1,113 @@
+"""What many robots cost: planning, refining and judging as many goals as robots, all flying at once; words; separation.
+
+python tests/benchmarks/scale.py                     # 4, 8 and 12 robots
+python tests/benchmarks/scale.py 4 8 16 --only words # or only: mission, words, separation
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(Path(__file__).parents[2]))
+
+import ltlplan
+import refine
+import verify
+from tests.helpers.flights import small_mission, wandering
+from tests.helpers.timelines import APART, mission, timeline
+from verify.behaviour import team_answers
+from verify.behaviour.word_claims import judge_formula
+from verify.data import Mission, parse_mission
+from verify.motion.paths import read_team
+from verify.motion.separation import minimum_distances, pairwise_distances
+
+
+def scale_mission(robots: int) -> Mission:
+    """Return a mission with robots on a grid of 1.5 m, and as many goals on a grid beyond; the longest flight counts."""
+    side = math.ceil(math.sqrt(robots))
+    places = [(i % side * 1.5, i // side * 1.5) for i in range(robots)]
+    lines = [f"format: 1\nname: scale{robots}\nspec: {{formula: {' & '.join(f'F g{i}' for i in range(robots))}}}\nregions:"]
+    lines += [
+        f"  g{i}: {{center: [{x}, {y + side * 1.5 + 2}, 1.0], radii: [0.2, 0.2, 0.2]}}" for i, (x, y) in enumerate(places)
+    ]
+    lines += ["agents:", *(f"  q{i}: {{start: [{x}, {y}, 1.0]}}" for i, (x, y) in enumerate(places))]
+    lines += ["vehicle: crazyflie-2.1", f"workspace: {{min: [-3, -3, 0.2], max: [{side * 1.5 + 3}, {side * 3 + 6}, 4]}}"]
+    return parse_mission("\n".join([*lines, "planner: {objective: longest}", ""]))
+
+
+def seconds(function: Callable[[], Any]) -> tuple[float, Any]:  # of any type: whatever the call returns
+    """Return the processor time that a call takes, and what it returns."""
+    start = time.process_time()
+    found = function()
+    return time.process_time() - start, found
+
+
+def missions(sizes: Sequence[int]) -> None:
+    """Time each stage of a mission."""
+    for robots in sizes:
+        asked = scale_mission(robots)
+        planning, plan = seconds(lambda asked=asked: ltlplan.plan(asked))
+        refining, team = seconds(lambda plan=plan: refine.refine(plan))
+        team_answers._ANSWERS.clear()
+        judging, certificate = seconds(lambda plan=plan, team=team: verify.judge(plan, team))
+        print(f"| {robots} robots | {planning:.2f} | {refining:.2f} | {judging:.2f} | {certificate.holds} |", flush=True)
+
+
+def words(sizes: Sequence[int]) -> None:
+    """Time formulas about robots that deliver from a to b all at once."""
+    formulas = ("F a & F b & G !c", "G(a -> F b)", "F(a & F b)", "F G !a", "G !(a & b)")
+    for robots in sizes:
+        row: list[str] = []
+        for team in ("own", "joint"):
+            flown = [timeline(f"q{i}", ("a", 2 + i / 100, 5), ("b", 8, 11 + i / 100), edge=0.3) for i in range(robots)]
+            if team == "joint":  # unions of robots that are at one place together are what grows; so one after another
+                flown = [timeline(f"q{i}", ("ab"[i % 2], 1 + i / 8, 1.1 + i / 8), edge=0.01) for i in range(robots)]
+            lines = {line.robot: line for line in flown}
+            for formula in formulas:
+                team_answers._ANSWERS.clear()
+                asked = mission(formula, robots=robots, team=team)
+                taken, (verdict,) = seconds(
+                    lambda asked=asked, lines=lines: judge_formula(asked, lines, APART, detail="answer")
+                )
+                row.append(f"{taken * 1e3:.0f} {verdict.outcome}")
+        print(f"| {robots} robots | {' | '.join(row)} |", flush=True)
+
+
+def separation(sizes: Sequence[int]) -> None:
+    """Time the least distances of all pairs of robots that wander in one cube, thirty pieces each."""
+    for robots in sizes:
+        rng = np.random.default_rng(0)
+        team = {f"r{i}": wandering(rng, pieces=30) for i in range(robots)}
+        asked = small_mission(regions="", starts=[[0.0, 0.0, 1.0]])
+        (agent,) = asked.agents.values()
+        starts = {name: tuple(flight.coefficients[0, :3, 0].tolist()) for name, flight in team.items()}
+        agents = {name: agent.model_copy(update={"start": start}) for name, start in starts.items()}
+        paths = read_team(asked.model_copy(update={"agents": agents}), team)
+        taken, found = seconds(lambda paths=paths: pairwise_distances(paths))
+        more, _ = seconds(lambda found=found: minimum_distances(found))
+        print(f"| {robots} robots | {len(found.pairs)} | {len(found.intervals)} | {taken + more:.2f} |", flush=True)
+
+
+def main() -> None:
+    """Print what was asked for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("sizes", nargs="*", type=int, default=[4, 8, 12])
+    parser.add_argument("--only", choices=("mission", "words", "separation"))
+    asked = parser.parse_args()
+    for name, measure in (("mission", missions), ("words", words), ("separation", separation)):
+        if asked.only in (None, name):
+            print(f"\n{name}")
+            measure(asked.sizes)
+
+
+if __name__ == "__main__":
+    main()
