@@ -98,13 +98,14 @@ def _for_check(mission: Mission, event: WorldEvent) -> Mission:
     """Return a mission whose agents' starts say nothing: robots in the air have left theirs."""
     if isinstance(event, RobotJoins):
         return changed(mission, agents={event.robot: event.agent})
-    smallest = min(mission.agents, key=lambda name: mission.vehicle_of(name).radius)
-    kept = mission.agents[smallest]
-    parked = Agent(start=_corner(mission), vehicle=kept.vehicle, robot=kept.robot)
+    smallest = min(mission.agents, key=lambda name: mission.vehicle_of(name).radius, default=None)
+    vehicle = mission.vehicle if smallest is None else mission.vehicle_of(smallest)
+    kind = None if smallest is None else mission.kind_of(smallest)
+    parked = Agent(start=_corner(mission, vehicle.radius), vehicle=vehicle, robot=kind)
     return changed(mission, agents={"parked": parked})
 
 
-def _corner(mission: Mission) -> Point:
+def _corner(mission: Mission, radius: float) -> Point:
     """Return the point of the workspace, away from its walls and clear of solid bodies, that is farthest from all regions."""
     low, high = np.array(mission.workspace.min), np.array(mission.workspace.max)
     inset = np.minimum((high - low) / 4, mission.margin + 0.1)
@@ -113,7 +114,7 @@ def _corner(mission: Mission) -> Point:
         axes = (np.linspace(a, b, _PLACES) for a, b in zip(low + inset, high - inset, strict=True))
         corners = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
         far = np.min([part.distances(corners) for part in parts], axis=0)
-        need = mission.vehicle.radius + mission.margin + 1e-3
+        need = radius + mission.margin + 1e-3
         corners = corners[far > need] if np.any(far > need) else corners
     centres = np.array([region.center for region in mission.all_regions.values()]).reshape(-1, 3)
     if not len(centres):

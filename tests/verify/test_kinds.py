@@ -113,3 +113,18 @@ def test_endurance_counts_every_lap():
     certificate = judge(plan.model_copy(update={"robots": robots}), {"r0": path}, largest=False)
     (claim,) = (c for c in certificate.claims if c.name == "limits.endurance")
     assert claim.bound == pytest.approx(5 * path.duration + 11.0)
+
+
+@pytest.mark.parametrize(("wide", "broken"), [(0.07, []), (0.16, [("passages", "r1"), ("rims", "r1")])])
+def test_openings_and_rims_are_passed_with_each_robots_own_radius(wide, broken):
+    """Both pass their hoops 0.12 m off the axis: room for a small vehicle, not for a wide one."""
+    hoops = "\n".join(
+        f"{name}: {{center: [0.0, {y}, 1.0], yaw_deg: 0, radii: [0.4, 0.4, 0.4], opening: 0.25, rim: 0.02}}"
+        for name, y in (("near", 0.0), ("far", 3.0))
+    )
+    mission = small_mission(regions="", hoops=hoops, starts=[[-1.0, 0.12, 1.0], [-1.0, 3.12, 1.0]])
+    own = mission.agents["r1"].model_copy(update={"vehicle": mission.vehicle.changed(radius=wide)})
+    mission = mission.model_copy(update={"agents": {**mission.agents, "r1": own}})
+    team = {"r0": legs([[-1.0, 0.12, 1.0], [1.0, 0.12, 1.0]]), "r1": legs([[-1.0, 3.12, 1.0], [1.0, 3.12, 1.0]])}
+    visits = {"r0": [Visit(region="near", direction="F")], "r1": [Visit(region="far", direction="F")]}
+    assert refused(mission, visits, team) == broken
