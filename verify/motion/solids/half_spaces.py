@@ -23,7 +23,8 @@ GROW = 1.0 + 2.0**-40
 TINY = 1e-290
 _KEPT = 12
 """Of a part with many faces the farthest so many are weighed against each other."""
-_SWEEPS = 60
+_SWEEPS, _TURNS = 10, 60
+"""Weights that are not settled after so many sweeps are swept by themselves, so many times: those of sharp edges settle slowly."""
 _SETTLED = 1e-8
 """m; what weights that are off by so much lose is of second order."""
 
@@ -142,9 +143,37 @@ def weights_of(rows: HalfSpaces, places: Floats) -> tuple[Floats, Floats]:
     units = rows.normals / lengths[..., None]
     over = (np.einsum("nri,ni->nr", rows.normals, places) - rows.bounds) / lengths
     weights, back = np.zeros_like(over), np.zeros_like(places)
+    open_ = np.arange(len(places))
+    for _ in range(_TURNS):
+        weights[open_], back[open_], moved = _swept(units[open_], over[open_], weights[open_], back[open_])
+        open_ = open_[moved > _SETTLED]
+        if not len(open_):
+            break
+    several = np.flatnonzero(np.count_nonzero(weights > 0, axis=1) > 1)
+    weights[several], back[several] = _at_meeting(units[several], over[several], weights[several], back[several])
+    return weights / lengths, back
+
+
+def _at_meeting(units: Floats, over: Floats, weights: Floats, back: Floats) -> tuple[Floats, Floats]:
+    """Return the weights at the point in which the planes of the three greatest weights meet, where those are not below zero."""
+    rows = np.argsort(-weights, axis=1)[:, :3]
+    most = np.take_along_axis(weights, rows, 1)
+    chosen = np.take_along_axis(units, rows[..., None], 1) * (most > 0)[..., None]
+    gram = np.einsum("nri,nsi->nrs", chosen, chosen) + (1e-14 + (most <= 0))[..., None] * np.eye(rows.shape[1])
+    found = np.linalg.solve(gram, (np.take_along_axis(over, rows, 1) * (most > 0))[..., None])[..., 0]
+    way = np.einsum("nr,nri->ni", found, chosen)
+    better = (found >= 0).all(axis=1) & (np.einsum("ni,ni->n", way, way) > np.einsum("ni,ni->n", back, back))
+    kept = np.zeros_like(weights)
+    np.put_along_axis(kept, rows, found, 1)
+    return np.where(better[:, None], kept, weights), np.where(better[:, None], way, back)
+
+
+def _swept(units: Floats, over: Floats, weights: Floats, back: Floats) -> tuple[Floats, Floats, Floats]:
+    """Give each weight its turn a few times, and say how much the last time moved any of each place's."""
     order = np.argsort(-over.max(axis=0))
+    moved = np.zeros(len(over))
     for _ in range(_SWEEPS):
-        moved = 0.0
+        moved[:] = 0.0
         for k in order.tolist():
             unit = units[:, k]
             wanted = np.maximum(weights[:, k] + over[:, k] - np.einsum("ni,ni->n", unit, back), 0.0)
@@ -152,10 +181,10 @@ def weights_of(rows: HalfSpaces, places: Floats) -> tuple[Floats, Floats]:
             if step.any():
                 weights[:, k] = wanted
                 back += step[:, None] * unit
-                moved = max(moved, float(np.max(np.abs(step))))
-        if moved <= _SETTLED:
+                moved = np.maximum(moved, np.abs(step))
+        if not np.any(moved > _SETTLED):
             break
-    return weights / lengths, back
+    return weights, back, moved
 
 
 def apart_by_weights(rows: HalfSpaces, weights: Floats, hulls: Hulls, places: Floats) -> tuple[Floats, Floats]:

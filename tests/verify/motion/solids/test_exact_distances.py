@@ -5,6 +5,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from tests.helpers.solid_distances import distances
+from tests.helpers.solids import random_solid
 from verify.data.shapes.conditions import HalfSpace, condition
 from verify.data.shapes.nearest import surface_of
 from verify.data.shapes.obstacle import Obstacle
@@ -69,3 +71,24 @@ def test_boxes_are_told_apart_by_what_holds_them() -> None:
             least = part.distances(inside).min()
             assert beyond[k, column] <= least + 1e-12
             assert beyond[k, column] >= 0.4 * least - 0.6
+
+
+SHARP = [
+    {"prism": {"polygon": [[0, 0], [1, 0.02], [0.5, 0.05]], "z": [0, 1]}},
+    {"prism": {"polygon": [[0, 0], [1, 0], [0, 0.1]], "z": [0, 0.05]}},
+]
+
+
+def test_beside_any_shape_the_distance_itself_is_proved() -> None:
+    """At faces, edges and corners, of two degrees too."""
+    rng = np.random.default_rng(0)
+    for shape in [*SHARP, *(random_solid(rng, unions=False)[0] for _ in range(12))]:
+        bodies = SolidBodies(solid_parts({"o": Obstacle.model_validate(shape)}, {}))
+        points = rng.normal(size=(200, 3)) + [0, 0, 1]
+        with np.errstate(all="ignore"):
+            low, near = bodies.distances(np.zeros(len(points), dtype=np.intp), Hulls.points(points), points)
+        wanted = distances(shape, points)
+        outside = wanted > 1e-6
+        assert low[outside] == pytest.approx(wanted[outside], abs=1e-9)
+        assert np.all(low[outside] <= wanted[outside] + 1e-12)
+        assert near[outside] == pytest.approx(wanted[outside], abs=1e-9)
