@@ -47,6 +47,7 @@ EQUIVALENT: dict[str, str] = {
     "apart_by_one: rows.bound_errors + gamma(3) * np.abs(rows.bounds) -> rows.bound_errors - gamma(3) * np.abs(rows.bounds)": (
         "a bound is at most what the products and the distance come to, and both are allowed for by more than that each"
     ),
+    "surface_of: 3 -> 4": "a round body has no edges, and where there are none nobody asks how many coordinates they have",
     "weights_of: 1e-150 -> 2e-150": "only what stands for the length of a half-space that has no normal",
     "pieces: 1e-09 -> 2e-09": "the margin is taken larger by two nanometres where one suffices; nothing is claimed of less",
     "moved: True -> False": "points of three coordinates are paired, always",

@@ -84,7 +84,7 @@ def test_beside_any_shape_the_distance_itself_is_proved() -> None:
     rng = np.random.default_rng(0)
     for shape in [*SHARP, *(random_solid(rng, unions=False)[0] for _ in range(12))]:
         bodies = SolidBodies(solid_parts({"o": Obstacle.model_validate(shape)}, {}))
-        points = rng.normal(size=(200, 3)) + [0, 0, 1]
+        points = rng.normal(size=(200, 3)) + np.array([0, 0, 1])
         with np.errstate(all="ignore"):
             low, near = bodies.distances(np.zeros(len(points), dtype=np.intp), Hulls.points(points), points)
         wanted = distances(shape, points)
