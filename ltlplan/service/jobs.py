@@ -15,19 +15,20 @@ import logging
 import threading
 import uuid
 from collections.abc import AsyncIterator
-from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from ltlplan.service.database import prepare, url_of, why
-from ltlplan.service.engine import Data, Engine, Record, Step, tables
-from ltlplan.service.events import Feed, claim_events, stage_event, state_event
+from ltlplan.service.engine import Data, Engine, Step, tables
+from ltlplan.service.entries import Entry, digests, entry_of, job_of, told_again, told_of, utc_now, with_records
+from ltlplan.service.events import claim_events, stage_event, state_event
 from ltlplan.service.models import ENDED, Event, FileEntry, Health, Job, Problem, Stage, State
 from ltlplan.service.problems import Busy, Conflict, NotFound, TooManyRequests, problem_of
 from ltlplan.service.recent import Recent
 from ltlplan.service.settings import Settings
-from ltlplan.service.stages import PLAN, Outcome, mission_bytes, mission_of, plan_of, run_stage, share_after, share_before
+from ltlplan.service.stages import PLAN, Outcome, mission_bytes, mission_of, plan_of, run_stage
 from ltlplan.service.store import NoRoom, Store, no_room
 from ltlplan.service.versions import key_of, software
 from ltlplan.service.workers import WorkFuture
@@ -103,39 +104,6 @@ class StoredFile:
     size: int
 
 
-@dataclass(slots=True)
-class _Entry:
-    """What is known of a job at the moment. Requests, the engine and workers change it, each in a thread of its own.
-
-    Attributes:
-        job: As it is told, without what its stages found.
-        asked: What its workflow was begun with.
-        records: Of the stages that are done.
-        feed: Its events, while it has not ended.
-        work: The stage that is being computed.
-        cancelled: Whether it is being cancelled.
-        kept: Digests of what its stages made, before that is in their records.
-        lock: Held while the job is changed.
-    """
-
-    job: Job
-    asked: Data
-    records: list[Data] = field(default_factory=list)
-    feed: Feed = field(default_factory=Feed)
-    work: WorkFuture | None = None
-    cancelled: bool = False
-    kept: set[str] = field(default_factory=set)
-    lock: threading.Lock = field(default_factory=threading.Lock)
-
-    def change(self, **changes: Any) -> bool:  # of any type: a job's fields
-        """Change the job, unless it has ended; return whether it had not."""
-        with self.lock:
-            if self.job.state in ENDED:
-                return False
-            self.job = self.job.model_copy(update=changes)
-            return True
-
-
 class Jobs:
     """All jobs of a data folder.
 
@@ -152,7 +120,7 @@ class Jobs:
         self._keys: Recent[tuple[str, Mission, Mission]] = Recent(200)
         self._found: Recent[Data] = Recent(FOUND_BYTES)
         self._health: Health | None = None
-        self._entries: dict[str, _Entry] = {}
+        self._entries: dict[str, Entry] = {}
         self._attempts: dict[str, list[str]] = {}
         self._submitting = asyncio.Lock()
         self._keeping = threading.Lock()
@@ -176,7 +144,7 @@ class Jobs:
         engine = Engine(self._url, self._work)
         records = engine.start()
         for record in sorted(records, key=lambda record: str(record.asked["submitted"])):
-            entry = _entry_of(record)
+            entry = entry_of(record)
             self._entries[record.id] = entry
             self._attempts.setdefault(entry.job.key, []).append(record.id)
         if owned:
@@ -188,7 +156,7 @@ class Jobs:
 
     def _collect(self) -> None:
         """Remove values that no job has: a kill came before they were in a record, or before they were removed with their job."""
-        kept = {digest for entry in self._entries.values() for digest in _digests(entry)}
+        kept = {digest for entry in self._entries.values() for digest in digests(entry)}
         try:
             orphans = self._store.keep_only(kept)
         except OSError as error:  # they are tried again at the next start
@@ -272,9 +240,9 @@ class Jobs:
             "title": _title(mission),
             "seed": mission.planner.seed,
             "key": key,
-            "submitted": _now(),
+            "submitted": utc_now(),
         }
-        entry = self._entries[job_id] = _Entry(_job_of(job_id, asked), asked)
+        entry = self._entries[job_id] = Entry(job_of(job_id, asked), asked)
         entry.feed.tell(state_event(entry.job))
         try:
             await self._in_engine(lambda engine: engine.begin(job_id, asked))
@@ -310,7 +278,7 @@ class Jobs:
             NotFound: There is no such job.
         """
         entry = self._entry(job_id)
-        if all(digest in self._found for digest in _told_of(entry)):
+        if all(digest in self._found for digest in told_of(entry)):
             return self._whole(entry)
         return await asyncio.to_thread(self._whole, entry)
 
@@ -327,7 +295,7 @@ class Jobs:
         entry = self._entry(job_id)
         told = after
         if entry.records:
-            for event in _told_again(await self.job(job_id), ended=False):
+            for event in told_again(await self.job(job_id), ended=False):
                 if event.id > told:
                     told = event.id
                     yield event
@@ -335,7 +303,7 @@ class Jobs:
             told = event.id
             yield event
         if entry.job.state in ENDED:
-            for event in _told_again(await self.job(job_id), ended=True):
+            for event in told_again(await self.job(job_id), ended=True):
                 if event.id > told:
                     yield event
 
@@ -379,10 +347,10 @@ class Jobs:
             await asyncio.to_thread(self._drop, entry, list(self._entries.values()))
         _log.info("job %s is deleted", job_id)
 
-    def _drop(self, entry: _Entry, others: list[_Entry]) -> None:
+    def _drop(self, entry: Entry, others: list[Entry]) -> None:
         """Remove what a job has in the store and no other has."""
         with self._keeping:
-            for digest in _digests(entry) - {digest for other in others for digest in _digests(other)}:
+            for digest in digests(entry) - {digest for other in others for digest in digests(other)}:
                 self._store.drop(digest)
 
     async def file(self, job_id: str, name: str) -> StoredFile:
@@ -453,7 +421,7 @@ class Jobs:
             versions=software(),
         )
 
-    def _entry(self, job_id: str) -> _Entry:
+    def _entry(self, job_id: str) -> Entry:
         entry = self._entries.get(job_id)
         if entry is None:
             raise NotFound(f"There is no job '{job_id[:80]}'.")
@@ -472,7 +440,7 @@ class Jobs:
                 raise Busy(f"The database cannot be used: {reason}", 10.0) from None
             raise
 
-    def _whole(self, entry: _Entry) -> Job:
+    def _whole(self, entry: Entry) -> Job:
         """Return a job with what its stages found, read from the store."""
         found = {record["stage"]: record["found"] for record in list(entry.records) if "found" in record}
         stages = tuple(
@@ -516,13 +484,13 @@ class Jobs:
                 return {"state": "done", "ended": self._end(entry, "done"), "stages": records}
             value, name = record["value"], record["following"]
 
-    async def _stage(self, entry: _Entry, name: str, value: str) -> Data:
+    async def _stage(self, entry: Entry, name: str, value: str) -> Data:
         """Do one stage in a worker, keep what it made, and return the record of it."""
         began: list[str] = []
 
         def progress(sentence: str, share: float) -> None:
             if not began:
-                began.append(_now())
+                began.append(utc_now())
                 self._begin(entry, name, began[0])
                 _log.info("job %s: %s begins", entry.job.id, name)
             entry.change(sentence=sentence, share=share)
@@ -537,13 +505,13 @@ class Jobs:
         except LtlplanError as error:
             _log.info("job %s: %s ends it: %s", entry.job.id, name, type(error).__name__)
             problem = problem_of(error).model_dump(mode="json")
-            return {"stage": name, "problem": problem, "started": began[0] if began else _now(), "ended": _now()}
+            return {"stage": name, "problem": problem, "started": began[0] if began else utc_now(), "ended": utc_now()}
         finally:
             entry.work = None
         record = await self._kept(entry, name, outcome)
-        return {**record, "started": began[0] if began else _now(), "ended": _now()}
+        return {**record, "started": began[0] if began else utc_now(), "ended": utc_now()}
 
-    async def _kept(self, entry: _Entry, name: str, outcome: Outcome) -> Data:
+    async def _kept(self, entry: Entry, name: str, outcome: Outcome) -> Data:
         """Keep what a stage made; where there is no room, wait for it."""
         while True:
             try:
@@ -553,7 +521,7 @@ class Jobs:
                 _log.warning("job %s waits: %s", entry.job.id, error)
                 await asyncio.sleep(AGAIN)
 
-    def _keep(self, entry: _Entry, name: str, outcome: Outcome) -> Data:
+    def _keep(self, entry: Entry, name: str, outcome: Outcome) -> Data:
         if self._store.free() < RESERVE / 2:
             raise NoRoom(f"There is no room in {self.settings.data}.")
 
@@ -578,7 +546,7 @@ class Jobs:
             record["problem"] = outcome.problem.model_dump(mode="json")
         return record
 
-    def _begin(self, entry: _Entry, name: str, now: str) -> None:
+    def _begin(self, entry: Entry, name: str, now: str) -> None:
         """Note that a worker has taken a stage."""
         before = [stage for stage in entry.job.stages if stage.name != name]
         changes: dict[str, Any] = {"stages": (*before, Stage(name=name, state="running", started=now))}
@@ -590,7 +558,7 @@ class Jobs:
             entry.feed.tell(state_event(entry.job))
         entry.feed.tell(stage_event(entry.job, entry.job.stages[-1], len(before) + 1))
 
-    def _learn(self, entry: _Entry, records: list[Data]) -> None:
+    def _learn(self, entry: Entry, records: list[Data]) -> None:
         """Note that a stage is done, and tell what it found, unless that is known already."""
         if len(entry.records) >= len(records):
             return
@@ -598,16 +566,16 @@ class Jobs:
         entry.records.append(record)
         with entry.lock:
             if entry.job.state not in ENDED:
-                entry.job = _with_records(entry.job, entry.records)
+                entry.job = with_records(entry.job, entry.records)
         found = self._kept_json(record["found"]) if "found" in record else {}
         stage = entry.job.stages[-1].model_copy(update={"found": found})
         for event in claim_events(entry.job, stage, len(records)):
             entry.feed.tell(event)
         entry.feed.tell(stage_event(entry.job, stage, len(records)))
 
-    def _end(self, entry: _Entry, state: State, problem: Problem | None = None) -> str:
+    def _end(self, entry: Entry, state: State, problem: Problem | None = None) -> str:
         """Note that a job has ended, and return when."""
-        now = _now()
+        now = utc_now()
         stages = tuple(
             stage if stage.state in ENDED else stage.model_copy(update={"state": "cancelled", "ended": now})
             for stage in entry.job.stages
@@ -647,85 +615,6 @@ def _asked(mission: Mission, seed: int | None) -> tuple[str, Mission]:
     return key_of(mission), mission
 
 
-def _entry_of(record: Record) -> _Entry:
-    """Return what the database knows of a job."""
-    result = record.result or {}
-    records = list(result.get("stages", record.steps))
-    job = _with_records(_job_of(record.id, record.asked), records)
-    ended = datetime.fromtimestamp(record.changed, UTC).isoformat(timespec="milliseconds")
-    if record.state == "cancelled":
-        job = job.model_copy(update={"state": "cancelled", "ended": ended})
-    elif record.state == "ended":
-        problem = result.get("problem")
-        told = None if problem is None else Problem.model_validate(problem)
-        share = 1.0 if result["state"] == "done" else job.share
-        job = job.model_copy(update={"state": result["state"], "ended": result["ended"], "problem": told, "share": share})
-    elif records:
-        job = job.model_copy(update={"state": "running"})
-    entry = _Entry(job, record.asked, records)
-    if job.state in ENDED:
-        entry.feed.close()
-    else:
-        entry.feed.tell(state_event(job.model_copy(update={"state": "queued"})))
-    return entry
-
-
-def _job_of(job_id: str, asked: Data) -> Job:
-    return Job(
-        id=job_id, mission=asked["name"], title=asked["title"], seed=asked["seed"], submitted=asked["submitted"], key=asked["key"]
-    )  # fmt: skip
-
-
-def _with_records(job: Job, records: list[Data]) -> Job:
-    """Return a job with the stages that are done."""
-    if not records:
-        return job
-    stages = tuple(
-        Stage(
-            name=record["stage"],
-            state="failed" if "problem" in record else "done",
-            started=record["started"],
-            ended=record["ended"],
-        )
-        for record in records
-    )
-    files = [FileEntry.model_validate(file) for record in records for file in record.get("files", ())]
-    done = next((share_after(record["stage"]) for record in reversed(records) if "problem" not in record), 0.0)
-    return job.model_copy(
-        update={"stages": stages, "files": tuple(files), "started": job.started or records[0]["started"], "share": done}
-    )
-
-
-def _told_again(job: Job, *, ended: bool) -> list[Event]:
-    """Return the events that can be told from what is kept of a job."""
-    events = [state_event(job.model_copy(update={"state": "queued", "share": 0.0}))]
-    if job.started is not None:
-        events.append(state_event(job.model_copy(update={"state": "running", "share": 0.0})))
-    for number, stage in enumerate(job.stages, 1):
-        then = job.model_copy(update={"share": share_before(stage.name)})
-        events.append(stage_event(then, stage.model_copy(update={"state": "running", "found": {}}), number))
-        if stage.state in ENDED:
-            if stage.state == "done":
-                then = job.model_copy(update={"share": share_after(stage.name)})
-            events += claim_events(then, stage, number)
-            events.append(stage_event(then, stage, number))
-    return [*events, state_event(job)] if ended else events
-
-
-def _told_of(entry: _Entry) -> list[str]:
-    """Return the digests of what is told of a job: what its stages found, and its summary."""
-    return [record[name] for record in list(entry.records) for name in ("found", "summary") if record.get(name)]
-
-
-def _digests(entry: _Entry) -> set[str]:
-    """Return the digests of all that a job has in the store."""
-    found = {entry.asked["mission"], *entry.kept}
-    for record in entry.records:
-        found |= {record[name] for name in ("value", "found", "summary") if name in record}
-        found |= {file["sha256"] for file in record.get("files", ())}
-    return found
-
-
 _TRANSIENT = frozenset({"internal-error", "worker-died", "limit-reached", "out-of-time", "out-of-memory", "missing-engine"})
 
 
@@ -734,7 +623,7 @@ def _is_final(problem: Problem | None) -> bool:
     return problem is not None and problem.type.rpartition("/")[2] not in _TRANSIENT
 
 
-def _rank(entry: _Entry) -> float:
+def _rank(entry: Entry) -> float:
     return datetime.fromisoformat(entry.job.submitted).timestamp()
 
 
@@ -745,10 +634,6 @@ def _title(mission: Mission) -> str:
 
 def _media_type(name: str) -> str:
     return _MEDIA.get(Path(name).suffix, "application/octet-stream")
-
-
-def _now() -> str:
-    return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
 def _folder_name(folder: Path) -> str:
