@@ -114,7 +114,7 @@ class _Drawing:
         parts += self._robots()
         parts += self._names()
         parts.append("</svg>")
-        left, below, edge = 2.6 * self._text, 2.2 * self._text, 0.6 * self._text
+        left, below, edge = 2.6 * self._text, 2.6 * self._text, 0.6 * self._text
         box = f"{-left:.1f} {-edge:.1f} {width + left + edge:.1f} {height + below + edge:.1f}"
         what = f"{self._view.title}: {_listed('solid', mission.obstacles)}{_listed('regions', mission.all_regions)}"
         return (
@@ -131,7 +131,8 @@ class _Drawing:
         centre = np.array(body.center)[self._axes]
         if body.is_ellipsoid:
             across = np.linalg.inv(body.shape)[np.ix_(self._axes, self._axes)]
-            return [centre + _CIRCLE @ np.linalg.cholesky(across).T]
+            edge: Floats = np.array(_CIRCLE @ np.linalg.cholesky(across).T, dtype=np.float64)
+            return [centre + edge]
         return [_hull(centre + outline(part)[:, self._axes]) for part in body.measures.parts]
 
     def _body(self, name: str, body: PlacedBody, how: str) -> list[str]:
@@ -184,9 +185,10 @@ class _Drawing:
 
     def _names(self) -> Iterable[str]:
         """Names of regions, and of obstacles that are as wide as their names, where no other name stands; all are told on hovering."""
-        mission, taken = self._mission, [np.zeros((0, 4))]
+        mission, taken, width = self._mission, [np.zeros((0, 4))], _UNIT * float(self._high[0] - self._low[0])
         for name, body in {**mission.all_regions, **mission.obstacles}.items():
             (x, y), half = self._at(np.array([body.center])[:, self._axes])[0], 0.28 * self._text * len(name)
+            x = float(np.clip(x, half, max(half, width - half)))
             if name in mission.obstacles and half > _UNIT * body.half_lengths[self._view.right]:
                 continue
             box = np.array([[x - half, y - self._text / 2, x + half, y + self._text / 2]])
