@@ -165,3 +165,23 @@ def test_a_robot_that_begins_at_a_hoop_leaves_on_its_side() -> None:
     (visit,) = [Visit(region="a")]
     plan = ltlplan.plan(mission.changed(agents={"quad0": {"start": (3.0, 1.85, 1.0)}}))
     assert plan.robots["quad0"].visits[-1].region == visit.region
+
+
+QUICK = {"iterations": 1, "samples": 20}
+
+
+def test_a_patrol_passes_the_door_both_ways() -> None:
+    plan = ltlplan.plan(two_rooms("true", spec={"formula": "G F a & G F b", "trace": "infinite"}, planner=QUICK)).robots[
+        "quad0"
+    ]
+    word = plan.word
+    assert word.cycle is not None
+    shown = [next(iter(letter)) for letter in word.cycle if letter]
+    assert sorted(shown) == ["a", "b", "door", "door"]
+
+
+def test_the_dearest_robot_is_told_by_ways() -> None:
+    agents = {"near": {"start": (1.6, 1.5, 1.0)}, "behind": {"start": (3.4, 3.5, 1.0)}}
+    plan = ltlplan.plan(two_rooms("F b & F a", agents=agents, planner={**QUICK, "objective": "longest"}))
+    assert {name: robot.visits[-1].region for name, robot in plan.robots.items()} == {"near": "a", "behind": "b"}
+    assert plan.complete
