@@ -105,6 +105,10 @@ class Visitor:
         """Open a tab."""
         self.page.get_by_role("tab", name=name, exact=True).click()
 
+    def at(self) -> str:
+        """Return the tab that is seen."""
+        return self.said("[role=tab][aria-selected=true]")
+
     def write_formula(self, text: str) -> None:
         """Write a formula where formulas are written."""
         self.page.locator(".editor.line .cm-content").click()
@@ -142,6 +146,8 @@ def _a_mistake_is_underlined_and_mended(visitor: Visitor) -> None:
     assert visitor.page.locator(".words li").all_inner_texts()[2] == "Always: if in smoke, then carrying."
     assert visitor.page.locator("svg.automaton").count() == 3
     visitor.write_formula("F lok1 & F loc2 & G(smoke -> carrying)")
+    visitor.page.keyboard.press("ArrowLeft")
+    assert visitor.at() == "Write"
     visitor.wait("document.querySelectorAll('.fault').length === 2")
     assert visitor.page.locator(".fault").all_inner_texts() == ["lok1", "lok1"], "in the mission and in the formula"
     assert "Did you mean 'loc1'?" in visitor.said(".fault-line")
@@ -196,6 +202,7 @@ def _the_flight_plays(visitor: Visitor) -> None:
     visitor.page.keyboard.press("Space")
     stopped = visitor.page.evaluate(now)
     visitor.page.keyboard.press("ArrowRight")
+    assert visitor.at() == "Watch"
     assert visitor.page.evaluate(now) == pytest.approx(stopped + 0.25, abs=0.02)
     visitor.page.keyboard.press("End")
     visitor.wait("document.querySelector('.todo').textContent.includes('done') && !document.querySelector('.todo .open')")
