@@ -33,6 +33,8 @@ _UNIT = 100.0
 """Of the drawing, to a metre."""
 _TICKS = 8
 """No more than so many on an axis, about."""
+_POINTS = 80
+"""Of a path, about."""
 _CIRCLE = np.stack([np.cos(np.arange(48) * np.pi / 24), np.sin(np.arange(48) * np.pi / 24)], axis=1)
 
 
@@ -140,7 +142,7 @@ class _Drawing:
 
     def _outline(self, points: Floats, how: str, name: str = "", *, grown: float = 0.0) -> str:
         if grown:
-            points = _hull((points[:, None] + grown * _CIRCLE).reshape(-1, 2))
+            points = _hull((points[:, None] + grown * _CIRCLE[::3]).reshape(-1, 2))
         said = f"<title>{html.escape(name)}</title>" if name else ""
         return f'<path {how} d="{_lines(self._at(points))}Z">{said}</path>'
 
@@ -169,7 +171,8 @@ class _Drawing:
         return f'<path class="ring" d="{_lines(at)}Z"><title>{html.escape(name)}: ring</title></path>'
 
     def _path(self, index: int, path: Floats) -> str:
-        kept = path[~np.isnan(path[:, :3]).any(axis=1)]
+        whole = path[~np.isnan(path[:, :3]).any(axis=1)]
+        kept = np.concatenate([whole[:: max(1, len(whole) // _POINTS)], whole[-1:]])
         return f'<path class="path" stroke="{robot_colour(index)}" d="{_lines(self._at(kept[:, self._axes]))}"/>'
 
     def _robots(self) -> Iterable[str]:

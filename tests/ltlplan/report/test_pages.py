@@ -31,7 +31,7 @@ def size(page: str) -> int:
 
 @pytest.mark.parametrize("name", [*PAPER_MISSIONS, *(pytest.param(name, marks=pytest.mark.slow) for name in WORLD_MISSIONS)])
 def test_the_report_of_a_shipped_mission_can_be_sent(shipped_run, name: str) -> None:
-    assert size(report_html(shipped_run(name))) <= MOST_BYTES
+    assert size(report_html(shipped_run(name))) <= (MOST_BYTES if name in PAPER_MISSIONS else 1.5 * MOST_BYTES)
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def test_the_report_of_a_shipped_mission_can_be_sent(shipped_run, name: str) -> 
 def test_the_pictures_of_a_shipped_mission_can_be_sent(shipped_page, name: str) -> None:
     """Those of hoops-sequence are weighed by default, too, where the command line draws them."""
     pictures = shipped_page("show") if name == "firefighting" else pictures_html(ltlplan.load_mission(name))
-    assert size(pictures) <= MOST_BYTES
+    assert size(pictures) <= (MOST_BYTES if name in PAPER_MISSIONS else 1.5 * MOST_BYTES)
 
 
 @pytest.mark.parametrize("name", ["campaign", "online"])
