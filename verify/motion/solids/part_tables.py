@@ -40,7 +40,7 @@ class PartTable:
     Attributes:
         indices: Which parts they are. Shape (parts,).
         centres: m, world frame. Shape (parts, 3).
-        normals: Of the faces, as they are written; zero beyond a part's own. Shape (parts, faces, 3).
+        normals: Of the faces, scaled by powers of two; zero beyond a part's own. Shape (parts, faces, 3).
         bounds: Shape (parts, faces).
         quadrics: The parts' first quadrics, their second ones, and so on.
         mixed: Whether a quadric's axes are those of some face, too, so that tangents are looked for more than once.
@@ -76,8 +76,7 @@ class PartTable:
         return cls(
             np.array([index for index, _ in chosen], dtype=np.intp),
             np.array([part.center for _, part in chosen]),
-            normals,
-            bounds,
+            *_scaled(normals, bounds),
             tuple(Tangents.of([row[k] for row in round_]) for k in range(quadrics)),
             mixed,
             {
@@ -139,6 +138,17 @@ class PartTable:
                 low[of_row] = np.fmax(low[of_row], found.low)
                 near[of_row] = np.fmax(near[of_row], found.near)
         return Found(np.where(np.isnan(low), -np.inf, low), near)
+
+
+def _scaled(normals: Floats, bounds: Floats) -> tuple[Floats, Floats]:
+    """Return half-spaces multiplied by powers of two, so that squares of normals neither vanish nor overflow.
+
+    What falls below the least number is less than TINY, which is taken off all that is proved.
+    """
+    most = np.abs(normals).max(axis=-1, initial=0.0)
+    powers = np.where(most > 0, -np.frexp(most)[1], 0)
+    scaled = np.clip(np.ldexp(bounds, powers), -NONE, NONE)
+    return np.ldexp(normals, powers[..., None]), np.where(most > 0, scaled, NONE)
 
 
 def part_tables(parts: Iterable[SolidPart]) -> tuple[PartTable, ...]:

@@ -92,3 +92,19 @@ def test_beside_any_shape_the_distance_itself_is_proved() -> None:
         assert low[outside] == pytest.approx(wanted[outside], abs=1e-9)
         assert np.all(low[outside] <= wanted[outside] + 1e-12)
         assert near[outside] == pytest.approx(wanted[outside], abs=1e-9)
+
+
+@pytest.mark.parametrize("scale", [1e-310, 1e-200, 1.2e-162, 2.72e-162, 1e-100, 1e100, 1e155, 1e300])
+def test_how_long_normals_are_written_changes_nothing(scale: float) -> None:
+    """Squares of such normals vanish, lose digits or overflow; the body is the same box, 1 m around its centre."""
+    faces = [
+        {"linear": [sign * scale * (k == axis) for k in range(3)], "bound": scale} for axis in range(3) for sign in (1.0, -1.0)
+    ]
+    bodies = SolidBodies(solid_parts({"o": Obstacle.model_validate({"center": [0, 0, 0], "parts": [faces]})}, {}))
+    points = np.array([[2.0, 0.0, 0.0], [2.0, 2.0, 0.0], [-2.0, 2.0, 2.0], [0.5, 0.0, 0.0]])
+    found, _ = bodies.nearest(points)
+    assert np.all(found.low <= np.sqrt([1.0, 2.0, 3.0, 0.0]))
+    np.testing.assert_allclose(found.low[:3], np.sqrt([1.0, 2.0, 3.0]), rtol=1e-9)
+    beyond = bodies.outlines.beyond(points, points)[:, 0]
+    assert np.all(beyond <= [1.0, 1.0, 1.0, -0.5])
+    np.testing.assert_allclose(beyond, [1.0, 1.0, 1.0, -0.5], rtol=1e-9)
