@@ -54,11 +54,26 @@ def in_order(mission: Mission, events: Iterable[WorldEvent]) -> tuple[WorldEvent
             mission = event.apply(mission)
             # agents have left their starts: only what the event brings is held against the rest
             check_mission(_for_check(mission, event))
+            if isinstance(event, RobotJoins):
+                _require_apart(mission, event.robot, present)
         except ValueError as error:
             raise BadInput(f"At {event.time:g} s {event}: {error}") from None
         except BadInput as error:
             raise BadInput(f"At {event.time:g} s {event}: {error}") from None
     return ordered
+
+
+def _require_apart(mission: Mission, joined: str, present: Iterable[str]) -> None:
+    """Refuse a robot that may touch another one as far apart as the mission keeps them."""
+    asked = [("", mission.separation), (" above each other", mission.separation_z)]
+    for other in present:
+        one, two = (mission.vehicle_of(name).radius for name in (joined, other))
+        for where, value in asked if other != joined else ():
+            if value is not None and value < one + two:
+                raise BadInput(
+                    f"{value:g} m between centres lets {joined} and {other}{where} touch: their radii of {one:g} m and {two:g} m need "
+                    f"{one + two:g} m."
+                )
 
 
 def falls_on(mission: Mission, event: WorldEvent, positions: dict[str, Point]) -> str | None:

@@ -232,6 +232,17 @@ def test_events_that_cannot_be_are_refused_before_take_off(fire, event, words):
         in_order(fire, [event])
 
 
+def test_a_robot_that_others_would_touch_is_refused_before_take_off(fire):
+    near = changed(fire, separation=2.1 * fire.vehicle.radius)
+    large = fire.vehicle.model_copy(update={"radius": 1.2 * fire.vehicle.radius})
+    event = RobotJoins(time=1.0, robot="quad9", agent=Agent(start=(1.0, -1.0, 0.6), vehicle=large))
+    with pytest.raises(BadInput, match="lets quad9 and quad0 touch"):
+        in_order(near, [event])
+    assert in_order(fire, [event]) == (event,)
+    everybody = [RobotLeaves(time=0.5, robot=name) for name in fire.agents]
+    assert in_order(near, [*everybody, event]) == (*everybody, event)
+
+
 def test_a_robot_cannot_leave_twice_but_events_may_follow_each_other(fire):
     gone = RobotLeaves(time=2.0, robot="quad1")
     with pytest.raises(BadInput, match="not a robot in the air"):
