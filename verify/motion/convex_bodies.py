@@ -74,12 +74,8 @@ def _shape(part: ConvexPart) -> _Shape:
     for inequality in part.inequalities:
         one = condition(inequality)
         if isinstance(one, HalfSpace):
-            faces.append(
-                (
-                    one.normal,
-                    one.bound + sum((n * Fraction(c) for n, c in zip(one.normal, part.centre, strict=True)), Fraction(0)),
-                )
-            )
+            bound = one.bound + sum((n * Fraction(c) for n, c in zip(one.normal, part.centre, strict=True)), Fraction(0))
+            faces.append(_of_common_length(one.normal, bound))
         else:
             x, y, z = (Fraction(a) + b for a, b in zip(part.centre, one.centre, strict=True))
             quadrics.append((one, (x, y, z)))
@@ -103,6 +99,16 @@ def _shape(part: ConvexPart) -> _Shape:
     for normal, bound in faces:
         bounds[normal] = min(bound, bounds.get(normal, bound))
     return _Shape(tuple(faces), tuple(quadrics), normals, corners, edges, bounds)
+
+
+def _of_common_length(normal: Vector, bound: Fraction) -> Face:
+    """Return a face whose normal's square is a float like others; those that are so long or short that it is not are scaled."""
+    largest = float(max(map(abs, normal)))
+    if not 1e-100 < largest < 1e100:
+        scale = Fraction(2) ** -math.frexp(largest)[1]
+        x, y, z = (scale * value for value in normal)
+        return (x, y, z), scale * bound
+    return normal, bound
 
 
 def _exact(point: Iterable[float]) -> Vector:

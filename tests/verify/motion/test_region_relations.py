@@ -161,3 +161,19 @@ def test_parts_that_cross_without_a_corner_in_each_other_are_told() -> None:
     assert related(a=beams[0], b=beams[1]).disjoint
     beams[1]["prism"]["z"] = [0.0999, 0.2]
     assert not related(a=beams[0], b=beams[1]).disjoint
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-300, 1e-170, 2.72e-162, 1e160, 1e300])
+def test_how_long_normals_are_written_says_nothing_of_relations(scale: float) -> None:
+    """Lengths of such normals vanish or overflow as floats; a cube of 2 m stays one."""
+    rows = [
+        {"linear": [sign * scale * (k == axis) for k in range(3)], "bound": scale} for axis in range(3) for sign in (1.0, -1.0)
+    ]
+    found = related(
+        a={"center": [0, 0, 0], "parts": [rows]},
+        b={"center": [2.01, 0, 0], "parts": [rows]},
+        c={"center": [1.99, 0, 0], "parts": [rows]},
+        ball={"center": [0, 0, 0], "radii": [0.9, 0.9, 0.9]},
+    )
+    assert set(map(frozenset, found.disjoint)) == {frozenset("ab"), frozenset({"b", "ball"}), frozenset({"c", "ball"})}
+    assert found.nested == {("ball", "a")}
