@@ -12,7 +12,7 @@ from __future__ import annotations
 import bisect
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from types import MappingProxyType
@@ -129,8 +129,9 @@ def judge_stop(
 ) -> tuple[Claim, ...]:
     """Judge trajectories by which a team comes to rest, whatever it had planned: all that is claimed but words.
 
-    The flight before `since` was judged before. From then on: workspace, separation, rims and obstacles in this world, and an end that is in
-    each region for sure or out of it for sure. Continuity and limits are judged of the whole trajectories.
+    The flight before `since` was judged before. From then on: workspace, separation, rims and obstacles in this world, no region that is
+    closed to the robot's kind, and an end that is in each region for sure or out of it for sure. Continuity and limits are judged of the
+    whole trajectories.
 
     Args:
         mission: The world as it is now; its agents are those in the air, with the starts of these trajectories.
@@ -157,7 +158,11 @@ def judge_stop(
         *obstacle_claims(ahead, margin),
         *workspace_claims(ahead, margin),
         *separation_claims(ahead, margin, still),
-        *(_rest_claim(ahead, robot, spans) for robot, spans in statuses(ahead.membership, margin).items()),
+        *(
+            claim
+            for robot, spans in statuses(ahead.membership, margin).items()
+            for claim in _region_claims(ahead, robot, spans)
+        ),
     )
 
 
@@ -224,6 +229,17 @@ def _evidence(mission: Mission, agents: Mapping[str, Agent], team: Mapping[str, 
         for name, agent in agents.items()
     }
     return Evidence(Plan(mission=world, robots=idle), read_team(world, team))
+
+
+def _region_claims(evidence: Evidence, robot: str, spans: Mapping[str, tuple[Span, ...]]) -> Iterator[Claim]:
+    """Yield what is claimed of regions: none that is closed to the robot is entered, and it rests clear of every edge."""
+    mission = evidence.plan.mission
+    for region, row in spans.items():
+        if not mission.may_enter(robot, region) and (inside := [span for span in row if span.mark != "no"]):
+            only = " and ".join(mission.all_regions[region].only or ())
+            sentence = f"{robot} can enter {region}, which is open to {only} only."
+            yield Claim("transitions", "fails", sentence, robot=robot, time=float(inside[0].start))
+    yield _rest_claim(evidence, robot, spans)
 
 
 def _rest_claim(evidence: Evidence, robot: str, spans: Mapping[str, tuple[Span, ...]]) -> Claim:

@@ -215,6 +215,16 @@ def test_coming_to_rest_is_judged(flown):
     assert [(claim.name, claim.robot) for claim in refused] == [("rest", robot)]
 
 
+def test_no_stop_leads_into_a_region_that_is_closed_to_the_robot(flown):
+    mission, team, _ = flown
+    closed = mission.regions["b"].model_copy(update={"only": ("carrier",)})
+    shut = mission.model_copy(update={"regions": {**mission.regions, "b": closed}})
+    refused = [claim for claim in judge_stop(shut, team, Fraction(1, 2)) if claim.outcome != "holds"]
+    there = [name for name in team if closed.level(team[name].evaluate(team[name].duration)[:3]) <= 1]
+    assert [(claim.name, claim.robot) for claim in refused] == [("transitions", name) for name in there]
+    assert there
+
+
 def test_a_rim_that_moves_counts_from_now_on_only():
     mission = ltlplan.load_mission("firefighting")
     team = certified_team(plan(mission)).team
