@@ -4,8 +4,9 @@ Graphs over the robots' own behaviours. An edge either reads a letter or is sile
 looks). `OwnGraph` reads one robot's letter at a time; a robot must be read at least once before its letter changes.
 `JointGraph` reads the union of all letters at every change. A path is a team word from an initial to a final state.
 
-With times, robots may be at nodes together only where the spans of those nodes overlap. That is enough: spans only
-move forward, so the latest of the starts is an instant that never goes back.
+With times, robots may be at nodes together only where the spans of those nodes overlap, and change together only at an
+instant at which all can still be where they were. That is enough: spans only move forward, so the latest of the starts is
+an instant that never goes back.
 """
 
 from __future__ import annotations
@@ -106,6 +107,12 @@ class _Clock:
             other == robot or (self.low[other][node] <= high and low <= self.high[other][node])
             for other, node in enumerate(nodes)
         )
+
+    def in_time(self, nodes: tuple[int, ...], robot: int, target: int) -> bool:
+        """Tell whether one robot can come to `target` while nobody has to be gone: at an instant at which all may change."""
+        if not self.timed:
+            return True
+        return self.low[robot][target] <= min(high[n] for high, n in zip(self.high, nodes, strict=True))
 
     def together(self, options: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
         """Leave out nodes that overlap with no choice of some other robot's: no state has them."""
@@ -228,7 +235,8 @@ class JointGraph(_TeamGraph):
             changing: list[int] = []
             for target in robot.following[state[r]]:
                 if robot.letters[target] != robot.letters[state[r]]:
-                    changing.append(target)
+                    if self.clock.in_time(state, r, target):
+                        changing.append(target)
                 elif self.clock.allows(state, r, target):
                     moved = (*state[:r], target, *state[r + 1 :])
                     if self.permitted is None or self.permitted(moved):

@@ -10,7 +10,7 @@ from tests.strategies import formulas, timelines
 from verify.behaviour.inclusion import Broken, holds_for_all
 from verify.behaviour.robot_letters import from_timeline
 from verify.behaviour.team_graph import OwnGraph
-from verify.behaviour.timeline import Change, InternalChange, Relations, Timeline
+from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Timeline
 from verify.behaviour.word_claims import judge_formula
 from verify.data import BadInput, InternalError, Word
 from verify.logic.normal_form import normal_form
@@ -296,3 +296,16 @@ def test_what_holds_in_whatever_order_letters_come_is_not_followed_letter_by_let
     lines = [timeline(f"q{i}", *(("ab"[i % 2], start, stop) for start, stop in times)) for i in range(5)]
     assert judged("G !(a & b)", *lines, budget=100)
     assert judged("F (a & F b)", *lines, budget=300)
+
+
+@pytest.mark.parametrize(("second", "outcome"), [(2, "holds"), (1, "fails")])
+def test_robots_that_change_at_different_times_do_not_change_together(second: int, outcome: str) -> None:
+    """Between 1 and 2 s the team holds `a` alone; where both come at 1 s, nothing says that it does."""
+
+    def line(robot: str, region: str, time: int) -> Timeline:
+        instant = Enclosure(Fraction(time), Fraction(time))
+        return Timeline(robot, {"a": "no", "b": "no"}, (Change(instant, region, "must"),), Fraction(5))
+
+    lines = line("q0", "a", 1), line("q1", "b", second)
+    assert judged("a R !b", *lines, team="joint").outcome == outcome
+    assert judged("!b U (a & !b)", *lines, team="joint").outcome == outcome
