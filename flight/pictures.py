@@ -13,7 +13,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.basedatatypes import BaseTraceType
 
-from flight.shapes import Floats, line, obstacle_shapes, passage, points, region_shapes, tube
+from flight.shapes import Floats, bends, line, obstacle_shapes, passage, points, region_shapes, tube
 from verify.data import Mission, Trajectory
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
@@ -33,6 +33,8 @@ CAMERA = {"eye": {"x": 0.8, "y": -1.7, "z": 1.0}, "center": {"x": 0.0, "y": 0.0,
 LEGEND = {"orientation": "h", "x": 0.0, "y": 1.0, "yanchor": "bottom", "font": {"size": 12}, "bgcolor": CLEAR}
 """Above every figure: inside it, it would cover words, and beside it, it would take a phone's width."""
 
+_SEEN = 5e-4
+"""m; points of a line are left out where the line without them is as near as that, so that pages stay small."""
 _SIZE = 1.4
 """The longest side of a scene, in plotly's own unit."""
 
@@ -91,12 +93,13 @@ def scene(
     for index, name in enumerate(mission.agents):
         colour = robot_colour(index)
         if name in paths:
-            path = paths[name]
-            figure.add_trace(line(path, name, colour))
+            path = paths[name][:, :3]
+            figure.add_trace(line(path[bends(path, _SEEN)], name, colour))
             if margin:
-                figure.add_trace(tube(path[:, :3], margin, name, colour))
+                figure.add_trace(tube(path, margin, name, colour))
         if flown and name in flown:
-            dots = line(flown[name], f"{name}, flown", colour, dash="dot", width=3, shown=False)
+            path = flown[name][:, :3]
+            dots = line(path[bends(path, _SEEN)], f"{name}, flown", colour, dash="dot", width=3, shown=False)
             figure.add_trace(dots.update(legendgroup=name))
         if waypoints and name in waypoints:
             marker = {"size": 3, "color": colour, "symbol": "diamond"}

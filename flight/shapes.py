@@ -144,6 +144,32 @@ def line(path: Floats, name: str, colour: str, *, dash: str = "solid", width: fl
     )  # fmt: skip
 
 
+def bends(path: Floats, tolerance: float) -> list[int]:
+    """Return which points of a path to keep, so that lines between them pass all others (the Ramer-Douglas-Peucker algorithm).
+
+    Args:
+        path: m. Shape (points, 3).
+        tolerance: How far from its line a point that is left out may be, m.
+
+    Returns:
+        Indices in order; the last point is left out where all are as near as that to the first. All where some are NaN.
+    """
+    if not np.isfinite(path).all():
+        return list(range(len(path)))
+    kept, spans = {0}, [(0, len(path) - 1)]
+    while spans:
+        first, last = spans.pop()
+        along, steps = path[last] - path[first], path[first : last + 1] - path[first]
+        share = np.clip(steps @ along / max(float(along @ along), 1e-18), 0.0, 1.0)
+        off = np.linalg.norm(steps - share[:, None] * along, axis=1)
+        farthest = int(np.argmax(off))
+        if off[farthest] > tolerance:
+            spans += [(first, first + farthest), (first + farthest, last)]
+        elif np.linalg.norm(along) > tolerance:
+            kept |= {first, last}
+    return sorted(kept)
+
+
 def tube(path: Floats, radius: float, group: str, colour: str) -> go.Mesh3d:
     """Return a translucent tube around a path; where the path rests it is a ball's outline at most.
 
@@ -153,10 +179,7 @@ def tube(path: Floats, radius: float, group: str, colour: str) -> go.Mesh3d:
         group: What is hidden together with it.
         colour: Of the tube.
     """
-    kept = [0]
-    for index in range(1, len(path)):  # circles a radius apart, so that slow parts cost nothing
-        if np.linalg.norm(path[index] - path[kept[-1]]) >= 0.9 * radius:
-            kept.append(index)
+    kept = bends(path, radius / 10)
     centres = path[kept] if len(kept) > 1 else np.stack([path[0] - [0, 0, radius / 2], path[0] + [0, 0, radius / 2]])
     ahead = np.gradient(centres, axis=0)
     ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-12)

@@ -123,12 +123,12 @@ def _check_round(mission: Mission, shown_round: int | None) -> None:
 def _page(
     mission: Mission, sentences: list[str], figures: Mapping[str, go.Figure], paths: Mapping[str, Floats], why: str = ""
 ) -> str:
-    sections = [
-        section("From above and from two sides", views_html(mission, paths) + listed(clearance_sentences(mission)), note=VIEWS)
-    ]
+    sections: list[str] = []
     for index, heading in enumerate(figures):
         note = next(sentence for end, sentence in _NOTES.items() if end in heading)
         sections.append(section(heading, figure_place(f"figure{index}", f"{heading}. {note}", scene=True), note=note))
+    seen = views_html(mission, paths) + listed(clearance_sentences(mission))
+    sections.insert(1, section("From above and from two sides", seen, note=VIEWS))
     for figure in figures.values():
         figure.update_layout(title=None)  # the section has it
     return page_html(

@@ -154,7 +154,7 @@ def _readable(error: ValidationError, keys: KeyPath) -> Iterator[Finding]:
                 reason = message.removeprefix("Value error, ").rstrip(".") + "."
             case "too_long" | "too_short" if isinstance(value, list | tuple | dict):
                 limits = item.get("ctx", {})
-                most, least = limits.get("max_length"), limits.get("min_length")
+                most, least = limits.get("max_length"), limits.get("min_length", 0)
                 if most is None and len(value) >= least:
                     continue  # its entries have faults of their own
                 wanted = f"at least {least}" if most is None else f"at most {most}" if most > 3 else f"{most}"
