@@ -48,7 +48,7 @@ def distance(one: Region, other: Region) -> float:
 def test_a_gap_is_never_wider_than_the_distance_and_is_there_where_bodies_are_apart() -> None:
     rng = np.random.default_rng(3)
     apart = 0
-    for _ in range(25):
+    for _ in range(10):
         one, other = (Region.model_validate(random_solid(rng)[0]) for _ in range(2))
         between = np.array(other.center) - one.center
         gap, far = widest_gap(one.body, other.body, between), distance(one, other)
@@ -57,7 +57,7 @@ def test_a_gap_is_never_wider_than_the_distance_and_is_there_where_bodies_are_ap
         if far > 0.02:
             apart += 1
             assert gap > 0.6 * far
-    assert apart > 6
+    assert apart > 2
 
 
 def test_a_round_body_s_gap_is_its_distance() -> None:
