@@ -84,7 +84,11 @@ class _Writing:
         await self.desk.guarded(self._change_formula(formula), self.words)
 
     async def _change_formula(self, formula: str) -> None:
+        self.newest += 1  # what was asked before says nothing of what is written now
+        number = self.newest
         text = await self.desk.service.questions.ask(checking.change_formula, self.editor.text, formula)
+        if number != self.newest:
+            return
         self.editor.put(text)
         await self.typed(text)
 
