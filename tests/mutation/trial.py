@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import functools
 import gc
+import importlib
 import json
 import math
 import multiprocessing
@@ -197,7 +198,8 @@ def _forget() -> None:
 
 
 def _replace(fault: Fault) -> None:
-    """Give the loaded function that holds a fault the code with the fault."""
+    """Give the function that holds a fault the code with the fault; shapes and their like are loaded only where they are named."""
+    importlib.import_module(fault.module)
     tree = plant(fault)
     path = str(ROOT / fault.path)
     first = _first_line(tree, fault)
