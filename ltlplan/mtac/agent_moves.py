@@ -1,7 +1,7 @@
-"""What a robot can do next while a formula is shared: where it is, the visits that it can make, the tasks that it is given.
+"""What a robot can do next while a formula is shared: the visits that it can make from where it is.
 
 The team automaton of the 2022 paper (Def. 4.6) is walked, never built: a state of it is a robot, the automaton's
-states so far, and the robot's `AgentState` in A = E x R. A robot's next step is a whole visit: it leaves where it is,
+states so far, and the robot's `AgentState` in A = E x R (`agent_states`). A robot's next step is a whole visit: it leaves where it is,
 flies to the middle of a region, and may change its internal state there. Which region may be entered from where, what is read on the
 way and what is permitted there is said by `ltlplan.systems.region_graph`, as for the exact search. Since the states are a set, the
 same walk serves before take-off (one state) and in flight (all states that the readings so far may have led to, see `sharing.belief`).
@@ -9,81 +9,16 @@ same walk serves before take-off (one state) and in flight (all states that the 
 
 from __future__ import annotations
 
-from collections.abc import Container, Hashable, Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol
 
-from ltlplan.allocation import Itinerary
+from ltlplan.mtac.agent_states import AgentState, Key
 from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
 from ltlplan.systems.region_labels import Location
-from ltlplan.systems.visit_log import VisitLog
-from verify.data import Letter, Mission, Visit, Word
-from verify.data.language.sequence import Direction
+from verify.data import Letter, Mission, Visit
 from verify.data.sections import Action
 from verify.data.shapes.inequalities import Point
-
-State = Hashable
-"""A state of the automaton, its dead state included."""
-
-States = frozenset[State]
-
-Key = tuple[Hashable, str, str]
-"""Where a robot is, the region that it entered last, and its internal state."""
-
-
-class Accepting(Protocol):
-    """What sharing needs of an automaton; `ltlplan.translate` returns one."""
-
-    @property
-    def initial(self) -> Hashable: ...  # noqa: D102
-
-    @property
-    def accepting(self) -> Container[Any]: ...  # noqa: D102  # of any type: each automaton has states of its own
-
-    def successor(self, state: Any, letter: Letter, /) -> Hashable: ...  # noqa: D102  # of any type: likewise
-
-
-@dataclass(frozen=True, slots=True)
-class AgentState:
-    """Where a robot is, in the world and in A = E x R.
-
-    Attributes:
-        position: m.
-        inside: The regions that it is in.
-        vertex: Vertex of the environment: the region that it entered last, or the start vertex.
-        internal: Its internal state.
-        place: The region in whose middle it is; None where it is anywhere else.
-        side: The direction in which it flies through the hoop that it is in, where ways around obstacles depend on it.
-        kind: What robots have in common to whom the mission is the same (`Mission.alike_as`).
-    """
-
-    position: Point
-    inside: frozenset[str]
-    vertex: str
-    internal: str
-    place: str | None = None
-    side: Direction | None = None
-    kind: str = ""
-
-    @property
-    def key(self) -> Key:
-        """What tells this state from the others that one robot can be in."""
-        place: Hashable = self.place if self.side is None else (self.place, self.side)
-        place = place or (self.position, self.inside)
-        return ((place, self.kind) if self.kind else place, self.vertex, self.internal)
-
-    def log(self) -> VisitLog:
-        """Return a log of visits that begins where the robot is."""
-        log = VisitLog()
-        log.enter(self.inside)
-        if self.inside:
-            log.stop(self.vertex if self.vertex in self.inside else min(self.inside))
-        return log
-
-    def seen_in(self, regions: frozenset[str]) -> AgentState:
-        """Return the state of the robot where it is seen in some regions, or in none."""
-        return replace(self, inside=regions, vertex=min(regions - self.inside, default=self.vertex), place=None, side=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -349,59 +284,3 @@ class World:
             queue += [
                 ((*actions, a), a.target, seen | {a.target}) for a in permitted if a.source == state and a.target not in seen
             ]
-
-
-@dataclass(frozen=True, slots=True)
-class RobotTask:
-    """A robot's share of the formula as visits, from where it is; MTAC-E walks and hands over tasks.
-
-    Attributes:
-        where: Where it begins.
-        moves: Its visits, in order.
-        leaves: Whether it flies out of the last region; False where the formula wants it to end inside.
-    """
-
-    where: AgentState
-    moves: tuple[Move, ...] = ()
-    leaves: bool = True
-
-    @property
-    def visits(self) -> tuple[Visit, ...]:
-        """Regions as they are entered, with actions; a robot that begins inside regions begins with visits of them."""
-        return self._log().visits
-
-    @property
-    def end(self) -> AgentState:
-        """Where the robot is after its last visit's actions, still inside."""
-        return self.moves[-1].end if self.moves else self.where
-
-    @property
-    def ahead(self) -> tuple[Letter, ...]:
-        """The letters after the present one."""
-        letters = [letter for move in self.moves for letter in move.shown]
-        if self.moves and self.leaves and self.moves[-1].left is not None:
-            letters.append(self.moves[-1].left)
-        return tuple(letters)
-
-    def itinerary(self, world: World) -> Itinerary:
-        """Return what the robot does, with the word that it shows."""
-        log = self._log()
-        word = Word((world.letter(self.where), *self.ahead)).compressed()
-        return Itinerary(log.visits, word, stops=log.stops)
-
-    def then(self, move: Move, leaves: bool) -> RobotTask:
-        """Return the task with one more visit."""
-        return replace(self, moves=(*self.moves, move), leaves=leaves)
-
-    def _log(self) -> VisitLog:
-        log = self.where.log()
-        for move in self.moves:
-            for regions in move.regions:
-                log.enter(regions)
-            if not move.in_place:
-                log.stop(move.visit.region)
-            for action in move.visit.actions:
-                log.act(action)
-        if self.moves and self.leaves and (left := self.moves[-1].left) is not None:
-            log.enter(left & self.end.inside)
-        return log

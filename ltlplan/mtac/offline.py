@@ -30,9 +30,10 @@ from numpy.random import Generator
 
 from ltlplan.allocation import Allocation, Context, Itinerary
 from ltlplan.mtac.admissible_heuristic import TeamModel
-from ltlplan.mtac.agent_moves import RobotTask, World
+from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.optimality_gap import optimality_gap, straight_line_costs
+from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.paths.costs import cost_of, team_cost
 from ltlplan.paths.flight_times import lasts_too_long, require_endurance

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Hashable, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunction import Conjunction, conjunct_automata
@@ -17,11 +17,28 @@ from ltlplan.logic.decomposition import decomposes_from
 from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
 from ltlplan.logic.translation import translate
-from ltlplan.mtac.agent_moves import Accepting, State, States, World
+from ltlplan.mtac.agent_moves import World
 from verify.data import BadInput, Letter
+
+State = Hashable
+"""A state of the automaton, its dead state included."""
+
+States = frozenset[State]
 
 MAX_COMMUTING = 10_000
 """States times letters up to which it is found out which letters commute."""
+
+
+class Accepting(Protocol):
+    """What sharing needs of an automaton; `ltlplan.translate` returns one."""
+
+    @property
+    def initial(self) -> Hashable: ...  # noqa: D102
+
+    @property
+    def accepting(self) -> Container[Any]: ...  # noqa: D102  # of any type: each automaton has states of its own
+
+    def successor(self, state: Any, letter: Letter, /) -> Hashable: ...  # noqa: D102  # of any type: likewise
 
 
 class Reader:

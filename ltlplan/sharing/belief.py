@@ -19,7 +19,7 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ltlplan.mtac.agent_moves import Accepting, State
+from ltlplan.mtac.task_reader import Accepting, State
 from verify.data import BadInput
 from verify.data.language.word import Letter
 from verify.data.sections import TeamReading

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.mtac.agent_moves import AgentState, Move, RobotTask, World
+from ltlplan.mtac.agent_moves import Move, World
+from ltlplan.mtac.agent_states import AgentState
+from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.paths.costs import Sampling, WeightedCost, cost_of
 from ltlplan.paths.improvement import with_ramped_times
 from ltlplan.paths.path_problem import PathProblem, path_problem

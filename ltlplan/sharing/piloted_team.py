@@ -12,7 +12,7 @@ from dataclasses import replace
 from numpy.random import Generator
 
 from ltlplan.allocation import Itinerary
-from ltlplan.mtac.agent_moves import RobotTask
+from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.sharing.belief import can_finish
 from ltlplan.sharing.cross_entropy import OnlineSettings
 from ltlplan.sharing.detours import WayAhead, led_around

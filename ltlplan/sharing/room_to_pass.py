@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.allocation import Itinerary
-from ltlplan.mtac.agent_moves import AgentState, RobotTask, World
+from ltlplan.mtac.agent_moves import World
+from ltlplan.mtac.agent_states import AgentState
+from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.sharing.belief import admits
 from ltlplan.sharing.detours import WayAhead, places_aside, way_aside
 from ltlplan.sharing.piloted_team import PilotedTeam

@@ -12,9 +12,11 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ltlplan.mtac.admissible_heuristic import TeamModel
-from ltlplan.mtac.agent_moves import AgentState, Move, RobotTask, World
+from ltlplan.mtac.agent_moves import Move, World
+from ltlplan.mtac.agent_states import AgentState
 from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.optimality_gap import straight_line_costs
+from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.sharing.pilot import Pilot
 from ltlplan.sharing.piloted_team import PilotedTeam
 from verify.data import Letter, LtlplanError, Unsatisfiable

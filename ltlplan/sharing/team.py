@@ -26,7 +26,8 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.mtac.agent_moves import Move, RobotTask
+from ltlplan.mtac.agent_moves import Move
+from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.sharing.belief import admits, can_finish
 from ltlplan.sharing.cross_entropy import OnlineSettings
 from ltlplan.sharing.piloted_team import PilotedTeam

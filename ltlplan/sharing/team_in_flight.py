@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.mtac.agent_moves import AgentState, World
+from ltlplan.mtac.agent_moves import World
+from ltlplan.mtac.agent_states import AgentState
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.sharing.belief import Belief, after_events, at_start
 from ltlplan.sharing.residual import mission_left

@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from ltlplan.mtac.agent_moves import RobotTask, World
+from ltlplan.mtac.agent_moves import World
+from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.online.flight import fly_online
 from ltlplan.sharing import team
 from ltlplan.sharing.switch import Handover, may_change
