@@ -133,15 +133,7 @@ class Layout:
             if found is None:
                 return None
             borders.append((*found, name))
-        borders.sort()
-        borders = self._straight_on(borders, current)
-        if any(later[0] <= earlier[1] for earlier, later in itertools.pairwise(borders)):
-            return None
-        letters = [current]
-        for _, _, name in borders:
-            current = current ^ {name}
-            letters.append(current)
-        return tuple(letters)
+        return self._in_order(borders, current)
 
     def along(self, start: Location, points: Floats, end: Location) -> tuple[Letter, ...] | None:
         """Return the sets of regions on a way that turns, both ends included; None where their order is not clear.
@@ -173,11 +165,15 @@ class Layout:
             if not len(begins) or begins[0] == 0 or not len(ends) or ends[-1] == len(at) - 1:
                 return None
             borders.append((float(at[begins[0] - 1]), float(at[ends[-1] + 1]), name))
-        borders = self._straight_on(sorted(borders), current)
-        if any(later[0] <= earlier[1] for earlier, later in itertools.pairwise(borders)):
+        return self._in_order(borders, current)
+
+    def _in_order(self, borders: list[tuple[float, float, str]], current: Letter) -> tuple[Letter, ...] | None:
+        """Return the sets of regions as borders are crossed one after the other; None where two may be crossed in either order."""
+        ordered = self._straight_on(sorted(borders), current)
+        if any(later[0] <= earlier[1] for earlier, later in itertools.pairwise(ordered)):
             return None
         letters = [current]
-        for _, _, name in borders:
+        for _, _, name in ordered:
             current = current ^ {name}
             letters.append(current)
         return tuple(letters)
