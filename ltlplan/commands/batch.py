@@ -13,7 +13,7 @@ import typer
 from ltlplan.commands.shared import machines, options
 
 if TYPE_CHECKING:
-    from ltlplan.service.batches import Entry
+    from ltlplan.service.computing.batches import Entry
 
 _HEADER = ("mission", "outcome", "cost", "seconds", "exit code")
 
@@ -31,8 +31,8 @@ def command(
     """Run every mission of a folder, each into a folder of its own; what was done before and is unchanged is not done again."""
     from ltlplan.commands.shared.progress import progress_bar
     from ltlplan.commands.shared.terminal import print_json
-    from ltlplan.service.batches import exit_code, run_batch
-    from ltlplan.service.workers import LocalWorkers
+    from ltlplan.service.computing.batches import exit_code, run_batch
+    from ltlplan.service.computing.workers import LocalWorkers
 
     target = out or Path("out") / folder.resolve().name
     with progress_bar(quiet=json) as progress:

@@ -145,10 +145,10 @@ _ELSEWHERE = {
     "spline-blocked": "ltlplan.paths.hoops.sequencer:SplineBlocked",
     "cost-error": "ltlplan.paths.costs:CostError",
     "solver-timeout": "refine.solvers.timeout:SolverTimeout",
-    "out-of-time": "ltlplan.service.children:OutOfTime",
-    "out-of-memory": "ltlplan.service.children:OutOfMemory",
-    "worker-died": "ltlplan.service.children:WorkerDied",
-    "no-room": "ltlplan.service.store:NoRoom",
+    "out-of-time": "ltlplan.service.computing.children:OutOfTime",
+    "out-of-memory": "ltlplan.service.computing.children:OutOfMemory",
+    "worker-died": "ltlplan.service.computing.children:WorkerDied",
+    "no-room": "ltlplan.service.job_queue.store:NoRoom",
     "out-of-budget": "verify.logic.progression:OutOfBudget",
 }
 """Classes that are loaded when one of them is met."""

@@ -106,7 +106,7 @@ def check_mission(text: str, report: Progress) -> bytes:
         report: Told nothing.
     """
     del report
-    from ltlplan.service.formulas import in_words
+    from ltlplan.service.views.formulas import in_words
     from verify.data.rules.notes import notes_of
 
     try:

@@ -22,8 +22,8 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
+from ltlplan.service.computing.scratch import drop_scratch, fresh_scratch
 from ltlplan.service.log import begin_log, note
-from ltlplan.service.scratch import drop_scratch, fresh_scratch
 from ltlplan.service.security.origins import is_loopback, own_names
 from ltlplan.service.security.tokens import Tokens
 from ltlplan.service.settings import Settings
@@ -92,11 +92,11 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
     """
     try:
         from ltlplan.service.api.application import application, end_routes
-        from ltlplan.service.jobs import Jobs
+        from ltlplan.service.computing.workers import LocalWorkers
+        from ltlplan.service.job_queue.jobs import Jobs
         from ltlplan.service.questions import Questions
         from ltlplan.service.security.gate import Gate, Rules
         from ltlplan.service.service import Service
-        from ltlplan.service.workers import LocalWorkers
     except ModuleNotFoundError as error:
         if str(error.name).startswith("ltlplan"):
             raise
@@ -130,10 +130,10 @@ def _workers(settings: Settings, scratch: Path | None) -> Any:  # what has the s
     """Return where stages are computed: on a Dask cluster, or here."""
     limits = settings.limits
     if settings.dask is not None:
-        from ltlplan.service.clusters import Cluster
+        from ltlplan.service.computing.clusters import Cluster
 
         return Cluster(settings.dask, patient=True, seconds=limits.stage_seconds, megabytes=limits.stage_megabytes)
-    from ltlplan.service.workers import LocalWorkers
+    from ltlplan.service.computing.workers import LocalWorkers
 
     processors = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count()
     count = settings.workers or processors
@@ -165,7 +165,7 @@ def _load_beside() -> None:
     """Begin to load what workers are forked from, where a processor has nothing else to do; where none has, the first page comes first."""
     processors = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
     if processors > 1 and os.getloadavg()[0] < processors / 2:
-        from ltlplan.service.children import warm_up
+        from ltlplan.service.computing.children import warm_up
 
         warm_up()
 

@@ -14,7 +14,7 @@ from ltlplan.service.security.tokens import Tokens
 from ltlplan.service.settings import Settings
 
 if TYPE_CHECKING:
-    from ltlplan.service.jobs import Jobs
+    from ltlplan.service.job_queue.jobs import Jobs
     from verify.data import Mission
 
 _REMEMBERED = 200

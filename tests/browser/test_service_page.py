@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from ltlplan.service.watching import watch_json
+from ltlplan.service.views.watching import watch_json
 from tests.browser.devtools import CHROMIUM
 from verify import judge
 from verify.run_folder import read_folder

@@ -8,10 +8,10 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
-from ltlplan.service.jobs import Jobs
+from ltlplan.service.computing.workers import LocalWorkers
+from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.models import Event, Job
 from ltlplan.service.settings import Settings
-from ltlplan.service.workers import LocalWorkers
 
 
 @asynccontextmanager

@@ -12,10 +12,10 @@ import os
 import sys
 from pathlib import Path
 
-from ltlplan.service.jobs import Jobs
+from ltlplan.service.computing.workers import LocalWorkers
+from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.models import ENDED
 from ltlplan.service.settings import Settings
-from ltlplan.service.workers import LocalWorkers
 from tests.helpers.flights import small_mission
 
 MISSION = small_mission("F a", margin=0.05)

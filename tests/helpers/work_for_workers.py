@@ -10,8 +10,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from ltlplan.service.exact import from_bytes
-from ltlplan.service.stages import Outcome
+from ltlplan.service.computing.exact import from_bytes
+from ltlplan.service.computing.stages import Outcome
 from verify.data import MissionError
 from verify.data.progress import Progress
 from verify.data.rules.faults import Fault

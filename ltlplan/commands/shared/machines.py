@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from ltlplan.service.clusters import Cluster
+    from ltlplan.service.computing.clusters import Cluster
 
 DaskOption = Annotated[
     str | None,
@@ -25,7 +25,7 @@ def cluster_at(address: str, workers: int | None) -> Cluster:
     Raises:
         BadInput: Both are named, or the cluster cannot be used.
     """
-    from ltlplan.service.clusters import Cluster
+    from ltlplan.service.computing.clusters import Cluster
     from verify.data import BadInput
 
     if workers is not None:

@@ -40,8 +40,8 @@ def check_text(text: str, report: Progress) -> Json:
 def mission_view(mission: Mission) -> Json:
     """Return what is shown of a sound mission."""
     from flight.pictures import scene
-    from ltlplan.service.formulas import OPERATORS, in_words, known_names
-    from ltlplan.service.watching import automata_data, drawn
+    from ltlplan.service.views.formulas import OPERATORS, in_words, known_names
+    from ltlplan.service.views.watching import automata_data, drawn
     from verify.data.rules.notes import notes_of
 
     return {
@@ -196,6 +196,6 @@ def _names_in(text: str) -> set[str]:
         mission = parse_mission(with_value(text, ("spec", "formula"), "true"))
     except BadInput:
         return set()
-    from ltlplan.service.formulas import known_names
+    from ltlplan.service.views.formulas import known_names
 
     return set(known_names(mission))

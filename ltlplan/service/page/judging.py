@@ -36,7 +36,7 @@ def judged(
         BadInput: The recording cannot be judged.
     """
     from ltlplan.recorded import judge_flight
-    from ltlplan.service.watching import claims_data
+    from ltlplan.service.views.watching import claims_data
 
     run, flown = folder / "run", folder / "recording.csv"
     for name, source in files:

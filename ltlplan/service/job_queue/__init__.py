@@ -1,0 +1,5 @@
+"""What was accepted is finished, whatever is killed: jobs, what is known of each, and where all that is kept.
+
+Read `jobs`, then `entries` (what is known of one job) and `events` (what its listeners hear); `engine` is the door to the library that
+goes on after a kill, `database` what is looked at before it begins, `store` what was found before, `recent` what is still in memory.
+"""

@@ -1,0 +1,649 @@
+"""Jobs that survive: what was accepted is done, once, whatever is killed meanwhile, and what was found is found again.
+
+    submit - (engine: a workflow) - plan - round 1 ... - flight - files
+                                     each a step: its value in the store, its record in the database
+
+The truth is in the database and the store. All jobs are also in memory, without what their stages found, so that reading waits for
+nobody; this process is the only one that writes (the data folder is locked, and a database belongs to one folder).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import threading
+import uuid
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+from ltlplan.service.computing.stages import PLAN, Outcome, mission_bytes, mission_of, plan_of, run_stage
+from ltlplan.service.computing.workers import WorkFuture
+from ltlplan.service.job_queue.database import prepare, url_of, why
+from ltlplan.service.job_queue.engine import Data, Engine, Step, tables
+from ltlplan.service.job_queue.entries import Entry, digests, entry_of, job_of, told_again, told_of, utc_now, with_records
+from ltlplan.service.job_queue.events import claim_events, stage_event, state_event
+from ltlplan.service.job_queue.recent import Recent
+from ltlplan.service.job_queue.store import NoRoom, Store, no_room
+from ltlplan.service.models import ENDED, Event, FileEntry, Health, Job, Problem, Stage, State
+from ltlplan.service.problems import Busy, Conflict, NotFound, TooManyRequests, problem_of
+from ltlplan.service.settings import Settings
+from ltlplan.service.versions import key_of, software
+from verify.data import LtlplanError, Mission, check_mission, mission_to_yaml
+from verify.data.errors import InternalError
+from verify.data.progress import Progress
+
+RESERVE = 32_000_000
+"""Bytes that stay free on the disk: with less nothing new is accepted, and what runs waits before it writes."""
+AGAIN = 2.0
+"""s until what had to wait for room is tried again."""
+WATCH = 5.0
+"""s between looks for jobs whose work was given up."""
+LOOK = 0.5
+"""s for which the service's state is not looked for again."""
+FOUND_BYTES = 16_000_000
+"""Bytes of JSON that stages found, as text, which are kept in memory."""
+TITLE = 120
+
+_MEDIA = {
+    ".csv": "text/csv; charset=utf-8",
+    ".html": "text/html; charset=utf-8",
+    ".json": "application/json",
+    ".yaml": "application/yaml",
+    ".md": "text/markdown; charset=utf-8",
+    ".py": "text/x-python; charset=utf-8",
+}
+
+Found = TypeVar("Found")
+_log = logging.getLogger("ltlplan.service")
+
+
+class Pool(Protocol):
+    """Who computes: this machine's processes, or a cluster's."""
+
+    count: int
+
+    @property
+    def alive(self) -> int:
+        """How many processes are at work."""
+        ...
+
+    def submit(self, work: Any, /, *arguments: Any, progress: Progress | None = None, rank: float = 0.0) -> WorkFuture:
+        """Have work done somewhere.
+
+        Args:
+            work: A function of a module; it is given the arguments and, last, whom to tell its progress.
+            arguments: What it is given; must be picklable.
+            progress: Told a sentence and the share done, 0 to 1.
+            rank: Work of a lower rank is begun first.
+        """
+        ...
+
+    def close(self) -> None:
+        """End all work."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class StoredFile:
+    """A file of a job, on disk.
+
+    Attributes:
+        path: Where; named by its digest.
+        media_type: What kind of content it is.
+        sha256: Digest of its bytes, in hexadecimal.
+        size: Bytes.
+    """
+
+    path: Path
+    media_type: str
+    sha256: str
+    size: int
+
+
+class Jobs:
+    """All jobs of a data folder.
+
+    Attributes:
+        settings: Where, and within which limits.
+        workers: Who computes.
+    """
+
+    def __init__(self, settings: Settings, workers: Pool) -> None:
+        self.settings = settings
+        self.workers = workers
+        self._store = Store(settings.data / "values")
+        self._url = url_of(settings.data, settings.database)
+        self._keys: Recent[tuple[str, Mission, Mission]] = Recent(200)
+        self._found: Recent[Data] = Recent(FOUND_BYTES)
+        self._health: Health | None = None
+        self._entries: dict[str, Entry] = {}
+        self._attempts: dict[str, list[str]] = {}
+        self._submitting = asyncio.Lock()
+        self._keeping = threading.Lock()
+        self._engine: Engine | None = None
+        self._watching: asyncio.Task[None] | None = None
+
+    async def start(self) -> None:
+        """Open the data folder and go on with all that was accepted and has not ended.
+
+        Raises:
+            BadInput: Folder or database cannot be used; the message says why.
+        """
+        await asyncio.to_thread(self._open)
+        self._watching = asyncio.create_task(self._watch())
+
+    def _open(self) -> None:
+        self._store.open()
+        sqlite = self.settings.database is None
+        database = prepare(self._url, _folder_name(self.settings.data), tables=tables(sqlite=sqlite))
+        owned = self._store.is_owned(database)
+        engine = Engine(self._url, self._work)
+        records = engine.start()
+        for record in sorted(records, key=lambda record: str(record.asked["submitted"])):
+            entry = entry_of(record)
+            self._entries[record.id] = entry
+            self._attempts.setdefault(entry.job.key, []).append(record.id)
+        if owned:
+            self._collect()
+        self._engine = engine
+        engine.open_gate()
+        going = sum(entry.job.state not in ENDED for entry in self._entries.values())
+        _log.info("%d jobs in %s, %d of them go on", len(records), self.settings.data, going)
+
+    def _collect(self) -> None:
+        """Remove values that no job has: a kill came before they were in a record, or before they were removed with their job."""
+        kept = {digest for entry in self._entries.values() for digest in digests(entry)}
+        try:
+            orphans = self._store.keep_only(kept)
+        except OSError as error:  # they are tried again at the next start
+            _log.warning("values that no job has cannot be removed: %s", error)
+        else:
+            _log.info("%d values are removed that no job has", orphans)
+
+    async def stop(self) -> None:
+        """Let go of everything, the workers too; jobs that have not ended go on at the next start."""
+        if self._watching is not None:
+            self._watching.cancel()
+        for entry in self._entries.values():
+            entry.feed.close()
+        if self._engine is not None:
+            engine, self._engine = self._engine, None
+            await asyncio.to_thread(engine.stop)
+        await asyncio.to_thread(self.workers.close)
+
+    # What is asked
+
+    async def submit(self, mission: Mission, *, seed: int | None = None) -> Job:
+        """Accept a mission: when this returns, it will be done, whatever is killed.
+
+        The same mission with the same seed and versions is the same job, unless that was cancelled or ended for a reason that is not
+        the mission's own (time, memory, a bug): then it is tried again.
+
+        Args:
+            mission: What is asked.
+            seed: Source of every draw, instead of the mission's own.
+
+        Raises:
+            BadInput: The mission is not allowed.
+            TooManyRequests: Too many jobs wait.
+            Busy: The database does not answer.
+            NoRoom: The disk is full.
+        """
+        key, mission = await self._asked(mission, seed)
+        async with self._submitting:
+            if (known := self._answer(key)) is not None:
+                return known
+            self._require_room()
+            return await self._accept(key, mission)
+
+    async def _asked(self, mission: Mission, seed: int | None) -> tuple[str, Mission]:
+        """Return the key of what is asked, and the mission with its seed; of a value that was asked before as they were."""
+        known = self._keys.get((id(mission), seed))
+        if known is None:
+            known = (
+                *await asyncio.to_thread(_asked, mission, seed),
+                mission,
+            )  # kept with it, so that no other has its identity
+            self._keys.put((id(mission), seed), known)
+        return known[:2]
+
+    def _answer(self, key: str) -> Job | None:
+        """Return the job of a key that need not be tried again, if there is one."""
+        for job_id in reversed(self._attempts.get(key, [])):
+            entry = self._entries[job_id]
+            if entry.job.state in ("queued", "running", "done") or (
+                entry.job.state == "failed" and _is_final(entry.job.problem)
+            ):
+                return None if entry.cancelled else entry.job.model_copy(update={"found": True})
+            return None
+        return None
+
+    def _require_room(self) -> None:
+        waiting = sum(entry.job.state == "queued" for entry in self._entries.values())
+        if waiting >= self.settings.limits.queued:
+            raise TooManyRequests(f"{waiting} jobs are waiting already, the most there may be; submit this one later.", 30.0)
+        if self._store.free() < RESERVE:
+            raise NoRoom(f"There is less than {RESERVE // 1_000_000} MB of room in {self.settings.data}; make room there.")
+
+    async def _accept(self, key: str, mission: Mission) -> Job:
+        attempts = self._attempts.setdefault(key, [])
+        number = 1 + max((int(job_id.rpartition("-")[2]) for job_id in attempts), default=0)
+        job_id = f"{key[:16]}-{number}"
+        value = await asyncio.to_thread(lambda: self._store.put(mission_bytes(mission)))
+        asked: Data = {
+            "mission": value,
+            "name": mission.name,
+            "title": _title(mission),
+            "seed": mission.planner.seed,
+            "key": key,
+            "submitted": utc_now(),
+        }
+        entry = self._entries[job_id] = Entry(job_of(job_id, asked), asked)
+        entry.feed.tell(state_event(entry.job))
+        try:
+            await self._in_engine(lambda engine: engine.begin(job_id, asked))
+        except BaseException:
+            del self._entries[job_id]  # it is told of again at the next start, should the database have it after all
+            raise
+        attempts.append(job_id)
+        _log.info("job %s is accepted", job_id)
+        return entry.job
+
+    async def jobs(self, *, state: State | None = None, limit: int = 50, before: str | None = None) -> list[Job]:
+        """Return jobs, newest first, without what their stages found.
+
+        Args:
+            state: Only those.
+            limit: At most so many.
+            before: Only those that were submitted before the job of this id.
+        """
+        found: list[Job] = []
+        passed = before is None
+        for job_id in reversed(self._entries):
+            if passed and (state is None or self._entries[job_id].job.state == state):
+                found.append(self._entries[job_id].job)
+                if len(found) >= limit:
+                    break
+            passed = passed or job_id == before
+        return found
+
+    async def job(self, job_id: str) -> Job:
+        """Return a job with all that its stages found so far.
+
+        Raises:
+            NotFound: There is no such job.
+        """
+        entry = self._entry(job_id)
+        if all(digest in self._found for digest in told_of(entry)):
+            return self._whole(entry)
+        return await asyncio.to_thread(self._whole, entry)
+
+    async def events(self, job_id: str, *, after: int = 0) -> AsyncIterator[Event]:
+        """Yield a job's events, those that were told already first; ends after the one that says how the job ended.
+
+        Args:
+            job_id: The job's.
+            after: Only events with a greater id.
+
+        Raises:
+            NotFound: There is no such job.
+        """
+        entry = self._entry(job_id)
+        told = after
+        if entry.records:
+            for event in told_again(await self.job(job_id), ended=False):
+                if event.id > told:
+                    told = event.id
+                    yield event
+        async for event in entry.feed.after(told):
+            told = event.id
+            yield event
+        if entry.job.state in ENDED:
+            for event in told_again(await self.job(job_id), ended=True):
+                if event.id > told:
+                    yield event
+
+    async def cancel(self, job_id: str) -> Job:
+        """Cancel a job and end what it computes, at once; one that has ended stays as it is.
+
+        Raises:
+            NotFound: There is no such job.
+        """
+        entry = self._entry(job_id)
+        if entry.job.state in ENDED:
+            return entry.job
+        entry.cancelled = True
+        try:
+            cancelled = await self._in_engine(lambda engine: engine.cancel(job_id))
+        except BaseException:
+            entry.cancelled = False
+            raise
+        if cancelled:
+            if entry.work is not None:
+                entry.work.cancel()
+            self._end(entry, "cancelled")
+        else:
+            entry.cancelled = False
+        return entry.job
+
+    async def delete(self, job_id: str) -> None:
+        """Remove a job that has ended, and of what it found all that no other job has found too.
+
+        Raises:
+            NotFound: There is no such job.
+            Conflict: It has not ended.
+        """
+        entry = self._entry(job_id)
+        if entry.job.state not in ENDED:
+            raise Conflict(f"Job {job_id} is {entry.job.state}; cancel it first, then delete it.")
+        async with self._submitting:
+            await self._in_engine(lambda engine: engine.delete(job_id))
+            self._entries.pop(job_id, None)
+            self._attempts[entry.job.key].remove(job_id)
+            await asyncio.to_thread(self._drop, entry, list(self._entries.values()))
+        _log.info("job %s is deleted", job_id)
+
+    def _drop(self, entry: Entry, others: list[Entry]) -> None:
+        """Remove what a job has in the store and no other has."""
+        with self._keeping:
+            for digest in digests(entry) - {digest for other in others for digest in digests(other)}:
+                self._store.drop(digest)
+
+    async def file(self, job_id: str, name: str) -> StoredFile:
+        """Return a file of a job, by its name in the job's own table.
+
+        Raises:
+            NotFound: There is no such job, or it has no such file.
+        """
+        entry = self._entry(job_id)
+        for file in entry.job.files:
+            if file.name == name:
+                return StoredFile(self._store.path(file.sha256), file.media_type, file.sha256, file.size)
+        have = ", ".join(file.name for file in entry.job.files) or "none yet"
+        raise NotFound(f"Job {job_id} has no file '{name[:80]}'; it has {have}.")
+
+    async def plan(self, job_id: str) -> tuple[str, str] | None:
+        """Return a job's mission.yaml and plan.json as soon as it is planned; None before.
+
+        Raises:
+            NotFound: There is no such job.
+        """
+        entry = self._entry(job_id)
+        planned = next((record for record in entry.records if record["stage"] == PLAN and "value" in record), None)
+        if planned is None:
+            return None
+
+        def read() -> tuple[str, str]:
+            plan = plan_of(self._store.get(planned["value"]))
+            return mission_to_yaml(plan.mission), plan.to_json()
+
+        return await asyncio.to_thread(read)
+
+    async def mission(self, job_id: str) -> str:
+        """Return the resolved mission of a job as YAML, in any of its states.
+
+        Raises:
+            NotFound: There is no such job.
+        """
+        digest = self._entry(job_id).asked["mission"]
+        return await asyncio.to_thread(lambda: mission_to_yaml(mission_of(self._store.get(digest))))
+
+    async def health(self) -> Health:
+        """Return whether database and workers answer, and what waits; asked again within `LOOK` s, what was seen then."""
+        if self._health is None:
+            self._health = await self._looked()
+            asyncio.get_running_loop().call_later(LOOK, self._forget_health)
+        return self._health
+
+    def _forget_health(self) -> None:
+        self._health = None
+
+    async def _looked(self) -> Health:
+        database = "answers"
+        try:
+            await self._in_engine(lambda engine: engine.answers())
+        except LtlplanError as error:
+            database = str(error)
+        states = [entry.job.state for entry in self._entries.values()]
+        room = await asyncio.to_thread(self._store.free)
+        return Health(
+            ok=database == "answers" and room >= RESERVE,
+            database=database,
+            workers=self.workers.count,
+            alive=self.workers.alive,
+            running=states.count("running"),
+            queued=states.count("queued"),
+            room=room,
+            versions=software(),
+        )
+
+    def _entry(self, job_id: str) -> Entry:
+        entry = self._entries.get(job_id)
+        if entry is None:
+            raise NotFound(f"There is no job '{job_id[:80]}'.")
+        return entry
+
+    async def _in_engine(self, what: Any) -> Any:  # a function of the engine that returns a coroutine
+        """Have the engine do something in its own loop, and wait for it here, but not for ever."""
+        if self._engine is None:
+            raise Busy("The service is not running.")
+        try:
+            return await asyncio.wait_for(asyncio.wrap_future(self._engine.call(what(self._engine))), 15.0)
+        except TimeoutError:
+            raise Busy("The database does not answer; another program may hold it. Try again later.", 10.0) from None
+        except Exception as error:
+            if (reason := why(error)) is not None:
+                raise Busy(f"The database cannot be used: {reason}", 10.0) from None
+            raise
+
+    def _whole(self, entry: Entry) -> Job:
+        """Return a job with what its stages found, read from the store."""
+        found = {record["stage"]: record["found"] for record in list(entry.records) if "found" in record}
+        stages = tuple(
+            stage.model_copy(update={"found": self._kept_json(found[stage.name])}) if stage.name in found else stage
+            for stage in entry.job.stages
+        )
+        last = entry.records[-1] if entry.records else {}
+        summary = self._kept_json(last["summary"]) if last.get("summary") else None
+        return entry.job.model_copy(update={"stages": stages, "summary": summary})
+
+    def _kept_json(self, digest: str) -> Data:
+        """Return a value of the store that is JSON; not to be changed."""
+        known = self._found.get(digest)
+        if known is None:
+            data = self._store.get(digest)
+            known = self._found.put(digest, json.loads(data), len(data))
+        return known
+
+    # What a job does; in the engine's loop
+
+    async def _work(self, job_id: str, asked: Data, step: Step) -> Data:
+        """Do a job's stages, each once; what was done before a kill is not done again."""
+        entry = self._entries.get(job_id)
+        if entry is None:
+            raise InternalError(f"The database has a job {job_id} that is not known.")
+        records: list[Data] = []
+        value, name = asked["mission"], PLAN
+        while True:
+
+            async def stage(name: str = name, value: str = value) -> Data:
+                return await self._stage(entry, name, value)
+
+            record = await step(name, stage)
+            records.append(record)
+            self._learn(entry, records)
+            if "problem" in record:
+                problem = Problem.model_validate(record["problem"])
+                ended = self._end(entry, "failed", problem)
+                return {"state": "failed", "problem": record["problem"], "ended": ended, "stages": records}
+            if record["following"] is None:
+                return {"state": "done", "ended": self._end(entry, "done"), "stages": records}
+            value, name = record["value"], record["following"]
+
+    async def _stage(self, entry: Entry, name: str, value: str) -> Data:
+        """Do one stage in a worker, keep what it made, and return the record of it."""
+        began: list[str] = []
+
+        def progress(sentence: str, share: float) -> None:
+            if not began:
+                began.append(utc_now())
+                self._begin(entry, name, began[0])
+                _log.info("job %s: %s begins", entry.job.id, name)
+            entry.change(sentence=sentence, share=share)
+            entry.feed.progress(entry.job, name, sentence, share)
+
+        try:
+            data = await asyncio.to_thread(self._store.get, value)
+            entry.work = self.workers.submit(run_stage, name, data, progress=progress, rank=_rank(entry))
+            if entry.cancelled:
+                entry.work.cancel()
+            outcome: Outcome = await asyncio.wrap_future(entry.work)
+        except LtlplanError as error:
+            _log.info("job %s: %s ends it: %s", entry.job.id, name, type(error).__name__)
+            problem = problem_of(error).model_dump(mode="json")
+            return {"stage": name, "problem": problem, "started": began[0] if began else utc_now(), "ended": utc_now()}
+        finally:
+            entry.work = None
+        record = await self._kept(entry, name, outcome)
+        return {**record, "started": began[0] if began else utc_now(), "ended": utc_now()}
+
+    async def _kept(self, entry: Entry, name: str, outcome: Outcome) -> Data:
+        """Keep what a stage made; where there is no room, wait for it."""
+        while True:
+            try:
+                return await asyncio.to_thread(self._keep, entry, name, outcome)
+            except NoRoom as error:
+                entry.feed.progress(entry.job, name, f"waiting: {error}", entry.job.share)
+                _log.warning("job %s waits: %s", entry.job.id, error)
+                await asyncio.sleep(AGAIN)
+
+    def _keep(self, entry: Entry, name: str, outcome: Outcome) -> Data:
+        if self._store.free() < RESERVE / 2:
+            raise NoRoom(f"There is no room in {self.settings.data}.")
+
+        def put(data: bytes) -> str:
+            with self._keeping:  # what another job that is being deleted has too stays
+                entry.kept.add(digest := self._store.put(data))
+            return digest
+
+        record: Data = {
+            "stage": name,
+            "following": outcome.following,
+            "value": put(outcome.value),
+            "found": put(json.dumps(outcome.found).encode()),
+            "files": [
+                FileEntry(name=file, size=len(data), media_type=_media_type(file), sha256=put(data)).model_dump()
+                for file, data in outcome.files
+            ],
+        }
+        if outcome.summary is not None:
+            record["summary"] = put(json.dumps(outcome.summary).encode())
+        if outcome.problem is not None:
+            record["problem"] = outcome.problem.model_dump(mode="json")
+        return record
+
+    def _begin(self, entry: Entry, name: str, now: str) -> None:
+        """Note that a worker has taken a stage."""
+        before = [stage for stage in entry.job.stages if stage.name != name]
+        changes: dict[str, Any] = {"stages": (*before, Stage(name=name, state="running", started=now))}
+        if entry.job.state == "queued":
+            changes |= {"state": "running", "started": entry.job.started or now}
+        if not entry.change(**changes):
+            return
+        if "state" in changes:
+            entry.feed.tell(state_event(entry.job))
+        entry.feed.tell(stage_event(entry.job, entry.job.stages[-1], len(before) + 1))
+
+    def _learn(self, entry: Entry, records: list[Data]) -> None:
+        """Note that a stage is done, and tell what it found, unless that is known already."""
+        if len(entry.records) >= len(records):
+            return
+        record = records[-1]
+        entry.records.append(record)
+        with entry.lock:
+            if entry.job.state not in ENDED:
+                entry.job = with_records(entry.job, entry.records)
+        found = self._kept_json(record["found"]) if "found" in record else {}
+        stage = entry.job.stages[-1].model_copy(update={"found": found})
+        for event in claim_events(entry.job, stage, len(records)):
+            entry.feed.tell(event)
+        entry.feed.tell(stage_event(entry.job, stage, len(records)))
+
+    def _end(self, entry: Entry, state: State, problem: Problem | None = None) -> str:
+        """Note that a job has ended, and return when."""
+        now = utc_now()
+        stages = tuple(
+            stage if stage.state in ENDED else stage.model_copy(update={"state": "cancelled", "ended": now})
+            for stage in entry.job.stages
+        )
+        share = 1.0 if state == "done" else entry.job.share
+        if not entry.change(state=state, ended=now, problem=problem, stages=stages, sentence="", share=share):
+            return str(entry.job.ended)
+        entry.feed.tell(state_event(entry.job))
+        entry.feed.close()
+        _log.info("job %s is %s", entry.job.id, state)
+        return now
+
+    async def _watch(self) -> None:
+        """Go on with jobs whose work was given up because their steps could not be written."""
+        missed: set[str] = set()
+        while True:
+            await asyncio.sleep(WATCH)
+            engine = self._engine
+            if engine is None:
+                return
+            idle = {job_id for job_id, entry in self._entries.items() if entry.job.state not in ENDED} - engine.running
+            for job_id in idle & missed:
+                try:
+                    await self._in_engine(lambda engine, job_id=job_id: engine.resume(job_id))
+                except Exception:  # the next look tries again
+                    _log.exception("job %s cannot be resumed yet", job_id)
+            missed = idle
+
+
+def _asked(mission: Mission, seed: int | None) -> tuple[str, Mission]:
+    """Return the key of what is asked, and the mission with its seed, held against all rules."""
+    from flight.certified import require_tube
+    from ltlplan.planner import with_seed
+
+    mission = with_seed(check_mission(mission), seed)
+    require_tube(mission.margin)
+    return key_of(mission), mission
+
+
+_TRANSIENT = frozenset({"internal-error", "worker-died", "limit-reached", "out-of-time", "out-of-memory", "missing-engine"})
+
+
+def _is_final(problem: Problem | None) -> bool:
+    """Tell whether a job failed for a reason that is its mission's own, so that another try would fail alike."""
+    return problem is not None and problem.type.rpartition("/")[2] not in _TRANSIENT
+
+
+def _rank(entry: Entry) -> float:
+    return datetime.fromisoformat(entry.job.submitted).timestamp()
+
+
+def _title(mission: Mission) -> str:
+    text = mission.sequence or mission.spec.formula or ""
+    return text if len(text) <= TITLE else text[: TITLE - 1] + "…"
+
+
+def _media_type(name: str) -> str:
+    return _MEDIA.get(Path(name).suffix, "application/octet-stream")
+
+
+def _folder_name(folder: Path) -> str:
+    """Return the data folder's own name, by which a database knows it; one is drawn for a new folder."""
+    place = folder / "folder"
+    try:
+        if not place.exists():
+            beside = place.with_suffix(f".{uuid.uuid4().hex}")
+            beside.write_text(f"{uuid.uuid4().hex}\n", encoding="ascii")
+            beside.replace(place)
+        return place.read_text(encoding="ascii").strip()
+    except OSError as error:
+        raise no_room(folder, error) from None

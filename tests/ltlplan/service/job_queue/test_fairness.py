@@ -1,0 +1,107 @@
+"""Many jobs at once: none starves, small ones are not stuck behind large ones, and memory is bounded."""
+
+from __future__ import annotations
+
+import asyncio
+import resource
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ltlplan.service.computing import workers as workers_module
+from ltlplan.service.computing.stages import run_stage
+from ltlplan.service.computing.workers import LocalWorkers, WorkFuture
+from ltlplan.service.job_queue.jobs import Jobs
+from ltlplan.service.settings import Settings
+from tests.helpers.flights import small_mission
+from tests.helpers.job_services import ended, run
+from tests.helpers.work_for_workers import stand_in_stage
+
+pytestmark = pytest.mark.xdist_group("service")
+
+LARGE = 200
+"""Seed of a job that takes 2 s of processor time; see `stand_in_stage`. Seeds of small ones are multiples of 1000 and take none."""
+
+
+class StandIns(LocalWorkers):
+    """Workers that only stand in for a job's stages, and note how many there were at the same time."""
+
+    most = 0
+
+    def submit(self, work: Any, /, *arguments: Any, **rest: Any) -> WorkFuture:
+        future = super().submit(stand_in_stage if work is run_stage else work, *arguments, **rest)
+        future.add_done_callback(lambda _future: setattr(self, "most", max(self.most, self.alive)))
+        return future
+
+
+def soon_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Take work for long after 0.2 s, and let it compete with the rest of a busy machine."""
+    monkeypatch.setattr(workers_module, "SHORT", 0.2)
+    monkeypatch.setattr(workers_module, "NICE", 0)
+
+
+async def many_at_once(folder: Path, small: int, large: int) -> None:
+    mission = small_mission("F a", margin=0.05)
+    workers = StandIns(2)
+    folder.mkdir()
+    jobs = Jobs(Settings(data=folder), workers)
+    await jobs.start()
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    slow = [await jobs.submit(mission, seed=LARGE + 1000 * index) for index in range(large)]
+    quick = [await jobs.submit(mission, seed=1000 * index) for index in range(small)]
+    order: list[str] = []
+
+    async def follow(job_id: str, kind: str) -> None:
+        async for _event in jobs.events(job_id):
+            pass
+        order.append(kind)
+
+    await asyncio.gather(*(follow(job.id, "large") for job in slow), *(follow(job.id, "small") for job in quick))
+    assert {job.state for job in await jobs.jobs(limit=1000)} == {"done"}
+    assert order.index("large") > small // 2  # though all large ones came first, and hold both places at the beginning
+    assert workers.most <= 4
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000
+    await jobs.stop()
+
+
+def test_small_jobs_are_not_stuck_behind_large_ones(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    soon_long(monkeypatch)
+    run(many_at_once(tmp_path / "data", 6, 3))
+
+
+@pytest.mark.slow
+def test_two_hundred_jobs_at_once_are_all_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    soon_long(monkeypatch)
+    run(many_at_once(tmp_path / "data", 192, 8))
+
+
+def test_a_long_piece_of_work_goes_on_where_it_is_when_others_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    soon_long(monkeypatch)
+    pool = LocalWorkers(1)
+    mission = small_mission("F a", margin=0.05)
+    from ltlplan.planner import with_seed
+    from ltlplan.service.computing.stages import mission_bytes
+
+    began: list[str] = []
+    value = mission_bytes(with_seed(mission, 80))
+    futures = [pool.submit(stand_in_stage, "plan", value, progress=lambda *_said: began.append("")) for _ in range(2)]
+    futures.append(pool.submit(stand_in_stage, "plan", mission_bytes(mission)))
+    for future in futures:
+        future.result(120)
+    assert 2 <= len(began) <= 3  # the second is begun again, once, where the first had the only place for long work
+    pool.close()
+
+
+def test_a_job_that_was_accepted_first_is_begun_first(tmp_path: Path) -> None:
+    async def check() -> None:
+        workers = StandIns(1)
+        (tmp_path / "data").mkdir()
+        jobs = Jobs(Settings(data=tmp_path / "data"), workers)
+        await jobs.start()
+        made = [await jobs.submit(small_mission("F a", margin=0.05), seed=1000 * index) for index in range(6)]
+        started = [(await ended(jobs, job)).started for job in made]
+        assert started == sorted(started)
+        await jobs.stop()
+
+    run(check())

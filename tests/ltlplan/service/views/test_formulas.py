@@ -1,0 +1,54 @@
+"""A formula in words, its names, its automata as drawings."""
+
+import pytest
+
+from ltlplan import Mission, load_mission, parse_mission
+from ltlplan.missions import shipped_mission_text
+from ltlplan.service.views.formulas import automaton_states, in_words, known_names, part_automata
+
+
+def _asking(formula: str) -> Mission:
+    return parse_mission(shipped_mission_text("firefighting").replace("F loc1 & F loc2 & G(smoke -> carrying)", f'"{formula}"'))
+
+
+def test_the_formula_of_the_paper_in_words() -> None:
+    mission = load_mission("firefighting")
+    assert in_words(mission) == (
+        "At some time in loc1.",
+        "At some time in loc2.",
+        "Always: if in smoke, then carrying.",
+    )
+
+
+@pytest.mark.parametrize(
+    ("formula", "said"),
+    [
+        ("!smoke U carrying", "Not in smoke until carrying, which must come."),
+        ("G F loc1", "Again and again in loc1."),
+        ("F G loc1", "From some time on always in loc1."),
+        ("F (loc1 & !smoke)", "At some time: in loc1 and not in smoke."),
+        ("loc1 R (smoke | free)", "(in smoke or in free flight) until in loc1 too, or to the end."),
+        ("F loc1 | F loc2", "(at some time in loc1) or (at some time in loc2)."),
+        ("!(loc1 & loc2)", "It is not so that (in loc1 and in loc2)."),
+    ],
+)
+def test_operators_in_words(formula: str, said: str) -> None:
+    assert in_words(_asking(formula)) == (said,)
+
+
+def test_names_say_what_they_are() -> None:
+    names = known_names(load_mission("firefighting"))
+    assert names["smoke"] == "hoop"
+    assert names["carrying"] == "internal state"
+    assert names["free"] == "in no region"
+
+
+def test_each_part_has_its_automaton_and_its_states_move_on() -> None:
+    mission = load_mission("firefighting")
+    parts = {str(part): automaton for part, automaton in part_automata(mission)}
+    assert list(parts) == ["F loc1", "F loc2", "G (smoke -> carrying)"]
+    reached = automaton_states(parts["F loc1"], [(0.0, frozenset()), (2.0, frozenset({"loc1"})), (3.0, frozenset())])
+    assert [time for time, _ in reached] == [0.0, 2.0]
+    assert parts["F loc1"].is_accepting(reached[-1][1][0])
+    broken = automaton_states(parts["G (smoke -> carrying)"], [(1.0, frozenset({"smoke"}))])
+    assert broken[-1] == (1.0, ())
