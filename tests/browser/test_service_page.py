@@ -276,6 +276,7 @@ def _a_refusal_says_what_would_mend_it(visitor: Visitor) -> None:
     visitor.page.wait_for_selector('[role=status][data-state="failed"]')
     assert "`F loc2` and `G !smoke` cannot hold together." in visitor.said(".job .words-of-command")
     visitor.page.get_by_role("button", name="What would mend it").click()
+    visitor.page.wait_for_selector("[role=tab][aria-selected=true]:text-is('Trust')")
     assert visitor.page.locator(".conflict code").all_inner_texts() == ["F loc2", "G !smoke"]
     visitor.page.get_by_role("button", name="Leave out G !smoke").click()
     visitor.wait("document.querySelector('.words').textContent === 'At some time in loc2.'")

@@ -108,6 +108,8 @@ class Desk:
                 say(error)
 
     def _set_job(self, job: Job | None) -> None:
+        if job == self.job:
+            return
         self.job = job
         for told in self.on_job:
             told(job)

@@ -141,6 +141,34 @@ class Words(TextElement):
         self.classes(classes)
 
 
+class Part:
+    """A place that is drawn anew only when it has something else to show.
+
+    A browser says which element was clicked, and elements that are drawn anew are others: a click on its way would be lost.
+
+    Args:
+        place: What it is drawn into.
+    """
+
+    def __init__(self, place: Element) -> None:
+        self.place = place
+        self._shown: object = self  # like nothing that is shown
+
+    def show(self, what: object, draw: Callable[[], object]) -> None:
+        """Draw it, unless it shows the same already.
+
+        Args:
+            what: What is shown; two that are equal look the same.
+            draw: Makes the elements.
+        """
+        if what == self._shown:
+            return
+        self._shown = what
+        self.place.clear()
+        with self.place:
+            draw()
+
+
 def box(classes: str = "", *, tag: str = "div") -> Element:
     """Return an element to put others into.
 

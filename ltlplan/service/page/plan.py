@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import Words, box, button, say, table
+from ltlplan.service.page.elements import Part, Words, box, button, say, table
 
 if TYPE_CHECKING:
-    from ltlplan.service.models import Job, Stage
+    from ltlplan.service.models import Job, Stage, State
     from ltlplan.service.page.desk import Desk
 
 Found = Mapping[str, Any]  # of any type: what stages found is JSON
@@ -29,12 +29,17 @@ class _Planning:
 
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
-        self.listed: list[tuple[str, str]] = []
         with box("planning"):
             with box("jobs", tag="section").props('aria-label="Jobs"'):
                 Words("h2", "Jobs")
                 self.list = box("job-list", tag="ul")
-            self.one = box("job", tag="section").props('aria-label="The job"')
+            with box("job", tag="section").props('aria-label="The job"'):
+                with box("head"):
+                    self.name, self.actions = Part(box("name")), Part(box("actions"))
+                self.told, self.stages = Part(box("told")), Part(box("stages", tag="ol"))
+                self.problem = Part(box("problem").props("role=alert"))
+        self.listed: dict[str, _Entry] = {}
+        self.none = Part(self.list)
         self.bar: ui.element | None = None
         self.sentence: Words | None = None
         desk.on_job.append(self.show)
@@ -46,25 +51,21 @@ class _Planning:
         """List the jobs again where something changed."""
         jobs = await self.desk.service.jobs.jobs(limit=_MOST)
         chosen = "" if self.desk.job is None else self.desk.job.id
-        state = [(job.id, job.state) for job in jobs] + [(chosen, "chosen")]
-        if state == self.listed:
-            return
-        self.listed = state
-        self.list.clear()
-        with self.list:
-            if not jobs:
-                Words("li", "None yet: write a mission and plan it.", "soft")
-            for job in jobs:
-                with box(tag="li"):
-                    made = button(
-                        "", lambda job=job: self.desk.guarded(self.desk.open(job.id, "plan"), self.list), f"entry {job.state}"
-                    )
-                    made.props(f"aria-current={'true' if job.id == chosen else 'false'}")
-                    with made:
-                        Words("b", job.mission)
-                        Words("span", _STATES[job.state], f"chip {job.state}")
-                        Words("small", f"{job.title}", "title")
-                        Words("small", f"{_clock(job.submitted)}, seed {job.seed}", "soft")
+        present = {job.id for job in jobs}
+        for gone in [job for job in self.listed if job not in present]:
+            self.listed.pop(gone).place.delete()
+        if not self.listed:
+            self.none.show(bool(jobs), lambda: None if jobs else Words("li", "None yet: write a mission and plan it.", "soft"))
+        for index, job in enumerate(jobs):
+            entry = self.listed.get(job.id)
+            if entry is None:
+                with self.list:
+                    entry = self.listed[job.id] = _Entry(job, self._open)
+                entry.place.move(target_index=index)
+            entry.show(job.state, job.id == chosen)
+
+    async def _open(self, job_id: str) -> None:
+        await self.desk.guarded(self.desk.open(job_id, "plan"), self.list)
 
     def progress(self, sentence: str, share: float) -> None:
         """Show what is being done at the moment."""
@@ -74,34 +75,31 @@ class _Planning:
 
     def show(self, job: Job | None) -> None:
         """Show a job as far as it has come."""
-        self.one.clear()
-        self.bar = self.sentence = None
         self.timer.activate()
-        with self.one:
-            if job is None:
-                Words("p", "Choose a job, or write a mission.", "soft")
-                return
-            self._head(job)
-            with box("stages", tag="ol"):
-                for stage in job.stages:
-                    _stage(stage)
-            if job.problem is not None:
-                with box("problem").props("role=alert"):
-                    Words("h3", job.problem.title)
-                    Words("pre", job.problem.detail, "words-of-command")
-                    if job.state == "failed":
-                        button("What would mend it", lambda: self.desk.show("trust"), "primary")
+        self.problem.place.set_visibility(job is not None and job.problem is not None)
+        if job is None:
+            self.bar = self.sentence = None
+            self.name.show(None, lambda: Words("p", "Choose a job, or write a mission.", "soft"))
+            for part in (self.actions, self.told, self.stages, self.problem):
+                part.show(None, lambda: None)
+            return
+        ended = None if job.ended is None else job.state
+        self.name.show((job.mission, job.state), lambda: _name(job))
+        self.actions.show((job.id, ended), lambda: self._actions(job))
+        self.told.show((job.id, job.state, job.started, job.ended), lambda: self._told(job))
+        self.stages.show(job.stages, lambda: [_stage(stage) for stage in job.stages])
+        self.problem.show((job.id, job.problem, job.state), lambda: self._problem(job))
 
-    def _head(self, job: Job) -> None:
-        with box("head"):
-            Words("h2", job.mission)
-            Words("span", _STATES[job.state], f"chip {job.state}").props("role=status data-state=" + job.state)
-            if job.ended is None:
-                button("Cancel", lambda: self.desk.guarded(self._cancel(job), self.one), "danger")
-            elif job.state == "done":
-                button("Watch it", lambda: self.desk.show("watch"), "primary")
-            if job.ended is not None:
-                button("Delete", lambda: self.desk.guarded(self._delete(job), self.one), "quiet")
+    def _actions(self, job: Job) -> None:
+        if job.ended is None:
+            button("Cancel", lambda: self.desk.guarded(self._cancel(job), self.actions.place), "danger")
+            return
+        if job.state == "done":
+            button("Watch it", lambda: self.desk.show("watch"), "primary")
+        button("Delete", lambda: self.desk.guarded(self._delete(job), self.actions.place), "quiet")
+
+    def _told(self, job: Job) -> None:
+        self.bar = self.sentence = None
         Words("code", job.title, "asked")
         times = [f"seed {job.seed}", f"handed in {_clock(job.submitted)}"]
         if job.started and job.ended:
@@ -111,6 +109,14 @@ class _Planning:
             self.bar = ui.element("progress").props(f'max=1 value={job.share:.3f} aria-label="How much is done"')
             waits = "waits for a free worker" if job.state == "queued" else job.sentence or "working"
             self.sentence = Words("p", f"{waits} ...", "sentence").props("aria-live=polite")
+
+    def _problem(self, job: Job) -> None:
+        if job.problem is None:
+            return
+        Words("h3", job.problem.title)
+        Words("pre", job.problem.detail, "words-of-command")
+        if job.state == "failed":
+            button("What would mend it", lambda: self.desk.show("trust"), "primary")
 
     async def _cancel(self, job: Job) -> None:
         await self.desk.service.jobs.cancel(job.id)
@@ -127,8 +133,32 @@ class _Planning:
         await self.desk.service.jobs.delete(job.id)
         self.desk.close_job()
         await self.refresh()
-        with self.one:
+        with self.actions.place:
             say(f"The job of {job.mission} is deleted.", good=True)
+
+
+class _Entry:
+    """One job in the list."""
+
+    def __init__(self, job: Job, opened: Callable[[str], Awaitable[None]]) -> None:
+        self.place = box(tag="li")
+        with self.place:
+            self.button = button("", lambda: opened(job.id))
+            with self.button:
+                Words("b", job.mission)
+                self.chip = Words("span", "")
+                Words("small", f"{job.title}", "title")
+                Words("small", f"{_clock(job.submitted)}, seed {job.seed}", "soft")
+
+    def show(self, state: State, chosen: bool) -> None:
+        """Show how far it has come, and whether it is looked at."""
+        self.button.classes(replace=f"entry {state}").props(f"aria-current={'true' if chosen else 'false'}")
+        self.chip.classes(replace=f"chip {state}").set_text(_STATES[state])
+
+
+def _name(job: Job) -> None:
+    Words("h2", job.mission)
+    Words("span", _STATES[job.state], f"chip {job.state}").props("role=status data-state=" + job.state)
 
 
 def _stage(stage: Stage) -> None:

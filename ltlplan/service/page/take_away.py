@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from nicegui import ui
 
 from ltlplan.service import questions as asked
-from ltlplan.service.page.elements import Words, box, button, say
+from ltlplan.service.page.elements import Part, Words, box, button, say
 
 if TYPE_CHECKING:
     from ltlplan.service.models import Job
@@ -30,24 +30,25 @@ class _Away:
 
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
-        self.place = box("away")
+        self.part = Part(box("away"))
         self.formats: list[str] = []
         desk.on_job.append(self.show)
 
     def show(self, job: Job | None) -> None:
         """Offer what a job made."""
-        self.place.clear()
-        with self.place:
-            if job is None:
-                Words("p", "Choose a job under Plan; what it made is here.", "soft")
-                return
-            self._link(job)
-            if not job.files:
-                Words("p", "This job has made no files.", "soft")
-                return
-            if job.state == "done":
-                self._together(job)
-            _files(job)
+        self.part.show(None if job is None else (job.id, job.state, job.files), lambda: self._draw(job))
+
+    def _draw(self, job: Job | None) -> None:
+        if job is None:
+            Words("p", "Choose a job under Plan; what it made is here.", "soft")
+            return
+        self._link(job)
+        if not job.files:
+            Words("p", "This job has made no files.", "soft")
+            return
+        if job.state == "done":
+            self._together(job)
+        _files(job)
 
     def _link(self, job: Job) -> None:
         with box("row link"):

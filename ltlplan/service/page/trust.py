@@ -9,7 +9,7 @@ from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any
 
 from ltlplan.service.page import checking
-from ltlplan.service.page.elements import Flight, Words, box, button
+from ltlplan.service.page.elements import Flight, Part, Words, box, button
 from verify.data import LtlplanError
 
 if TYPE_CHECKING:
@@ -26,20 +26,23 @@ class _Refusal:
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
         self.place = box("refusal")
+        self.part = Part(self.place)
         desk.on_job.append(self.show)
 
     def show(self, job: Job | None) -> None:
         """Show what is to be said of a job, if anything."""
-        self.place.clear()
-        with self.place:
-            if job is None:
-                Words("p", "Choose a job under Plan to see what is proved of it.", "soft")
-            elif job.problem is not None:
-                self._problem(job, job.problem)
-            elif job.state == "cancelled":
-                Words("p", "This job was cancelled: nothing is proved of it.", "soft")
-            elif job.ended is None:
-                Words("p", "Nothing is proved yet: the job is under way.", "soft")
+        known = None if job is None else (job.id, job.state, job.ended is None, job.problem, _largest_margin(job))
+        self.part.show(known, lambda: self._draw(job))
+
+    def _draw(self, job: Job | None) -> None:
+        if job is None:
+            Words("p", "Choose a job under Plan to see what is proved of it.", "soft")
+        elif job.problem is not None:
+            self._problem(job, job.problem)
+        elif job.state == "cancelled":
+            Words("p", "This job was cancelled: nothing is proved of it.", "soft")
+        elif job.ended is None:
+            Words("p", "Nothing is proved yet: the job is under way.", "soft")
 
     def _problem(self, job: Job, problem: Problem) -> None:
         told = problem.model_dump()

@@ -1,0 +1,148 @@
+"""The second tab: what is on its way to a button arrives, however far the job comes meanwhile."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+nicegui = pytest.importorskip("nicegui", reason="needs the service's extra")
+
+from nicegui import Client, ui  # noqa: E402
+from nicegui.element import Element  # noqa: E402
+
+from ltlplan.service.models import Job, Problem, Stage  # noqa: E402
+from ltlplan.service.page.desk import Desk  # noqa: E402
+from ltlplan.service.page.elements import Part, Words  # noqa: E402
+from ltlplan.service.page.plan import plan_tab  # noqa: E402
+from ltlplan.service.page.trust import trust_tab  # noqa: E402
+
+QUEUED = Job(id="a-1", mission="firefighting", submitted="2026-01-01T00:00:00+00:00")
+RUNNING = QUEUED.model_copy(update={"state": "running", "started": "2026-01-01T00:00:01+00:00"})
+PLANNED = RUNNING.model_copy(update={"stages": (Stage(name="plan", state="running"),)})
+REFUSED = PLANNED.model_copy(
+    update={
+        "state": "failed",
+        "ended": "2026-01-01T00:00:02+00:00",
+        "problem": Problem(
+            type="/problems/unsatisfiable", title="Unsatisfiable", status=422, detail="no", core=("F a", "G !a")
+        ),
+    }
+)
+
+
+class _Jobs:
+    """Jobs that are what a test says they are."""
+
+    def __init__(self) -> None:
+        self.known = [QUEUED]
+
+    async def jobs(self, limit: int) -> list[Job]:
+        return self.known[:limit]
+
+
+@pytest.fixture
+def client() -> Iterator[Client]:
+    made = Client(ui.page("/nowhere"))
+    with made:
+        yield made
+    made.delete()
+
+
+@pytest.fixture
+def desk(client: Client) -> Desk:
+    service: Any = SimpleNamespace(jobs=_Jobs(), questions=SimpleNamespace(ask=None))
+    return Desk(service, client)
+
+
+def buttons(client: Client) -> dict[str, Element]:
+    """Return the buttons that have words on them, by their words."""
+    return {
+        made.text: made for made in client.elements.values() if isinstance(made, Words) and made.tag == "button" and made.text
+    }
+
+
+def inside(place: Element) -> list[str]:
+    return [made.text for made in place.descendants() if isinstance(made, Words)]
+
+
+def test_a_part_is_drawn_anew_only_when_it_shows_something_else(client: Client) -> None:
+    del client
+    part, drawn = Part(ui.element("div")), list[str]()
+
+    def draw(text: str) -> Callable[[], None]:
+        def drawing() -> None:
+            drawn.append(text)
+            Words("p", text)
+
+        return drawing
+
+    for what in (None, None, 1, 1, 2, None):
+        part.show(what, draw(str(what)))
+    assert drawn == ["None", "1", "2", "None"]
+    assert inside(part.place) == ["None"]
+
+
+def test_cancel_stays_the_same_button_while_the_job_comes_further(client: Client, desk: Desk) -> None:
+    asyncio.run(_with_tab(desk))
+    _tell(desk, QUEUED)
+    cancel = buttons(client)["Cancel"]
+    for job in (RUNNING, PLANNED, PLANNED.model_copy(update={"share": 0.5})):
+        _tell(desk, job)
+        assert buttons(client)["Cancel"] is cancel
+    _tell(desk, REFUSED)
+    assert "Cancel" not in buttons(client)
+
+
+def test_what_a_refusal_offers_stays_when_the_same_is_told_again(client: Client, desk: Desk) -> None:
+    asyncio.run(_with_tab(desk))
+    trust_tab(desk, SimpleNamespace())  # pyright: ignore[reportArgumentType]  # the scene is not looked at
+    _tell(desk, PLANNED)
+    _tell(desk, REFUSED)
+    names = ("What would mend it", "Leave out F a", "Leave out G !a", "Edit the mission", "Delete")
+    before = {name: buttons(client)[name] for name in names}
+    _tell(desk, REFUSED.model_copy(update={"share": 1.0}))
+    assert {name: buttons(client)[name] for name in names} == before
+    _tell(desk, None)
+    assert not set(names) & set(buttons(client))
+
+
+def test_the_list_keeps_its_entries(client: Client, desk: Desk) -> None:
+    jobs: Any = desk.service.jobs
+
+    def entries() -> list[Element]:
+        found = next(made for made in client.elements.values() if "job-list" in made.classes)
+        return list(found.default_slot.children)
+
+    async def listed() -> None:
+        refresh = await _with_tab(desk)
+        first = entries()
+        assert inside(first[0])[1:3] == ["firefighting", "waits"]
+        jobs.known = [QUEUED.model_copy(update={"id": "a-2", "mission": "hoops"}), RUNNING]
+        await refresh()
+        second = entries()
+        assert second[1:] == first
+        assert [inside(made)[1:3] for made in second] == [["hoops", "waits"], ["firefighting", "runs"]]
+        jobs.known = []
+        await refresh()
+        assert [made.text for made in entries() if isinstance(made, Words)] == ["None yet: write a mission and plan it."]
+
+    asyncio.run(listed())
+
+
+async def _with_tab(desk: Desk) -> Callable[[], Any]:
+    """Make the tab, and return what lists the jobs again."""
+    with desk.client:
+        await plan_tab(desk)
+    timer = next(made for made in desk.client.elements.values() if isinstance(made, ui.timer))
+    assert timer.callback is not None
+    return timer.callback
+
+
+def _tell(desk: Desk, job: Job | None) -> None:
+    desk.job = job
+    for told in desk.on_job:
+        told(job)
