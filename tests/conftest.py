@@ -10,6 +10,7 @@ import functools
 import gc
 import os
 import pickle
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,10 @@ import pytest
 import ltlplan
 
 Once = Callable[[str, Callable[[Path], Any]], Any]
+
+# Dozens of processes are started: without what the first has compiled, each would compile all sources anew.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 
 def pytest_collection_finish() -> None:
