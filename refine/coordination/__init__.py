@@ -1,6 +1,6 @@
 """Robots in each other's way: who departs when, who waits where, who gives way to whom.
 
 Read `team_flights`, which tries one means after the other, and `departures`, the first of them. `encounters` and
-`reciprocal_avoidance` bend paths around each other, `midway_waits` and `safe_intervals` let robots wait on the way, and
-`spacing` says how far they keep apart.
+`reciprocal_avoidance` bend paths around each other (`meetings`: when and how near they come), `midway_waits` and `safe_intervals`
+let robots wait on the way, and `spacing` says how far they keep apart.
 """

@@ -1,6 +1,6 @@
 """Encounters: robots that no departure times keep apart give way to each other, in time and in space.
 
-`reciprocal_avoidance` fits the paths; here is who meets whom, when such an encounter begins, and how far it is slowed for the limits.
+`reciprocal_avoidance` fits the paths (of robots that meet as `meetings` says); here is who meets whom, when such an encounter begins, and how far it is slowed for the limits.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from refine.coordination.departures import DepartureConflict, departures
-from refine.coordination.reciprocal_avoidance import Mover, Yielding, avoid_by_rule, avoid_in_pair, mover
+from refine.coordination.meetings import Mover, mover
+from refine.coordination.reciprocal_avoidance import Yielding, avoid_by_rule, avoid_in_pair
 from refine.coordination.spacing import flight_of
 from refine.corridor.leg_limits import slower_on_ways
 from refine.corridor.planned import hovering_corridor
