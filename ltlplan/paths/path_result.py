@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.paths.costs import Sampling
-from ltlplan.paths.hoops.clearance import KeptRegion, Room, conflicts, room
+from ltlplan.paths.hoops.clearance import conflicts
+from ltlplan.paths.hoops.kept_clear import KeptRegion, Room, room
 from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.path_problem import PathProblem
 from verify.data import Mission, RobotPlan, Waypoint

@@ -17,8 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.paths.hoops.clearance import Room, blocked, conflicts
+from ltlplan.paths.hoops.clearance import blocked, conflicts
 from ltlplan.paths.hoops.hoop_frame import control_points
+from ltlplan.paths.hoops.kept_clear import Room
 from ltlplan.search.best_first import BestFirst
 from ltlplan.ways.free_space import FreeSpace
 from verify.data import Infeasible

@@ -1,60 +1,36 @@
 """One robot's way, leg by leg: stops at control points, and what each segment between them may enter.
 
-A stop is a waypoint in the making. A leg leads from where one visit ends to where the next begins, straight or past the avoid
-points of what stands in its way; a passage leads through a hoop; the last leg closes a lasso or goes to the end waypoint.
+A leg leads from where one visit ends to where the next begins, straight or past the avoid points of what stands in its way;
+a passage leads through a hoop; the last leg closes a lasso or goes to the end waypoint.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.avoidance import Blocked, Detour, avoid
-from ltlplan.paths.hoops.clearance import Room, blocked
+from ltlplan.paths.hoops.clearance import blocked
 from ltlplan.paths.hoops.hoop_frame import control_points
-from ltlplan.paths.hoops.primitives import Primitive, choose
+from ltlplan.paths.hoops.kept_clear import Room
 from ltlplan.paths.hoops.sides import Side
+from ltlplan.paths.hoops.stops import Stop, before_opening, holds, hoop_axes, primitives_between
 from ltlplan.systems.region_labels import apart
-from verify.data import BadInput, Infeasible, Mission, Visit
+from verify.data import BadInput, Mission, Visit
 from verify.data.plan import Role
 from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
 
-_DEEP = 0.9
-"""Share of the way from a region's centre to where the margin begins within which a robot stays; refinement uses as much."""
-_STEPS = 401
-"""Places on an axis at which a region's depth is looked at, where no formula gives it."""
 _AROUND = sorted(
     (np.array(way, dtype=np.float64) / np.linalg.norm(way) for way in itertools.product((-1, 0, 1), repeat=3) if any(way)),
     key=lambda way: (int(np.count_nonzero(way)), way[2] != 0, *(-way)),
 )
 """Unit vectors along the axes, then between them: to which side a region is left that is visited again."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Stop:
-    """One waypoint with what belongs to the segment that leads to it.
-
-    Attributes:
-        position: m. Shape (3,).
-        role: Which control point it is.
-        region: The hoop or region that it belongs to.
-        visit: Index of the visit that it serves.
-        permitted: Regions that the segment to this point may enter.
-        axes: Frame of the hoop in which the segment is measured, as columns; None where there is no hoop. Shape (3, 3).
-    """
-
-    position: Floats
-    role: Role
-    region: str | None = None
-    visit: int | None = None
-    permitted: frozenset[str] = frozenset()
-    axes: Floats | None = None
 
 
 class Legs:
@@ -159,7 +135,7 @@ class Legs:
             ends = ends[1:] if (self.end - points.centre) @ np.array(hoop.normal) >= 0.0 else ends[:1]
         problem: Blocked | None = None
         for role, position in sorted(ends, key=lambda end: float(np.linalg.norm(end[1] - origin))):
-            place = _before_opening(self.mission, name, hoop, role) if self.end is None else self.end
+            place = before_opening(self.mission, name, hoop, role) if self.end is None else self.end
             rest = Stop(place, "centre", name, j, self._holding(place), points.frame)
             if np.allclose(origin, position, atol=1e-9):
                 return [rest]
@@ -307,58 +283,3 @@ class Legs:
         if np.allclose(self._exit(i, left)[0].position, self.end, atol=1e-9):
             return []
         return self._way(i, left, Stop(self.end, "end"))
-
-
-def _before_opening(mission: Mission, name: str, hoop: Hoop, side: Role) -> Floats:
-    """Return a place to hover in a hoop's region, on its front or rear side: halfway between opening and border, both less the margin.
-
-    Raises:
-        Infeasible: The region is too flat for that.
-    """
-    normal = np.array(hoop.normal) if side == "front" else -np.array(hoop.normal)
-    deep = max(1.0 - mission.margin / hoop.inner_radius, 0.0)
-    if hoop.is_ellipsoid:
-        farthest = _DEEP * deep / float(normal @ hoop.shape @ normal) ** 0.5
-    else:
-        ahead = np.linspace(0.0, 1.01 * hoop.outer_radius, _STEPS)
-        shallow = np.flatnonzero(hoop.measures.depths(ahead[:, None] * normal) < mission.margin)
-        farthest = _DEEP * float(ahead[max(shallow[0] - 1, 0)])
-    if farthest <= mission.margin:
-        raise Infeasible(
-            f"A robot cannot stay in '{name}' without flying through it: {mission.margin:g} m in front of its opening, where the margin "
-            f"ends, a place should still be inside by the margin, and such places end {farthest:.3f} m in front of it. Ask for a "
-            "smaller margin or a larger region."
-        )
-    ahead = (mission.margin + farthest) / 2.0
-    return np.array(hoop.center) + ahead * normal
-
-
-def primitives_between(stops: Sequence[Stop]) -> list[Primitive]:
-    """Return the primitive of each segment between stops."""
-    result = []
-    for i in range(1, len(stops)):
-        previous = stops[i - 2].position if i > 1 else None
-        axes = stops[i].axes
-        if axes is None:
-            chord = stops[i].position - stops[i - 1].position
-            result.append(Primitive("STRAIGHT", float(np.linalg.norm(chord))))
-        else:
-            result.append(choose(previous, stops[i - 1].position, stops[i].position, axes))
-    return result
-
-
-def holds(mission: Mission, point: Floats, region: str) -> bool:
-    """Tell whether a point lies in a region.
-
-    Args:
-        mission: Whose region.
-        point: m. Shape (3,).
-        region: Its name.
-    """
-    return bool(mission.all_regions[region].level(point) <= 1.0)
-
-
-def hoop_axes(mission: Mission, region: str | None) -> Floats | None:
-    """Return a hoop's own axes as columns; None for whatever is no hoop. Shape (3, 3)."""
-    hoop = mission.hoops.get(region or "")
-    return None if hoop is None else control_points(hoop).frame

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.paths.hoops.clearance import conflicts, room
+from ltlplan.paths.hoops.clearance import conflicts
+from ltlplan.paths.hoops.kept_clear import room
 from ltlplan.paths.least_snap_spline import LeastSnapSpline
 from ltlplan.search.exact import assign
 from ltlplan.systems.region_graph import RegionGraph
