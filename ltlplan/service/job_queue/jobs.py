@@ -10,98 +10,34 @@ nobody; this process is the only one that writes (the data folder is locked, and
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
-import threading
 import uuid
 from collections.abc import AsyncIterator
-from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
-from ltlplan.service.computing.stages import PLAN, Outcome, mission_bytes, mission_of, plan_of, run_stage
-from ltlplan.service.computing.workers import WorkFuture
 from ltlplan.service.job_queue.database import prepare, url_of, why
 from ltlplan.service.job_queue.engine import Data, Engine, Step, tables
-from ltlplan.service.job_queue.entries import Entry, digests, entry_of, job_of, told_again, told_of, utc_now, with_records
-from ltlplan.service.job_queue.events import claim_events, stage_event, state_event
+from ltlplan.service.job_queue.entries import Entry, entry_of, job_of, told_again, utc_now
+from ltlplan.service.job_queue.events import state_event
 from ltlplan.service.job_queue.recent import Recent
-from ltlplan.service.job_queue.store import NoRoom, Store, no_room
-from ltlplan.service.models import ENDED, Event, FileEntry, Health, Job, Problem, Stage, State
-from ltlplan.service.problems import Busy, Conflict, NotFound, TooManyRequests, problem_of
+from ltlplan.service.job_queue.results import RESERVE, Results, StoredFile
+from ltlplan.service.job_queue.runner import Pool, Runner, end
+from ltlplan.service.job_queue.store import no_room
+from ltlplan.service.models import ENDED, Event, Health, Job, Problem, State
+from ltlplan.service.problems import Busy, Conflict, NotFound, TooManyRequests
 from ltlplan.service.settings import Settings
 from ltlplan.service.versions import key_of, software
-from verify.data import LtlplanError, Mission, check_mission, mission_to_yaml
+from verify.data import LtlplanError, Mission, check_mission
 from verify.data.errors import InternalError
-from verify.data.progress import Progress
 
-RESERVE = 32_000_000
-"""Bytes that stay free on the disk: with less nothing new is accepted, and what runs waits before it writes."""
-AGAIN = 2.0
-"""s until what had to wait for room is tried again."""
 WATCH = 5.0
 """s between looks for jobs whose work was given up."""
 LOOK = 0.5
 """s for which the service's state is not looked for again."""
-FOUND_BYTES = 16_000_000
-"""Bytes of JSON that stages found, as text, which are kept in memory."""
 TITLE = 120
 
-_MEDIA = {
-    ".csv": "text/csv; charset=utf-8",
-    ".html": "text/html; charset=utf-8",
-    ".json": "application/json",
-    ".yaml": "application/yaml",
-    ".md": "text/markdown; charset=utf-8",
-    ".py": "text/x-python; charset=utf-8",
-}
-
-Found = TypeVar("Found")
 _log = logging.getLogger("ltlplan.service")
-
-
-class Pool(Protocol):
-    """Who computes: this machine's processes, or a cluster's."""
-
-    count: int
-
-    @property
-    def alive(self) -> int:
-        """How many processes are at work."""
-        ...
-
-    def submit(self, work: Any, /, *arguments: Any, progress: Progress | None = None, rank: float = 0.0) -> WorkFuture:
-        """Have work done somewhere.
-
-        Args:
-            work: A function of a module; it is given the arguments and, last, whom to tell its progress.
-            arguments: What it is given; must be picklable.
-            progress: Told a sentence and the share done, 0 to 1.
-            rank: Work of a lower rank is begun first.
-        """
-        ...
-
-    def close(self) -> None:
-        """End all work."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class StoredFile:
-    """A file of a job, on disk.
-
-    Attributes:
-        path: Where; named by its digest.
-        media_type: What kind of content it is.
-        sha256: Digest of its bytes, in hexadecimal.
-        size: Bytes.
-    """
-
-    path: Path
-    media_type: str
-    sha256: str
-    size: int
 
 
 class Jobs:
@@ -115,15 +51,14 @@ class Jobs:
     def __init__(self, settings: Settings, workers: Pool) -> None:
         self.settings = settings
         self.workers = workers
-        self._store = Store(settings.data / "values")
+        self._results = Results(settings.data)
+        self._runner = Runner(self._results, workers)
         self._url = url_of(settings.data, settings.database)
         self._keys: Recent[tuple[str, Mission, Mission]] = Recent(200)
-        self._found: Recent[Data] = Recent(FOUND_BYTES)
         self._health: Health | None = None
         self._entries: dict[str, Entry] = {}
         self._attempts: dict[str, list[str]] = {}
         self._submitting = asyncio.Lock()
-        self._keeping = threading.Lock()
         self._engine: Engine | None = None
         self._watching: asyncio.Task[None] | None = None
 
@@ -137,32 +72,22 @@ class Jobs:
         self._watching = asyncio.create_task(self._watch())
 
     def _open(self) -> None:
-        self._store.open()
+        self._results.store.open()
         sqlite = self.settings.database is None
         database = prepare(self._url, _folder_name(self.settings.data), tables=tables(sqlite=sqlite))
-        owned = self._store.is_owned(database)
-        engine = Engine(self._url, self._work)
+        owned = self._results.store.is_owned(database)
+        engine = Engine(self._url, self._do)
         records = engine.start()
         for record in sorted(records, key=lambda record: str(record.asked["submitted"])):
             entry = entry_of(record)
             self._entries[record.id] = entry
             self._attempts.setdefault(entry.job.key, []).append(record.id)
         if owned:
-            self._collect()
+            self._results.collect(self._entries.values())
         self._engine = engine
         engine.open_gate()
         going = sum(entry.job.state not in ENDED for entry in self._entries.values())
         _log.info("%d jobs in %s, %d of them go on", len(records), self.settings.data, going)
-
-    def _collect(self) -> None:
-        """Remove values that no job has: a kill came before they were in a record, or before they were removed with their job."""
-        kept = {digest for entry in self._entries.values() for digest in digests(entry)}
-        try:
-            orphans = self._store.keep_only(kept)
-        except OSError as error:  # they are tried again at the next start
-            _log.warning("values that no job has cannot be removed: %s", error)
-        else:
-            _log.info("%d values are removed that no job has", orphans)
 
     async def stop(self) -> None:
         """Let go of everything, the workers too; jobs that have not ended go on at the next start."""
@@ -226,14 +151,13 @@ class Jobs:
         waiting = sum(entry.job.state == "queued" for entry in self._entries.values())
         if waiting >= self.settings.limits.queued:
             raise TooManyRequests(f"{waiting} jobs are waiting already, the most there may be; submit this one later.", 30.0)
-        if self._store.free() < RESERVE:
-            raise NoRoom(f"There is less than {RESERVE // 1_000_000} MB of room in {self.settings.data}; make room there.")
+        self._results.require_room()
 
     async def _accept(self, key: str, mission: Mission) -> Job:
         attempts = self._attempts.setdefault(key, [])
         number = 1 + max((int(job_id.rpartition("-")[2]) for job_id in attempts), default=0)
         job_id = f"{key[:16]}-{number}"
-        value = await asyncio.to_thread(lambda: self._store.put(mission_bytes(mission)))
+        value = await asyncio.to_thread(self._results.ask, mission)
         asked: Data = {
             "mission": value,
             "name": mission.name,
@@ -278,9 +202,9 @@ class Jobs:
             NotFound: There is no such job.
         """
         entry = self._entry(job_id)
-        if all(digest in self._found for digest in told_of(entry)):
-            return self._whole(entry)
-        return await asyncio.to_thread(self._whole, entry)
+        if self._results.at_hand(entry):
+            return self._results.whole(entry)
+        return await asyncio.to_thread(self._results.whole, entry)
 
     async def events(self, job_id: str, *, after: int = 0) -> AsyncIterator[Event]:
         """Yield a job's events, those that were told already first; ends after the one that says how the job ended.
@@ -325,7 +249,7 @@ class Jobs:
         if cancelled:
             if entry.work is not None:
                 entry.work.cancel()
-            self._end(entry, "cancelled")
+            end(entry, "cancelled")
         else:
             entry.cancelled = False
         return entry.job
@@ -344,14 +268,8 @@ class Jobs:
             await self._in_engine(lambda engine: engine.delete(job_id))
             self._entries.pop(job_id, None)
             self._attempts[entry.job.key].remove(job_id)
-            await asyncio.to_thread(self._drop, entry, list(self._entries.values()))
+            await asyncio.to_thread(self._results.drop, entry, list(self._entries.values()))
         _log.info("job %s is deleted", job_id)
-
-    def _drop(self, entry: Entry, others: list[Entry]) -> None:
-        """Remove what a job has in the store and no other has."""
-        with self._keeping:
-            for digest in digests(entry) - {digest for other in others for digest in digests(other)}:
-                self._store.drop(digest)
 
     async def file(self, job_id: str, name: str) -> StoredFile:
         """Return a file of a job, by its name in the job's own table.
@@ -359,12 +277,7 @@ class Jobs:
         Raises:
             NotFound: There is no such job, or it has no such file.
         """
-        entry = self._entry(job_id)
-        for file in entry.job.files:
-            if file.name == name:
-                return StoredFile(self._store.path(file.sha256), file.media_type, file.sha256, file.size)
-        have = ", ".join(file.name for file in entry.job.files) or "none yet"
-        raise NotFound(f"Job {job_id} has no file '{name[:80]}'; it has {have}.")
+        return self._results.file(self._entry(job_id), name)
 
     async def plan(self, job_id: str) -> tuple[str, str] | None:
         """Return a job's mission.yaml and plan.json as soon as it is planned; None before.
@@ -372,16 +285,7 @@ class Jobs:
         Raises:
             NotFound: There is no such job.
         """
-        entry = self._entry(job_id)
-        planned = next((record for record in entry.records if record["stage"] == PLAN and "value" in record), None)
-        if planned is None:
-            return None
-
-        def read() -> tuple[str, str]:
-            plan = plan_of(self._store.get(planned["value"]))
-            return mission_to_yaml(plan.mission), plan.to_json()
-
-        return await asyncio.to_thread(read)
+        return await asyncio.to_thread(self._results.plan, self._entry(job_id))
 
     async def mission(self, job_id: str) -> str:
         """Return the resolved mission of a job as YAML, in any of its states.
@@ -389,8 +293,7 @@ class Jobs:
         Raises:
             NotFound: There is no such job.
         """
-        digest = self._entry(job_id).asked["mission"]
-        return await asyncio.to_thread(lambda: mission_to_yaml(mission_of(self._store.get(digest))))
+        return await asyncio.to_thread(self._results.mission, self._entry(job_id))
 
     async def health(self) -> Health:
         """Return whether database and workers answer, and what waits; asked again within `LOOK` s, what was seen then."""
@@ -409,7 +312,7 @@ class Jobs:
         except LtlplanError as error:
             database = str(error)
         states = [entry.job.state for entry in self._entries.values()]
-        room = await asyncio.to_thread(self._store.free)
+        room = await asyncio.to_thread(self._results.store.free)
         return Health(
             ok=database == "answers" and room >= RESERVE,
             database=database,
@@ -440,153 +343,13 @@ class Jobs:
                 raise Busy(f"The database cannot be used: {reason}", 10.0) from None
             raise
 
-    def _whole(self, entry: Entry) -> Job:
-        """Return a job with what its stages found, read from the store."""
-        found = {record["stage"]: record["found"] for record in list(entry.records) if "found" in record}
-        stages = tuple(
-            stage.model_copy(update={"found": self._kept_json(found[stage.name])}) if stage.name in found else stage
-            for stage in entry.job.stages
-        )
-        last = entry.records[-1] if entry.records else {}
-        summary = self._kept_json(last["summary"]) if last.get("summary") else None
-        return entry.job.model_copy(update={"stages": stages, "summary": summary})
-
-    def _kept_json(self, digest: str) -> Data:
-        """Return a value of the store that is JSON; not to be changed."""
-        known = self._found.get(digest)
-        if known is None:
-            data = self._store.get(digest)
-            known = self._found.put(digest, json.loads(data), len(data))
-        return known
-
-    # What a job does; in the engine's loop
-
-    async def _work(self, job_id: str, asked: Data, step: Step) -> Data:
-        """Do a job's stages, each once; what was done before a kill is not done again."""
+    async def _do(self, job_id: str, asked: Data, step: Step) -> Data:
+        """Do a job, in the engine's loop."""
+        del asked  # known
         entry = self._entries.get(job_id)
         if entry is None:
             raise InternalError(f"The database has a job {job_id} that is not known.")
-        records: list[Data] = []
-        value, name = asked["mission"], PLAN
-        while True:
-
-            async def stage(name: str = name, value: str = value) -> Data:
-                return await self._stage(entry, name, value)
-
-            record = await step(name, stage)
-            records.append(record)
-            self._learn(entry, records)
-            if "problem" in record:
-                problem = Problem.model_validate(record["problem"])
-                ended = self._end(entry, "failed", problem)
-                return {"state": "failed", "problem": record["problem"], "ended": ended, "stages": records}
-            if record["following"] is None:
-                return {"state": "done", "ended": self._end(entry, "done"), "stages": records}
-            value, name = record["value"], record["following"]
-
-    async def _stage(self, entry: Entry, name: str, value: str) -> Data:
-        """Do one stage in a worker, keep what it made, and return the record of it."""
-        began: list[str] = []
-
-        def progress(sentence: str, share: float) -> None:
-            if not began:
-                began.append(utc_now())
-                self._begin(entry, name, began[0])
-                _log.info("job %s: %s begins", entry.job.id, name)
-            entry.change(sentence=sentence, share=share)
-            entry.feed.progress(entry.job, name, sentence, share)
-
-        try:
-            data = await asyncio.to_thread(self._store.get, value)
-            entry.work = self.workers.submit(run_stage, name, data, progress=progress, rank=_rank(entry))
-            if entry.cancelled:
-                entry.work.cancel()
-            outcome: Outcome = await asyncio.wrap_future(entry.work)
-        except LtlplanError as error:
-            _log.info("job %s: %s ends it: %s", entry.job.id, name, type(error).__name__)
-            problem = problem_of(error).model_dump(mode="json")
-            return {"stage": name, "problem": problem, "started": began[0] if began else utc_now(), "ended": utc_now()}
-        finally:
-            entry.work = None
-        record = await self._kept(entry, name, outcome)
-        return {**record, "started": began[0] if began else utc_now(), "ended": utc_now()}
-
-    async def _kept(self, entry: Entry, name: str, outcome: Outcome) -> Data:
-        """Keep what a stage made; where there is no room, wait for it."""
-        while True:
-            try:
-                return await asyncio.to_thread(self._keep, entry, name, outcome)
-            except NoRoom as error:
-                entry.feed.progress(entry.job, name, f"waiting: {error}", entry.job.share)
-                _log.warning("job %s waits: %s", entry.job.id, error)
-                await asyncio.sleep(AGAIN)
-
-    def _keep(self, entry: Entry, name: str, outcome: Outcome) -> Data:
-        if self._store.free() < RESERVE / 2:
-            raise NoRoom(f"There is no room in {self.settings.data}.")
-
-        def put(data: bytes) -> str:
-            with self._keeping:  # what another job that is being deleted has too stays
-                entry.kept.add(digest := self._store.put(data))
-            return digest
-
-        record: Data = {
-            "stage": name,
-            "following": outcome.following,
-            "value": put(outcome.value),
-            "found": put(json.dumps(outcome.found).encode()),
-            "files": [
-                FileEntry(name=file, size=len(data), media_type=_media_type(file), sha256=put(data)).model_dump()
-                for file, data in outcome.files
-            ],
-        }
-        if outcome.summary is not None:
-            record["summary"] = put(json.dumps(outcome.summary).encode())
-        if outcome.problem is not None:
-            record["problem"] = outcome.problem.model_dump(mode="json")
-        return record
-
-    def _begin(self, entry: Entry, name: str, now: str) -> None:
-        """Note that a worker has taken a stage."""
-        before = [stage for stage in entry.job.stages if stage.name != name]
-        changes: dict[str, Any] = {"stages": (*before, Stage(name=name, state="running", started=now))}
-        if entry.job.state == "queued":
-            changes |= {"state": "running", "started": entry.job.started or now}
-        if not entry.change(**changes):
-            return
-        if "state" in changes:
-            entry.feed.tell(state_event(entry.job))
-        entry.feed.tell(stage_event(entry.job, entry.job.stages[-1], len(before) + 1))
-
-    def _learn(self, entry: Entry, records: list[Data]) -> None:
-        """Note that a stage is done, and tell what it found, unless that is known already."""
-        if len(entry.records) >= len(records):
-            return
-        record = records[-1]
-        entry.records.append(record)
-        with entry.lock:
-            if entry.job.state not in ENDED:
-                entry.job = with_records(entry.job, entry.records)
-        found = self._kept_json(record["found"]) if "found" in record else {}
-        stage = entry.job.stages[-1].model_copy(update={"found": found})
-        for event in claim_events(entry.job, stage, len(records)):
-            entry.feed.tell(event)
-        entry.feed.tell(stage_event(entry.job, stage, len(records)))
-
-    def _end(self, entry: Entry, state: State, problem: Problem | None = None) -> str:
-        """Note that a job has ended, and return when."""
-        now = utc_now()
-        stages = tuple(
-            stage if stage.state in ENDED else stage.model_copy(update={"state": "cancelled", "ended": now})
-            for stage in entry.job.stages
-        )
-        share = 1.0 if state == "done" else entry.job.share
-        if not entry.change(state=state, ended=now, problem=problem, stages=stages, sentence="", share=share):
-            return str(entry.job.ended)
-        entry.feed.tell(state_event(entry.job))
-        entry.feed.close()
-        _log.info("job %s is %s", entry.job.id, state)
-        return now
+        return await self._runner.do(entry, step)
 
     async def _watch(self) -> None:
         """Go on with jobs whose work was given up because their steps could not be written."""
@@ -623,17 +386,9 @@ def _is_final(problem: Problem | None) -> bool:
     return problem is not None and problem.type.rpartition("/")[2] not in _TRANSIENT
 
 
-def _rank(entry: Entry) -> float:
-    return datetime.fromisoformat(entry.job.submitted).timestamp()
-
-
 def _title(mission: Mission) -> str:
     text = mission.sequence or mission.spec.formula or ""
     return text if len(text) <= TITLE else text[: TITLE - 1] + "…"
-
-
-def _media_type(name: str) -> str:
-    return _MEDIA.get(Path(name).suffix, "application/octet-stream")
 
 
 def _folder_name(folder: Path) -> str:

@@ -1,0 +1,176 @@
+"""What a job does, in the engine's loop: its stages one after the other, each computed by a worker, kept, and told."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from datetime import datetime
+from typing import Any, Protocol
+
+from ltlplan.service.computing.stages import PLAN, Outcome, run_stage
+from ltlplan.service.computing.workers import WorkFuture
+from ltlplan.service.job_queue.engine import Data, Step
+from ltlplan.service.job_queue.entries import Entry, utc_now, with_records
+from ltlplan.service.job_queue.events import claim_events, stage_event, state_event
+from ltlplan.service.job_queue.results import Results
+from ltlplan.service.job_queue.store import NoRoom
+from ltlplan.service.models import ENDED, Problem, Stage, State
+from ltlplan.service.problems import problem_of
+from verify.data import LtlplanError
+from verify.data.progress import Progress
+
+AGAIN = 2.0
+"""s until what had to wait for room is tried again."""
+
+_log = logging.getLogger("ltlplan.service")
+
+
+class Pool(Protocol):
+    """Who computes: this machine's processes, or a cluster's."""
+
+    count: int
+
+    @property
+    def alive(self) -> int:
+        """How many processes are at work."""
+        ...
+
+    def submit(self, work: Any, /, *arguments: Any, progress: Progress | None = None, rank: float = 0.0) -> WorkFuture:
+        """Have work done somewhere.
+
+        Args:
+            work: A function of a module; it is given the arguments and, last, whom to tell its progress.
+            arguments: What it is given; must be picklable.
+            progress: Told a sentence and the share done, 0 to 1.
+            rank: Work of a lower rank is begun first.
+        """
+        ...
+
+    def close(self) -> None:
+        """End all work."""
+        ...
+
+
+class Runner:
+    """How jobs are done.
+
+    Attributes:
+        results: Where what they make is kept.
+        workers: Who computes.
+    """
+
+    def __init__(self, results: Results, workers: Pool) -> None:
+        self.results = results
+        self.workers = workers
+
+    async def do(self, entry: Entry, step: Step) -> Data:
+        """Do a job's stages, each once; what was done before a kill is not done again.
+
+        Args:
+            entry: The job's.
+            step: Does a stage, or returns the record of it that a database has.
+
+        Returns:
+            How it ended, with the records of its stages.
+        """
+        records: list[Data] = []
+        value, name = entry.asked["mission"], PLAN
+        while True:
+
+            async def stage(name: str = name, value: str = value) -> Data:
+                return await self._stage(entry, name, value)
+
+            record = await step(name, stage)
+            records.append(record)
+            self._learn(entry, records)
+            if "problem" in record:
+                ended = end(entry, "failed", Problem.model_validate(record["problem"]))
+                return {"state": "failed", "problem": record["problem"], "ended": ended, "stages": records}
+            if record["following"] is None:
+                return {"state": "done", "ended": end(entry, "done"), "stages": records}
+            value, name = record["value"], record["following"]
+
+    async def _stage(self, entry: Entry, name: str, value: str) -> Data:
+        """Do one stage in a worker, keep what it made, and return the record of it."""
+        began: list[str] = []
+
+        def progress(sentence: str, share: float) -> None:
+            if not began:
+                began.append(utc_now())
+                _begin(entry, name, began[0])
+                _log.info("job %s: %s begins", entry.job.id, name)
+            entry.change(sentence=sentence, share=share)
+            entry.feed.progress(entry.job, name, sentence, share)
+
+        try:
+            data = await asyncio.to_thread(self.results.store.get, value)
+            entry.work = self.workers.submit(run_stage, name, data, progress=progress, rank=_rank(entry))
+            if entry.cancelled:
+                entry.work.cancel()
+            outcome: Outcome = await asyncio.wrap_future(entry.work)
+        except LtlplanError as error:
+            _log.info("job %s: %s ends it: %s", entry.job.id, name, type(error).__name__)
+            problem = problem_of(error).model_dump(mode="json")
+            return {"stage": name, "problem": problem, "started": began[0] if began else utc_now(), "ended": utc_now()}
+        finally:
+            entry.work = None
+        record = await self._kept(entry, name, outcome)
+        return {**record, "started": began[0] if began else utc_now(), "ended": utc_now()}
+
+    async def _kept(self, entry: Entry, name: str, outcome: Outcome) -> Data:
+        """Keep what a stage made; where there is no room, wait for it."""
+        while True:
+            try:
+                return await asyncio.to_thread(self.results.keep, entry, name, outcome)
+            except NoRoom as error:
+                entry.feed.progress(entry.job, name, f"waiting: {error}", entry.job.share)
+                _log.warning("job %s waits: %s", entry.job.id, error)
+                await asyncio.sleep(AGAIN)
+
+    def _learn(self, entry: Entry, records: list[Data]) -> None:
+        """Note that a stage is done, and tell what it found, unless that is known already."""
+        if len(entry.records) >= len(records):
+            return
+        record = records[-1]
+        entry.records.append(record)
+        with entry.lock:
+            if entry.job.state not in ENDED:
+                entry.job = with_records(entry.job, entry.records)
+        found = self.results.json(record["found"]) if "found" in record else {}
+        stage = entry.job.stages[-1].model_copy(update={"found": found})
+        for event in claim_events(entry.job, stage, len(records)):
+            entry.feed.tell(event)
+        entry.feed.tell(stage_event(entry.job, stage, len(records)))
+
+
+def end(entry: Entry, state: State, problem: Problem | None = None) -> str:
+    """Note that a job has ended, and return when."""
+    now = utc_now()
+    stages = tuple(
+        stage if stage.state in ENDED else stage.model_copy(update={"state": "cancelled", "ended": now})
+        for stage in entry.job.stages
+    )
+    share = 1.0 if state == "done" else entry.job.share
+    if not entry.change(state=state, ended=now, problem=problem, stages=stages, sentence="", share=share):
+        return str(entry.job.ended)
+    entry.feed.tell(state_event(entry.job))
+    entry.feed.close()
+    _log.info("job %s is %s", entry.job.id, state)
+    return now
+
+
+def _begin(entry: Entry, name: str, now: str) -> None:
+    """Note that a worker has taken a stage."""
+    before = [stage for stage in entry.job.stages if stage.name != name]
+    changes: dict[str, Any] = {"stages": (*before, Stage(name=name, state="running", started=now))}
+    if entry.job.state == "queued":
+        changes |= {"state": "running", "started": entry.job.started or now}
+    if not entry.change(**changes):
+        return
+    if "state" in changes:
+        entry.feed.tell(state_event(entry.job))
+    entry.feed.tell(stage_event(entry.job, entry.job.stages[-1], len(before) + 1))
+
+
+def _rank(entry: Entry) -> float:
+    return datetime.fromisoformat(entry.job.submitted).timestamp()
