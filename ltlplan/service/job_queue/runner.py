@@ -144,7 +144,16 @@ class Runner:
 
 
 def end(entry: Entry, state: State, problem: Problem | None = None) -> str:
-    """Note that a job has ended, and return when."""
+    """Note that a job has ended, unless it had, and tell so.
+
+    Args:
+        entry: The job's.
+        state: How it ended.
+        problem: Why it failed, if it did.
+
+    Returns:
+        When it ended, UTC, ISO 8601.
+    """
     now = utc_now()
     stages = tuple(
         stage if stage.state in ENDED else stage.model_copy(update={"state": "cancelled", "ended": now})
