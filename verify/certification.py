@@ -27,7 +27,7 @@ from verify.data.errors import BadInput, NotCertified
 from verify.data.plan import Plan, check_plan
 from verify.data.trajectory import Trajectory, check_trajectories
 from verify.logic.verdict import Verdict
-from verify.motion.membership import changes, statuses
+from verify.motion.membership.statuses import changes, statuses
 from verify.motion.passages import crossings
 from verify.motion.separation import stretch_of
 from verify.motion.visits import Matching, internal_changes, match

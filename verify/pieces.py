@@ -35,7 +35,9 @@ from verify.data.sections import Agent
 from verify.data.trajectory import Trajectory
 from verify.logic.verdict import Verdict
 from verify.motion.leg_windows import ways
-from verify.motion.membership import Mark, Span, membership_polynomials, statuses
+from verify.motion.membership.bodies import Mark, Span
+from verify.motion.membership.polynomials import membership_polynomials
+from verify.motion.membership.statuses import statuses
 from verify.motion.paths import read_team
 from verify.motion.regions import relations
 from verify.motion.visits import match

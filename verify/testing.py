@@ -37,7 +37,8 @@ from verify.data.shapes.region import Region
 from verify.data.trajectory import Trajectory
 from verify.logic.verdict import Verdict, show_readings
 from verify.motion.continuity import jumps
-from verify.motion.membership import changes, membership_polynomials, statuses
+from verify.motion.membership.polynomials import membership_polynomials
+from verify.motion.membership.statuses import changes, statuses
 from verify.motion.paths import read_team
 from verify.motion.regions import relations
 from verify.recordings.sampled_timelines import sampled_timeline

@@ -35,7 +35,8 @@ from verify.data.trajectory import Trajectory
 from verify.data.vehicle import GRAVITY
 from verify.logic.semantics import satisfies
 from verify.motion.continuity import jumps
-from verify.motion.membership import changes, membership_polynomials, statuses
+from verify.motion.membership.polynomials import membership_polynomials
+from verify.motion.membership.statuses import changes, statuses
 from verify.motion.passages import crossings
 from verify.motion.paths import read_team
 from verify.motion.regions import relations

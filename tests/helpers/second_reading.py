@@ -13,7 +13,8 @@ from flint import fmpq, fmpq_poly
 from verify.data.mission import Mission
 from verify.data.shapes.region import Region
 from verify.data.trajectory import Trajectory
-from verify.motion.membership import membership_polynomials, statuses
+from verify.motion.membership.polynomials import membership_polynomials
+from verify.motion.membership.statuses import statuses
 from verify.motion.paths import read_team
 
 

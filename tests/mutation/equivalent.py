@@ -34,7 +34,7 @@ EQUIVALENT: dict[str, str] = {
     "show: 1 -> 2": "of a long formula one part more is counted than is needed to see that it is long",
     "formula: 9 -> 10 #1": "no operator binds as strongly from the left as 9, so 9 and 10 read the same formulas",
     "tracks: 2000000 -> 2000001": "only how many parts of gaps are looked at before the samples cannot tell",
-    "membership: 20 -> 21": "only how finely the edge of what may be inside is told, half a millionth of a piece or a millionth",
+    "statuses: 20 -> 21": "only how finely the edge of what may be inside is told, half a millionth of a piece or a millionth",
     "trajectory_csv: 4000000 -> 4000001": "only how large a file is read, by one byte",
     "spot_opinion: 8 -> 9": "only where Spot is asked, in this process or in one of its own; the question is the same",
     "approaches: 4 -> 5": "only at how many places it is looked first how near a robot comes; what is proved is of all",

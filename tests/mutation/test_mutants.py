@@ -12,7 +12,7 @@ from tests.mutation.sites import ROOT, draw, faults, plant
 
 
 def test_a_planted_fault_changes_one_expression() -> None:
-    path = ROOT / "verify" / "motion" / "membership.py"
+    path = ROOT / "verify" / "motion" / "membership" / "statuses.py"
     plain = ast.unparse(ast.parse(path.read_text())).splitlines()
     for fault in list(faults(path))[::25]:
         planted = ast.unparse(plant(fault)).splitlines()

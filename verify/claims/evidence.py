@@ -12,7 +12,9 @@ from verify.data.plan import Plan
 from verify.data.trajectory import Trajectory
 from verify.motion.continuity import Jump, jumps
 from verify.motion.limits import Extreme, extremes
-from verify.motion.membership import MembershipPolynomials, Span, membership_polynomials, statuses
+from verify.motion.membership.bodies import Span
+from verify.motion.membership.polynomials import MembershipPolynomials, membership_polynomials
+from verify.motion.membership.statuses import statuses
 from verify.motion.passages import Clearance, HoopFrames, clearances, hoop_frames
 from verify.motion.paths import TeamPaths, read_team
 from verify.motion.regions import relations

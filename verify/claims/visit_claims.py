@@ -9,7 +9,7 @@ from fractions import Fraction
 from verify.claims.claim import Claim, claim_of
 from verify.claims.evidence import Evidence
 from verify.data.language.sequence import Passage, Sequence
-from verify.motion.membership import Span
+from verify.motion.membership.bodies import Span
 from verify.motion.passages import Crossing
 from verify.motion.visits import ActionFault, Matching, Stay
 

@@ -14,7 +14,7 @@ import itertools
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
-from verify.motion.membership import Span
+from verify.motion.membership.bodies import Span
 from verify.motion.visits import Matching, Stay, two_laps
 
 Window = tuple[Fraction, Fraction]

@@ -9,7 +9,7 @@ from fractions import Fraction
 from verify.behaviour.timeline import InternalChange
 from verify.data.plan import RobotPlan
 from verify.data.sections import Robot
-from verify.motion.membership import Span
+from verify.motion.membership.bodies import Span
 
 _GRID = 2**20
 """Instants of actions are rounded to 1 / _GRID s, so that they are floats and read well."""

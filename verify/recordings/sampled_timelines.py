@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from verify.behaviour.timeline import Change, Enclosure, Status, Timeline
 from verify.data.shapes.conditions import HalfSpace, Quadric
 from verify.data.shapes.region import Region
-from verify.motion.bodies import Body, Mark
+from verify.motion.membership.bodies import Body, Mark
 from verify.recordings.measurement import longest_gaps
 
 Floats = NDArray[np.float64]

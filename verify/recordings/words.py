@@ -14,7 +14,7 @@ from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relatio
 from verify.behaviour.transitions import judge_transitions, no_word_is_a_trace
 from verify.claims.claim import Claim
 from verify.logic.verdict import Verdict
-from verify.motion.membership import Span
+from verify.motion.membership.bodies import Span
 from verify.motion.regions import relations
 from verify.pieces import torn
 from verify.recordings.asked import World

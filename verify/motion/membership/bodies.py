@@ -80,6 +80,21 @@ def _body(centre: Point, parts: Parts) -> Body:
     )
 
 
+def append(spans: list[Span], start: Fraction, stop: Fraction, mark: Mark) -> None:
+    """Add a part of a path to its spans, as one with the last where both have one status.
+
+    Args:
+        spans: In order; changed.
+        start: Where the last one ends.
+        stop: Where the part ends.
+        mark: Its status.
+    """
+    if spans and spans[-1].mark == mark != "switch":
+        spans[-1] = Span(spans[-1].start, stop, mark)
+    else:
+        spans.append(Span(start, stop, mark))
+
+
 def region_spans(body: Body, rows: Sequence[Sequence[Span]]) -> list[Span]:
     """Return a region's spans from those of its inequalities, over the same times.
 
@@ -141,8 +156,5 @@ def _joined(marks: Sequence[Mark], times: Sequence[Fraction]) -> list[Span]:
                 continue  # a closed span beside it holds here too
             if mark != "switch":
                 mark = "may"
-        if spans and spans[-1].mark == mark != "switch":
-            spans[-1] = Span(spans[-1].start, stop, mark)
-        else:
-            spans.append(Span(start, stop, mark))
+        append(spans, start, stop, mark)
     return spans

@@ -8,7 +8,8 @@ from tests.helpers.flights import legs, plan_of, quantised, small_mission, wande
 from tests.helpers.second_reading import compare, crossings, inside, membership
 from verify.data.shapes.region import Region
 from verify.data.trajectory import Trajectory
-from verify.motion.membership import changes, membership_polynomials, statuses
+from verify.motion.membership.polynomials import membership_polynomials
+from verify.motion.membership.statuses import changes, statuses
 from verify.motion.paths import read_team
 from verify.motion.regions import Ellipsoid, are_disjoint, extent, lies_inside, relations
 

@@ -1,0 +1,5 @@
+"""Membership: in which regions a robot must, may or cannot be, for all times.
+
+Read `statuses` (the door), then `polynomials` (a region's inequalities along a path), `halving` (how they are sorted), `switches`
+(crossings at margin 0, exactly) and `bodies` (what the inequalities' answers come to for a region).
+"""
