@@ -6,6 +6,7 @@ seed alone and all arithmetic is element-wise, so run 17 of a campaign is, bit f
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -125,6 +126,7 @@ def steps(setup: Setup, seeds: Sequence[int]) -> Iterator[Snapshot]:
     senses = None if sensor is None else _Senses(sensor, draws, plant)
     peak = np.zeros(n)  # squared
     frames = None if sensor is None else round(1.0 / (sensor.rate * STEP))
+    stops = [sub for sub in range(SUBSTEPS + 1) if not sub % FRAME_STEPS or (frames is not None and not sub % frames)]
     ticks = guidance.ticks
     estimated = plant.position
     for tick in range(ticks):
@@ -132,7 +134,7 @@ def steps(setup: Setup, seeds: Sequence[int]) -> Iterator[Snapshot]:
         if wind is not None:
             gusts = wind.after(gusts, draws.gust(), CONTROL_STEP)
             air = np.array(wind.mean)[:, None] + gusts
-        for sub in range(SUBSTEPS):
+        for sub, end in itertools.pairwise(stops):
             step = tick * SUBSTEPS + sub
             if senses is not None and frames is not None and sub % frames == 0:
                 senses.frame()
@@ -144,12 +146,14 @@ def steps(setup: Setup, seeds: Sequence[int]) -> Iterator[Snapshot]:
                 yield _snapshot(plant, step, None if senses is None else senses.measured, estimated, np.sqrt(peak))
             if senses is not None and frames is not None and sub % frames == 0:
                 senses.advance()
-            plant.step(air)
-            planned = guidance.planned(step + 1)
-            if planned is not None:
-                away = (plant.position.reshape(3, runs, robots) - planned[:, None]).reshape(3, n)
+            flown = plant.fly(air, end - sub)
+            planned = [guidance.planned(step + k) for k in range(1, end - sub + 1)]
+            known = [k for k, place in enumerate(planned) if place is not None]
+            if known:
+                at = np.array([planned[k] for k in known])
+                away = (flown[known].reshape(-1, 3, runs, robots) - at[:, :, None]).reshape(-1, 3, n)
                 away *= away
-                peak = np.maximum(peak, away[0] + away[1] + away[2])
+                peak = np.maximum(peak, np.max(away[:, 0] + away[:, 1] + away[:, 2], axis=0))
     if senses is not None:
         senses.frame()
     yield _snapshot(plant, ticks * SUBSTEPS, None if senses is None else senses.measured, estimated, np.sqrt(peak))

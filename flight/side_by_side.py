@@ -104,6 +104,14 @@ class _SideBySide(Plant):
         for plant, own in zip(self._plants, self._columns, strict=True):
             plant.step(wind if isinstance(wind, float | int) else wind[:, own])
 
+    def fly(self, wind: Floats | float, count: int) -> Floats:
+        return self._joined(
+            [
+                plant.fly(wind if isinstance(wind, float | int) else wind[:, own], count)
+                for plant, own in zip(self._plants, self._columns, strict=True)
+            ]
+        )
+
     def _joined(self, parts: Sequence[Floats]) -> Floats:
         return joined(parts, self._columns)
 

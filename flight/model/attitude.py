@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 def matrix(q: Floats) -> Floats:
     """Return the rotation matrices (body to world) of unit quaternions. Shape (4, n) to (3, 3, n)."""
     pairs = q[:, None] * q[None, :]
-    turned = np.empty((3, 3, *q.shape[1:]))
+    turned = np.empty_like(q, shape=(3, 3, *q.shape[1:]))
     turned[0, 1] = pairs[1, 2] - pairs[0, 3]
     turned[0, 2] = pairs[1, 3] + pairs[0, 2]
     turned[1, 0] = pairs[1, 2] + pairs[0, 3]
@@ -43,7 +43,7 @@ def to_body(turn: Floats, vector: Floats) -> Floats:
 def cross(a: Floats, b: Floats) -> Floats:
     """Return a x b. Shapes (3, n)."""
     p = a[:, None] * b[None, :]
-    result = np.empty((3, *p.shape[2:]))
+    result = np.empty_like(p, shape=(3, *p.shape[2:]))
     np.subtract(p[1, 2], p[2, 1], out=result[0])
     np.subtract(p[2, 0], p[0, 2], out=result[1])
     np.subtract(p[0, 1], p[1, 0], out=result[2])

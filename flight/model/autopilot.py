@@ -3,12 +3,39 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from flight.model.attitude import Floats, error_vector, quaternion_rate, unit
 from flight.model.dynamics import QuadcopterDynamics, coriolis
 from flight.model.plant import Command
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """What an autopilot holds to between two commands. Vehicles along the last axis.
+
+    Attributes:
+        attitude: Commanded, now, as a quaternion; None where only rates are commanded. Shape (4, n).
+        rates: Commanded body rates, now, rad/s. Shape (3, n).
+        rates_change: Their derivative, rad/s^2. Shape (3, n).
+        thrust: Commanded, now, N. Shape (n,).
+        thrust_rate: Its derivative, N/s. Shape (n,).
+        rotors: Speeds by its model of the rotors' lag, rad/s. Shape (4, n).
+    """
+
+    attitude: Floats | None
+    rates: Floats
+    rates_change: Floats
+    thrust: Floats
+    thrust_rate: Floats
+    rotors: Floats
+
+    @classmethod
+    def of(cls, command: Command, rotors: Floats) -> Held:
+        """Take a new command."""
+        return cls(command.attitude, command.rates, command.rates_change, command.thrust, command.thrust_rate, rotors)
 
 
 class Autopilot:
@@ -18,7 +45,7 @@ class Autopilot:
     a lead. Between commands it lets the commanded attitude turn and the thrust change as the command says.
     """
 
-    def __init__(self, model: QuadcopterDynamics, vehicles: int) -> None:
+    def __init__(self, model: QuadcopterDynamics) -> None:
         frame = model.airframe
         gains = frame.gains
         self._model, self._frame = model, frame
@@ -26,46 +53,34 @@ class Autopilot:
         self._stiffness = np.array([gains.attitude[0], gains.attitude[0], gains.attitude[1]])[:, None]
         self._damping = np.array([gains.rate[0], gains.rate[0], gains.rate[1]])[:, None]
         self._lead = frame.rotor_lag / gains.quickened_lag
-        self._rotors = np.full((4, vehicles), frame.hover_speed)
-        self._command: Command | None = None
-        self._attitude: Floats | None = None
 
-    def follow(self, command: Command) -> None:
-        """Take a new command."""
-        self._command, self._attitude = command, command.attitude
-        self._rates, self._thrust = command.rates, command.thrust
-
-    def rotor_commands(self, attitude: Floats, rates: Floats, ceiling: Floats | float, dt: float) -> Floats:
-        """Return rotor speeds in rad/s for the next `dt` seconds. Shapes (4, n), (3, n), (n,) to (4, n).
+    def rotor_commands(
+        self, held: Held, attitude: Floats, rates: Floats, ceiling: Floats | float, dt: float
+    ) -> tuple[Floats, Held]:
+        """Return rotor speeds in rad/s for the next `dt` seconds, shape (4, n), and what is held to after them.
 
         Args:
+            held: What it holds to.
             attitude: Quaternion w x y z. Shape (4, n).
             rates: Body rates, rad/s. Shape (3, n).
             ceiling: Share of the rotors' greatest speed that the battery leaves. Shape (n,), or one number.
             dt: s.
-
-        Returns:
-            Shape (4, n).
         """
-        command = self._command
-        assert command is not None, "follow() comes before rotor_commands()"
-        wanted = command.rates_change - self._damping * (rates - self._rates)
-        if self._attitude is not None:
-            wanted = wanted - self._stiffness * error_vector(self._attitude, attitude)
-            self._attitude = unit(self._attitude + dt * quaternion_rate(self._attitude, self._rates))
+        wanted, turned = held.rates_change - self._damping * (rates - held.rates), held.attitude
+        if turned is not None:
+            wanted = wanted - self._stiffness * error_vector(turned, attitude)
+            turned = unit(turned + dt * quaternion_rate(turned, held.rates))
         torque = self._inertia * wanted + coriolis(self._inertia, rates)
-        thrusts = self._model.commands(self._thrust, torque)
-        self._rates = self._rates + dt * command.rates_change
-        self._thrust = self._thrust + dt * command.thrust_rate
+        thrusts = self._model.commands(held.thrust, torque)
 
         speeds = np.sqrt(thrusts / self._frame.thrust_coefficient)
-        lead = self._rotors + self._lead * (speeds - self._rotors)
+        lead = held.rotors + self._lead * (speeds - held.rotors)
         asked = np.minimum(np.maximum(lead, self._model.slowest), self._model.fastest * ceiling)
-        self._rotors = asked + math.exp(-dt / self._frame.rotor_lag) * (self._rotors - asked)
-        return asked
+        rotors = asked + math.exp(-dt / self._frame.rotor_lag) * (held.rotors - asked)
+        faster, stronger = held.rates + dt * held.rates_change, held.thrust + dt * held.thrust_rate
+        return asked, Held(turned, faster, held.rates_change, stronger, held.thrust_rate, rotors)
 
-    @property
-    def thrust(self) -> Floats:
-        """Collective thrust that its rotor model gives, N. Shape (n,)."""
-        squares = self._rotors * self._rotors
+    def thrust(self, held: Held) -> Floats:
+        """Return the collective thrust that its rotor model gives, N. Shape (n,)."""
+        squares = held.rotors * held.rotors
         return self._frame.thrust_coefficient * (squares[0] + squares[1] + squares[2] + squares[3])

@@ -76,7 +76,7 @@ class QuadcopterDynamics:
         frame, mass = self.airframe, self.airframe.vehicle.mass
         still = state[ROTORS] - command
         half = math.exp(-0.5 * dt / frame.rotor_lag)
-        speeds = np.empty((4, 3, state.shape[1]))  # at the start, the middle and the end of the step
+        speeds = np.empty_like(state, shape=(4, 3, state.shape[1]))  # at the start, the middle and the end of the step
         speeds[:, 0] = state[ROTORS]
         speeds[:, 1] = command + half * still
         speeds[:, 2] = command + (half * half) * still
@@ -185,7 +185,7 @@ class QuadcopterDynamics:
         pull = torque * self._shares
         share = 0.25 * thrust
         lifted, lowered = share + pull[0], share - pull[0]
-        wanted = np.empty((4, *thrust.shape))
+        wanted = np.empty_like(thrust, shape=(4, *thrust.shape))
         # by_y: + - - +; by_x: + + - -; spin: + - + -
         np.add(lifted, pull[1], out=wanted[0])
         np.add(lowered, pull[1], out=wanted[1])

@@ -58,7 +58,7 @@ class Command:
 
 
 class Plant(ABC):
-    """Vehicles in flight. Between two calls of `follow` come the clock's `SUBSTEPS` calls of `step`."""
+    """Vehicles in flight. Between two calls of `follow` come the clock's `SUBSTEPS` steps."""
 
     @property
     @abstractmethod
@@ -84,6 +84,19 @@ class Plant(ABC):
         Args:
             wind: Velocity of the air, m/s, world frame. Shape (3, n), or 0 for still air.
         """
+
+    def fly(self, wind: Floats | float, count: int) -> Floats:
+        """Take some steps and return where they are after each, m. Shape (count, 3, n).
+
+        Args:
+            wind: As `step` is told, for all of them.
+            count: How many.
+        """
+        places = np.empty((count, *self.position.shape))
+        for k in range(count):
+            self.step(wind)
+            places[k] = self.position
+        return places
 
     @property
     @abstractmethod
