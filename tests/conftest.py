@@ -24,6 +24,8 @@ Once = Callable[[str, Callable[[Path], Any]], Any]
 # Dozens of processes are started: without what the first has compiled, each would compile all sources anew.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
+# More processes than processors are at work: threads of linear algebra that wait for each other only take time from them.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def pytest_collection_finish() -> None:
