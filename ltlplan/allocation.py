@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
+import numpy as np
 from numpy.random import Generator
 
 from verify.data import Mission, RobotPlan, Visit, Word
@@ -46,7 +47,10 @@ class Itinerary:
     def legs(self, mission: Mission, robot: str) -> frozenset[Leg]:
         """Return the legs that a robot of the mission flies by it; a lasso's closing leg too."""
         stops = range(len(self.visits)) if self.stops is None else self.stops
-        places: list[Point | str] = [mission.agents[robot].start, *(self.visits[stop].region for stop in stops)]
+        start, regions = mission.agents[robot].start, [self.visits[stop].region for stop in stops]
+        if regions and float(mission.all_regions[regions[0]].level(np.array(start))) <= 1.0:
+            regions = regions[1:]  # it is there already
+        places: list[Point | str] = [start, *regions]
         if self.cycle_visit is not None and self.cycle_visit < len(self.visits):
             places.append(self.visits[self.cycle_visit].region)
         return frozenset((robot, a, b) for a, b in itertools.pairwise(places) if isinstance(b, str))

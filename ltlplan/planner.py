@@ -62,6 +62,10 @@ def make_plan(
         require_flyable_edges(mission)
     first = allocation()
     if first.paths is not None:
+        from ltlplan.search.shared_walls import open_wall
+
+        if (wall := open_wall(mission, {name: does.word for name, does in first.robots.items()})) is not None:
+            raise wall
         return plan_of(mission, first, first.paths, method=name)
     from ltlplan.paths.nominal import nominal_paths
 

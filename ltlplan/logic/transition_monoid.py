@@ -12,7 +12,8 @@ from collections.abc import Hashable, Iterable, Sequence
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import TooLarge
-from ltlplan.logic.task import Deterministic, Subsets, Task
+from ltlplan.logic.conjunct_readers import Part
+from ltlplan.logic.task import Task
 
 Element = tuple[tuple[int, ...], ...]
 """What a word does, for each conjunct: the state (or set of states, as bits) that each state is taken to."""
@@ -98,9 +99,7 @@ class OrderCheck:
                 return bad
         return None
 
-    def _failing(
-        self, index: int, part: Deterministic | Subsets, elements: list[tuple[int, ...]], finished: bool
-    ) -> tuple[int, ...] | None:
+    def _failing(self, index: int, part: Part, elements: list[tuple[int, ...]], finished: bool) -> tuple[int, ...] | None:
         counts = Counter(element for element in elements if element != part.identity)
         kept = tuple(sorted(counts.items()))
         key = (index * 2 + finished, kept)
@@ -112,7 +111,7 @@ class OrderCheck:
         return robots_in_order(bad, elements)
 
     def _search(
-        self, part: Deterministic | Subsets, elements: list[tuple[int, ...]], counts: list[int], finished: bool
+        self, part: Part, elements: list[tuple[int, ...]], counts: list[int], finished: bool
     ) -> tuple[tuple[int, ...], ...] | None:
         """Walk over how many words of each element were read, keeping the states that this can lead to."""
         if all(

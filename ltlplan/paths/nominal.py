@@ -16,6 +16,7 @@ from ltlplan.allocation import Allocation, Itinerary, Leg
 from ltlplan.logic.budget import TooLarge
 from ltlplan.paths.flight_times import require_endurance
 from ltlplan.paths.hoops import route_itinerary, route_sequence
+from ltlplan.search.shared_walls import OpenWall, open_wall
 from verify.data import Infeasible, Mission, RobotPlan
 from verify.data.progress import Progress, silent
 
@@ -66,7 +67,8 @@ def nominal_paths(
 
     Raises:
         Unsatisfiable: No words that these robots can fly satisfy the formula.
-        Infeasible: No path was found along any of the words that were tried; the error is the cheapest words' own.
+        Infeasible: No path was found along any of the words that were tried; the error is the cheapest words' own. Or each of them
+            leads through a wall that rooms share, at which the formula may break.
     """
     lay = lay or lay_path
     first = allocate(frozenset())
@@ -80,6 +82,9 @@ def nominal_paths(
             paths: dict[str, RobotPlan] = {}
             notes: list[str] = []
             try:
+                if (wall := open_wall(mission, {name: does.word for name, does in found.robots.items()})) is not None:
+                    blocked_robot[_key(found)] = wall.robot
+                    raise wall
                 for name, does in found.robots.items():
                     progress(f"laying the path of {name}", 0.2)
                     blocked_robot[_key(found)] = name
@@ -139,7 +144,8 @@ def _noted(found: Allocation, first: Allocation, notes: list[str], errors: list[
     said = [*found.notes, *notes]
     if over := len(errors):
         which = "The cheapest words were" if over == 1 else f"The {over} cheapest words were"
-        said.append(f"{which} passed over, because a path is blocked: {errors[0]}")
+        why = "" if isinstance(errors[0], OpenWall) else "a path is blocked: "
+        said.append(f"{which} passed over, because {why}{errors[0]}")
     complete = first.complete and not errors
     return replace(found, notes=tuple(said), lower_bound=first.lower_bound, complete=complete)
 

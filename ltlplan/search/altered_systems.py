@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
+from typing import Literal
 
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Mission
@@ -48,6 +50,22 @@ def leaving_at_once(world: TransitionSystem, action: Action) -> TransitionSystem
     gone = [action.at in node.regions and not node.flying and node.internal == action.target for node in world.nodes]
     labels = tuple(label - {action.at} if away else label for label, away in zip(world.labels, gone, strict=True))
     return replace(world, labels=labels)
+
+
+def sure_at_walls(
+    world: TransitionSystem, pairs: Collection[tuple[str, str]], shown: Literal["one", "both"]
+) -> TransitionSystem:
+    """Return a system in which a robot at a wall between two rooms is for sure in the one that it enters, or in both.
+
+    Args:
+        world: What a robot can do.
+        pairs: The rooms, each pair in the order of the alphabet.
+        shown: Whether it is in the other room no more, or still.
+    """
+    passed = {node: rooms for node, rooms in world.walls.items() if (min(rooms), max(rooms)) in pairs}
+    gone = {node: rooms[:1] for node, rooms in passed.items() if shown == "one"}
+    labels = tuple(label - set(gone.get(node, ())) for node, label in enumerate(world.labels))
+    return replace(world, labels=labels, walls={node: rooms for node, rooms in world.walls.items() if node not in passed})
 
 
 def without_free_flight(world: TransitionSystem) -> TransitionSystem:

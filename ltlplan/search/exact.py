@@ -89,7 +89,7 @@ def assign(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAU
         found = plan_joint(each, automata, budget)
     else:
         team = Team(each)
-        task = Task(automata, team.letters)
+        task = Task(automata, team.letters, team.walls)
         longest, most = mission.planner.objective == "longest" and len(each) > 1, systems.most_costs()
         if longest or most is not None:
             found, bound, exhausted = plan_makespan(team, task, budget, Rule(longest, most))

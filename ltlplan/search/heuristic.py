@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.task import Deterministic, Task
+from ltlplan.logic.conjunct_readers import Deterministic
+from ltlplan.logic.task import Task
 from ltlplan.search.best_first import distances
 
 UNREACHABLE = float("inf")

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.task import Deterministic, Task
+from ltlplan.logic.conjunct_readers import Deterministic
+from ltlplan.logic.task import Task
 from ltlplan.search.heuristic import MAX_TABLE
 from ltlplan.search.reduced_graph import ReducedGraph
 from ltlplan.search.spanning_tree import SpanningTreeBound

@@ -32,16 +32,21 @@ class Team:
 
     Attributes:
         systems: One for each robot.
-        letters: All letters that any robot can show.
+        letters: All letters that any robot can show; one that is shown at a wall between two rooms is one of its own.
+        walls: For such letters, by number: the room that is left, and the one that is entered.
         label: For each robot and node, the number of its letter.
         common: How many nodes, the first ones, all robots share: same letters, edges and preferences.
     """
 
     def __init__(self, systems: Sequence[TransitionSystem]) -> None:
-        numbers: dict[Letter, int] = {}
+        numbers: dict[tuple[Letter, tuple[str, str] | None], int] = {}
         self.systems = tuple(systems)
-        self.label = [[numbers.setdefault(label, len(numbers)) for label in system.labels] for system in systems]
-        self.letters: tuple[Letter, ...] = tuple(numbers)
+        self.label = [
+            [numbers.setdefault((label, system.walls.get(node)), len(numbers)) for node, label in enumerate(system.labels)]
+            for system in systems
+        ]
+        self.letters: tuple[Letter, ...] = tuple(letter for letter, _ in numbers)
+        self.walls = {number: rooms for number, (_, rooms) in enumerate(numbers) if rooms is not None}
         self.common = _common(self.systems, self.label)
 
     def __len__(self) -> int:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -17,10 +18,11 @@ from ltlplan.logic.automaton import DEAD, representative_letters
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.logic.task import Task
-from ltlplan.search.altered_systems import leaving_at_once, with_internal, without, without_free_flight
+from ltlplan.search.altered_systems import leaving_at_once, sure_at_walls, with_internal, without, without_free_flight
 from ltlplan.search.reduced_graph import Team
 from ltlplan.search.team_search import cheapest_path
 from ltlplan.systems.robot_systems import Systems
+from ltlplan.systems.shared_walls import wall_sentence
 from ltlplan.systems.transition_systems import TransitionSystem, environment_of
 from ltlplan.systems.unreachable import why_unreachable
 from verify.data import Formula, Letter, Mission, Unsatisfiable, Word, parse_formula
@@ -93,7 +95,7 @@ def refused_in_some_order(mission: Mission, order: Sequence[tuple[str, Word]]) -
 def _feasible(parts: Sequence[Formula], worlds: Worlds) -> bool:
     team = Team(worlds)
     try:
-        task = Task(conjunct_automata(_all_of(parts), "finite"), team.letters)
+        task = Task(conjunct_automata(_all_of(parts), "finite"), team.letters, team.walls)
         return cheapest_path(team, task, BUDGET) is not None
     except TooLarge:
         return True  # not known to be impossible, so nothing is said of it
@@ -147,6 +149,9 @@ class _Inquiry:
         starts = self._bad_starts(core)
         if starts:
             return starts
+        walls = self._walls(core)
+        if walls:
+            return walls
         if self.mission.spec.trace == "finite" and self.feasible(core, [without_free_flight(world) for world in self.worlds]):
             return [
                 "Between two regions that lie apart a robot is in free flight and in neither of them; "
@@ -171,6 +176,19 @@ class _Inquiry:
         if len(core) > 1:
             return ["Each part of this can hold without the others, but no order of visits serves them all."]
         return ["Some words satisfy this, but none that can be flown from these starts along these edges."]
+
+    def _walls(self, core: list[Formula]) -> list[str]:
+        """Say whether it is in the way that a robot which goes straight from room to room is in neither for sure at their wall."""
+        pairs = sorted({(min(rooms), max(rooms)) for world in self.worlds for rooms in world.walls.values()})
+        if self.mission.spec.trace == "infinite" or not pairs:
+            return []
+        found = next((pair for pair in pairs if self._held_at([pair], core)), pairs[0]) if self._held_at(pairs, core) else None
+        return [] if found is None else [wall_sentence(*found, self.mission.margin)]
+
+    def _held_at(self, pairs: list[tuple[str, str]], core: list[Formula]) -> bool:
+        """Tell whether a plan keeps the core where robots are in one room for sure at these walls, or in both."""
+        shown: tuple[Literal["one", "both"], ...] = ("one", "both")
+        return any(self.feasible(core, [sure_at_walls(world, pairs, names) for world in self.worlds]) for names in shown)
 
     def _lingering(self, core: list[Formula]) -> list[str]:
         """Say whether it is in the way that a robot is still in the region whose action it has just made."""

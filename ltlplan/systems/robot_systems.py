@@ -11,6 +11,7 @@ from collections.abc import Collection
 
 from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
 from ltlplan.systems.region_labels import Layout, Location
+from ltlplan.systems.shared_walls import Walls
 from ltlplan.systems.transition_systems import Cost, Node, TransitionSystem
 from verify.data import BadInput, Letter, Mission
 from verify.data.sections import Agent
@@ -43,6 +44,7 @@ class Systems:
         self._places = places
         self._graphs: dict[tuple[str, float], RegionGraph] = {}
         self._metre = metre_costs(mission)
+        self._walls = Walls(mission)
         self.graph = self.graph_of(next(iter(mission.agents)))
         self.cost = cost
         self._regions = mission.all_regions
@@ -109,6 +111,7 @@ class Systems:
             tuple(builder.nodes),
             robot,
             self.mission.robot_of(robot).actions,
+            builder.walls,
         )
 
     def unclear(self) -> tuple[str, ...]:
@@ -191,16 +194,25 @@ class Systems:
         cost = None if self.cost is not None or transition.length is None else self._metre[robot] * transition.length
         if cost is None:
             cost = self.leg(robot, point.place if point.position is None or again else point.position, transition.end.place)
+        between = transition.letters or ()
+        crossings = {
+            index - 1: (left, entered)
+            for index, left, entered in self._walls.on(
+                [frozenset(point.location.inside), *between], [frozenset(transition.end.location.inside)]
+            )
+        }
         for internal in builder.internal:
             previous, goal, due = self._here(point, internal), self._here(transition.end, internal), cost
             if transition.letters is None:
                 previous = self._gone(builder, point, internal)
-            for step, letter in enumerate(transition.letters or ()):
+            for step, letter in enumerate(between):
                 leg = (point.place, point.entered, step)
                 end = transition.end
                 on = Node(end.place, True, internal, letter, end.entered, point.position, leg, (point.side, end.side))
                 if on not in builder.index:
                     builder.add(on, builder.label(on), None)
+                    if step in crossings:
+                        builder.walls[builder.index[on]] = crossings[step]
                 builder.join(previous, on, due)
                 previous, due = on, 0.0
             builder.join(previous, goal, due)
@@ -275,6 +287,7 @@ class _Builder:
         self.edges: list[list[tuple[int, float]]] = []
         self.final: dict[int, float] = {}
         self.points: set[RestPoint] = set()
+        self.walls: dict[int, tuple[str, str]] = {}
 
     def add(self, node: Node, label: Letter, preference: float | None) -> None:
         self.index[node] = len(self.nodes)
@@ -294,4 +307,5 @@ class _Builder:
         other = _Builder(self.graph)
         other.nodes, other.index, other.labels = list(self.nodes), dict(self.index), list(self.labels)
         other.edges, other.final, other.points = [list(edges) for edges in self.edges], dict(self.final), set(self.points)
+        other.walls = dict(self.walls)
         return other

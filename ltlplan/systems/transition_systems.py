@@ -9,7 +9,7 @@ A of a mission's robots is laid out in `robot_systems`; here are the values.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -64,6 +64,8 @@ class TransitionSystem:
         nodes: What the nodes mean, where they come from a mission; otherwise empty.
         robot: Whose behaviour it is.
         actions: The actions that change internal states, where they come from a mission.
+        walls: For each node at a wall that two rooms share, where neither of them holds a robot for sure: the room that is left,
+            and the one that is entered.
     """
 
     labels: tuple[Letter, ...]
@@ -73,6 +75,7 @@ class TransitionSystem:
     nodes: tuple[Node, ...] = field(default=(), repr=False)
     robot: str = ""
     actions: tuple[Action, ...] = ()
+    walls: Mapping[int, tuple[str, str]] = field(default_factory=dict[int, tuple[str, str]], repr=False)
 
     def __post_init__(self) -> None:
         size = len(self.labels)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.task import bits
+from ltlplan.logic.conjunct_readers import bits
 from ltlplan.search.best_first import distances
 from ltlplan.search.heuristic import UNREACHABLE
 from ltlplan.search.joint.conjuncts import JointConjunct

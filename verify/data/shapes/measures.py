@@ -135,6 +135,18 @@ def outline(body: ConvexBody) -> Floats:
     Returns:
         m. Shape (corners, 3).
     """
+    return polyhedron_corners(*faces_around(body))
+
+
+def faces_around(body: ConvexBody) -> tuple[Floats, Floats]:
+    """Return the faces of a polyhedron close around a convex body: its own, and many that touch its quadrics.
+
+    Args:
+        body: The body.
+
+    Returns:
+        Unit normals, and distances from the origin along them in m. Shapes (faces, 3) and (faces,).
+    """
     normals, distances = [body.normals], [body.distances]
     angles = np.arange(24) * (np.pi / 12)
     for matrix, centre, root in zip(body.matrices, body.centres, body.roots, strict=True):
@@ -147,7 +159,7 @@ def outline(body: ConvexBody) -> Floats:
         inverse = np.linalg.inv(matrix[np.ix_(axes, axes)])
         normals.append(ways)
         distances.append(ways @ centre + root * np.sqrt(np.einsum("ni,ij,nj->n", around, inverse, around)))
-    return polyhedron_corners(np.concatenate(normals), np.concatenate(distances))
+    return np.concatenate(normals), np.concatenate(distances)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

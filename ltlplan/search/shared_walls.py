@@ -1,0 +1,129 @@
+"""What may be shown at a wall that two rooms share, and whether the formula holds whatever is.
+
+Planned words show both rooms' names where a way leads straight from one into the other. Flown paths lie in a tube: where no ball of the
+margin's radius fits into what the rooms have in common, no path in it is in both for sure while it crosses, nor in either of them; it may
+be in both, in one, in none, and come and go. A plan is refused here where the formula breaks on one of these words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+from ltlplan.logic.automaton import Automaton
+from ltlplan.logic.budget import TooLarge
+from ltlplan.logic.conjunction import conjunct_automata, conjuncts
+from ltlplan.logic.task import Task
+from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
+from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
+from ltlplan.systems.shared_walls import Crossing, Walls, wall_sentence
+from verify.data import Infeasible, Letter, Mission, Word, parse_formula
+from verify.data.language.formula import FREE
+from verify.data.mission import in_no_region
+
+
+class OpenWall(Infeasible):
+    """Between two rooms that share a wall a robot may show letters that break the formula.
+
+    Attributes:
+        robot: Its name.
+        rooms: The room that it leaves, and the one that it enters.
+    """
+
+    def __init__(self, message: str, robot: str, rooms: tuple[str, str]) -> None:
+        super().__init__(message)
+        self.robot, self.rooms = robot, rooms
+
+
+def open_wall(mission: Mission, words: Mapping[str, Word]) -> OpenWall | None:
+    """Return why some planned words cannot be flown for sure: the wall at which they may break the formula; None where they do not.
+
+    Args:
+        mission: Whose rooms and formula.
+        words: Each robot's, in the mission's order; they satisfy the formula as planned.
+    """
+    walls = Walls(mission)
+    crossings = {name: walls.on(word.letters, (word.cycle or ())[:1]) for name, word in words.items()}
+    if not any(crossings.values()):
+        return None
+    breaks = _breaks(mission)
+    for name, found in crossings.items():
+        for crossing in found:
+            for other in _others(words[name], [crossing]):
+                part = breaks({**words, name: other})
+                if part is not None:
+                    return _refusal(mission, name, crossing, other, part)
+    for name, found in crossings.items():
+        for other in _others(words[name], found):
+            part = breaks({**words, name: other})
+            if part is not None:
+                return _refusal(mission, name, found[0], other, part)
+    return None
+
+
+def _others(word: Word, crossings: Sequence[Crossing]) -> Iterator[Word]:
+    """Yield words that may be flown where one was planned: in none of two rooms, in one again, in both again."""
+    if not crossings:
+        return
+    letters = word.letters
+    for shape in (
+        ("none",),
+        ("none", "left", "both"),
+        ("both", "left", "none"),
+        ("none", "entered", "both"),
+        ("both", "entered", "none"),
+    ):
+        prefix: list[Letter] = []
+        cycle: list[Letter] = []
+        at = {index: (left, entered) for index, left, entered in crossings}
+        for index, letter in enumerate(letters):
+            shown = [letter]
+            if index in at:
+                left, entered = at[index]
+                without = {"both": set[str](), "none": {left, entered}, "left": {entered}, "entered": {left}}
+                shown = [letter - without[name] for name in shape]
+            (prefix if index < len(word.prefix) else cycle).extend(shown)
+        yield Word(tuple(prefix), tuple(cycle) if word.cycle is not None else None)
+
+
+def _breaks(mission: Mission) -> Callable[[Mapping[str, Word]], str | None]:
+    """Return what tells which part of the formula some words break, as the user wrote it; None where they keep it."""
+    free = {FREE: in_no_region(mission.all_regions)}
+    written = conjuncts(parse_formula(mission.spec.formula or "true", mission.propositions))
+    parts = {str(part): conjunct_automata(part.substitute(free), mission.spec.trace) for part in written}
+
+    def breaks(words: Mapping[str, Word]) -> str | None:
+        try:
+            return next((text for text, automata in parts.items() if not _keep(mission, automata, words)), None)
+        except TooLarge:
+            return None  # the certificate will tell
+
+    return breaks
+
+
+def _keep(mission: Mission, automata: Sequence[Automaton], words: Mapping[str, Word]) -> bool:
+    """Tell whether words keep a part of the formula, in every order of the robots."""
+    if mission.spec.trace == "infinite":
+        return all(automaton.accepts(word) for automaton in automata for word in words.values())
+    if mission.spec.team == "joint":
+        bit = {
+            name: 1 << i for i, name in enumerate(sorted({name for automaton in automata for name in automaton.propositions}))
+        }
+        masks = [[sum(bit.get(name, 0) for name in letter) for letter in word.prefix] for word in words.values()]
+        effects = [WordEffects(JointConjunct(automaton, bit), None) for automaton in automata]
+        return all(effect.failing_order([effect.of(word) for word in masks]) is None for effect in effects)
+    numbers: dict[Letter, int] = {}
+    read = [[numbers.setdefault(letter, len(numbers)) for letter in word.prefix] for word in words.values()]
+    task = Task(automata, tuple(numbers))
+    monoid = TransitionMonoid(task)
+    return OrderCheck(task).failing_order([monoid.of(word) for word in read]) is None
+
+
+def _refusal(mission: Mission, robot: str, crossing: Crossing, shown: Word, part: str) -> OpenWall:
+    """Return the error that says which wall, what may be shown there, and what would mend it."""
+    _, left, entered = crossing
+    return OpenWall(
+        f"`{part}` cannot be kept for sure: it does not hold where {robot} shows, for instance, {shown}. "
+        f"{wall_sentence(left, entered, mission.margin)}",
+        robot,
+        (left, entered),
+    )
