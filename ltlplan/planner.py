@@ -14,6 +14,7 @@ from typing import SupportsIndex
 import numpy as np
 
 from ltlplan.allocation import Allocation, Context, Leg, PlanningMethod
+from ltlplan.systems.objective import objective_text
 from verify.data import BadInput, Infeasible, Mission, Plan, RobotPlan
 from verify.data.choices import PLANNING_METHODS
 from verify.data.progress import Progress, silent
@@ -88,6 +89,7 @@ def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotP
     from ltlplan.paths.costs import team_cost
     from ltlplan.paths.flight_times import require_endurance
 
+    minimised = objective_text(mission)
     costs = [path.cost for path in paths.values()]
     if not np.all(np.isfinite(costs)):
         raise Infeasible("The planned path has no finite cost; a waypoint is out of reach.")
@@ -101,7 +103,7 @@ def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotP
         cost=team_cost(mission, costs),
         lower_bound=allocation.lower_bound,
         complete=allocation.complete,
-        notes=allocation.notes,
+        notes=allocation.notes if minimised is None else (*allocation.notes, f"Minimised: {minimised}."),
     )
 
 

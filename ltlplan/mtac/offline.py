@@ -21,11 +21,9 @@ What the printed algorithm leaves open is decided like this.
 from __future__ import annotations
 
 import math
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-import numpy as np
 from numpy.random import Generator
 
 from ltlplan.allocation import Allocation, Context, Itinerary
@@ -38,7 +36,7 @@ from ltlplan.mtac.task_reader import Reader
 from ltlplan.paths.costs import cost_of, team_cost
 from ltlplan.paths.flight_times import lasts_too_long, require_endurance
 from ltlplan.paths.hoops import route_itinerary
-from ltlplan.paths.improvement import ImprovedPath, improved_path, searched_cost, with_ramped_times
+from ltlplan.paths.improvement import ImprovedPath, improved_path, own_draws, searched_cost, with_ramped_times
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Word
 from verify.data.progress import Progress, silent
 
@@ -68,7 +66,7 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
     """Share a mission among its robots so that the team's cost is low; the paths that words were priced by come with it.
 
     Handover is tried only in states of the decomposition set, where the rest of the mission may be done by another robot
-    (2022 paper, Algorithm 2, lines 8 to 14). Where the beam finishes no words, those of the exact search are returned, without paths.
+    (2022 paper, Algorithm 2, lines 8 to 14). Where the beam finishes no words, those of the exact method are returned.
 
     Args:
         mission: What is asked; `planner` gives objective, costs and the numbers of cross-entropy.
@@ -83,7 +81,7 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
     chosen = options or Options()
     found = None if context.blocked else share_tasks(mission, rng=context.rng, progress=context.progress, options=chosen)
     if found is None:
-        from ltlplan.search.method import exact
+        from ltlplan.paths.priced_words import exact
 
         answer = exact(mission, context)
         return replace(answer, notes=("MTAC-E finished no words; these are the exact search's.", *answer.notes))
@@ -175,4 +173,4 @@ class _Paths:
 
     def draws(self, robot: str, word: Word) -> Generator:
         """Return a source that depends on nothing but the seed, the robot and what it does."""
-        return np.random.default_rng([self.seed, zlib.crc32(f"{robot} {word}".encode())])
+        return own_draws(self.seed, robot, word)

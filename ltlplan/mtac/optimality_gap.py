@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from ltlplan.paths.costs import cost_of, team_cost
+from ltlplan.systems.objective import is_counted_by_legs
 from ltlplan.systems.region_graph import RegionGraph
 from ltlplan.systems.region_labels import Layout
 from verify.data import Mission, Visit
@@ -67,6 +68,8 @@ class _Ways:
 def optimality_gap(mission: Mission, visits: Mapping[str, Sequence[Visit]]) -> tuple[str, float | None]:
     """Compare an assignment with the exact one by straight lines, or by shortest ways around obstacles.
 
+    Where costs are not counted leg by leg, only the bound is told.
+
     Args:
         mission: What is asked.
         visits: The regions to whose middles each robot flies, in order, one that it starts in first.
@@ -78,6 +81,12 @@ def optimality_gap(mission: Mission, visits: Mapping[str, Sequence[Visit]]) -> t
         Unsatisfiable: There is no exact assignment.
         TooLarge: A budget was used up before one was found.
     """
+    if not is_counted_by_legs(mission):
+        from ltlplan.paths.priced_words import lower_bound
+
+        least = lower_bound(mission)
+        known = "No lower bound on the costs was found." if least is None else f"No assignment costs less than {least:.3f}."
+        return known, least
     from ltlplan.search.exact import assign
 
     exact = assign(mission)

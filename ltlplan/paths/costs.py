@@ -231,7 +231,7 @@ def parse_cost(text: str) -> Costs:
 
 def cost_of(mission: Mission, robot: str) -> WeightedCost:
     """Return a robot's own cost function, or the planner's."""
-    return WeightedCost(mission.agents[robot].cost or mission.planner.cost)
+    return WeightedCost(mission.weights_of(robot))
 
 
 def team_cost(mission: Mission, costs: Collection[float]) -> float:

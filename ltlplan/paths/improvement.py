@@ -6,6 +6,7 @@ and fro around its waypoints, so time to get going and to come to rest is added 
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -17,7 +18,7 @@ from ltlplan.paths.cross_entropy import SPREAD, Search, Watch, improve, minimise
 from ltlplan.paths.final_hover import then_hovering, until_hover
 from ltlplan.paths.path_problem import path_problem
 from ltlplan.paths.path_result import candidate_plans
-from verify.data import Mission, RobotPlan
+from verify.data import Mission, RobotPlan, Word
 
 RAMPS = (0.5, 1.0)
 """s more on the first and on the last segment that are tried."""
@@ -94,6 +95,17 @@ def searched_cost(mission: Mission, robot: str, nominal: RobotPlan, rng: Generat
     first = float(problem.costs(problem.mean[None])[0])
     search = Search.start(problem.mean, problem.covariance(SPREAD), options_of(mission), first)
     return min(known, minimise(problem.costs, search, rng=rng)[0].best_cost)
+
+
+def own_draws(seed: int, robot: str, word: Word) -> Generator:
+    """Return a source of draws that depends on nothing but a seed, a robot and what it shows.
+
+    Args:
+        seed: Of the whole plan.
+        robot: Its name.
+        word: Its letters.
+    """
+    return np.random.default_rng([seed, zlib.crc32(f"{robot} {word}".encode())])
 
 
 def with_ramped_times(plan: RobotPlan, cost: WeightedCost) -> RobotPlan:

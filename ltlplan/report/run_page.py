@@ -29,6 +29,7 @@ from ltlplan.report.summary import (
     visits_text,
 )
 from ltlplan.report.views import VIEWS, clearance_sentences, views_html
+from ltlplan.systems.objective import objective_text
 
 if TYPE_CHECKING:
     from ltlplan.result import Result
@@ -135,7 +136,8 @@ def _facts(result: Result, end: float) -> list[tuple[str, str, str]]:
     if apart:
         nearest = min(apart, key=lambda claim: claim.bound or 0.0)
         facts.append(("Closest two robots", f"{nearest.bound:.3f} m", f"{nearest.limit:.3g} m needed"))
-    weights = ", ".join(f"{name} {weight:g}" for name, weight in mission.planner.cost.items() if weight)
+    alike = ", ".join(f"{name} {weight:g}" for name, weight in mission.planner.cost.items() if weight)
+    weights = objective_text(mission) or alike
     facts.append(("Cost", f"{result.plan.cost:.3f}", f"{weights}; {result.plan.method}"))
     return facts
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
 
@@ -27,7 +27,7 @@ from ltlplan.search.reduced_graph import Team
 from ltlplan.search.relevant_places import FEW, places_that_matter
 from ltlplan.search.team_search import PlanningOutcome, plan_team
 from ltlplan.systems.region_labels import Layout
-from ltlplan.systems.robot_systems import Systems
+from ltlplan.systems.robot_systems import Systems, unit_cost
 from ltlplan.systems.transition_systems import Cost, Node, TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
 from verify.data import Formula, InternalError, Mission, Unsatisfiable, Visit, Word
@@ -61,12 +61,16 @@ class Assignment:
     notes: tuple[str, ...] = ()
 
 
-def assign(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAULT_BUDGET) -> Assignment:
+def assign(
+    mission: Mission, *, cost: Cost | None = None, metre: Mapping[str, float] | None = None, budget: Budget = DEFAULT_BUDGET
+) -> Assignment:
     """Share a mission among its robots at the smallest cost.
 
     Args:
         mission: With its formula, regions, environment, internal states and agents.
-        cost: Cost of a leg, (robot, from a position or a region, to a region) -> float; straight lines where None.
+        cost: Cost of a leg, (robot, from a position or a region, to a region) -> float; where None, straight lines by the mission's
+            weights of length and time (by metres, where some robot has neither).
+        metre: What a metre costs each robot on the way to its end, where `cost` counts more than metres; endurance is not kept then.
         budget: Bounds on the search.
 
     Raises:
@@ -75,8 +79,28 @@ def assign(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAU
         Infeasible: No way to share it brings all back before a vehicle's endurance ends.
         TooLarge: A budget was used up before an answer was found.
     """
+    found = _assign(mission, cost, metre, budget)
+    return in_units_of(mission, found) if cost is None else found
+
+
+def in_units_of(mission: Mission, found: Assignment) -> Assignment:
+    """Return what was searched by metres with the mission's own costs; the same where a metre costs 1.
+
+    Args:
+        mission: Gives weights and speeds.
+        found: Counted as `Systems` does without a cost.
+    """
+    unit = unit_cost(mission)
+    if unit == 1.0:
+        return found
+    robots = {name: replace(does, cost=does.cost * unit) for name, does in found.robots.items()}
+    bound = None if found.lower_bound is None else found.lower_bound * unit
+    return replace(found, robots=robots, cost=found.cost * unit, lower_bound=bound)
+
+
+def _assign(mission: Mission, cost: Cost | None, metre: Mapping[str, float] | None, budget: Budget) -> Assignment:
     layout = Layout(mission)
-    systems = Systems(mission, cost, places=places_that_matter(mission, layout), layout=layout)
+    systems = Systems(mission, cost, places=places_that_matter(mission, layout), layout=layout, metre=metre)
     each = [systems.of(name) for name in mission.agents]
     if mission.spec.trace == "infinite":
         lasso = _assign_lasso(mission, systems, each[0], budget)

@@ -1,18 +1,22 @@
-"""The exact method: the cheapest words by straight lines between regions, or where ways are blocked, by the ways that are not."""
+"""The cheapest words by straight lines between regions, or where ways are blocked, by the ways that are not.
+
+That is the exact method for costs of length and time; what it makes of other terms is in `ltlplan.paths.priced_words`.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from ltlplan.allocation import Allocation, Context, Leg
-from ltlplan.search.exact import assign
+from ltlplan.search.exact import assign, in_units_of
 from ltlplan.systems.robot_systems import Systems
 from verify.data import Mission
 
 if TYPE_CHECKING:
     from ltlplan.systems.transition_systems import Cost, Point
 
-_SHUT = 1e5  # m; longer than any plan, so that a shut leg is taken only where no word does without
+SHUT = 1e5
+"""m; longer than any plan, so that a shut leg is taken only where no word does without."""
 
 
 def exact(mission: Mission, context: Context) -> Allocation:
@@ -24,11 +28,15 @@ def exact(mission: Mission, context: Context) -> Allocation:
 
     Raises:
         Unsatisfiable: No words that these robots can fly satisfy the formula; the message says why.
+        Infeasible: No way to share it brings all back before a vehicle's endurance ends.
         TooLarge: A budget was used up before an answer was found.
     """
     if not context.blocked:
         context.progress("searching words and robots", 0.05)
-    found = assign(mission, cost=_avoiding(mission, context.blocked) if context.blocked else None)
+    if context.blocked:
+        found = in_units_of(mission, assign(mission, cost=_avoiding(mission, context.blocked)))
+    else:
+        found = assign(mission)
     return Allocation(
         robots=found.robots, cost=found.cost, lower_bound=found.lower_bound, complete=found.complete, notes=found.notes
     )
@@ -38,6 +46,6 @@ def _avoiding(mission: Mission, blocked: frozenset[Leg]) -> Cost:
     straight = Systems(mission)
 
     def cost(robot: str, start: Point | str, region: str) -> float:
-        return straight.leg(robot, start, region) + (_SHUT if (robot, start, region) in blocked else 0.0)
+        return straight.leg(robot, start, region) + (SHUT if (robot, start, region) in blocked else 0.0)
 
     return cost

@@ -7,7 +7,7 @@ which letters it shows on the way, and ways on which that is not clear are left 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
 from ltlplan.systems.region_labels import Layout, Location
@@ -29,6 +29,8 @@ class Systems:
         cost: Costs of legs; where None, the lengths of ways, weighted where robots' costs or speeds differ.
         places: Regions that robots may visit; all of them where None. The others are there, but nobody points at them.
         layout: How the mission's regions lie, where that is known already.
+        metre: What a metre costs each robot on ways of which `cost` says nothing, those to its end; by default `metre_costs`. Where it
+            is given, costs are not those of metres alone, and say nothing of how long a robot flies.
     """
 
     def __init__(
@@ -38,12 +40,14 @@ class Systems:
         *,
         places: Collection[str] | None = None,
         layout: Layout | None = None,
+        metre: Mapping[str, float] | None = None,
     ) -> None:
         self.mission = mission
         self.layout = layout or Layout(mission)
         self._places = places
         self._graphs: dict[tuple[str, float], RegionGraph] = {}
-        self._metre = metre_costs(mission)
+        self._only_metres = metre is None
+        self._metre = metre_costs(mission) if metre is None else dict(metre)
         self._walls = Walls(mission)
         self.graph = self.graph_of(next(iter(mission.agents)))
         self.cost = cost
@@ -81,9 +85,9 @@ class Systems:
         return cost / self._metre[robot]
 
     def most_costs(self) -> list[float] | None:
-        """Return what each robot may cost so that all are back before a vehicle's endurance ends; None where none has one."""
+        """Return what each robot may cost so that all are back before a vehicle's endurance ends; None where costs do not tell."""
         allowed = self.mission.longest_flight
-        if allowed is None:
+        if allowed is None or not self._only_metres:
             return None
         return [allowed * self.nominal_speed(robot) * self._metre[robot] for robot in self.mission.agents]
 
@@ -267,12 +271,33 @@ def metre_costs(mission: Mission) -> dict[str, float]:
     Args:
         mission: Gives weights and speeds.
     """
-    found: dict[str, float] = {}
-    for robot, agent in mission.agents.items():
-        weights = agent.cost or mission.planner.cost
-        found[robot] = weights.get("length", 0.0) + weights.get("time", 0.0) / mission.seen_by(robot).planner.speed
+    found = weighted_metres(mission)
     alike = len(set(found.values())) == 1 or not all(found.values())
     return dict.fromkeys(found, 1.0) if alike else found
+
+
+def weighted_metres(mission: Mission) -> dict[str, float]:
+    """Return each robot's weight of length, and of time over its nominal speed: what a metre costs it by the mission's weights.
+
+    Args:
+        mission: Gives weights and speeds.
+    """
+    found: dict[str, float] = {}
+    for robot in mission.agents:
+        weights = mission.weights_of(robot)
+        found[robot] = weights.get("length", 0.0) + weights.get("time", 0.0) / mission.seen_by(robot).planner.speed
+    return found
+
+
+def unit_cost(mission: Mission) -> float:
+    """Return what a search's unit is worth in the mission's own: more or less than 1 only where a metre costs all robots the same.
+
+    Args:
+        mission: Gives weights and speeds.
+    """
+    different = set(weighted_metres(mission).values())
+    (common,) = different if len(different) == 1 else (1.0,)
+    return common or 1.0
 
 
 class _Builder:

@@ -18,7 +18,7 @@ PLANNING_METHODS: Registry[Function] = Registry(
     "a planning method",
     "ltlplan.planning_methods",
     {
-        "exact": "ltlplan.search.method:exact",
+        "exact": "ltlplan.paths.priced_words:exact",
         "mtac-e": "ltlplan.mtac.offline:mtac_e",
         "online-mtac-e": "ltlplan.sharing.simulated:online_mtac_e",
     },

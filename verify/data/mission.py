@@ -23,6 +23,7 @@ from verify.data.rules.missions import broken_rules
 from verify.data.sections import (
     Agent,
     Box,
+    Costs,
     EffectiveLimits,
     Environment,
     LegLimits,
@@ -152,6 +153,14 @@ class Mission(Value):
             agent: Its name.
         """
         return self.seen_by(agent).effective_limits
+
+    def weights_of(self, agent: str) -> Costs:
+        """Return what one agent's path is weighed by: its own cost terms, or the planner's.
+
+        Args:
+            agent: Its name.
+        """
+        return self.agents[agent].cost or self.planner.cost
 
     def leg_limits_of(self, agent: str) -> dict[str, LegLimits]:
         """Return the limits of one agent on the way to some regions, by region.

@@ -1,0 +1,107 @@
+"""What legs cost before any path is laid: at the least, and about.
+
+A leg of `length` and `time` costs at least what its straight line, or its shortest way around obstacles, costs at the nominal speed:
+of these the exact search finds the cheapest words for sure. `energy` is at least the time, for the thrust's mean is hover, and its
+power is convex in it. `effort` is bounded once for each robot that flies: from rest up to the mean speed and, unless it
+flies for ever, back. Of every other term it is known only that it is not negative.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+from ltlplan.paths.costs import Sampling, cost_of, evaluate
+from ltlplan.paths.improvement import RAMPS
+from ltlplan.paths.least_snap_spline import LeastSnapSpline
+from ltlplan.systems.robot_systems import Systems, weighted_metres
+from ltlplan.systems.transition_systems import Cost
+from verify.data import Mission
+from verify.data.shapes.inequalities import Point
+
+_FAR = 1e5  # in place of infinite costs
+_SAMPLES = 64
+_SHORTEST = 1e-3  # m; shorter legs are priced as this long
+
+
+def least_rates(mission: Mission) -> dict[str, float]:
+    """Return what a metre costs each robot at the least, by its own weights."""
+    found = weighted_metres(mission)
+    for robot in found:
+        found[robot] += mission.weights_of(robot).get("energy", 0.0) / mission.seen_by(robot).planner.speed
+    return found
+
+
+def least_costs(mission: Mission) -> Cost:
+    """Return a lower bound on the cost of each leg by straight lines, or by shortest ways around obstacles.
+
+    Args:
+        mission: Gives regions, weights and speeds.
+    """
+    straight, rates = Systems(mission), least_rates(mission)
+    ends = 1.0 if mission.spec.trace == "infinite" else 2.0
+
+    def leg(robot: str, start: Point | str, region: str) -> float:
+        metres = straight.metres(robot, straight.leg(robot, start, region))
+        speed = straight.nominal_speed(robot)
+        first = 0.0
+        if not isinstance(start, str) and math.isfinite(metres):
+            slowest = metres / (metres / speed + 2 * max(RAMPS))  # the mean speed with time to get going and to come to rest
+            first = mission.weights_of(robot).get("effort", 0.0) * ends * slowest
+        return rates[robot] * metres + first if math.isfinite(metres) else _FAR
+
+    return leg
+
+
+def expected_costs(mission: Mission) -> Cost:
+    """Return about what each leg costs: a straight flight from rest; after another leg, what a turn to the side and a leg add.
+
+    These are the mission's own terms on sampled paths, so they are known of terms of other packages as well.
+
+    Args:
+        mission: Gives regions, weights and speeds.
+    """
+    return _Expected(mission)
+
+
+class _Expected:
+    def __init__(self, mission: Mission) -> None:
+        self._mission = mission
+        self._straight = Systems(mission)
+        self._centres = {name: np.array(region.center) for name, region in mission.all_regions.items()}
+        self._functions = {robot: cost_of(mission, robot) for robot in mission.agents}
+        self._rates = weighted_metres(mission)
+        self._known: dict[tuple[object, ...], float] = {}
+
+    def __call__(self, robot: str, start: Point | str, region: str) -> float:
+        """Return about what a robot's leg costs; never negative or infinite."""
+        speed = self._straight.nominal_speed(robot)
+        key = (self._functions[robot].weights, speed, start, region)
+        if key not in self._known:
+            metres = self._straight.metres(robot, self._straight.leg(robot, start, region))
+            self._known[key] = self._price(robot, start, region, metres) if math.isfinite(metres) else _FAR
+        return self._known[key]
+
+    def _price(self, robot: str, start: Point | str, region: str, metres: float) -> float:
+        here = self._centres[start] if isinstance(start, str) else np.array(start)
+        way = self._centres[region] - here
+        if (far := float(np.linalg.norm(way))) < _SHORTEST:  # out of the region and back
+            way, far = np.array([max(metres, _SHORTEST), 0.0, 0.0]), max(metres, _SHORTEST)
+        if isinstance(start, str):
+            level = np.array([-way[1], way[0], 0.0])
+            side = level * (far / size) if (size := float(np.linalg.norm(level))) > 0 else np.array([far, 0.0, 0.0])
+            before = here - side
+            cost = self._of(robot, before, here, here + way) - self._of(robot, before, here)
+        else:
+            cost = self._of(robot, here, here + way)
+        cost += self._rates[robot] * max(0.0, metres - far)  # what ways around obstacles are longer
+        return min(max(cost, 0.0), _FAR)
+
+    def _of(self, robot: str, *points: np.ndarray) -> float:
+        speed = self._straight.nominal_speed(robot)
+        lengths = [float(np.linalg.norm(b - a)) for a, b in itertools.pairwise(points)]
+        sampling = Sampling(LeastSnapSpline(np.cumsum([0.0, *lengths]) / speed), _SAMPLES)
+        found = float(evaluate(self._functions[robot], sampling.paths(np.array(points)))[0])
+        return found if math.isfinite(found) else _FAR

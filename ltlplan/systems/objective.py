@@ -1,0 +1,36 @@
+"""What a mission minimises: its cost terms by their names and weights, and which of them are counted leg by leg."""
+
+from __future__ import annotations
+
+from verify.data import Mission
+
+BY_LEGS = frozenset({"length", "time"})
+"""Terms of which the sum over straight legs is what a search minimises exactly."""
+
+BOUNDED = BY_LEGS | {"energy", "effort"}
+"""Terms with a lower bound above 0."""
+
+_DEFAULT = {"length": 1.0}
+
+
+def terms_of(mission: Mission) -> frozenset[str]:
+    """Return the names of all terms that weigh something for some robot."""
+    return frozenset(name for robot in mission.agents for name, weight in mission.weights_of(robot).items() if weight > 0)
+
+
+def is_counted_by_legs(mission: Mission) -> bool:
+    """Tell whether all terms are of those that are counted exactly leg by leg."""
+    return terms_of(mission) <= BY_LEGS
+
+
+def objective_text(mission: Mission) -> str | None:
+    """Return what is minimised, for a person; None where it is the sum of all lengths, which a mission need not say."""
+    own = {robot: {n: w for n, w in mission.weights_of(robot).items() if w > 0} for robot in mission.agents}
+    longest = mission.planner.objective == "longest" and len(own) > 1
+    if not longest and all(weights == _DEFAULT for weights in own.values()):
+        return None
+    alike = len({tuple(weights.items()) for weights in own.values()}) == 1
+    said = {robot: " + ".join(f"{weight:g} {name}" for name, weight in weights.items()) for robot, weights in own.items()}
+    each = next(iter(said.values())) if alike else "; ".join(f"{robot}: {terms}" for robot, terms in said.items())
+    what = "the robot that costs most" if longest else "the robots' sum" if len(own) > 1 else "the path"
+    return f"{what}, {each}"
