@@ -50,6 +50,10 @@ EQUIVALENT: dict[str, str] = {
     "surface_of: 3 -> 4": "a round body has no edges, and where there are none nobody asks how many coordinates they have",
     "weights_of: 1e-150 -> 2e-150": "only what stands for the length of a half-space that has no normal",
     "pieces: 1e-09 -> 2e-09": "the margin is taken larger by two nanometres where one suffices; nothing is claimed of less",
+    "_is_beyond: Fraction(one.low) > limit -> Fraction(one.low) >= limit": (
+        "what is proved is rounded down, so at equality the path stays farther away than the limit"
+    ),
+    "_at_meeting: most <= 0 -> most < 0": "a plane without weight has no part in the equations: its unknown is zero whatever stands there",
     "moved: True -> False": "points of three coordinates are paired, always",
 }
 """By the fault's name."""
