@@ -49,7 +49,7 @@ EQUIVALENT: dict[str, str] = {
     ),
     "surface_of: 3 -> 4": "a round body has no edges, and where there are none nobody asks how many coordinates they have",
     "weights_of: 1e-150 -> 2e-150": "only what stands for the length of a half-space that has no normal",
-    "pieces: 1e-09 -> 2e-09": "the margin is taken larger by two nanometres where one suffices; nothing is claimed of less",
+    "cutting: 1e-09 -> 2e-09": "the margin is taken larger by two nanometres where one suffices; nothing is claimed of less",
     "_is_beyond: Fraction(one.low) > limit -> Fraction(one.low) >= limit": (
         "what is proved is rounded down, so at equality the path stays farther away than the limit"
     ),
