@@ -94,19 +94,15 @@ def from_matrix(turn: Floats) -> Floats:
     """
     t = turn
     trace = t[0, 0] + t[1, 1] + t[2, 2]
-    squares = np.stack([1.0 + trace, *(1.0 - trace + 2.0 * t[i, i] for i in range(3))])
-    best = np.argmax(squares, axis=0)
-    w, x, y = t[2, 1] - t[1, 2], t[0, 2] - t[2, 0], t[1, 0] - t[0, 1]
-    xy, xz, yz = t[0, 1] + t[1, 0], t[0, 2] + t[2, 0], t[1, 2] + t[2, 1]
-    rows = np.stack(
-        [
-            np.stack([squares[0], w, x, y]),
-            np.stack([w, squares[1], xy, xz]),
-            np.stack([x, xy, squares[2], yz]),
-            np.stack([y, xz, yz, squares[3]]),
-        ]
-    )
-    chosen = np.take_along_axis(rows, best[None, None], axis=0)[0]
+    rows = np.empty((4, 4, *trace.shape))
+    rows[0, 0] = 1.0 + trace
+    for i in range(3):
+        rows[i + 1, i + 1] = 1.0 - trace + 2.0 * t[i, i]
+    rows[0, 1:] = rows[1:, 0] = t[2, 1] - t[1, 2], t[0, 2] - t[2, 0], t[1, 0] - t[0, 1]
+    rows[1, 2:] = rows[2:, 1] = t[0, 1] + t[1, 0], t[0, 2] + t[2, 0]
+    rows[2, 3] = rows[3, 2] = t[1, 2] + t[2, 1]
+    best = np.argmax(rows[np.arange(4), np.arange(4)], axis=0)
+    chosen = rows[best, :, np.arange(len(best))].T
     q = unit(chosen)
     return np.where(q[0] < 0.0, -q, q)
 

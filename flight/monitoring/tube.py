@@ -12,8 +12,6 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-import numpy as np
-
 from verify.data import GRAVITY, Vehicle
 from verify.motion.continuity import JUMPS
 from verify.recordings.planned_paths import PlannedPath
@@ -48,8 +46,8 @@ def stray_at_joints(path: PlannedPath | None, start: float, stop: float) -> floa
     """
     if path is None:
         return JUMPS[0] + JUMPS[1] * (stop - start) / 4
-    ends = np.array([start]), np.array([stop])
-    return float(path.jumped(*ends)[0] + path.turned(*ends)[0] * (stop - start) / 4)
+    jumped, turned = path.strayed(start, stop)
+    return jumped + turned * (stop - start) / 4
 
 
 class Tube:
@@ -73,15 +71,19 @@ class Tube:
         """Take one sample: the measured distance from the plan, m; NaN where the robot was not seen."""
         if math.isnan(error):
             # Whatever the next sample will say, the gap may be too long already; and before the first nothing is known.
-            self._raise_bound(math.inf if self._time is None else self._error + self._between(self._time, time))
+            if self._time is None:
+                self._raise_bound(math.inf)
+            else:
+                stray = stray_at_joints(self._path, self._time, time)
+                self._raise_bound(self._error + self._along_chord(time - self._time, stray))
             return self.verdict
         if self._time is None:
             self._late = max(time, 0.0)
             self._raise_bound(error + self._measurement)
         elif time > self._time:
-            self._raise_bound(max(error, self._error) + self._between(self._time, time))
-            gap = time - self._time
-            turn = self._acceleration * gap + 4 * stray_at_joints(self._path, self._time, time) / gap
+            gap, stray = time - self._time, stray_at_joints(self._path, self._time, time)
+            self._raise_bound(max(error, self._error) + self._along_chord(gap, stray))
+            turn = self._acceleration * gap + 4 * stray / gap
             self._rate = (error + self._error + 2 * self._measurement) / gap + turn
             if self._late > 0:
                 self._raise_bound(self._error + self._beyond(0.0, self._late))
@@ -99,9 +101,8 @@ class Tube:
             self._raise_bound(self._error + self._beyond(self._time, time))
         return self.verdict
 
-    def _between(self, start: float, stop: float) -> float:
-        gap = stop - start
-        return self._measurement + self._acceleration * gap * gap / 8.0 + stray_at_joints(self._path, start, stop)
+    def _along_chord(self, gap: float, stray: float) -> float:
+        return self._measurement + self._acceleration * gap * gap / 8.0 + stray
 
     def _beyond(self, start: float, stop: float) -> float:
         """Bound what the error grows by where samples lie on one side only, going by its rate between the two next to it."""

@@ -6,8 +6,10 @@ and the jumps where pieces meet are all bounded.
 
 from __future__ import annotations
 
+import bisect
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,8 +90,25 @@ class PlannedPath:
         """Bound how far the velocity jumps in all from `start` to `stop`, m/s. Shapes (n,)."""
         return self._summed(self.turns, start, stop)
 
+    @cached_property
+    def _totals(self) -> tuple[list[float], list[float], list[float]]:
+        """Joints, and the jumps and turns summed up to each, as Python's numbers."""
+        return self.joints.tolist(), _sums(self.jumps).tolist(), _sums(self.turns).tolist()
+
+    def strayed(self, start: float, stop: float) -> tuple[float, float]:
+        """Return what `jumped` and `turned` bound, of one stretch of time: m and m/s.
+
+        Args:
+            start: s.
+            stop: s.
+        """
+        joints, *totals = self._totals
+        first, last = bisect.bisect_left(joints, start - 1e-6), bisect.bisect_right(joints, stop + 1e-6)
+        jumped, turned = (max(total[last] - total[first], 0.0) + 1e-12 * (last > first) for total in totals)
+        return jumped, turned
+
     def _summed(self, values: Floats, start: Floats, stop: Floats) -> Floats:
-        total = np.r_[0.0, np.cumsum(values)] * (1 + 1e-12)
+        total = _sums(values)
         first = np.searchsorted(self.joints, start - 1e-6, side="left")
         last = np.searchsorted(self.joints, stop + 1e-6, side="right")
         return np.maximum(total[last] - total[first], 0.0) + 1e-12 * (last > first)
@@ -110,6 +129,11 @@ class PlannedPath:
             values = values * local[:, None] + coefficients[..., power]
             size = size * local[:, None] + np.abs(coefficients[..., power])
         return values, size
+
+
+def _sums(values: Floats) -> Floats:
+    """Return upper bounds of the sums of the first values, none to all. Shape (n,) to (n + 1,)."""
+    return np.r_[0.0, np.cumsum(values)] * (1 + 1e-12)
 
 
 @np.errstate(all="ignore")
