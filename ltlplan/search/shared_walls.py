@@ -18,7 +18,7 @@ from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
 from ltlplan.systems.shared_walls import Crossing, Walls, wall_sentence
 from verify.data import Infeasible, Letter, Mission, Word, parse_formula
 from verify.data.language.formula import FREE
-from verify.data.mission import in_no_region
+from verify.data.language.free import in_no_region
 
 
 class OpenWall(Infeasible):

@@ -27,7 +27,7 @@ from ltlplan.systems.transition_systems import TransitionSystem, environment_of
 from ltlplan.systems.unreachable import why_unreachable
 from verify.data import Formula, Letter, Mission, Unsatisfiable, Word, parse_formula
 from verify.data.language.formula import FREE
-from verify.data.mission import in_no_region
+from verify.data.language.free import in_no_region
 from verify.data.sections import Edge
 
 BUDGET = Budget(states=200_000)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
@@ -16,6 +16,7 @@ from pydantic import AfterValidator, Field
 
 from verify.data.errors import BadInput
 from verify.data.language.formula import FREE, TRUE, Formula, parse_formula
+from verify.data.language.free import in_no_region
 from verify.data.language.sequence import Sequence, parse_sequence
 from verify.data.language.word import Letter
 from verify.data.rules.faults import Fault, MissionError, sound_sections
@@ -32,6 +33,7 @@ from verify.data.sections import (
     Robot,
     Spec,
     both_limits,
+    everywhere_but,
     limits_under,
 )
 from verify.data.shapes.obstacle import Obstacle
@@ -41,8 +43,6 @@ from verify.data.value import Remembered, Value, plain
 from verify.data.vehicle import CLIMB_AND_LANDING, NamedVehicle, NotNegative, Vehicle
 
 MISSION_FORMAT = 1
-_CHAIN = 40
-"""Terms of a conjunction that are joined one after another; more are halved."""
 
 
 def _name_of_files(value: str) -> str:
@@ -282,17 +282,8 @@ class Mission(Value):
         """Return the environment without what is closed to one agent; None where every region can be reached from every other."""
         closed = {region for region in self.all_regions if not self.may_enter(agent, region)}
         if self.environment is not None:
-            edges = self.environment.open_to(self.kind_of(agent))
-            if not closed and edges == self.environment.edges:
-                return self.environment
-            kept = tuple((a, b) for a, b in edges if b not in closed and (self.environment.directed or a not in closed))
-            return self.environment.model_copy(update={"edges": kept})
-        if not closed:
-            return None
-        names = list(self.all_regions)
-        start = "start" + "_" * sum(name.startswith("start") for name in names)
-        pairs = [(a, b) for a in (start, *names) for b in names if a != b and b not in closed]
-        return Environment(start=start, edges=tuple(pairs), directed=True)
+            return self.environment.without(closed, self.kind_of(agent))
+        return everywhere_but(closed, tuple(self.all_regions)) if closed else None
 
     def initial_internal(self, agent: str) -> str:
         """Internal state of one agent at time 0."""
@@ -355,16 +346,3 @@ def check_mission(mission: Mission, *, to_plan: bool = True) -> Mission:
 def _without_none(value: Any) -> Any:
     """Leave out what is None: in a mission that says the same as leaving it out."""
     return {key: _without_none(part) for key, part in value.items() if part is not None} if isinstance(value, dict) else value
-
-
-def in_no_region(regions: Collection[str]) -> Formula:
-    """Return the formula for `free`: in none of these regions. The conjunction of many is halved, so that it is never deep."""
-    names = list(regions)
-    if len(names) > _CHAIN:
-        half = len(names) // 2
-        return Formula("&", (in_no_region(names[:half]), in_no_region(names[half:])))
-    formula = TRUE
-    for name in names:
-        outside = Formula("!", (Formula("name", (), name),))
-        formula = outside if formula == TRUE else Formula("&", (formula, outside))
-    return formula

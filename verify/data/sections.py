@@ -7,7 +7,7 @@ radians. What spans several sections is checked by `verify.data.rules`; `verify.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Sequence
 from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
@@ -75,6 +75,31 @@ class Environment(Value):
             for edge in self.edges
             if not isinstance(edge, Edge) or kind in edge.only
         )
+
+    def without(self, closed: Collection[str], kind: str | None) -> Environment:
+        """Return the environment as one kind of robot has it.
+
+        Args:
+            closed: Regions that it may not enter.
+            kind: Name of its table in `robots`; None for a robot that names none.
+        """
+        edges = self.open_to(kind)
+        if not closed and edges == self.edges:
+            return self
+        kept = tuple((a, b) for a, b in edges if b not in closed and (self.directed or a not in closed))
+        return self.model_copy(update={"edges": kept})
+
+
+def everywhere_but(closed: Collection[str], regions: Sequence[str]) -> Environment:
+    """Return an environment in which every region can be reached from every other, but for those that are closed.
+
+    Args:
+        closed: Regions that may not be entered.
+        regions: All regions, in the mission's order.
+    """
+    start = "start" + "_" * sum(name.startswith("start") for name in regions)
+    pairs = [(a, b) for a in (start, *regions) for b in regions if a != b and b not in closed]
+    return Environment(start=start, edges=tuple(pairs), directed=True)
 
 
 class Action(Value):
