@@ -110,7 +110,12 @@ def _assign(mission: Mission, cost: Cost | None, metre: Mapping[str, float] | No
     joint = mission.spec.team == "joint" and len(each) > 1
     bound, exhausted = 0.0, False  # on the bottleneck's cost, where that is what counts
     if joint:
-        found = plan_joint(each, automata, budget)
+        most = systems.most_costs()
+        found = plan_joint(each, automata, budget, most)
+        if found.run is None and found.first is not None and most is not None and found.refused is None:
+            raise over_endurance(
+                mission, systems, _assignment(mission, each, replace(found, run=found.first), 0.0, False).robots
+            )
     else:
         team = Team(each)
         task = Task(automata, team.letters, team.walls)

@@ -8,18 +8,18 @@ state may come with several paths, which a `BestFirst` has not.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.task import Task
-from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
+from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoid
 from ltlplan.search.heuristic import UNREACHABLE
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
 from ltlplan.search.team_search import PlanningOutcome, TeamRun, moves, plan_team
-from ltlplan.search.team_states import TeamStates
+from ltlplan.search.team_states import SearchStates, TeamStates
 
 _Key = tuple[int, int, int]  # which robot flies, at which node, in which state of the search
 
@@ -96,20 +96,55 @@ def plan_makespan(team: Team, task: Task, budget: Budget, rule: Rule = _MAKESPAN
         TooLarge: Not even the smallest sum was found within the budget, or the rule does not allow it.
     """
     graph, everything, check = ReducedGraph(team, *letter_classes(task)), TransitionMonoid(task), OrderCheck(task)
+
+    def elements_of(run: TeamRun) -> list[Element]:
+        return [everything.of(letters) for letters in team.letters_of(run.paths)]
+
+    found, exhausted = best_by_rule(
+        graph,
+        lambda tracked: TeamStates(graph, task, tracked),
+        lambda run: check.failing_parts(elements_of(run)),
+        lambda run: check.failing_order(elements_of(run)),
+        budget,
+        rule,
+    )
+    return (found if exhausted else _by_sum(team, task, budget, rule)), found.bound, exhausted
+
+
+def best_by_rule(  # as many as a search and its checks have: see `refined_until_kept`, and the rule
+    graph: ReducedGraph,
+    states_for: Callable[[Sequence[int]], SearchStates],
+    broken: Callable[[TeamRun], Sequence[int]],
+    failing: Callable[[TeamRun], tuple[int, ...] | None],
+    budget: Budget,
+    rule: Rule,
+) -> tuple[PlanningOutcome, bool]:
+    """Search for the best run by a rule, again with what words do to the conjuncts that were broken tracked, until a run is kept by all.
+
+    Args:
+        graph: The team's graph.
+        states_for: The search's states when these conjuncts, by index, are tracked.
+        broken: The conjuncts that some order of a run's words breaks.
+        failing: An order in which a run's words break the task; None where every order keeps it.
+        budget: Bounds on the search; a tenth of the states is spent.
+        rule: What is best, and what is allowed.
+
+    Returns:
+        What was found, with a lower bound on its objective, and whether the search was exhausted; where it was not, nothing was found.
+    """
     tried, refused, first = 0, None, None
-    tracked: set[int] = set()  # conjuncts for which elements are told apart: those that some order broke
+    tracked: set[int] = set()  # conjuncts for which what words do is told apart: those that some order broke
     while True:
-        found, bound, exhausted, more = _search(graph, TeamStates(graph, task, sorted(tracked)), budget, rule)
+        found, bound, exhausted, more = _search(graph, states_for(sorted(tracked)), budget, rule)
         tried += more
         first = first or found
         if not exhausted:
-            return _by_sum(team, task, budget, rule), bound, False
-        elements = [] if found is None else [everything.of(letters) for letters in team.letters_of(found.paths)]
-        broken = check.failing_parts(elements) if elements else ()
-        if not broken:
-            return PlanningOutcome(found, first, max(tried, 1), refused, bound), bound, True
-        refused = refused or check.failing_order(elements)
-        tracked.update(broken)
+            return PlanningOutcome(None, first, tried, refused, bound), False
+        wrong = () if found is None else broken(found)
+        if found is None or not wrong:
+            return PlanningOutcome(found, first, max(tried, 1), refused, bound), True
+        refused = refused or failing(found)
+        tracked.update(wrong)
 
 
 def _by_sum(team: Team, task: Task, budget: Budget, rule: Rule) -> PlanningOutcome:
@@ -119,15 +154,36 @@ def _by_sum(team: Team, task: Task, budget: Budget, rule: Rule) -> PlanningOutco
         TooLarge: It was not found, or the rule does not allow it.
     """
     found = plan_team(team, task, budget)
-    if found.run is not None:
-        for robot, (system, path) in enumerate(zip(team.systems, found.run.paths, strict=True)):
-            steps = [min(cost for node, cost in system.edges[a] if node == b) for a, b in pairwise(path) if a != b]
-            if not rule.allows(robot, sum(steps)):
-                raise TooLarge("Keeping every vehicle's endurance needs", budget.states // 10, "states", budget.states // 10)
+    if found.run is not None and not allowed_by(rule, team, found.run):
+        raise too_many_states(budget)
     return found
 
 
-def _search(graph: ReducedGraph, states: TeamStates, budget: Budget, rule: Rule) -> tuple[TeamRun | None, float, bool, int]:
+def allowed_by(rule: Rule, team: Team, run: TeamRun) -> bool:
+    """Tell whether no robot costs more than a rule lets it.
+
+    Args:
+        rule: Gives the limits.
+        team: Whose systems.
+        run: A path for each robot.
+    """
+    for robot, (system, path) in enumerate(zip(team.systems, run.paths, strict=True)):
+        steps = [min(cost for node, cost in system.edges[a] if node == b) for a, b in pairwise(path) if a != b]
+        if not rule.allows(robot, sum(steps)):
+            return False
+    return True
+
+
+def too_many_states(budget: Budget) -> TooLarge:
+    """Return the error of a search that kept limits on robots and was not exhausted.
+
+    Args:
+        budget: Of which it spent a tenth of the states.
+    """
+    return TooLarge("Keeping every vehicle's endurance needs", budget.states // 10, "states", budget.states // 10)
+
+
+def _search(graph: ReducedGraph, states: SearchStates, budget: Budget, rule: Rule) -> tuple[TeamRun | None, float, bool, int]:
     """Return a best run that keeps the tracked conjuncts in every order, its bound, whether it is one, and plans tried."""
     last = len(graph.start) - 1
     begin = states.after(states.initial, graph.label[0][graph.start[0]])

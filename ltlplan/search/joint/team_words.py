@@ -17,6 +17,7 @@ from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.heuristic import UNREACHABLE
 from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
 from ltlplan.search.joint.heuristic import JointHeuristic
+from ltlplan.search.makespan import Rule, allowed_by, best_by_rule, too_many_states
 from ltlplan.search.reduced_graph import ReducedGraph, Team
 from ltlplan.search.team_search import PlanningOutcome, TeamRun, refined_until_kept, search_team
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -25,7 +26,9 @@ MAX_REPEATS = 50_000  # states times letters of a conjunct up to which it is fou
 MAX_CONTEXTS = 4096  # sets of propositions that the others may hold
 
 
-def plan_joint(systems: Sequence[TransitionSystem], automata: Sequence[Automaton], budget: Budget) -> PlanningOutcome:
+def plan_joint(
+    systems: Sequence[TransitionSystem], automata: Sequence[Automaton], budget: Budget, most: Sequence[float] | None = None
+) -> PlanningOutcome:
     """Return the cheapest plan that keeps the formula, read over unions of letters, in every order of the robots.
 
     A tenth of the budget of states is spent on each search.
@@ -34,13 +37,21 @@ def plan_joint(systems: Sequence[TransitionSystem], automata: Sequence[Automaton
         systems: One for each robot.
         automata: One for each conjunct.
         budget: Bounds on the search.
+        most: What each robot may cost at most; None for no limit. The cheapest plan within it is returned; where there is none, only
+            the `first` one is, which goes beyond it.
 
     Raises:
         TooLarge: A budget was used up before any plan was found.
     """
     joint = JointTask(systems, automata)
     share = replace(budget, states=max(1, budget.states // 10))
-    return refined_until_kept(joint.graph, joint.search_states, joint.broken, joint.failing_order, share)
+    found = refined_until_kept(joint.graph, joint.search_states, joint.broken, joint.failing_order, share)
+    if found.run is None or most is None or allowed_by(rule := Rule(longest=False, most=most), joint.team, found.run):
+        return found
+    within, exhausted = best_by_rule(joint.graph, joint.search_states, joint.broken, joint.failing_order, budget, rule)
+    if not exhausted:
+        raise too_many_states(budget)
+    return within if within.run is not None else replace(within, first=found.run, refused=None)
 
 
 def joint_possible(systems: Sequence[TransitionSystem], automata: Sequence[Automaton], budget: Budget) -> bool:

@@ -103,12 +103,14 @@ def with_endurance(mission: Mission, seconds: float) -> Mission:
     return mission.model_copy(update={"agents": {**mission.agents, name: agent.model_copy(update={"limits": limits})}})
 
 
-@pytest.mark.parametrize("objective", ["sum", "longest"])
-def test_endurance_is_kept_as_trying_everything_keeps_it(objective):
+@pytest.mark.parametrize(("objective", "team"), [("sum", "own"), ("longest", "own"), ("sum", "joint")])
+def test_endurance_is_kept_as_trying_everything_keeps_it(objective, team):
+    """To show places for the whole team (`joint`) is the same as to show each by itself, so the same plans are best."""
     rng = np.random.default_rng(11)
     shared = infeasible = 0
     for k in range(8):
         mission = world(rng, objective, "{length: 1.0}", {}, ("quick", "slow", "slow") if k % 2 else ("quick", "quick"))
+        mission = mission.model_copy(update={"spec": mission.spec.model_copy(update={"team": team})})
         free = assign(mission)
         longest = max(does.cost / mission.agents[name].limits.speed for name, does in free.robots.items())
         flight = longest * float(rng.choice([0.5, 0.8, 1.01]))
@@ -127,10 +129,14 @@ def test_endurance_is_kept_as_trying_everything_keeps_it(objective):
     assert shared or objective == "longest"
 
 
-@pytest.mark.parametrize("method", ["exact", "mtac-e"])
-def test_endurance_makes_robots_share(method):
+@pytest.mark.parametrize(("method", "team"), [("exact", "own"), ("exact", "joint"), ("mtac-e", "own")])
+def test_endurance_makes_robots_share(method, team):
     """Alone one of them would do it all for less."""
-    text = mixed_text("F smoke & F desk", method=method).replace("start: [-1.9, 0.8, 1.0]", "start: [-0.9, 1.3, 1.0]")
+    text = (
+        mixed_text("F smoke & F desk", method=method)
+        .replace("spec: {", f"spec: {{team: {team}, ")
+        .replace("start: [-1.9, 0.8, 1.0]", "start: [-0.9, 1.3, 1.0]")
+    )
     alone = make_plan(parse_mission(text))
     assert [len(robot.visits) for robot in alone.robots.values()] == [2, 0]
     shared = make_plan(parse_mission(text.replace("limits: {speed: 1.0}", "limits: {speed: 1.0, endurance: 18.0}")))
