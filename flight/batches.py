@@ -122,7 +122,8 @@ class _Judge:
         word = tuple(tuple(sorted(change.items(), key=lambda item: item[0])) for _, change in sorted(events.items()))
         if word not in self._known:
             first, *rest = word
-            state = FormulaState(self._mission.formula, self._mission.spec.team, [letter for _, letter in first])
+            letters = [letter for _, letter in first]
+            state = FormulaState(self._mission.formula, self._mission.spec.team, letters, self._robots)
             for change in rest:
                 state.change(dict(change))
             finite = self._mission.spec.trace == "finite"

@@ -17,6 +17,7 @@ from ltlplan.allocation import Allocation, Context, Leg, PlanningMethod
 from ltlplan.systems.objective import objective_text
 from verify.data import BadInput, Infeasible, Mission, Plan, RobotPlan
 from verify.data.choices import PLANNING_METHODS
+from verify.data.language.counting import first_count
 from verify.data.progress import Progress, silent
 
 SEQUENCE = "sequence"
@@ -50,6 +51,11 @@ def make_plan(
         say("laying the path through the sequence of hoops", 0.2)
         nominal = nominal_sequence(mission)
         return plan_of(mission, nominal.allocation, _improved(mission, nominal.paths, rng, say), method=SEQUENCE)
+    if (count := first_count(mission.formula)) is not None:
+        raise BadInput(
+            f"`{count}` speaks of single robots or of how many there are, which is judged (`ltlplan certify`, `verify.check_team`) but not "
+            "planned yet."
+        )
     named = mission.planner.method if method is None else method
     allocate = PLANNING_METHODS.resolve(named)
     name = named if isinstance(named, str) else getattr(named, "__name__", type(named).__name__)

@@ -12,10 +12,12 @@ from collections.abc import Iterable, Mapping
 from typing import Literal
 
 from verify.data import Formula, Letter
+from verify.data.language.counting import atoms
 from verify.data.sections import TeamReading
 from verify.logic.explanation import show
 from verify.logic.normal_form import conjuncts, normal_form, to_formula
 from verify.logic.progression import REFUTED, SETTLED, Automaton, OutOfBudget
+from verify.logic.team_letters import TeamLetters
 
 FormulaVerdict = Literal["open", "satisfied", "violated", "undecided"]
 
@@ -33,15 +35,31 @@ class FormulaState:
         broken: The part that cannot hold any more, or None.
     """
 
-    def __init__(self, formula: Formula, reading: TeamReading, letters: Iterable[Letter]) -> None:
+    def __init__(
+        self, formula: Formula, reading: TeamReading, letters: Iterable[Letter], robots: Iterable[str] | None = None
+    ) -> None:
+        """Begin with the letters that the robots show first.
+
+        Args:
+            formula: What is to hold; written out for the team.
+            reading: Whether letters are the robots' own or joint.
+            letters: One for each robot.
+            robots: Their names, where the formula names any.
+        """
         held = list(letters)
         self.verdict: FormulaVerdict = "open"
         self.broken: str | None = None
         self._letters = held
         try:
             normals = conjuncts(normal_form(formula))
-            kind = _Own if reading == "own" else _Joint
-            self._parts = [kind(show(to_formula(normal)), Automaton(normal), held) for normal in normals]
+            known = atoms(formula)
+            names = list(robots) if robots is not None else [""] * len(held)
+            self._parts = [
+                _Own(show(to_formula(normal)), Automaton(normal), held)
+                if reading == "own"
+                else _Joint(show(to_formula(normal)), Automaton(normal), held, names, TeamLetters.of(normal, known))
+                for normal in normals
+            ]
         except OutOfBudget:
             self._parts = []
             self.verdict = "undecided"
@@ -133,10 +151,11 @@ class _Own:
 class _Joint:
     """One part under `joint`: what may remain after the unions so far."""
 
-    def __init__(self, text: str, automaton: Automaton, letters: list[Letter]) -> None:
+    def __init__(self, text: str, automaton: Automaton, letters: list[Letter], names: list[str], reader: TeamLetters) -> None:
         self.text, self._automaton = text, automaton
-        self._letters = [automaton.cut(letter) for letter in letters]
-        self._now = {automaton.step(automaton.initial, frozenset[str]().union(*self._letters))}
+        self._names, self._reader = names, reader
+        self._letters = [reader.own(name, letter) for name, letter in zip(names, letters, strict=True)]
+        self._now = {automaton.step(automaton.initial, reader.together((letter, 1) for letter in self._letters))}
 
     @property
     def refuted(self) -> bool:
@@ -156,17 +175,17 @@ class _Joint:
             more = rest
             while more:  # every non-empty set of further changes that happen together
                 together = done | more
-                union = frozenset[str]().union(
-                    *(
-                        self._automaton.cut(changed[i]) if i in changed and together >> robots.index(i) & 1 else letter
-                        for i, letter in enumerate(self._letters)
-                    )
+                union = self._reader.together(
+                    (self._reader.own(self._names[i], changed[i]), 1)
+                    if i in changed and together >> robots.index(i) & 1
+                    else (letter, 1)
+                    for i, letter in enumerate(self._letters)
                 )
                 reached[together].update(self._automaton.step(state, union) for state in reached[done])
                 more = (more - 1) & rest
         self._now = reached[full]
         for robot, letter in changed.items():
-            self._letters[robot] = self._automaton.cut(letter)
+            self._letters[robot] = self._reader.own(self._names[robot], letter)
 
     def ends_well(self) -> bool:
         return all(self._automaton.accepts(rest) for rest in self._now)

@@ -193,7 +193,7 @@ class Monitor:
         self._regions = np.where(seen, self._masks.of(np.where(seen, measured, 0.0)), self._regions)
         letters = [self._table[mask] | self._inner(robot, time) for robot, mask in enumerate(self._regions.tolist())]
         if self._formula is None:
-            self._formula = FormulaState(self._mission.formula, self._mission.spec.team, letters)
+            self._formula = FormulaState(self._mission.formula, self._mission.spec.team, letters, self._robots)
             changed = self._formula.verdict != "open"
         elif letters != self._letters:
             was = self._formula.verdict

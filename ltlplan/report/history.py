@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verify.data import Formula, Letter, Mission, Word
+from verify.data.language.counting import atoms
 from verify.logic.normal_form import normal_form
 from verify.logic.progression import REFUTED, SETTLED, Automaton
 from verify.logic.semantics import truth_table
+from verify.logic.team_letters import TeamLetters
 
 Floats = NDArray[np.float64]
 
@@ -65,8 +67,18 @@ def letter_intervals(
     return intervals
 
 
-def team_readings(intervals: Mapping[str, Sequence[LetterInterval]], *, joint: bool) -> list[ReadLetter]:
-    """Return the readings of the team in order of time; under `joint`, unions of what all robots hold."""
+def team_readings(
+    intervals: Mapping[str, Sequence[LetterInterval]], *, joint: bool, formula: Formula | None = None
+) -> list[ReadLetter]:
+    """Return the readings of the team in order of time; under `joint`, what all robots hold together.
+
+    Args:
+        intervals: Each robot's letters.
+        joint: Whether letters are put together.
+        formula: The mission's, written out: counts and robots' names in it are propositions of the team's letters.
+    """
+    known = {} if formula is None else atoms(formula)
+    reader = TeamLetters.of(formula, known) if formula is not None and known else None
     if not joint:
         readings = [
             ReadLetter(interval.start, robot, interval.letter) for robot, mine in intervals.items() for interval in mine
@@ -74,8 +86,9 @@ def team_readings(intervals: Mapping[str, Sequence[LetterInterval]], *, joint: b
         return sorted(readings, key=lambda reading: reading.time)
     readings = []
     for time in sorted({interval.start for mine in intervals.values() for interval in mine}):
-        held = [next(s.letter for s in reversed(mine) if s.start <= time) for mine in intervals.values()]
-        readings.append(ReadLetter(time, "team", frozenset().union(*held)))
+        held = {robot: next(s.letter for s in reversed(mine) if s.start <= time) for robot, mine in intervals.items()}
+        union: Letter = frozenset().union(*held.values())
+        readings.append(ReadLetter(time, "team", union if reader is None else union | reader.letter(held)))
     return readings
 
 
@@ -99,10 +112,14 @@ def truth_intervals(
     table = truth_table(formula, word)
     result: dict[str, list[LetterInterval]] = {}
     seen: list[Formula] = []
-    for node in (formula, *formula.walk()):
+    nodes = [formula]
+    while nodes:
+        node = nodes.pop()
         if node.operator in ("name", "true", "false") or node in seen:
             continue
         seen.append(node)
+        if node.operator != "count":  # what is counted is each robot's own
+            nodes.extend(reversed(node.arguments))
         row, intervals = table.row(node), list[LetterInterval]()
         for index, reading in enumerate(readings):
             until = readings[index + 1].time if index + 1 < len(readings) else end

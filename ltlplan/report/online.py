@@ -35,7 +35,7 @@ def online_html(flown: OnlineFlight) -> str:
     """Return one self-contained page for a flight flown online."""
     log, mission = flown.log, flown.mission
     letters = {name: _intervals(log.times.tolist(), [row[k] for row in log.letters]) for k, name in enumerate(log.robots)}
-    readings = team_readings(letters, joint=mission.spec.team == "joint")
+    readings = team_readings(letters, joint=mission.spec.team == "joint", formula=mission.formula)
     end = float(log.times[-1])
     answer = flown.sentences()
     happened = [(event.time, event.sentence) for event in log.events if event.sentence not in (*log.notes, *answer)]

@@ -51,7 +51,7 @@ def replay_of(plan: Plan, team: Mapping[str, Trajectory], certificate: Certifica
     mission = plan.mission
     times, paths = sample_paths(team, STEP, mission.spec.repeat)
     letters = _letters(mission, certificate, times, paths)
-    readings = team_readings(letters, joint=mission.spec.team == "joint")
+    readings = team_readings(letters, joint=mission.spec.team == "joint", formula=mission.formula)
     tasks = {name: visits_text(robot) for name, robot in plan.robots.items()}
     playing = Playing(times, paths, letters, _todo(mission, readings), tasks)
     (first, *_rest) = team.values()

@@ -137,7 +137,7 @@ _EXIT_CODES: dict[int, type[LtlplanError]] = {
     6: DoesNotFit,
 }
 _ELSEWHERE = {
-    "formula-error": "verify.data.language.formula:FormulaError",
+    "formula-error": "verify.data.language.formula_reader:FormulaError",
     "sequence-error": "verify.data.language.sequence:SequenceError",
     "too-large": "ltlplan.logic.budget:TooLarge",
     "no-plan": "ltlplan.search.unsatisfiable_cores:NoPlan",

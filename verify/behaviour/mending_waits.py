@@ -8,7 +8,7 @@ that the present times nearly keep is taken. Nothing is claimed here: the flight
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import islice, pairwise, permutations
 
@@ -17,11 +17,13 @@ from verify.behaviour.inclusion import find_broken
 from verify.behaviour.robot_letters import ALWAYS, RobotBehaviour
 from verify.behaviour.team_graph import JointGraph, OwnGraph
 from verify.behaviour.timeline import Timeline
+from verify.data.language.counting import Atom, atoms
 from verify.data.language.formula import Formula
 from verify.data.language.word import Letter
 from verify.data.sections import TeamReading
 from verify.logic.normal_form import Normal, conjuncts, normal_form
 from verify.logic.progression import OutOfBudget
+from verify.logic.team_letters import TeamLetters
 from verify.logic.verdict import Order
 
 BUDGET = 30_000
@@ -63,11 +65,14 @@ def mending_waits(formula: Formula, reading: TeamReading, timelines: Mapping[str
         timelines: One for each robot, by name.
         budget: Configurations that may be met each time that some waits are tried.
     """
-    robots = _busy([_nominal(timeline) for timeline in timelines.values()])
+    robots = [_nominal(timeline) for timeline in timelines.values()]
+    known = atoms(formula)
+    if not known:
+        robots = _busy(robots)
     if len(robots) > FEW:
         budget //= LESS
     try:
-        parts = [_Part.of(normal, robots, reading) for normal in conjuncts(normal_form(formula))]
+        parts = [_Part.of(normal, robots, reading, known) for normal in conjuncts(normal_form(formula))]
         found = _from_counterexamples(robots, reading, parts, budget)
         if found is None:
             found = _one_after_another(robots, reading, parts, budget)
@@ -121,14 +126,17 @@ def _one_after_another(
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """A conjunct, and the robots whose letters can matter to it."""
+    """A conjunct, the robots whose letters can matter to it, and how it counts them, where it does."""
 
     normal: Normal
     robots: frozenset[int]
+    letters: TeamLetters | None = None
 
     @classmethod
-    def of(cls, normal: Normal, robots: Sequence[_Robot], reading: TeamReading) -> _Part:
+    def of(cls, normal: Normal, robots: Sequence[_Robot], reading: TeamReading, known: Mapping[str, Atom]) -> _Part:
         everyone = range(len(robots))
+        if not known.keys().isdisjoint(normal.propositions):
+            return cls(normal, frozenset(everyone), TeamLetters.of(normal, known))
         if len(robots) <= FEW:
             return cls(normal, frozenset(everyone))
         seen = [{letter & normal.propositions for letter in robot.letters} for robot in robots]
@@ -157,7 +165,12 @@ def _broken(robots: Sequence[_Robot], reading: TeamReading, part: _Part, waits: 
     def permitted(nodes: tuple[int, ...]) -> bool:
         return all(nodes[b] < begins or nodes[a] >= over for a, over, b, begins in limits)
 
-    graph = (JointGraph if reading == "joint" else OwnGraph)(behaviours, timed=False, permitted=permitted)
+    if part.letters is not None:
+        own = part.letters.own
+        marked = [replace(b, letters=tuple(own(b.robot, letter) for letter in b.letters)) for b in behaviours]
+        graph = JointGraph(marked, timed=False, permitted=permitted, together=part.letters.together)
+    else:
+        graph = (JointGraph if reading == "joint" else OwnGraph)(behaviours, timed=False, permitted=permitted)
     broken = find_broken(graph, part.normal, budget)
     return None if broken is None else [dict(zip(kept, found.nodes, strict=True)) for found in broken.observations]
 

@@ -9,16 +9,19 @@ that are read one at a time, all readings of one behaviour are followed together
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 
 from verify.behaviour.inclusion import holds_for_all
 from verify.behaviour.robot_letters import RobotBehaviour, from_timeline
 from verify.behaviour.team_graph import JointGraph, OwnGraph
 from verify.behaviour.timeline import Relations, Timeline
+from verify.data.language.counting import atoms
 from verify.data.language.formula import Formula
 from verify.data.sections import TeamReading
 from verify.logic.normal_form import Normal, conjuncts, normal_form
 from verify.logic.progression import REFUTED, Automaton, OutOfBudget
+from verify.logic.team_letters import TeamLetters
 
 _Readings = frozenset[tuple[int, int]]
 """All (robots read in their present letters as bits, what remains of the formula) of one behaviour so far."""
@@ -44,6 +47,14 @@ def every_behaviour_breaks(
         MissingEngine: Spot is not there to be asked.
     """
     robots = [from_timeline(timeline, relations) for timeline in timelines.values()]
+    if known := atoms(formula):
+        letters = TeamLetters.of(formula, known)
+        marked = [
+            replace(robot, letters=tuple(letters.own(name, letter) for letter in robot.letters))
+            for name, robot in zip(timelines, robots, strict=True)
+        ]
+        graph = JointGraph(marked, timed=True, together=letters.together)
+        return all(holds_for_all(graph, part, budget) is None for part in conjuncts(normal_form(formula, negated=True)))
     if reading == "joint" or len(robots) == 1:
         graph = JointGraph(robots, timed=True)
         return all(holds_for_all(graph, part, budget) is None for part in conjuncts(normal_form(formula, negated=True)))

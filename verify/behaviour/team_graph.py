@@ -21,6 +21,7 @@ from typing import Any, Protocol
 from verify.behaviour.robot_letters import RobotBehaviour
 from verify.data.language.word import Letter
 from verify.logic.progression import OutOfBudget
+from verify.logic.team_letters import Together
 
 MAX_TOGETHER = 12
 """Robots whose letters can change at one instant under the joint reading."""
@@ -206,15 +207,37 @@ class OwnGraph(_TeamGraph):
 
 
 class JointGraph(_TeamGraph):
-    """Team words whose positions are the union of what all robots hold; changes at one instant in any combination."""
+    """Team words whose positions are the union of what all robots hold; changes at one instant in any combination.
+
+    Args:
+        robots: The robots; where there is `together`, with marked letters.
+        timed: Whether the spans bind; otherwise only each robot's own order does.
+        clock_error: How far each robot's clock may be off, in s.
+        permitted: If given, states for which it is false are left out.
+        together: If given, puts letters together instead of their union.
+    """
+
+    def __init__(
+        self,
+        robots: Sequence[RobotBehaviour],
+        *,
+        timed: bool,
+        clock_error: Fraction = Fraction(0),
+        permitted: Callable[[tuple[int, ...]], bool] | None = None,
+        together: Together | None = None,
+    ) -> None:
+        super().__init__(robots, timed=timed, clock_error=clock_error, permitted=permitted)
+        self.together = together
 
     def _observation(self, nodes: tuple[int, ...]) -> Observation:
         letters = (robot.letters[n] for n, robot in zip(nodes, self.robots, strict=True))
+        if self.together is not None:
+            return Observation(None, self.together((letter, 1) for letter in letters), nodes)
         return Observation(None, frozenset().union(*letters), nodes)
 
     def signature(self) -> Hashable:
         """Return all that the team words depend on; None where something else limits them."""
-        return None if self.permitted is not None else ("joint", self.clock.signature(self.robots))
+        return None if self.permitted is not None else ("joint", self.clock.signature(self.robots), self.together)
 
     def initial(self) -> Iterator[Step]:
         """Yield every way to begin."""

@@ -20,18 +20,22 @@ from verify.behaviour.mending_waits import mending_waits
 from verify.behaviour.robot_letters import RobotBehaviour, cut_timeline, from_timeline, merged
 from verify.behaviour.robots_apart import letters_of
 from verify.behaviour.single_flights import broken_apart
+from verify.behaviour.summed_timelines import summed
 from verify.behaviour.team_answers import Question
 from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph, WithOthers
 from verify.behaviour.timeline import Relations, Timeline
 from verify.behaviour.transitions import judge_transitions
 from verify.data.errors import BadInput, InternalError
-from verify.data.language.formula import FALSE, FREE, Formula, parse_formula
+from verify.data.language.counting import Atom, atoms
+from verify.data.language.formula import FALSE, FREE, Formula
+from verify.data.language.formula_reader import parse_formula
 from verify.data.language.word import Letter, Word, show_letter
 from verify.data.mission import Mission
 from verify.logic.explanation import Reason, Where, explain, show
 from verify.logic.normal_form import Normal, conjuncts, normal_form, to_formula
 from verify.logic.progression import OutOfBudget
 from verify.logic.semantics import satisfies
+from verify.logic.team_letters import TeamLetters
 from verify.logic.vacuity import implications
 from verify.logic.verdict import TEAM, Verdict
 
@@ -99,7 +103,7 @@ def judge_formula(
     if len(formula.names()) > _MANY:  # of a thousand regions a flight comes to a few
         formula = formula.substitute(dict.fromkeys(_never_shown(timelines), FALSE))
     try:
-        verdict = _Judge(mission, timelines, relations, clock_error, times, budget, detail).judge(formula)
+        verdict = _Judge(mission, timelines, relations, clock_error, times, budget, detail, atoms(formula)).judge(formula)
     except OutOfBudget as error:
         verdict = Verdict("undecided", f"The formula could not be decided: {error}.")
     return [verdict]
@@ -128,6 +132,7 @@ class _Judge:
     times: Times
     budget: int
     detail: Detail
+    atoms: Mapping[str, Atom]
     behaviours: list[RobotBehaviour] = field(default_factory=list)
 
     def judge(self, formula: Formula) -> Verdict:
@@ -154,6 +159,10 @@ class _Judge:
     def _part(self, part: Normal) -> Verdict:
         """Decide one conjunct: first on what it can see, which suffices for a yes, then on whole letters."""
         try:
+            if not self.atoms.keys().isdisjoint(part.propositions):
+                return self._counted(part)
+            if self._many_together and self._holds_of_sums(part, TeamLetters.of(part, {})):
+                return Verdict("holds", "")
             breaks = self._breaks(part)
             if breaks is None:
                 return self._part_together(part)
@@ -166,7 +175,40 @@ class _Judge:
             read = self._readings(followed, part)
         except OutOfBudget as error:
             return Verdict("undecided", f"`{show(to_formula(part))}` could not be decided: {error}.")
-        return self._failure(followed, _all_read(robots, followed, read))
+        return self._failure(followed, _all_read(robots, followed, read), part)
+
+    @property
+    def _many_together(self) -> bool:
+        """Whether there are so many robots, read together, that what they surely show is asked first."""
+        timed = self.times == "timed" and self.mission.spec.trace == "finite"
+        return self.mission.spec.team == "joint" and len(self.timelines) > FEW and timed
+
+    def _counted(self, part: Normal) -> Verdict:
+        """Decide a conjunct that counts robots or names one: first on sums over time, then on all that the robots can do together."""
+        letters = TeamLetters.of(part, self.atoms)
+        if self.times == "timed" and self._holds_of_sums(part, letters):
+            return Verdict("holds", "")
+        robots = [
+            _marked(name, from_timeline(cut_timeline(timeline, letters.names_of(name)), self.relations), letters)
+            for name, timeline in self.timelines.items()
+        ]
+        followed = [robot for robot in robots if not robot.constant] or robots[:1]
+        together = letters.together.beside(robot.letters[0] for robot in robots if robot not in followed)
+        graph = JointGraph(followed, timed=self.times == "timed", clock_error=self.clock_error, together=together)
+        broken = holds_for_all(graph, part, self.budget)
+        if broken is None:
+            return Verdict("holds", "")
+        if self.detail == "answer":
+            return Verdict("fails", "")
+        return self._failure(followed, [(TEAM, observation) for observation in broken.observations], part)
+
+    def _holds_of_sums(self, part: Normal, letters: TeamLetters) -> bool:
+        """Try to prove a conjunct from how many robots surely show what; no is no answer."""
+        try:
+            team = JointGraph([summed(letters, self.timelines, self.clock_error)], timed=False)
+            return holds_for_all(team, part, self.budget) is None
+        except OutOfBudget:
+            return False  # sums leave too much open; the robots themselves may not
 
     def _readings(self, robots: Sequence[RobotBehaviour], part: Normal) -> tuple[Observation, ...]:
         """Return a counterexample: a shortest one, where few robots change their letters."""
@@ -245,7 +287,7 @@ class _Judge:
             return Verdict("fails", "")
         if isinstance(broken, BrokenRun):
             return self._run_failure(robots[0], broken)
-        return self._failure(followed, _all_read(robots, followed, broken.observations))
+        return self._failure(followed, _all_read(robots, followed, broken.observations), part)
 
     def _that_show(self, robots: list[RobotBehaviour], part: Normal) -> list[RobotBehaviour]:
         """Keep one of the robots that show one thing all the time; of unions, those that can show something of a part.
@@ -303,7 +345,7 @@ class _Judge:
             times=tuple((float(low), float(high)) for low, high in spans),
         )
 
-    def _failure(self, robots: Sequence[RobotBehaviour], read: Sequence[tuple[str, Observation]]) -> Verdict:
+    def _failure(self, robots: Sequence[RobotBehaviour], read: Sequence[tuple[str, Observation]], part: Normal) -> Verdict:
         word = Word(tuple(observation.letter for _, observation in read))
         spans = _when_read(robots, [observation for _, observation in read])
 
@@ -311,7 +353,7 @@ class _Judge:
             name, observation = read[position]
             return f"{'the team' if name == TEAM else name}'s {show_letter(observation.letter)} ({_when(spans[position])})"
 
-        reason = self._explain(word, where)
+        reason = explain(to_formula(part), word, where) if self.atoms else self._explain(word, where)
         at = reason.position
         mends = self.detail == "waits" and len(self.timelines) > 1
         return Verdict(
@@ -348,6 +390,8 @@ class _Judge:
         """Name the implications whose left side is false at every position of every robot's word."""
         found: list[str] = []
         for implication, left in implications(formula):
+            if left.counts:
+                continue  # of one robot alone it says nothing
             never = conjuncts(normal_form(Formula("G", (Formula("!", (left,)),))))
             try:
                 if all(self._alone(timeline, part) for timeline in self.timelines.values() for part in never):
@@ -362,6 +406,15 @@ class _Judge:
         if robot.laps:
             return search_run(robot, part, self.budget) is None
         return find_broken(JointGraph([robot], timed=False), part, self.budget) is None
+
+
+def _marked(name: str, robot: RobotBehaviour, letters: TeamLetters) -> RobotBehaviour:
+    """Return a robot with what a conjunct sees of its letters, nodes joined between which it sees no change."""
+    seen = tuple(letters.own(name, letter) for letter in robot.letters)
+    if len(set(seen)) == 1:  # whatever it does, it shows one thing
+        span = robot.spans[0][0], max(high for _, high in robot.spans)
+        return RobotBehaviour(name, seen[:1], (span,), ((),), (0,), frozenset({0}), actions=(0,))
+    return merged(replace(robot, letters=seen, actions=(0,) * len(robot)))
 
 
 def _without_equals(robots: list[RobotBehaviour]) -> list[RobotBehaviour]:

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
         NotCertified,
         Unsatisfiable,
     )
-    from verify.data.language.formula import Formula, FormulaError, parse_formula
+    from verify.data.language.formula import Formula
+    from verify.data.language.formula_reader import FormulaError, parse_formula
     from verify.data.language.sequence import Passage, Sequence, SequenceError, parse_sequence
     from verify.data.language.word import Letter, Word
     from verify.data.mission import Mission, check_mission
@@ -86,7 +87,8 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
                 "NotCertified",
                 "Unsatisfiable",
             ),
-            "verify.data.language.formula": ("Formula", "FormulaError", "parse_formula"),
+            "verify.data.language.formula": ("Formula",),
+            "verify.data.language.formula_reader": ("FormulaError", "parse_formula"),
             "verify.data.language.sequence": ("Passage", "Sequence", "SequenceError", "parse_sequence"),
             "verify.data.language.word": ("Letter", "Word"),
             "verify.data.mission": ("Mission", "check_mission"),

@@ -15,7 +15,9 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from verify.data.errors import BadInput
-from verify.data.language.formula import FREE, TRUE, Formula, parse_formula
+from verify.data.language.counting import written_out
+from verify.data.language.formula import FREE, TRUE, Formula
+from verify.data.language.formula_reader import parse_formula
 from verify.data.language.free import in_no_region
 from verify.data.language.sequence import Sequence, parse_sequence
 from verify.data.language.word import Letter
@@ -122,11 +124,11 @@ class Mission(Value):
 
     @cached_property
     def formula(self) -> Formula:
-        """The formula over regions and internal propositions; `free` is written out as "in no region"."""
+        """The formula over regions and internal propositions; `free` is written out as "in no region", counts for these robots."""
         if self.spec.formula is None:
             return TRUE
-        written = parse_formula(self.spec.formula, self.propositions, allow_next=False)
-        return written.substitute({FREE: in_no_region(self.all_regions)})
+        written = parse_formula(self.spec.formula, self.propositions, robots=self.agents, allow_next=False)
+        return written_out(written.substitute({FREE: in_no_region(self.all_regions)}), tuple(self.agents))
 
     @cached_property
     def passages(self) -> Sequence | None:

@@ -29,7 +29,10 @@ Kinds = Annotated[tuple[str, ...], Field(min_length=1)]
 class Spec(Value):
     """What must hold."""
 
-    formula: str | None = Field(default=None, description="LTL without X over regions, internal propositions and `free`")
+    formula: str | None = Field(
+        default=None,
+        description="LTL without X over regions, internal propositions and `free`; under `team: joint` also counts and single robots' names",
+    )
     trace: Trace = Field(default="finite", description="finite: LTLf until the mission ends; infinite: LTL over a lasso")
     team: TeamReading = Field(
         default="own", description="own: each robot's letters by themselves; joint: unions of all robots' letters"

@@ -87,7 +87,7 @@ def _why_not(node: Formula, at: int, table: TruthTable, where: Where) -> tuple[i
                 node, place = node.arguments[0], at
             case "->":
                 left, right = node.arguments
-                if right.operator in ("name", "!", "&", "|", "false"):
+                if right.operator in ("name", "count", "!", "&", "|", "false"):
                     return at, f"`{show(left)}` holds there but `{show(right)}` does not"
                 _, because = _why_not(right, at, table, where)
                 return at, f"`{show(left)}` holds there, and {because}"

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
-from verify.data.language.formula import Formula
+from verify.data.language.formula import NAME, Formula
+from verify.data.language.formula_reader import FormulaError, parse_formula
 
 NodeKind = Literal["true", "false", "name", "not", "and", "or", "F", "G", "U", "W", "R", "M", "X", "X[!]"]
 
@@ -70,6 +72,8 @@ def normal_form(formula: Formula, *, negated: bool = False) -> Normal:
 
 def _signed_arguments(node: Formula, negative: bool) -> list[tuple[Formula, bool]]:
     """Return the arguments whose normal forms that of a node is made of, each as it is or negated."""
+    if node.operator == "count":
+        return []  # one proposition
     if node.operator in ("xor", "<->"):
         return [(argument, sign) for argument in node.arguments for sign in (False, True)]
     if node.operator == "!":
@@ -103,8 +107,8 @@ def _entry(node: Formula, negative: bool, table: _Table, done: dict[tuple[int, b
     match node.operator:
         case "true" | "false":
             return table.constant((node.operator == "true") != negative)
-        case "name":
-            return table.add("not" if negative else "name", (), node.name)
+        case "name" | "count":
+            return table.add("not" if negative else "name", (), node.atom)
         case "!":
             return arguments[0]
         case "&" | "|" | "->":
@@ -203,20 +207,39 @@ def _restricted(normal: Normal, root: int) -> Normal:
     )
 
 
-def to_formula(normal: Normal) -> Formula:
-    """Return the table as a formula again, for messages and for Spot."""
+def to_formula(normal: Normal, renamed: Mapping[str, str] | None = None) -> Formula:
+    """Return the table as a formula again, for messages and for Spot.
+
+    Args:
+        normal: The table.
+        renamed: New plain names for its propositions; None keeps them as they are.
+    """
+    made = proposition if renamed is None else lambda text: Formula("name", (), renamed[text])
     built: list[Formula] = []
     for kind, arguments, name in zip(normal.kinds, normal.arguments, normal.names, strict=True):
         match kind:
             case "name":
-                built.append(Formula("name", (), name))
+                built.append(made(name))
             case "not":
-                built.append(Formula("!", (Formula("name", (), name),)))
+                built.append(Formula("!", (made(name),)))
             case "and" | "or":
                 built.append(_balanced("&" if kind == "and" else "|", [built[a] for a in arguments]))
             case _:
                 built.append(Formula(kind, tuple(built[a] for a in arguments)))
     return built[normal.root]
+
+
+@lru_cache(maxsize=4096)
+def proposition(text: str) -> Formula:
+    """Return the formula of which a text is the proposition: a name, a robot's name or a count."""
+    if not NAME.fullmatch(text) and ("." in text or "(" in text):
+        try:
+            found = parse_formula(text)
+        except FormulaError:
+            return Formula("name", (), text)
+        if (found.robot or found.operator == "count") and found.atom == text:
+            return found
+    return Formula("name", (), text)
 
 
 def _balanced(operator: Literal["&", "|"], parts: list[Formula]) -> Formula:

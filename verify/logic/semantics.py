@@ -63,7 +63,7 @@ def truth_table(formula: Formula, word: Word) -> TruthTable:
     kept: list[Formula] = []
     for node in nodes:
         arguments = tuple(index[id(argument)] for argument in node.arguments)
-        key = (node.operator, node.name, arguments)
+        key = (node.operator, node.atom if node.operator in ("name", "count") else "", arguments)
         if key not in known:
             known[key] = len(rows)
             rows.append(tuple(_row(node, [rows[i] for i in arguments], letters, loop)))
@@ -82,8 +82,10 @@ def _row(node: Formula, arguments: list[tuple[bool, ...]], letters: tuple[Letter
             return [True] * n
         case "false":
             return [False] * n
-        case "name":
-            return [node.name in letter for letter in letters]
+        case "name" | "count":
+            return [node.atom in letter for letter in letters]
+        case "all" | "some" | "each":
+            raise BadInput(f"`{node}` is no formula on letters; `written_out` says for a team what it comes to.")
         case "!":
             return [not x for x in arguments[0]]
         case "&":

@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 from verify.data.errors import MissingEngine
-from verify.data.language.formula import Formula
 from verify.data.language.word import Letter
 from verify.logic.normal_form import Normal, normal_form, to_formula
 from verify.logic.progression import OutOfBudget
@@ -188,8 +187,7 @@ def _renamed(normal: Normal) -> dict[str, str]:
 
 
 def _formula(spot: Any, normal: Normal, names: dict[str, str]) -> Any:
-    formula = to_formula(normal)
-    return spot.formula(formula.substitute({name: Formula("name", (), text) for name, text in names.items()}).quoted())
+    return spot.formula(to_formula(normal, names).quoted())
 
 
 def _label(buddy: Any, letter: Letter, variables: dict[str, Any]) -> Any:

@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from verify.behaviour.inclusion import DEFAULT_BUDGET, LOOSE_BUDGET, find_broken, holds_loosely, letter_graph
 from verify.behaviour.team_graph import Observation, WithOthers
 from verify.data.errors import BadInput, InternalError
+from verify.data.language.counting import Atom, atoms, require_names, require_plain, written_out
 from verify.data.language.formula import Formula
 from verify.data.language.word import Letter, Word, show_letter
 from verify.data.sections import TeamReading
@@ -24,6 +26,7 @@ from verify.logic.normal_form import Normal, conjuncts, normal_form, to_formula
 from verify.logic.progression import OutOfBudget
 from verify.logic.semantics import satisfies
 from verify.logic.spot_opinion import some_word_breaks
+from verify.logic.team_letters import TeamLetters, Together
 from verify.logic.vacuity import vacuous_parts
 from verify.logic.verdict import TEAM, TeamVerdict, Verdict
 from verify.words.orders import find_bad_order
@@ -54,7 +57,7 @@ def check_team(
 
     Raises:
         FormulaError: The text is no formula.
-        BadInput: No robots, an empty word, or a lasso in a team of several robots.
+        BadInput: No robots, an empty word, a lasso in a team of several robots, or a formula under "own" that counts robots.
         MissingEngine: Spot, which gives the second opinion, is absent.
     """
     if reading not in ("own", "joint"):
@@ -63,13 +66,19 @@ def check_team(
         raise BadInput('words must name at least one robot, such as {"quad0": [set(), {"a"}]}.')
     given = {str(name): as_word(word, owner=f"{name}'s word") for name, word in words.items()}
     formula = as_formula(formula, frozenset[str]().union(*(word.names() for word in given.values())))
+    if formula.counts:
+        if reading == "own":
+            require_plain(formula, 'under "own" each letter is one robot\'s by itself; give reading="joint"')
+        require_names(sorted(formula.names().union(*(word.names() for word in given.values()))))
+        formula = written_out(formula, tuple(given))
     lassos = [name for name, word in given.items() if word.cycle is not None]
     if lassos and len(given) > 1:
         raise BadInput(f"{lassos[0]}'s word has a cycle; an infinite trace belongs to one robot, a team's words are finite.")
     if lassos:
         verdict = check_word(formula, given[lassos[0]])
         return TeamVerdict(verdict, verdict)
-    team = _Team(formula, {name: word.prefix for name, word in given.items()}, reading, budget)
+    known = atoms(formula)
+    team = _Team(formula, {name: word.prefix for name, word in given.items()}, reading, budget, known)
     sequential = team.decide("sequential")
     parallel = team.decide("parallel")
     if parallel.outcome == "holds" and sequential.outcome == "fails":
@@ -110,6 +119,7 @@ class _Team:
     words: Mapping[str, tuple[Letter, ...]]
     reading: TeamReading
     budget: int
+    atoms: Mapping[str, Atom]
 
     def decide(self, claim: str) -> Verdict:
         """Decide one claim, conjunct by conjunct; of several counterexamples return a shortest."""
@@ -128,14 +138,14 @@ class _Team:
             return self._failure(claim, readings, how)
         if doubts:
             return Verdict("undecided", doubts[0], claim=claim)
-        vacuous = vacuous_parts(self.formula, [Word(word) for word in self.words.values()])
+        vacuous = () if self.atoms else vacuous_parts(self.formula, [Word(word) for word in self.words.values()])
         note = f" But {vacuous[0]}" if vacuous else ""
         how = "in every order, one robot after another" if claim == "sequential" else "however their flights interleave"
         return Verdict("holds", f"The words satisfy `{show(self.formula)}` {how}.{note}", claim=claim, vacuous=vacuous)
 
     def _kinds(self, part: Normal, *, whole: bool = False) -> _Kinds:
         """Sort the robots by their words as one conjunct sees them; `whole` keeps repeated letters."""
-        propositions = part.propositions
+        seen_of = self._seen_of(part)
         shorten = not whole and not part.uses_next  # repeating a letter changes no verdict
         seen: dict[tuple[Letter, ...], list[str]] = {}
         runs: dict[str, tuple[tuple[int, ...], ...]] = {}
@@ -143,7 +153,7 @@ class _Team:
             kept: list[Letter] = []
             run: list[list[int]] = []
             for index, letter in enumerate(word):
-                cut = letter & propositions
+                cut = seen_of(name, letter)
                 if shorten and kept and cut == kept[-1]:
                     run[-1].append(index)
                 else:
@@ -153,9 +163,27 @@ class _Team:
             runs[name] = tuple(map(tuple, run))
         return _Kinds(tuple(seen), tuple(map(tuple, seen.values())), runs)
 
+    def _seen_of(self, part: Normal) -> Callable[[str, Letter], Letter]:
+        """Return what a conjunct sees of a robot's letter."""
+        return TeamLetters.of(part, self.atoms).own
+
+    def _together(self, part: Normal) -> Together | None:
+        """Return what puts letters together for a conjunct, where that is not their union."""
+        return None if self.atoms.keys().isdisjoint(part.propositions) else TeamLetters.of(part, self.atoms).together
+
+    @cached_property
+    def _whole(self) -> TeamLetters | None:
+        """How the whole formula reads letters; None where it reads unions."""
+        return TeamLetters.of(self.formula, self.atoms) if self.atoms else None
+
+    def _union(self, held: Mapping[str, Letter]) -> Letter:
+        """Return the team's letter, with all propositions of the team that hold."""
+        union: Letter = frozenset().union(*held.values())
+        return union if self._whole is None else union | self._whole.letter(held)
+
     def _in_turn(self, part: Normal) -> _Failure | None:
         kinds = self._kinds(part)
-        graph = InTurn(kinds.words, kinds.counts, self.reading)
+        graph = InTurn(kinds.words, kinds.counts, self.reading, self._together(part))
         order = find_bad_order(part, graph, self.budget)
         self._second_opinion(graph, part, broken=order is not None)
         if order is None:
@@ -164,12 +192,13 @@ class _Team:
         robots = [waiting[kind].pop(0) for kind in order]
         readings: list[_Place] = []
         for position, robot in enumerate(robots):
-            held: Letter = frozenset()
+            held: dict[str, Letter] = {}
             if self.reading == "joint":
-                held = held.union(*(self.words[other][-1] for other in robots[:position]))
-                held = held.union(*(self.words[other][0] for other in robots[position + 1 :]))
+                held |= {other: self.words[other][-1] for other in robots[:position]}
+                held |= {other: self.words[other][0] for other in robots[position + 1 :]}
             first = 1 if self.reading == "joint" and position else 0  # its first letter is held already
-            readings += [(robot, i, letter | held) for i, letter in enumerate(self.words[robot]) if i >= first]
+            word = list(enumerate(self.words[robot]))[first:]
+            readings += [(robot, i, self._union({**held, robot: letter})) for i, letter in word]
         return readings, f"In the order {', '.join(robots)}: "
 
     def _at_once(self, part: Normal) -> _Failure | None:
@@ -189,14 +218,14 @@ class _Team:
         except OutOfBudget:
             pass  # the counterexample on shortened words is one as well, only perhaps not a shortest
         if self.reading == "joint":
-            readings = _joint_places(kinds, broken.observations, self.words)
+            readings = _joint_places(kinds, broken.observations, self.words, self._union)
         else:
             readings = _own_places(kinds, broken.observations, self.words, one_for_all=not part.uses_next)
         return readings, "When the flights interleave: "
 
     def _graph(self, part: Normal, kinds: _Kinds) -> Shuffle | JointShuffle:
         if self.reading == "joint":
-            return JointShuffle(kinds.words, kinds.counts)
+            return JointShuffle(kinds.words, kinds.counts, self._together(part))
         counts = kinds.counts
         if not part.uses_next:  # several robots that hold one letter for ever read like one of them
             counts = tuple(1 if len(word) == 1 else count for word, count in zip(kinds.words, counts, strict=True))
@@ -275,15 +304,19 @@ def _own_places(
     return readings
 
 
-def _joint_places(kinds: _Kinds, observations: Sequence[Observation], words: Mapping[str, tuple[Letter, ...]]) -> list[_Place]:
+def _joint_places(
+    kinds: _Kinds,
+    observations: Sequence[Observation],
+    words: Mapping[str, tuple[Letter, ...]],
+    union: Callable[[Mapping[str, Letter]], Letter],
+) -> list[_Place]:
     """Follow which robots go on from one union to the next, and read whole letters."""
     at = {name: 0 for names in kinds.robots for name in names}
     held = dict.fromkeys(at, 0)
     readings: list[_Place] = []
 
     def read() -> None:
-        union: Letter = frozenset().union(*(words[name][index] for name, index in held.items()))
-        readings.append((TEAM, None, union))
+        readings.append((TEAM, None, union({name: words[name][index] for name, index in held.items()})))
 
     before: tuple[int, ...] | None = None
     for observation in observations:

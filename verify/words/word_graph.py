@@ -12,6 +12,7 @@ from collections.abc import Hashable, Iterator, Sequence
 from verify.behaviour.team_graph import Observation, Step
 from verify.data.language.word import Letter
 from verify.data.sections import TeamReading
+from verify.logic.team_letters import Together
 
 Letters = tuple[Letter, ...]
 
@@ -22,13 +23,17 @@ class InTurn:
     A state is (how many of each kind have still to fly; the kind that flies; the index of its letter).
 
     Under the joint reading each letter is joined with the first letters of the robots that wait and the last letters
-    of those that are done; taking off then reads nothing new, because the first letter is held already.
+    of those that are done; taking off then reads nothing new, because the first letter is held already. `together` puts them
+    together where their union is not all that is asked.
     """
 
-    def __init__(self, kinds: Sequence[Letters], counts: Sequence[int], reading: TeamReading) -> None:
+    def __init__(
+        self, kinds: Sequence[Letters], counts: Sequence[int], reading: TeamReading, together: Together | None = None
+    ) -> None:
         self.kinds = tuple(kinds)
         self.counts = tuple(counts)
         self.joint = reading == "joint"
+        self.together = together
 
     def observation(self, waiting: tuple[int, ...], kind: int, index: int) -> Observation:
         """Return the reading while a robot of one kind flies and `waiting` have still to fly.
@@ -39,7 +44,9 @@ class InTurn:
             index: Of the letter that it has come to.
         """
         letter = self.kinds[kind][index]
-        if self.joint:
+        if self.together is not None:
+            letter = self.together(self._held(waiting, kind, index))
+        elif self.joint:
             for other, letters in enumerate(self.kinds):
                 done = self.counts[other] - waiting[other] - (other == kind)
                 if waiting[other]:
@@ -47,6 +54,13 @@ class InTurn:
                 if done:
                     letter |= letters[-1]
         return Observation(kind, letter, (index,))
+
+    def _held(self, waiting: tuple[int, ...], kind: int, index: int) -> Iterator[tuple[Letter, int]]:
+        """Yield the letters that are held, and by how many."""
+        yield self.kinds[kind][index], 1
+        for other, letters in enumerate(self.kinds):
+            yield letters[0], waiting[other]
+            yield letters[-1], self.counts[other] - waiting[other] - (other == kind)
 
     def initial(self) -> Iterator[Step]:
         """Yield every robot that may fly first."""
@@ -122,21 +136,24 @@ class Shuffle:
 class JointShuffle:
     """The union of all robots' letters as time passes, whatever the times; several may change together.
 
-    A state holds, for each kind, how many of its robots hold each letter. Letters that all hold for ever are `base`.
+    A state holds, for each kind, how many of its robots hold each letter.
     """
 
-    def __init__(self, kinds: Sequence[Letters], counts: Sequence[int], base: Letter = frozenset()) -> None:
+    def __init__(self, kinds: Sequence[Letters], counts: Sequence[int], together: Together | None = None) -> None:
         self.kinds = tuple(kinds)
         self.counts = tuple(counts)
-        self.base = base
+        self.together = together
 
     def _observation(self, state: tuple[tuple[int, ...], ...]) -> Observation:
-        letter = self.base
+        nodes = tuple(count for places in state for count in places)
+        if self.together is not None:
+            return Observation(None, self.together(zip(itertools.chain(*self.kinds), nodes, strict=True)), nodes)
+        letter: Letter = frozenset()
         for word, places in zip(self.kinds, state, strict=True):
             for held, count in zip(word, places, strict=True):
                 if count:
                     letter |= held
-        return Observation(None, letter, tuple(count for places in state for count in places))
+        return Observation(None, letter, nodes)
 
     def initial(self) -> Iterator[Step]:
         """Yield the beginning, when all hold their first letters."""

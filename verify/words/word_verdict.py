@@ -7,7 +7,9 @@ from collections.abc import Collection, Iterable
 from typing import Literal
 
 from verify.data.errors import BadInput
-from verify.data.language.formula import RESERVED_NAMES, Formula, check_formula, parse_formula
+from verify.data.language.counting import require_plain
+from verify.data.language.formula import RESERVED_NAMES, Formula, check_formula
+from verify.data.language.formula_reader import parse_formula
 from verify.data.language.word import Word, show_letter
 from verify.logic.explanation import explain, show
 from verify.logic.semantics import satisfies
@@ -31,10 +33,12 @@ def check_word(formula: str | Formula, word: Letters, cycle: Iterable[Iterable[s
 
     Raises:
         FormulaError: The text is no formula.
-        BadInput: The word is empty, or a letter is a bare string.
+        BadInput: The word is empty, a letter is a bare string, or the formula counts robots.
     """
     given = as_word(word, cycle)
-    formula = as_formula(formula, given.names())
+    formula = require_plain(
+        as_formula(formula, given.names()), "a single word says nothing of them; `check_team` takes a team's"
+    )
     if satisfies(formula, given):
         vacuous = vacuous_parts(formula, [given])
         note = f" But {vacuous[0]}" if vacuous else ""

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from verify.data import Formula, Letter, Mission, parse_formula
-from verify.data.language.formula import FREE
+from verify.data.language.formula import COUNTING, FREE
 
 OPERATORS: Mapping[str, str] = {
     "F": "at some time",
@@ -22,12 +22,16 @@ OPERATORS: Mapping[str, str] = {
     "xor": "either, not both",
     "->": "implies",
     "<->": "exactly when",
+    "count": "how many robots show it, as in count(dock) >= 2",
+    "all": "of all robots",
+    "some": "of some robot",
+    "each": "for each robot, read of it alone",
     "true": "holds always",
     "false": "holds never",
 }
 """What may be typed beside names, and what it says."""
 
-_PLAIN = frozenset({"name", "true", "false"})
+_PLAIN = frozenset({"name", "true", "false", "count", "all", "some"})
 _INFIX: Mapping[str, str] = {
     "&": "{a} and {b}",
     "|": "{a} or {b}",
@@ -61,7 +65,12 @@ def _say(formula: Formula, mission: Mission, depth: int) -> str:
         return f"`{formula}`"
     operator = formula.operator
     if operator == "name":
-        return _say_name(formula.name, mission)
+        said = _say_name(formula.name, mission)
+        return f"{formula.robot} {said if said.startswith('in ') else f'shows {said}'}" if formula.robot else said
+    if operator in COUNTING:
+        said = _say(formula.arguments[0], mission, depth + 1)
+        such = "" if formula.arguments[0].operator in ("name", "!", "&", "|") else "such that "
+        return f"for each robot: {said}" if operator == "each" else f"{_how_many(formula)} {such}{said}"
     if operator in ("true", "false"):
         return "anything" if operator == "true" else "nothing"
     if operator == "!":
@@ -78,6 +87,21 @@ def _say(formula: Formula, mission: Mission, depth: int) -> str:
         return f"{begins} {said}" if inner.operator in _PLAIN or inner.operator == "!" else f"{begins}: {said}"
     left, right = (_bracketed(argument, formula, mission, depth) for argument in formula.arguments)
     return _INFIX[operator].format(a=left, b=right)
+
+
+_NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+_COMPARED: Mapping[str, str] = {
+    ">=": "at least {n}", "<=": "at most {n}", "==": "exactly {n}", "<": "fewer than {n}", ">": "more than {n}",
+}  # fmt: skip
+
+
+def _how_many(count: Formula) -> str:
+    """Return of how many robots a count speaks: "at least two robots are"."""
+    if count.bound is None:
+        return "all robots are" if count.operator == "all" else "some robot is"
+    sign, number = count.bound
+    said = _NUMBERS[number] if number < len(_NUMBERS) else str(number)
+    return f"{_COMPARED[sign].format(n=said)} {'robot is' if number == 1 else 'robots are'}"
 
 
 def _bracketed(argument: Formula, parent: Formula, mission: Mission, depth: int) -> str:

@@ -13,7 +13,9 @@ import numpy as np
 
 from verify.data.choices import COST_TERMS, PLANNING_METHODS
 from verify.data.errors import did_you_mean
-from verify.data.language.formula import FREE, NAME, RESERVED_NAMES, FormulaError, parse_formula
+from verify.data.language.counting import first_count
+from verify.data.language.formula import FREE, NAME, RESERVED_NAMES
+from verify.data.language.formula_reader import FormulaError, parse_formula
 from verify.data.language.sequence import SequenceError, parse_sequence
 from verify.data.rules.agents import broken_by_agents, unknown_region
 from verify.data.rules.faults import Finding, KeyPath
@@ -116,6 +118,12 @@ def _robot(robot: Robot, regions: list[str], table: KeyPath) -> Iterator[Finding
             yield (*table, "actions", index, "at"), unknown_region(action.at, regions)
 
 
+_OWN = (
+    "speaks of what several robots show at one time, and under `team: own` each letter is one robot's by itself, in any order. Write "
+    "`team: joint`, where time is common; there a plain name is true where some robot shows it."
+)
+
+
 def _formula(values: Mapping[str, Any], data: Mapping[str, Any], names: set[str], *, needed: bool) -> Iterator[Finding]:
     spec: Spec | None = values.get("spec")
     if spec is None:
@@ -126,7 +134,9 @@ def _formula(values: Mapping[str, Any], data: Mapping[str, Any], names: set[str]
         yield ("spec", "formula"), "missing: a mission needs spec.formula, a sequence, or both."
     if spec.formula is not None:
         try:
-            parse_formula(spec.formula, names, allow_next=False)
+            written = parse_formula(spec.formula, names, robots=_keys(data.get("agents")), allow_next=False)
+            if spec.team == "own" and (count := first_count(written)) is not None:
+                raise FormulaError(spec.formula, [(count.position, f"`{count}` {_OWN}")])
         except FormulaError as error:
             yield ("spec", "formula"), str(error)
     if spec.trace == "infinite" and len(_keys(data.get("agents"))) > 1:

@@ -5,6 +5,7 @@ import pytest
 from ltlplan import Mission, load_mission, parse_mission
 from ltlplan.missions import shipped_mission_text
 from ltlplan.service.views.formulas import automaton_states, in_words, known_names, part_automata
+from tests.helpers.timelines import mission as by_hand
 
 
 def _asking(formula: str) -> Mission:
@@ -52,3 +53,17 @@ def test_each_part_has_its_automaton_and_its_states_move_on() -> None:
     assert parts["F loc1"].is_accepting(reached[-1][1][0])
     broken = automaton_states(parts["G (smoke -> carrying)"], [(1.0, frozenset({"smoke"}))])
     assert broken[-1] == (1.0, ())
+
+
+@pytest.mark.parametrize(
+    ("formula", "said"),
+    [
+        ("F(count(a) >= 2)", "At some time at least two robots are in a."),
+        ("G(count(a & water) < 2)", "Always fewer than two robots are in a and water."),
+        ("G all(b -> water)", "Always all robots are such that if in b, then water."),
+        ("each(F a)", "For each robot: at some time in a."),
+        ("q0.a U q1.water", "Q0 in a until q1 shows water, which must come."),
+    ],
+)
+def test_counts_in_words(formula: str, said: str) -> None:
+    assert in_words(by_hand(formula, team="joint", robots=3)) == (said,)

@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from verify.data.language.formula import FALSE, MAX_DEPTH, Formula, FormulaError, parse_formula
+from verify.data.language.formula import FALSE, Formula
+from verify.data.language.formula_reader import MAX_DEPTH, FormulaError, parse_formula
 
 spot = pytest.importorskip("spot")
 

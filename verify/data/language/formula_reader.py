@@ -1,0 +1,387 @@
+"""Linear temporal logic as text: our own reader, so that names mean what the user wrote.
+
+Spot's lexer reads `F Gate1` as `F G ate1` and `FIRE` as `F IRE`. Here a name is a letter or `_` followed by
+letters, digits and `_`, and an operator letter is an operator only when it stands alone, or where a name cannot
+stand (`GF(a)`, `FG!a`). What Spot prints without spaces (`GFa`) is one name here, and is refused where there is no such
+name. The grammar and the precedences are Spot's (loosest first: `->` `<->`, `|`, `xor`, `&`, `U W R M`, then the prefix
+operators `F G X X[!] !`); the tests hold this reader against Spot's on random formulas. What counts robots or names one
+(`count(B) >= 2`, `quad0.dock`) is an operand.
+Whoever passes a formula on to Spot uses `Formula.quoted`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+
+from verify.data.errors import BadInput, did_you_mean
+from verify.data.language.formula import (
+    COUNTING,
+    INFIX,
+    NAME,
+    PREFIX,
+    PREFIX_POWER,
+    RESERVED_NAMES,
+    TEMPORAL,
+    Comparison,
+    Formula,
+)
+
+MAX_LENGTH = 100_000
+MAX_DEPTH = 200
+
+_TOKEN = re.compile(
+    r"""(?P<space>\s+)
+      | (?P<strong>X\[!\])
+      | (?P<name>[A-Za-z_][A-Za-z0-9_]*)
+      | (?P<quoted>"[^"\n]*")
+      | (?P<equiv><->|<=>|<-->)
+      | (?P<implies>->|=>|-->)
+      | (?P<and>&&?|/\\)
+      | (?P<or>\|\|?|\\/)
+      | (?P<xor>\^)
+      | (?P<not>!|~)
+      | (?P<always>\[\])
+      | (?P<eventually><>)
+      | (?P<open>\()
+      | (?P<close>\))
+      | (?P<one>[01](?![A-Za-z0-9_]))
+      | (?P<number>-?\d+(?![A-Za-z0-9_]))
+      | (?P<compare>>=|<=|==|<|>)
+      | (?P<dot>\.)
+    """,
+    re.VERBOSE,
+)
+_KIND_TO_OPERATOR: Mapping[str, str] = {
+    "strong": "X[!]", "equiv": "<->", "implies": "->", "and": "&", "or": "|", "xor": "xor", "not": "!",
+    "always": "G", "eventually": "F", "open": "(", "close": ")",
+}  # fmt: skip
+_WORDS: Mapping[str, str] = {
+    "and": "&", "or": "|", "not": "!", "implies": "->", "until": "U", "always": "G", "globally": "G", "eventually": "F",
+    "finally": "F", "f": "F", "g": "G", "u": "U", "w": "W", "r": "R", "m": "M",
+}  # fmt: skip
+"""What people write for an operator, as a hint where a formula cannot be read."""
+_GLUED = re.compile("[FGX]+")
+_EXAMPLES = {"count": "count(dock) >= 2", "all": "all(dock)", "some": "some(dock)", "each": "each(F dock)"}
+_LATE = frozenset({"number", "compare", "dot"})
+"""Tokens that stand nowhere but in counts and after robots' names."""
+
+
+class FormulaError(BadInput):
+    """A formula that cannot be read.
+
+    Attributes:
+        formula: The text.
+        position: Offset of the first fault in it.
+        reasons: One sentence per fault.
+    """
+
+    def __init__(self, formula: str, faults: list[tuple[int, str]]) -> None:
+        self.formula = formula
+        self.position = faults[0][0]
+        self.reasons = tuple(reason for _, reason in faults)
+        super().__init__("\n".join(f"{reason}\n{_caret(formula, position)}" for position, reason in faults))
+
+
+def parse_formula(
+    text: str,
+    names: Collection[str] | None = None,
+    *,
+    shown: Collection[str] = (),
+    robots: Collection[str] | None = None,
+    allow_next: bool = True,
+) -> Formula:
+    """Read a formula.
+
+    Args:
+        text: LTL in Spot's syntax, without SERE operators.
+        names: The propositions that exist; None accepts any name but those that are operators without spaces, such as `GFa`.
+        shown: Where any name is accepted: names that are known to exist, such as those of a word that is held against it.
+        robots: The robots that exist, for `NAME.p`; None accepts any.
+        allow_next: Whether `X` and `X[!]` may occur. A mission's formula may not use them, because its
+            truth would then depend on how time is sampled.
+
+    Raises:
+        FormulaError: The text is no formula, or names something unknown; all unknown names are reported
+            together, each with a caret under its place.
+    """
+    if not isinstance(text, str):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
+        raise BadInput(f"A formula is a text, not {type(text).__name__}.")
+    if len(text) > MAX_LENGTH:
+        raise FormulaError(text[:60], [(0, f"The formula has {len(text)} characters; {MAX_LENGTH} is the most.")])
+    tokens = _tokenise(text)
+    if not tokens:
+        raise FormulaError(text, [(0, "The formula is empty; write `true` for no requirement.")])
+    formula = _Parser(text, tokens).read()
+    faults = [*_strange_counts(formula), *_strange_robots(text, formula, robots)]
+    known = frozenset(shown) | formula.names() if names is None else frozenset(names)
+    for node in formula.walk():
+        if node.operator in ("X", "X[!]") and not allow_next:
+            faults.append(
+                (node.position, f"`{node.operator}` is not allowed in a mission: flight has no next step, so its "
+                 "truth would depend on how time is sampled. Use F, G, U, W, R or M.")
+            )  # fmt: skip
+        if node.operator != "name" or node.name in (shown if names is None else names):
+            continue
+        spaced = None if text[node.position] == '"' else _with_spaces(node.name, known)
+        hint = "" if spaced is None else f"`{node.name}` is one name here; write `{spaced}`"
+        if names is not None:
+            listed = ", ".join(sorted(names)) or "(none)"
+            hint = f" {hint}." if hint else did_you_mean(node.name, names)
+            if node.name in (robots or ()):
+                hint = f" It is a robot; write `{node.name}.p` where p is what it shows."
+            faults.append((node.position, f"'{node.name}' is not a name of this mission.{hint} Names: {listed}."))
+        elif hint:
+            faults.append((node.position, f'{hint}, or `"{node.name}"` where it is meant as a name.'))
+    if faults:
+        raise FormulaError(text, sorted(faults))
+    return formula
+
+
+_INSIDE = "asks each robot for its own letter at one time, so a Boolean combination of names stands in it"
+
+
+def _strange_counts(formula: Formula) -> Iterator[tuple[int, str]]:
+    """Yield what stands in counts and in `each` and cannot stand there, with its place."""
+    inside: list[tuple[Formula, Formula | None]] = [(formula, None)]
+    while inside:
+        node, counted = inside.pop()
+        if counted is not None and counted.operator == "each":
+            if node.operator == "each":
+                yield node.position, "An `each` within an `each` says nothing more; leave the inner one out."
+        elif counted is not None:
+            if node.operator in COUNTING:
+                yield node.position, f"`{counted.operator}` {_INSIDE}; `{node.operator}` counts robots again."
+            elif node.robot:
+                yield node.position, f"`{counted.operator}` {_INSIDE}; `{node}` names a robot."
+            elif node.operator in TEMPORAL:
+                yield (
+                    node.position,
+                    f"`{counted.operator}` {_INSIDE}; `{node.operator}` is about other times. Write it around the count, or "
+                    "`each(...)` for what each robot does in its own time.",
+                )
+        if node.bound is not None and node.bound[1] < 0:
+            yield node.position, f"`{node}` compares a number of robots with {node.bound[1]}; it is never below 0."
+        within = node if node.operator in COUNTING and (counted is None or counted.operator == "each") else counted
+        inside.extend((argument, within) for argument in reversed(node.arguments))
+
+
+def _strange_robots(text: str, formula: Formula, robots: Collection[str] | None) -> Iterator[tuple[int, str]]:
+    """Yield names of robots that do not exist, with their places."""
+    for node in formula.walk() if robots is not None else ():
+        if node.robot and node.robot not in robots:
+            listed = ", ".join(robots)
+            hint = did_you_mean(node.robot, robots)
+            at = text.rindex(node.robot, 0, node.position)
+            yield at, f"'{node.robot}' is not a robot of this mission.{hint} Robots: {listed}."
+
+
+def _with_spaces(name: str, known: Collection[str]) -> str | None:
+    """Return how a name that does not exist reads as operators without spaces, or None where that is far-fetched."""
+    cuts = [(name[:cut], name[cut:]) for cut in range(1, len(name)) if _GLUED.fullmatch(name[:cut])]
+    for head, rest in cuts:
+        if rest in known:
+            return " ".join((*head, rest))
+    if cuts and NAME.fullmatch(cuts[-1][1]):  # all operator letters; a capital and a word, such as `Gate`, is a name
+        head, rest = cuts[-1]
+        if re.fullmatch(r"[a-z]\d*", rest) or (len(head) > 1 and rest[0].islower()):
+            return " ".join((*head, rest))
+    for match in re.finditer("[UWRM]", name):
+        left, right = name[: match.start()], name[match.end() :]
+        if left in known and right in known:
+            return f"{left} {match.group()} {right}"
+    return None
+
+
+@dataclass(frozen=True, slots=True)
+class _Token:
+    kind: str  # "name", "constant" or an operator's sign
+    text: str
+    position: int
+
+
+def _tokenise(text: str) -> list[_Token]:
+    tokens: list[_Token] = []
+    position = 0
+    while position < len(text):
+        match = _TOKEN.match(text, position)
+        if match is None:
+            raise FormulaError(text, [(position, _unreadable(text, position))])
+        kind, value = str(match.lastgroup), match.group()
+        if kind == "name" and value[-1] == "X" and text.startswith("[!]", match.end()) and _GLUED.fullmatch(value):
+            tokens += [_Token(letter, letter, position + i) for i, letter in enumerate(value[:-1])]
+            position = match.end() - 1  # what follows is `X[!]`
+            continue
+        if kind == "name":
+            token = {"true": "constant", "false": "constant", "V": "R"}.get(value)
+            tokens.append(_Token(token or (value if value in RESERVED_NAMES else "name"), value, position))
+        elif kind == "quoted":
+            if len(value) == 2:
+                raise FormulaError(text, [(position, "A quoted name is empty.")])
+            tokens.append(_Token("name", value[1:-1], position))
+        elif kind == "one":
+            tokens.append(_Token("constant", value, position))
+        elif kind in _LATE:
+            tokens.append(_Token(kind, value, position))
+        elif kind != "space":
+            tokens.append(_Token(_KIND_TO_OPERATOR[kind], value, position))
+        position = match.end()
+    return _parted(text, tokens)
+
+
+def _parted(text: str, tokens: list[_Token]) -> list[_Token]:
+    """Take names made of operator letters alone apart where an operand follows, for no name can stand there: `FG(a)`."""
+    result: list[_Token] = []
+    for token, after in itertools.zip_longest(tokens, tokens[1:]):
+        operand = after is not None and (after.kind in ("(", "name", "constant") or after.kind in PREFIX)
+        if token.kind == "name" and operand and _GLUED.fullmatch(token.text) and text[token.position] != '"':
+            result += [_Token(letter, letter, token.position + i) for i, letter in enumerate(token.text)]
+        else:
+            result.append(token)
+    return result
+
+
+def _unreadable(text: str, position: int) -> str:
+    if text[position] in "[{;:*#":
+        return (
+            f"`{text[position]}` begins a sequence (SERE) or bounded operator of Spot's, which is not supported; "
+            "use ! & | xor -> <-> F G U W R M and parentheses."
+        )
+    hint = " Equal numbers of robots are written `==`." if text[position] == "=" else ""
+    return f"`{text[position]}` is not part of a formula.{hint}"
+
+
+class _Parser:
+    """Precedence climbing over the tokens; depth is bounded so that a hostile text cannot exhaust the stack."""
+
+    def __init__(self, text: str, tokens: list[_Token]) -> None:
+        self.text = text
+        self.tokens = tokens
+        self.index = 0
+
+    def read(self) -> Formula:
+        formula = self._expression(0, 0)
+        if self.index < len(self.tokens):
+            raise self._unexpected()
+        return formula
+
+    def _expression(self, power: int, depth: int) -> Formula:
+        if depth > MAX_DEPTH:
+            raise FormulaError(self.text, [(self._position(), f"The formula is nested deeper than {MAX_DEPTH} levels.")])
+        left = self._operand(depth)
+        while self.index < len(self.tokens):
+            token = self.tokens[self.index]
+            powers = INFIX.get(token.kind)
+            if powers is None or powers[0] < power:
+                break
+            self.index += 1
+            right = self._expression(powers[1], depth + 1)
+            left = Formula(token.kind, (left, right), "", token.position)  # type: ignore[arg-type]  # a key of INFIX
+        return left
+
+    def _operand(self, depth: int) -> Formula:
+        if self.index >= len(self.tokens):
+            raise FormulaError(self.text, [(len(self.text), "The formula ends where a proposition is expected.")])
+        token = self.tokens[self.index]
+        self.index += 1
+        if NAME.fullmatch(token.text) and self._next_is("dot") and self.text[token.position] != '"':
+            return self._of_robot(token)
+        if token.kind in COUNTING:
+            return self._counted(token, depth)
+        if token.kind == "name":
+            return Formula("name", (), token.text, token.position)
+        if token.kind == "constant":
+            return Formula("true" if token.text in ("1", "true") else "false", (), "", token.position)
+        if token.kind in PREFIX:
+            return Formula(token.kind, (self._expression(PREFIX_POWER, depth + 1),), "", token.position)  # type: ignore[arg-type]  # a member of PREFIX
+        if token.kind == "(":
+            return self._in_parentheses(token, depth)
+        if token.kind in _LATE:
+            raise FormulaError(self.text, [(token.position, _unreadable(self.text, token.position))])
+        hint = " Operator names cannot be names of regions." if token.text.isalpha() else ""
+        raise FormulaError(
+            self.text,
+            [(token.position, f"`{token.text}` stands where a proposition is expected.{hint}")],
+        )
+
+    def _in_parentheses(self, opened: _Token, depth: int) -> Formula:
+        """Read what stands between a parenthesis, which was read, and its partner."""
+        inner = self._expression(0, depth + 1)
+        if self.index >= len(self.tokens):
+            raise FormulaError(self.text, [(opened.position, "This parenthesis is never closed.")])
+        if self.tokens[self.index].kind != ")":
+            raise self._unexpected()
+        self.index += 1
+        return inner
+
+    def _of_robot(self, robot: _Token) -> Formula:
+        """Read `.p` after a robot's name."""
+        self.index += 1
+        token = self.tokens[self.index] if self.index < len(self.tokens) else None
+        if token is None or token.kind != "name":
+            end = len(self.text) if token is None else token.position
+            what = f"After `{robot.text}.` the name of what this robot shows is expected, such as `{robot.text}.free`."
+            raise FormulaError(self.text, [(end, what)])
+        self.index += 1
+        return Formula("name", (), token.text, token.position, robot.text)
+
+    def _counted(self, token: _Token, depth: int) -> Formula:
+        """Read `(B)` and, after a count, what it is compared with."""
+        if not self._next_is("("):
+            hint = (
+                f"`{token.text}` counts robots and needs parentheses, such as `{_EXAMPLES[token.text]}`; it cannot be a name."
+            )
+            raise FormulaError(self.text, [(token.position, hint)])
+        self.index += 1
+        arguments = (self._in_parentheses(self.tokens[self.index - 1], depth),)
+        if token.kind != "count":
+            return Formula(token.kind, arguments, "", token.position)  # type: ignore[arg-type]  # a member of COUNTING
+        return Formula("count", arguments, "", token.position, bound=self._bound(token))
+
+    def _bound(self, count: _Token) -> tuple[Comparison, int]:
+        """Read what a count is compared with."""
+        if not self._next_is("compare"):
+            what = "`count(...)` is a number of robots; compare it, such as `count(...) >= 2`, or write `some(...)`."
+            raise FormulaError(self.text, [(count.position, what)])
+        sign = self.tokens[self.index]
+        self.index += 1
+        number = self.tokens[self.index] if self.index < len(self.tokens) else None
+        if number is None or not re.fullmatch(r"-?\d{1,9}", number.text):
+            end = len(self.text) if number is None else number.position
+            raise FormulaError(self.text, [(end, f"After `{sign.text}` a whole number of robots is expected, such as 2.")])
+        self.index += 1
+        return sign.text, int(number.text)  # type: ignore[return-value]  # the tokeniser knows no other signs
+
+    def _next_is(self, kind: str) -> bool:
+        return self.index < len(self.tokens) and self.tokens[self.index].kind == kind
+
+    def _unexpected(self) -> FormulaError:
+        """Return what is wrong with a token after which a formula cannot go on."""
+        token = self.tokens[self.index]
+        if token.kind in _LATE:
+            return FormulaError(self.text, [(token.position, _unreadable(self.text, token.position))])
+        hint = " A closing parenthesis has no partner." if token.kind == ")" else self._missing_operator()
+        return FormulaError(self.text, [(token.position, f"`{token.text}` is not expected here.{hint}")])
+
+    def _missing_operator(self) -> str:
+        """Return what a reader of two names in a row may have meant."""
+        for token in self.tokens[max(self.index - 1, 0) : self.index + 1]:
+            if token.text.lower() in _WORDS:
+                return f" Write `{_WORDS[token.text.lower()]}` for '{token.text}'."
+        return " An operator is missing before it."
+
+    def _position(self) -> int:
+        return self.tokens[min(self.index, len(self.tokens) - 1)].position
+
+
+def _caret(text: str, position: int) -> str:
+    """Return the line of `text` that holds `position` with a caret under it, cut to a readable width."""
+    start = text.rfind("\n", 0, position) + 1
+    end = text.find("\n", position)
+    line = text[start : end if end >= 0 else len(text)]
+    column = position - start
+    if column > 60:
+        line, column = "..." + line[column - 50 :], 53
+    return f"  {line[:100]}\n  {' ' * column}^"
