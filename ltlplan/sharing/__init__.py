@@ -4,7 +4,7 @@
 |---|---|
 | `simulated` | the planning method: a team flown in simulated time until the formula is satisfied, and what came of it as a plan |
 | `team_in_flight`, `piloted_team`, `team` | what is known of a team however it is led; of one with pilots; Algorithm 5, step by step |
-| `pilot`, `gliding_path` | one robot: what it still has to do, and the way that it flies while that changes |
+| `pilot`, `course_in_flight`, `gliding_path` | one robot: what it still has to do, the way that it flies while that changes, and how it is improved |
 | `belief`, `residual` | where the letters flown so far may have led, which may come next, and what is left of the formula |
 | `sharing_out` | the run that the team begins with, and its tasks for each robot |
 | `switch` | which task should change hands |

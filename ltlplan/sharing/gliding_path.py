@@ -8,7 +8,7 @@ change under a robot that is flying it, without a jump in position, velocity, ac
 * the robot moves along the course by a clock of its own, whose rate is a third-order lag of 1 (go) or 0 (wait), so it can
   come to rest anywhere on its path and go on.
 
-Course (`GlidingPath`) and clock are evaluated here; what is worth flying is decided in `sharing.team` and `sharing.pilot`.
+Course (`GlidingPath`) and clock are evaluated here; what is worth flying is decided in `sharing.team` and `sharing.course_in_flight`.
 """
 
 from __future__ import annotations

@@ -80,13 +80,13 @@ class PilotedTeam(TeamInFlight[Pilot], ABC):
 
     def rests(self, pilot: Pilot, now: float) -> bool:
         """Tell whether a robot hovers, so that it can begin another course."""
-        if self.waits_to_share and pilot.entered and not pilot.stop and not pilot.arrived:
+        if self.waits_to_share and pilot.entered and not pilot.stop and not pilot.way.arrived:
             return False
-        return (pilot.arrived or pilot.clock.resting) and not pilot.course.gliding(now)
+        return (pilot.way.arrived or pilot.way.clock.resting) and not pilot.way.course.gliding(now)
 
     def root(self, pilot: Pilot, now: float) -> None:
         """Let a robot's state be where it hovers, so that its next course begins without a jump."""
-        x, y, z = (float(v) for v in pilot.course.flat(pilot.clock, now)[0])
+        x, y, z = (float(v) for v in pilot.way.course.flat(pilot.way.clock, now)[0])
         pilot.where = replace(pilot.where, position=(x, y, z))
 
     def acts(self, pilot: Pilot) -> Action | None:

@@ -84,7 +84,7 @@ def _in_the_way(team: PilotedTeam, name: str, now: float) -> list[str]:
     path = _ahead(team, name)
     found = []
     for other, pilot in team.pilots.items():
-        idle = pilot.done and pilot.arrived and not pilot.course.gliding(now)
+        idle = pilot.done and pilot.way.arrived and not pilot.way.course.gliding(now)
         if other != name and idle and team.mission.agents[other].end is None:
             away = float(np.linalg.norm(path - _at(team, other, now), axis=1).min())
             if away < team.distance:
@@ -106,7 +106,7 @@ def _steps_aside(team: PilotedTeam, name: str, passing: str, now: float) -> bool
         return team.keeps({**ahead, name: letters}) and admits(team.belief, {**inside, name: letters}, rest)
 
     others = [_at(team, other, now)[None] for other in team.pilots if other != name]
-    ways = [_ahead(team, other) for other, p in team.pilots.items() if other != name and not p.arrived]
+    ways = [_ahead(team, other) for other, p in team.pilots.items() if other != name and not p.way.arrived]
     for place in places_aside(team.mission, where.position, [*others, *ways, _ahead(team, passing)], team.distance)[:_PLACES]:
         sets = _out_to(team.world, where, place)
         letters = None if sets is None else tuple(free | regions for regions in sets)
@@ -137,13 +137,13 @@ def _out_to(world: World, where: AgentState, place: Point) -> tuple[frozenset[st
 def _at(team: PilotedTeam, name: str, now: float) -> Floats:
     """Return where a robot should be. Shape (3,)."""
     pilot = team.pilots[name]
-    return pilot.course.flat(pilot.clock, now)[0]
+    return pilot.way.course.flat(pilot.way.clock, now)[0]
 
 
 def _ahead(team: PilotedTeam, name: str) -> Floats:
     """Return where a robot will be on its course. Shape (n, 3)."""
     pilot = team.pilots[name]
-    return pilot.future(np.linspace(0.0, max(pilot.course.duration - pilot.clock.time, 0.0), 100), go=True)
+    return pilot.way.future(np.linspace(0.0, max(pilot.way.course.duration - pilot.way.clock.time, 0.0), 100), go=True)
 
 
 def _point(values: Floats) -> Point:

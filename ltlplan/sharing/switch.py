@@ -69,7 +69,7 @@ def better_hands(mission: Mission, pilots: Mapping[str, Pilot], allowed: Callabl
         pilots: The robots in the air.
         allowed: Whether a hand-over may be.
     """
-    idle = [name for name, pilot in pilots.items() if pilot.done and pilot.arrived]
+    idle = [name for name, pilot in pilots.items() if pilot.done and pilot.way.arrived]
     if not idle:
         return None
     leg = straight_line_costs(mission)

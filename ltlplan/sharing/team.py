@@ -93,7 +93,7 @@ class OnlineTeam(PilotedTeam):
     @property
     def cost(self) -> float:
         """The summed cost of the best paths that are known for all robots."""
-        return float(sum(pilot.best_cost for pilot in self.pilots.values()))
+        return float(sum(pilot.way.best_cost for pilot in self.pilots.values()))
 
     @property
     def complete(self) -> bool:
@@ -144,16 +144,16 @@ class OnlineTeam(PilotedTeam):
         for name, pilot in self.pilots.items():
             if self.holding is None and name in searching:
                 others = self._standing_still(name)
-                pilot.search(now, self.rng, paths, others, self.distance)
-            pilot.clock = pilot.clock.after(PERIOD, going[name]) if not pilot.arrived else pilot.clock
+                pilot.way.search(now, self.rng, paths, others, self.distance)
+            pilot.way.clock = pilot.way.clock.after(PERIOD, going[name]) if not pilot.way.arrived else pilot.way.clock
         self._give_up_if_stuck(now)
         self.steps += 1
         flat = np.zeros((5, 4, len(self.pilots)))
         for j, (name, pilot) in enumerate(self.pilots.items()):
-            flat[:, :3, j] = pilot.course.flat(pilot.clock, now)
+            flat[:, :3, j] = pilot.way.course.flat(pilot.way.clock, now)
             flat[0, 3, j] = self.mission.agents[name].yaw
         satisfied = self.belief.accepts()
-        finished = satisfied and all(p.done and p.arrived for p in self.pilots.values())
+        finished = satisfied and all(p.done and p.way.arrived for p in self.pilots.values())
         return Desired(flat, satisfied, finished, self.holding, tuple(self._said))
 
     def change(self, event: WorldEvent, now: float) -> None:
@@ -167,7 +167,7 @@ class OnlineTeam(PilotedTeam):
         if isinstance(event, RobotJoins):
             self._first.append(event.robot)
         for pilot in self.pilots.values():
-            pilot.mission, pilot.world = self.mission, self.world
+            pilot.way.mission, pilot.world = self.mission, self.world
             # a ring that has moved is not where the course goes
             pilot.stop = isinstance(event, HoopMoves) and bool(pilot.moves) and pilot.moves[0].visit.region == event.region
 
@@ -226,13 +226,13 @@ class OnlineTeam(PilotedTeam):
         """Let robots wait that would come too near to one that has priority; priorities change when nobody can go."""
         names = [name for name in self._first if name in self.pilots]
         going = dict.fromkeys(names, True)
-        moving = [name for name in names if not self.pilots[name].arrived]
+        moving = [name for name in names if not self.pilots[name].way.arrived]
         if len(names) < 2 or not moving:
             return going
         horizon = np.arange(1, 9) * (LOOK_AHEAD / 8)
         least = self.distance
-        held = np.stack([self.pilots[n].future(horizon, go=False) for n in names])
-        gone = np.stack([self.pilots[n].future(horizon, go=True) if n in moving else held[i] for i, n in enumerate(names)])
+        held = np.stack([self.pilots[n].way.future(horizon, go=False) for n in names])
+        gone = np.stack([self.pilots[n].way.future(horizon, go=True) if n in moving else held[i] for i, n in enumerate(names)])
         chosen = held.copy()
         for i, name in enumerate(names):
             if name not in moving:
@@ -245,7 +245,7 @@ class OnlineTeam(PilotedTeam):
                 chosen[i] = gone[i]
             else:
                 going[name] = False
-        waiting = [n for n in moving if not going[n] and self.pilots[n].clock.resting]
+        waiting = [n for n in moving if not going[n] and self.pilots[n].way.clock.resting]
         self._stuck = {n: self._stuck.get(n, now) for n in waiting}
         if waiting and len(waiting) == len(moving) and now - min(self._stuck.values()) > PATIENCE:
             self._stuck = {}
@@ -258,14 +258,14 @@ class OnlineTeam(PilotedTeam):
 
     def _searching(self) -> set[str]:
         """Return whose paths are sampled in this step: all robots that are under way, or so many of them in turn."""
-        open_ = [name for name, pilot in self.pilots.items() if not pilot.arrived]
+        open_ = [name for name, pilot in self.pilots.items() if not pilot.way.arrived]
         first = self.steps * SEARCHES % max(len(open_), 1)
         return {open_[(first + i) % len(open_)] for i in range(min(SEARCHES, len(open_)))}
 
     def _give_up_if_stuck(self, now: float) -> None:
         """Say so when nobody has moved for long although something is left to do."""
-        waiting = [n for n, p in self.pilots.items() if not p.arrived and p.clock.resting]
-        moving = [n for n, p in self.pilots.items() if not p.arrived and not p.clock.resting]
+        waiting = [n for n, p in self.pilots.items() if not p.way.arrived and p.way.clock.resting]
+        moving = [n for n, p in self.pilots.items() if not p.way.arrived and not p.way.clock.resting]
         if moving or not waiting or self.holding is not None:
             self._moved_at = now
         elif now - self._moved_at > STUCK:
@@ -273,7 +273,7 @@ class OnlineTeam(PilotedTeam):
 
     def _standing_still(self, name: str) -> Floats:
         """Positions of the other robots that have nothing left to fly. Shape (n, 3)."""
-        still = [p.course.new[-1] for n, p in self.pilots.items() if n != name and p.arrived]
+        still = [p.way.course.new[-1] for n, p in self.pilots.items() if n != name and p.way.arrived]
         return np.array(still).reshape(-1, 3)
 
     # -- who does what -------------------------------------------------------------------------------------

@@ -286,7 +286,7 @@ def test_a_team_of_eight_is_shared_out_by_the_cheapest_search_and_takes_off():
     assert shared == set(mission.regions)
     exact = assign(mission).cost
     straight = sum(
-        straight_cost(mission, {name: pilot.course.plan.visits}) for name, pilot in team.pilots.items() if pilot.moves
+        straight_cost(mission, {name: pilot.way.course.plan.visits}) for name, pilot in team.pilots.items() if pilot.moves
     )
     assert straight == pytest.approx(exact, abs=1e-6)
     positions = {name: agent.start for name, agent in mission.agents.items()}
