@@ -6,12 +6,14 @@ import asyncio
 from collections.abc import AsyncIterator, Coroutine
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from ltlplan.service.computing.workers import LocalWorkers
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.models import Event, Job
 from ltlplan.service.settings import Settings
+
+Answer = TypeVar("Answer")
 
 
 @asynccontextmanager
@@ -27,8 +29,8 @@ async def service(folder: Path, **changes: Any) -> AsyncIterator[Jobs]:
         await jobs.stop()
 
 
-def run(coroutine: Coroutine[Any, Any, None]) -> None:
-    asyncio.run(asyncio.wait_for(coroutine, 300))
+def run(coroutine: Coroutine[Any, Any, Answer]) -> Answer:
+    return asyncio.run(asyncio.wait_for(coroutine, 300))
 
 
 async def ended(jobs: Jobs, job: Job) -> Job:

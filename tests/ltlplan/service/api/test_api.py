@@ -23,7 +23,7 @@ YAML = {"content-type": "application/yaml"}
 JSON = {"content-type": "application/json"}
 
 
-def problem(answer: httpx.Response, status: int, kind: str) -> dict[str, object]:
+def assert_refused(answer: httpx.Response, status: int, kind: str) -> dict[str, object]:
     """Return the problem of an answer that refuses, after a look at its form."""
     assert answer.status_code == status, answer.text
     assert answer.headers["content-type"] == "application/problem+json"
@@ -76,16 +76,16 @@ def test_what_is_no_mission_is_told_with_its_line(text: str, http: httpx.Client)
 
 def test_a_body_that_is_no_text_or_of_another_kind_is_refused(http: httpx.Client) -> None:
     assert "not UTF-8" in str(
-        problem(http.post("/api/jobs", content=b"\xff\xfe\x00", headers=YAML), 422, "bad-input")["detail"]
+        assert_refused(http.post("/api/jobs", content=b"\xff\xfe\x00", headers=YAML), 422, "bad-input")["detail"]
     )
-    problem(http.post("/api/jobs", content=b"<a/>", headers={"content-type": "text/xml"}), 415, "unsupported-media")
-    problem(http.post("/api/words/check", content=b"{}", headers=YAML), 415, "unsupported-media")
-    problem(http.post("/api/jobs", content=b"x" * 2_000_000, headers=YAML), 413, "body-too-large")
+    assert_refused(http.post("/api/jobs", content=b"<a/>", headers={"content-type": "text/xml"}), 415, "unsupported-media")
+    assert_refused(http.post("/api/words/check", content=b"{}", headers=YAML), 415, "unsupported-media")
+    assert_refused(http.post("/api/jobs", content=b"x" * 2_000_000, headers=YAML), 413, "body-too-large")
 
 
 def test_faults_of_what_is_submitted_are_those_that_the_library_finds(http: httpx.Client) -> None:
     text = ONE_HOOP.replace("radii: [0.2, 0.2, 0.2]", "radii: [0.2, -1]")
-    told = problem(http.post("/api/jobs", content=text, headers=YAML), 422, "mission-error")
+    told = assert_refused(http.post("/api/jobs", content=text, headers=YAML), 422, "mission-error")
     with pytest.raises(verify.data.MissionError) as found:
         parse_mission(text)
     assert told["detail"] == str(found.value)
@@ -160,10 +160,10 @@ def test_flights_are_written_for_vehicles(done: Submitted, http: httpx.Client) -
     packed = http.get(f"/api/jobs/{done.id}/exports/px4", params={"rate": 20})
     with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
         assert "README.txt" in archive.namelist()
-    told = problem(http.get(f"/api/jobs/{done.id}/exports/px5"), 422, "bad-input")
+    told = assert_refused(http.get(f"/api/jobs/{done.id}/exports/px5"), 422, "bad-input")
     assert "Did you mean 'px4'?" in str(told["detail"])
-    problem(http.get(f"/api/jobs/{done.id}/exports/crazyflie", params={"vehicle": "other"}), 422, "not-certified")
-    problem(http.get(f"/api/jobs/{done.id}/exports/crazyflie", params={"rate": 20}), 422, "bad-input")
+    assert_refused(http.get(f"/api/jobs/{done.id}/exports/crazyflie", params={"vehicle": "other"}), 422, "not-certified")
+    assert_refused(http.get(f"/api/jobs/{done.id}/exports/crazyflie", params={"rate": 20}), 422, "bad-input")
 
 
 def test_a_recorded_flight_is_judged_by_its_job_or_by_its_files(done: Submitted, http: httpx.Client) -> None:
@@ -180,9 +180,9 @@ def test_a_recorded_flight_is_judged_by_its_job_or_by_its_files(done: Submitted,
     refused = http.post("/api/flights/judge", files=[*flown.items(), *flawed], data={"max_speed": "2"})
     assert refused.status_code == 422
     assert "scratch" not in refused.text
-    assert "either" in str(problem(http.post("/api/flights/judge", files=flown), 422, "bad-input")["detail"])
-    problem(http.post("/api/flights/judge", files=flown, data={"job": "nope"}), 404, "not-found")
-    problem(http.post("/api/flights/judge", files=flown, data={"job": done.id, "max_speed": "fast"}), 422, "bad-input")
+    assert "either" in str(assert_refused(http.post("/api/flights/judge", files=flown), 422, "bad-input")["detail"])
+    assert_refused(http.post("/api/flights/judge", files=flown, data={"job": "nope"}), 404, "not-found")
+    assert_refused(http.post("/api/flights/judge", files=flown, data={"job": done.id, "max_speed": "fast"}), 422, "bad-input")
     assert http.post(
         "/api/flights/judge", content=b"--x\r\nbad", headers={"content-type": "multipart/form-data"}
     ).status_code in (400, 422)
@@ -201,33 +201,33 @@ def test_words_are_held_against_a_formula(http: httpx.Client) -> None:
         ({"formula": "F a", "words": []}, "bad-input"),
         ({"formula": "F a", "words": ["a"], "readin": "own"}, "bad-input"),
     ):
-        told = problem(http.post("/api/words/check", json=asked), 422, kind)
+        told = assert_refused(http.post("/api/words/check", json=asked), 422, kind)
         assert told["detail"]
     twice = http.post("/api/words/check", content=b'{"formula": "a", "formula": "b", "words": ["a"]}', headers=JSON)
-    assert "twice" in str(problem(twice, 422, "bad-input")["detail"])
+    assert "twice" in str(assert_refused(twice, 422, "bad-input")["detail"])
 
 
 @pytest.mark.parametrize(
     "path", ["", "/events", "/files", "/files/plan.json", "/report", "/certificate", "/plan", "/archive", "/exports/px4"]
 )
 def test_a_job_that_is_not_there(path: str, http: httpx.Client) -> None:
-    problem(http.get(f"/api/jobs/0123456789abcdef-1{path}"), 404, "not-found")
+    assert_refused(http.get(f"/api/jobs/0123456789abcdef-1{path}"), 404, "not-found")
 
 
 def test_what_changes_a_job_that_is_not_there(http: httpx.Client) -> None:
-    problem(http.post("/api/jobs/nope/cancel"), 404, "not-found")
-    problem(http.post("/api/jobs/nope/recheck"), 404, "not-found")
-    problem(http.delete("/api/jobs/nope"), 404, "not-found")
+    assert_refused(http.post("/api/jobs/nope/cancel"), 404, "not-found")
+    assert_refused(http.post("/api/jobs/nope/recheck"), 404, "not-found")
+    assert_refused(http.delete("/api/jobs/nope"), 404, "not-found")
 
 
 def test_a_job_is_cancelled_and_deleted(http: httpx.Client) -> None:
     job = http.post("/api/jobs", content=shipped_mission_text("firefighting"), headers=YAML, params={"seed": 987}).json()
-    problem(http.delete(f"/api/jobs/{job['id']}"), 409, "conflict")
-    problem(http.get(f"/api/jobs/{job['id']}/archive"), 409, "conflict")
+    assert_refused(http.delete(f"/api/jobs/{job['id']}"), 409, "conflict")
+    assert_refused(http.get(f"/api/jobs/{job['id']}/archive"), 409, "conflict")
     assert http.post(f"/api/jobs/{job['id']}/cancel").json()["state"] == "cancelled"
     assert http.post(f"/api/jobs/{job['id']}/cancel").json()["state"] == "cancelled"
     assert http.delete(f"/api/jobs/{job['id']}").status_code == 204
-    problem(http.get(f"/api/jobs/{job['id']}"), 404, "not-found")
+    assert_refused(http.get(f"/api/jobs/{job['id']}"), 404, "not-found")
 
 
 def test_a_formula_that_cannot_be_met_is_told_as_the_command_line_tells_it(http: httpx.Client) -> None:
@@ -244,15 +244,15 @@ def test_a_formula_that_cannot_be_met_is_told_as_the_command_line_tells_it(http:
 
 @pytest.mark.parametrize("asked", [{"limit": 0}, {"limit": "x"}, {"state": "asleep"}])
 def test_questions_that_make_no_sense(asked: dict[str, str], http: httpx.Client) -> None:
-    told = problem(http.get("/api/jobs", params=asked), 422, "bad-input")
+    told = assert_refused(http.get("/api/jobs", params=asked), 422, "bad-input")
     assert next(iter(asked)) in str(told["detail"])
 
 
 def test_paths_and_methods_that_are_not_there(http: httpx.Client) -> None:
-    problem(http.get("/api/nothing"), 404, "not-found")
-    assert "/docs" in str(problem(http.put("/api/jobs"), 405, "method-not-allowed")["detail"])
+    assert_refused(http.get("/api/nothing"), 404, "not-found")
+    assert "/docs" in str(assert_refused(http.put("/api/jobs"), 405, "method-not-allowed")["detail"])
     assert http.get("/problems/not-certified").text.startswith("The checker could not prove")
-    problem(http.get("/problems/nothing"), 404, "not-found")
+    assert_refused(http.get("/problems/nothing"), 404, "not-found")
 
 
 def test_the_documentation_needs_nothing_from_elsewhere(http: httpx.Client) -> None:

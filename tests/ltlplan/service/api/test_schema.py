@@ -15,8 +15,8 @@ SAME_WORK = ("/archive", "/recheck", "/exports")
 """Routes that do a second of work, and the same whatever is asked of them: fewer examples say as much."""
 
 
-def _hold_to_its_schema(served: Served, job: str, count: int) -> None:
-    """Ask every route, with ids that are there and those that are not."""
+def _held_to_its_schema(served: Served, job: str, count: int) -> set[str]:
+    """Ask every route, with ids that are there and those that are not, and return the routes whose answers were as they should be."""
     import schemathesis  # loads much, which other tests do not need
     from schemathesis.checks import not_a_server_error
     from schemathesis.specs.openapi.checks import content_type_conformance, response_schema_conformance, status_code_conformance
@@ -26,7 +26,6 @@ def _hold_to_its_schema(served: Served, job: str, count: int) -> None:
     asked: set[str] = set()
     for found in schema.get_all_operations():
         operation = found.ok()
-        asked.add(operation.label)
 
         computes = any(part in operation.label for part in SAME_WORK)
 
@@ -46,13 +45,14 @@ def _hold_to_its_schema(served: Served, job: str, count: int) -> None:
             case.validate_response(answer, checks=checks)
 
         ask()
-    assert len(asked) > 20
+        asked.add(operation.label)
+    return asked
 
 
 def test_every_route_does_what_its_schema_says(served: Served, done: Submitted) -> None:
-    _hold_to_its_schema(served, done.id, 2)
+    assert len(_held_to_its_schema(served, done.id, 2)) > 20
 
 
 @pytest.mark.slow
 def test_every_route_does_what_its_schema_says_at_length(served: Served, done: Submitted) -> None:
-    _hold_to_its_schema(served, done.id, 60)
+    assert len(_held_to_its_schema(served, done.id, 60)) > 20

@@ -186,6 +186,8 @@ def test_clients_that_never_come_back_are_forgotten() -> None:
     for client in range(MOST_CLIENTS + 5):
         rates.take(str(client))
     rates.take("0")  # long forgotten, so its bucket is full again
+    with pytest.raises(TooManyRequests):
+        rates.take(str(MOST_CLIENTS))
 
 
 def _receiving(*parts: bytes) -> Any:

@@ -97,21 +97,23 @@ def _contradicted(
     return found
 
 
-def campaign(seed: int, flights: int) -> None:
-    rng = np.random.default_rng(seed)
+def campaign(seed: int, flights: int) -> list[str]:
+    """Fly so often in random worlds, and return all contradictions."""
+    rng, found = np.random.default_rng(seed), list[str]()
     for _ in range(flights // FLIGHTS):
         solids = [random_solid(rng) for _ in range(3)]
         margin = Fraction(int(rng.choice([0, 0, 20, 50, 150])), 1000)
-        assert contradictions(rng, solids, margin) == []
+        found += contradictions(rng, solids, margin)
+    return found
 
 
 def test_no_sample_contradicts_what_is_proved() -> None:
-    campaign(0, 80)
+    assert campaign(0, 80) == []
 
 
 @pytest.mark.slow
 def test_no_sample_of_ten_thousand_flights_contradicts_what_is_proved() -> None:
-    campaign(1, 10_000)
+    assert campaign(1, 10_000) == []
 
 
 def test_statuses_are_sharp() -> None:

@@ -81,7 +81,7 @@ def dense(flight: Trajectory, count: int) -> np.ndarray:
     return np.concatenate(found)
 
 
-def compare(rng: np.random.Generator, count: int, *, closely: bool) -> None:
+def assert_agrees_with_samples(rng: np.random.Generator, count: int, *, closely: bool) -> None:
     """Fly at random and hold what is proved against so many samples a piece, and what is decided just beyond them."""
     shapes = [random_solid(rng)[0] for _ in range(int(rng.integers(1, 4)))]
     flight = random_flight(rng)
@@ -104,7 +104,7 @@ def compare(rng: np.random.Generator, count: int, *, closely: bool) -> None:
 def test_what_is_proved_is_never_more_than_what_is_sampled(seed: int) -> None:
     rng = np.random.default_rng(seed)
     for _ in range(2):
-        compare(rng, 1500, closely=True)
+        assert_agrees_with_samples(rng, 1500, closely=True)
 
 
 @pytest.mark.slow
@@ -112,7 +112,7 @@ def test_what_is_proved_is_never_more_than_what_is_sampled(seed: int) -> None:
 def test_ten_thousand_random_flights(seed: int) -> None:
     rng = np.random.default_rng(seed)
     for k in range(500):
-        compare(rng, 400, closely=k % 10 == 0)
+        assert_agrees_with_samples(rng, 400, closely=k % 10 == 0)
 
 
 BOX = {"center": [0.0, 0.0, 1.0], "size": [0.05, 2.0, 1.0]}
