@@ -146,4 +146,5 @@ def rotor_chart(result: Result, rotors: Floats) -> go.Figure:
         marks[f"most: {limits.rotor_thrust_max:g} N{whose}"] = limits.rotor_thrust_max
         marks[f"least: {limits.rotor_thrust_min:g} N{whose}"] = limits.rotor_thrust_min
     groups = {line: line.rpartition(" ")[0] for line in lines}
-    return over_time(lines, "thrust of one rotor (N)", limits=marks, colours=colours, dashes=dashes, groups=groups)
+    lows = [name for name in lines if name.endswith(" least")]
+    return over_time(lines, "thrust of one rotor (N)", least=lows, limits=marks, colours=colours, dashes=dashes, groups=groups)

@@ -29,6 +29,22 @@ async function unpack(id) {
   return new Response(packed.stream().pipeThrough(new DecompressionStream("gzip"))).text();
 }
 
+// Undoes what `stepped` of inline.py did to long rows of numbers.
+function unfolded(value) {
+  if (value === null || typeof value !== "object") return value;
+  if (Array.isArray(value)) return value.map(unfolded);
+  if (value.columns) {
+    const columns = value.columns.map(unfolded);
+    return columns[0].map((_, row) => columns.map((column) => column[row]));
+  }
+  if (value.of) {
+    const row = value.of.slice();
+    for (let sums = 0; sums < value.sums; sums++) for (let i = 1; i < row.length; i++) row[i] += row[i - 1];
+    return row.map((whole) => whole / value.per);
+  }
+  return Object.fromEntries(Object.entries(value).map(([key, part]) => [key, unfolded(part)]));
+}
+
 function colours(layout) {
   const found = { "font.color": dark.matches ? "#e4e7ee" : "#1d2330" };
   if (layout.scene) {
@@ -94,7 +110,7 @@ function watchScenes(scenes) {
 }
 
 async function start() {
-  data = JSON.parse(await unpack("data"));
+  data = unfolded(JSON.parse(await unpack("data")));
   for (const figure of Object.values(data.figures)) figure.data = figure.data.map((i) => structuredClone(data.traces[i]));
   const script = document.createElement("script");
   script.textContent = await unpack("plotly");

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Collection, Mapping
 
 import numpy as np
 import plotly.graph_objects as go
@@ -18,6 +19,9 @@ MARK = "#7d8594"
 FAR = 2.5
 """A limit is far where it is this many times the greatest value: below that, both are seen well on one axis."""
 
+MOST_SAMPLES = 2000
+"""More than a screen has columns for a chart."""
+
 _STRIP = (0.86, 1.0)
 _BELOW = (0.0, 0.78)
 """Shares of a chart's height: what lies above the break of the axis, and below it."""
@@ -27,6 +31,7 @@ def over_time(
     lines: Mapping[str, tuple[Floats, Floats]],
     title: str,
     *,
+    least: Collection[str] = (),
     limits: Mapping[str, float] | None = None,
     colours: Mapping[str, str],
     dashes: Mapping[str, str] | None = None,
@@ -35,8 +40,10 @@ def over_time(
     """Draw quantities over mission time, with horizontal limit lines.
 
     Args:
-        lines: Name: times in s, evenly apart, and values. Shapes (samples,).
+        lines: Name: times in s, evenly apart, and values. Shapes (samples,). Of very many samples each is drawn as the greatest of
+            a few one after another.
         title: Axis label, with its unit.
+        least: Lines by name of which the least of these is drawn instead.
         limits: Name: value of a limit in the same unit.
         colours: Colour of each line by name.
         dashes: Plotly's dash of a line by name; solid where there is none.
@@ -46,10 +53,12 @@ def over_time(
     seen: set[str] = set()
     for name, (times, values) in lines.items():
         group = (groups or {}).get(name, name)
+        few = math.ceil(len(values) / MOST_SAMPLES)
+        drawn = (np.fmin if name in least else np.fmax).reduceat(values, np.arange(0, len(values), few))
         style = {"color": colours.get(name), "width": 1.5, "dash": (dashes or {}).get(name, "solid")}
         figure.add_trace(
             go.Scatter(
-                x0=float(times[0]), dx=_step(times), y=rounded(values), name=group, legendgroup=group, showlegend=group not in seen, mode="lines",
+                x0=float(times[0]), dx=few * _step(times), y=rounded(drawn), name=group, legendgroup=group, showlegend=group not in seen, mode="lines",
                 line=style, hovertemplate=f"{name}: %{{y:.4g}} at %{{x:.2f}} s<extra></extra>",
             )
         )  # fmt: skip

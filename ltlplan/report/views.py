@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from flight.pictures import region_colours, robot_colour
-from flight.shapes import hoop_axes
+from flight.shapes import bends, hoop_axes
 from verify.data import Mission
 from verify.data.shapes.measures import outline
 from verify.data.shapes.placed_body import PlacedBody
@@ -33,8 +33,8 @@ _UNIT = 100.0
 """Of the drawing, to a metre."""
 _TICKS = 8
 """No more than so many on an axis, about."""
-_POINTS = 80
-"""Of a path, about."""
+_SEEN = 0.005
+"""m; points of a path are left out where the line without them is as near as that."""
 _CIRCLE = np.stack([np.cos(np.arange(48) * np.pi / 24), np.sin(np.arange(48) * np.pi / 24)], axis=1)
 
 
@@ -172,7 +172,7 @@ class _Drawing:
 
     def _path(self, index: int, path: Floats) -> str:
         whole = path[~np.isnan(path[:, :3]).any(axis=1)]
-        kept = np.concatenate([whole[:: max(1, len(whole) // _POINTS)], whole[-1:]])
+        kept = whole[bends(whole[:, :3], _SEEN)]
         return f'<path class="path" stroke="{robot_colour(index)}" d="{_lines(self._at(kept[:, self._axes]))}"/>'
 
     def _robots(self) -> Iterable[str]:
@@ -232,7 +232,10 @@ def _hull(points: Floats) -> Floats:
 
 
 def _lines(points: Floats) -> str:
-    return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points)
+    """Return lines from point to point, each told from the one before, which is shorter. Shape (n, 2), to a tenth of a unit."""
+    tenths = np.round(10.0 * points).astype(int)
+    (x, y), steps = tenths[0], np.diff(tenths, axis=0)
+    return f"M{x / 10:g} {y / 10:g}" + "".join(f"l{dx / 10:g} {dy / 10:g}" for dx, dy in steps if dx or dy)
 
 
 def _step(span: float) -> float:

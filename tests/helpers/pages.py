@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import gzip
+import itertools
 import json
 import re
 from dataclasses import dataclass
@@ -23,10 +24,24 @@ def carried(page: str, name: str) -> str:
 
 def data_of(page: str) -> dict[str, Any]:
     """Return what a page's figures and player are made of."""
-    data = json.loads(carried(page, "data"))
+    data = read_rows(json.loads(carried(page, "data")))
     for figure in data["figures"].values():
         figure["data"] = [data["traces"][place] for place in figure["data"]]
     return data
+
+
+def read_rows(value: Any) -> Any:  # of any type: what JSON holds
+    """Return data with the rows of numbers that a page writes by their steps."""
+    if isinstance(value, list):
+        return [read_rows(part) for part in value]
+    if isinstance(value, dict) and set(value) == {"columns"}:
+        return [list(row) for row in zip(*map(read_rows, value["columns"]), strict=True)]
+    if isinstance(value, dict) and set(value) == {"per", "sums", "of"}:
+        row = value["of"]
+        for _ in range(value["sums"]):
+            row = list(itertools.accumulate(row))
+        return row if value["per"] == 1 else [number / value["per"] for number in row]
+    return {key: read_rows(part) for key, part in value.items()} if isinstance(value, dict) else value
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def drawn(view: int, what: str, title: str = "") -> list[np.ndarray]:
     height = float(re.search(r'class="workspace" width="[\d.]+" height="([\d.]+)"', svg)[1])  # type: ignore[index]
     found = re.findall(rf'<path class="{what}"[^>]*? d="M([^"]*)Z">(?:<title>{title})', svg) if title else []
     found = found or re.findall(rf'<path class="{what}" d="M([^"]*)Z">', svg)
-    shapes = [np.array([[float(x) for x in point.split()] for point in each.split("L")]) for each in found]
+    shapes = [np.array([[float(x) for x in point.split()] for point in each.split("l")]).cumsum(axis=0) for each in found]
     return [np.stack([points[:, 0], height - points[:, 1]], axis=1) / 100.0 for points in shapes]
 
 
