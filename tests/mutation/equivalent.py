@@ -54,6 +54,16 @@ EQUIVALENT: dict[str, str] = {
         "what is proved is rounded down, so at equality the path stays farther away than the limit"
     ),
     "_at_meeting: most <= 0 -> most < 0": "a plane without weight has no part in the equations: its unknown is zero whatever stands there",
+    "apart_by_one: least / most * (1 - 2.0 ** (-51)) -> least / most / (1 - 2.0 ** (-51))": (
+        "the length is taken longer by 2^-49 of itself, which is more than its own rounding and that of the quotient"
+    ),
+    "apart_by_weights: 2.0 -> 4.0": "the errors of a sum of normals make its length longer by more than its rounding",
+    "Opening.distances: (np.einsum('i,nik->nk', known, size) + np.einsum('i,nik->nk', np.abs(self.normal), rad)) * GROW + TINY -> "
+    "(np.einsum('i,nik->nk', known, size) + np.einsum('i,nik->nk', np.abs(self.normal), rad)) * GROW - TINY": (
+        "so small a number changes no bit of a distance that is not as small"
+    ),
+    "_covering: True -> False #1": "every letter's column has a row for each state",
+    "_Flight.actions: False -> True #1": "where a robot begins is all that is asked of its first entry",
     "moved: True -> False": "points of three coordinates are paired, always",
 }
 """By the fault's name."""

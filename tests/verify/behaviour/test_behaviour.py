@@ -161,6 +161,14 @@ def test_waits_that_mend_are_named_together():
     assert verdict.order in (((("q0", 1), ("q1", 0)),), ((("q1", 1), ("q0", 0)),))
 
 
+def test_robots_whose_letters_cannot_matter_are_in_no_wait():
+    others = [timeline(f"q{i}", ("c", 10 - i, 11)) for i in range(2, 7)]
+    verdict = judged("F a & F b & (!b W a)", timeline("q0", ("b", 2, 3)), timeline("q1", ("a", 5, 6)), *others)
+    assert verdict.order == ((("q1", 0), ("q0", 0)),)
+    verdict = judged("G !(a & b)", timeline("q0", ("a", 2, 5)), timeline("q1", ("b", 5, 7)), *others, team="joint")
+    assert verdict.order == ((("q0", 0), ("q1", 0)),)
+
+
 def test_what_no_wait_can_mend_names_none():
     verdict = judged("G !b", timeline("q0", ("a", 2, 3)), timeline("q1", ("b", 5, 6)))
     assert verdict.outcome == "fails"

@@ -73,6 +73,16 @@ def test_leaving_robots_out_changes_nothing_and_spot_finds_the_same_words(seed: 
                 assert words.spot_agrees()
 
 
+@pytest.mark.parametrize(("seed", "broken"), [(284389589, True), (264755562, True), (594002372, False)])
+def test_configurations_that_are_known_are_not_followed_again(seed: int, broken: bool) -> None:
+    """Without that some of these walks never end, and others meet a thousand configurations."""
+    rng = Random(seed)
+    robots = [from_timeline(random_timeline(rng, f"q{i}", busy=0.6), Relations()) for i in range(4)]
+    part = normal_form(random_formula(rng, 6))
+    words = BreakingWords(part, letters_of(robots, part.propositions))
+    assert some_word_breaks_apart(robots, words, timed=True, budget=100) is broken
+
+
 @pytest.mark.parametrize(("seed", "teams", "budget"), [(1, 80, 400), pytest.param(2, 5_000, 4_000, marks=pytest.mark.slow)])
 def test_of_unions_robots_that_show_nothing_are_left_out(
     seed: int, teams: int, budget: int, monkeypatch: pytest.MonkeyPatch

@@ -80,5 +80,5 @@ def _nearest_way(values: Floats, ways: Floats, root: Floats, offset: Floats) -> 
         if not open_.any():
             break
         slope = np.sum(values**2 * own**2 * shrunk**3, axis=1)
-        factor = np.where(open_, factor + (level / root - 1.0) * level / np.maximum(slope, 1e-300), factor)
+        factor = np.where(open_, factor + (level / root - 1.0) * level * root / np.maximum(slope, 1e-300), factor)
     return np.einsum("nij,nj->ni", ways, own / (1.0 + factor[:, None] * values))

@@ -23,6 +23,7 @@ SHAPES = {
         ]
     },
     "prism": {"prism": {"polygon": [[0, 0], [1, 0.1], [0.9, 0.8], [0.2, 0.7]], "z": [0.31, 0.77]}},
+    "many faces": {"prism": {"polygon": [[np.cos(a), np.sin(a)] for a in 2 * np.pi * np.arange(16) / 16], "z": [0.31, 0.77]}},
 }
 
 
@@ -33,7 +34,8 @@ def test_nothing_is_proved_beyond_the_exact_distance_of_a_face(name: str) -> Non
     bodies, surface, center = SolidBodies((part,)), surface_of(part.inequalities), np.array(part.center)
     middle = center + surface.corners.mean(axis=0)
     points = middle + 0.7 * rng.normal(size=(3000, 3))
-    low, near = bodies.distances(np.zeros(len(points), dtype=np.intp), Hulls.points(points), points)
+    with np.errstate(all="ignore"):
+        low, near = bodies.distances(np.zeros(len(points), dtype=np.intp), Hulls.points(points), points)
     over = (points - center) @ surface.body.normals.T - surface.body.distances
     best = np.argmax(over, axis=1)
     on_face = points - center - over.max(axis=1)[:, None] * surface.body.normals[best]
@@ -92,6 +94,20 @@ def test_beside_any_shape_the_distance_itself_is_proved() -> None:
         assert low[outside] == pytest.approx(wanted[outside], abs=1e-9)
         assert np.all(low[outside] <= wanted[outside] + 1e-12)
         assert near[outside] == pytest.approx(wanted[outside], abs=1e-9)
+
+
+@pytest.mark.parametrize("bound", [1e-6, 0.25, 4.0, 1e6])
+def test_how_a_round_body_is_written_changes_nothing(bound: float) -> None:
+    """x'Mx <= b for M of any size: the ellipsoid of the same radii, told as far away."""
+    radii = np.array([0.4, 0.25, 0.6])
+    written = {"parts": [[{"quadratic": np.diag(bound / radii**2).tolist(), "bound": bound}]]}
+    points = np.random.default_rng(6).normal(size=(300, 3))
+    found = [
+        SolidBodies(solid_parts({"o": Obstacle.model_validate({"center": [0, 0, 0], **shape})}, {})).nearest(points)[0].low
+        for shape in ({"radii": radii.tolist()}, written)
+    ]
+    outside = np.sum((points / radii) ** 2, axis=1) > 1
+    np.testing.assert_allclose(found[0][outside], found[1][outside], atol=1e-12)
 
 
 @pytest.mark.parametrize("scale", [1e-310, 1e-200, 1.2e-162, 2.72e-162, 1e-100, 1e100, 1e155, 1e300])
