@@ -21,6 +21,7 @@ from ltlplan.result import Result
 from verify.data import (
     BadInput,
     DoesNotFit,
+    Infeasible,
     InternalError,
     Mission,
     NotCertified,
@@ -65,6 +66,13 @@ def plan(
     from verify import check_team, check_word
 
     mission = as_mission(mission)
+    if mission.soft_parts and mission.passages is None:
+        from ltlplan.soft_parts import plan_with_soft_parts
+
+        def planned(asked: Mission, say: Progress) -> Plan:
+            return plan(asked, method=method, seed=seed, progress=say)
+
+        return plan_with_soft_parts(mission, planned, progress or silent)
     made = make_plan(mission, method=method, seed=seed, progress=progress)
     words = made.words
     if mission.spec.trace == "infinite":
@@ -103,11 +111,13 @@ class Draft:
         plan: With the precedences that the refusals asked for.
         rounds: How many times refinement ran.
         witnesses: Of all claims that were refused, in all rounds.
+        certified: What is certified already, while refinement tries to keep more of the planned soft parts.
     """
 
     plan: Plan
     rounds: int = 0
     witnesses: tuple[Witness, ...] = ()
+    certified: Certified | None = None
 
 
 @dataclass(frozen=True)
@@ -186,7 +196,6 @@ def next_round(draft: Draft, *, margin: float | None = None, progress: Progress 
         BadInput: The plan or its mission is not sound.
         Infeasible: Refinement found no trajectory within the limits.
     """
-    import refine
     import verify
 
     say, number = progress or silent, draft.rounds + 1
@@ -195,20 +204,54 @@ def next_round(draft: Draft, *, margin: float | None = None, progress: Progress 
     def refining(sentence: str, share: float) -> None:
         say(f"refining{again}: {sentence}", share / 2)
 
+    before = None if draft.certified is None else replace(draft.certified, rounds=number)
     refining("one flight for each robot", 0.0)
     try:
-        team = refine.refine(draft.plan, witnesses=draft.witnesses, progress=refining)
+        draft, team = _refined(draft, refining)
+    except (Infeasible, DoesNotFit):
+        if before is None:
+            raise
+        return before
+    say(f"proving{again}", 0.5)
+    certificate = verify.judge(draft.plan, team, margin=margin)
+    if not certificate.holds:
+        return before or Refused(draft, team, certificate)
+    done = Certified(draft.plan, team, certificate, number)
+    if before is not None and before.certificate.soft_weight >= certificate.soft_weight:
+        done = before
+    refused = Refused(replace(draft, certified=done), team, certificate)
+    return done if number >= MAX_ROUNDS or _with_waits_for_soft_parts(refused) is None else refused
+
+
+def _refined(draft: Draft, refining: Progress) -> tuple[Draft, dict[str, Trajectory]]:
+    """Return one trajectory a robot, and the draft with a note on flights that are cut for a vehicle's memory."""
+    import refine
+
+    try:
+        return draft, refine.refine(draft.plan, witnesses=draft.witnesses, progress=refining)
     except DoesNotFit:
         if draft.plan.mission.spec.trace == "infinite":
             raise
         refining("letting robots rest on their long ways, where flights can be cut for a vehicle's memory", 0.0)
         team = refine.refine(draft.plan, witnesses=draft.witnesses, too_long="rest", progress=refining)
-        draft = replace(draft, plan=_with_lengths(draft.plan, team))
-    say(f"proving{again}", 0.5)
-    certificate = verify.judge(draft.plan, team, margin=margin)
-    if all(claim.outcome == "holds" for claim in certificate.claims):
-        return Certified(draft.plan, team, certificate, number)
-    return Refused(draft, team, certificate)
+        return replace(draft, plan=_with_lengths(draft.plan, team)), team
+
+
+def _with_waits_for_soft_parts(refused: Refused) -> Plan | None:
+    """Return the plan with waits that may keep soft parts which its words keep and its flight may not; None where there are none."""
+    from ltlplan.soft_parts import kept_by_words
+
+    made = refused.draft.plan
+    lost = [part.outcome != "holds" for part in refused.certificate.soft]
+    if not any(lost) or made.method == SEQUENCE:
+        return None
+    meant = kept_by_words(made.mission, made.words)
+    witnesses = [p.witness for i, p in enumerate(refused.certificate.soft) if lost[i] and i in meant and p.witness is not None]
+    try:
+        waiting = with_waits(made, witnesses)
+    except NotCertified:  # the waits go round in a circle
+        return None
+    return None if waiting.precedences == made.precedences else waiting
 
 
 def _with_lengths(made: Plan, team: Mapping[str, Trajectory]) -> Plan:
@@ -228,6 +271,9 @@ def mended(refused: Refused) -> Draft:
     Raises:
         NotCertified: This was the last of a handful of rounds, the flight outlasts a vehicle's endurance, or the waits go round in a circle; carries the witnesses.
     """
+    if refused.draft.certified is not None:
+        waiting = _with_waits_for_soft_parts(refused)
+        return replace(refused.draft, plan=waiting or refused.draft.plan, rounds=refused.rounds)
     latest = tuple(claim.witness for claim in refused.claims if claim.witness is not None)
     if long := [claim.sentence for claim in refused.claims if claim.name == "limits.endurance"]:
         hint = "No other flight of this plan is shorter; plan faster flights (`planner.speed`), or with room for waits."

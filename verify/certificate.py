@@ -13,6 +13,7 @@ from typing import Any
 
 from verify.behaviour.timeline import Timeline
 from verify.claims.claim import Claim
+from verify.claims.soft_claims import SoftClaim
 from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory
 
@@ -56,6 +57,7 @@ class Certificate:
         actions: Instants of the planned actions.
         versions: Of the software that judged.
         timelines: For pictures; not part of the file or the digest.
+        soft: What is said of each of the mission's soft parts; no claims, for the certificate holds without them.
     """
 
     mission: Mission
@@ -71,12 +73,18 @@ class Certificate:
     actions: tuple[ActionInstant, ...]
     versions: dict[str, str]
     timelines: dict[str, Timeline] = field(default_factory=dict)
+    soft: tuple[SoftClaim, ...] = ()
     format: int = CERTIFICATE_FORMAT
 
     @property
     def holds(self) -> bool:
         """Whether every claim is proved."""
         return bool(self.claims) and all(claim.outcome == "holds" for claim in self.claims)
+
+    @property
+    def soft_weight(self) -> float:
+        """Weight of the soft parts that are proved."""
+        return math.fsum(part.weight for part in self.soft if part.outcome == "holds")
 
     def covers(self, team: Mapping[str, Trajectory]) -> bool:
         """Tell whether every claim is proved of exactly these trajectories, bit for bit."""
@@ -110,6 +118,7 @@ class Certificate:
             "claims": [_claim_data(claim) for claim in self.claims],
             "actions": [asdict(action) for action in self.actions],
             "versions": self.versions,
+            **({"soft": [_soft_data(part) for part in self.soft]} if self.soft else {}),
         }
 
 
@@ -124,6 +133,12 @@ def _version(package: str) -> str:
 def versions() -> dict[str, str]:
     """Return the versions of what a verdict rests on."""
     return {name: _version(name) for name in ("ltlplan", "numpy", "python-flint", "spottl")}
+
+
+def _soft_data(part: SoftClaim) -> dict[str, Any]:
+    time = None if part.witness is None else part.witness.time
+    data = {"formula": part.formula, "weight": part.weight, "verdict": part.outcome, "sentence": part.sentence}
+    return {**data, "time": _finite(time)}
 
 
 def _claim_data(claim: Claim) -> dict[str, Any]:

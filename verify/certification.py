@@ -22,8 +22,10 @@ from verify.claims.distance_claims import rim_claims, separation_claims, workspa
 from verify.claims.evidence import Evidence
 from verify.claims.limit_claims import continuity_claims, endurance_claims, leg_claims, limit_claims
 from verify.claims.obstacle_claims import obstacle_claims
+from verify.claims.soft_claims import soft_claims
 from verify.claims.visit_claims import passage_claim, visit_claim
 from verify.data.errors import BadInput, NotCertified
+from verify.data.mission import Mission
 from verify.data.plan import Plan, check_plan
 from verify.data.trajectory import Trajectory, check_trajectories
 from verify.logic.verdict import Verdict
@@ -102,6 +104,11 @@ def judge(
     if largest and all(claim.outcome == "holds" for claim in still):
         best = _largest_margin(evidence, float(asked), error, tube)
     claims = (*tube.claims, *still)
+
+    def formula_of(part: Mission) -> Verdict:
+        (verdict,) = judge_formula(part, tube.timelines, evidence.relations, clock_error=error)
+        return verdict
+
     return Certificate(
         mission=mission,
         mission_digest=mission.digest(),
@@ -120,6 +127,7 @@ def judge(
         ),
         versions=versions(),
         timelines=tube.timelines,
+        soft=soft_claims(mission, formula_of),
     )
 
 

@@ -210,7 +210,9 @@ def certificate_from_json(data: str | bytes, source: str = "certificate.json") -
             raise BadInput(f"{source} lacks '{key}'; it is incomplete.")
         if not test(value[key]):
             raise BadInput(f"{source}: '{key}' must be {wanted}.")
-    unknown = sorted(set(value) - {key for key, _, _ in _SHAPE} - {"format"})
+    if "soft" in value and not _is_list_of_objects(value["soft"]):
+        raise BadInput(f"{source}: 'soft' must be a list of objects.")
+    unknown = sorted(set(value) - {key for key, _, _ in _SHAPE} - {"format", "soft"})
     if unknown:
         raise BadInput(f"{source} has an unknown key '{unknown[0][:40]}'.")
     return value
@@ -275,19 +277,29 @@ def _difference(written: Mapping[str, Any], proved: Mapping[str, Any]) -> str:
     for key in ("duration", "largest_margin", "actions"):
         if not _agree(written[key], proved[key]):
             return f"its '{key}' is not what the files give."
-    if len(written["claims"]) != len(proved["claims"]):
-        return f"it lists {len(written['claims'])} claims; the files give {len(proved['claims'])}."
-    for index, (old, new) in enumerate(zip(written["claims"], proved["claims"], strict=True)):
-        for key in sorted(set(old) | set(new)):
-            if key == "sentence" and isinstance(old.get(key), str) and not _same_sentence(old[key], new[key]):
-                return f"claim {index} ({new['name']}): its sentence is not the one that is proved: {new[key]}"
-            if key == "sentence":
-                continue
-            if key not in old or key not in new or not _agree(old[key], new[key]):
-                return f"claim {index} ({new['name']}): its '{key}' is not what the files give."
+    for what, name in (("claims", "name"), ("soft", "formula")):
+        ours, theirs = proved.get(what, []), written.get(what, [])
+        if len(theirs) != len(ours):
+            return f"it lists {len(theirs)} {'claims' if what == 'claims' else 'soft parts'}; the files give {len(ours)}."
+        for index, (old, new) in enumerate(zip(theirs, ours, strict=True)):
+            where = f"{'claim' if what == 'claims' else 'soft part'} {index} ({new[name]})"
+            if fault := _differing(old, new):
+                return f"{where}: {fault}"
     body = {key: value for key, value in written.items() if key != "digest"}
     if payload_digest(body) != written["digest"]:
         return "its digest does not belong to its contents."
+    return ""
+
+
+def _differing(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
+    """Say in what a claim as it is written differs from the one that is proved."""
+    for key in sorted(set(old) | set(new)):
+        if key == "sentence" and isinstance(old.get(key), str) and not _same_sentence(old[key], new[key]):
+            return f"its sentence is not the one that is proved: {new[key]}"
+        if key == "sentence":
+            continue
+        if key not in old or key not in new or not _agree(old[key], new[key]):
+            return f"its '{key}' is not what the files give."
     return ""
 
 

@@ -79,8 +79,7 @@ def pictures_html(
     if shown_round is not None and max(flown_rounds.values(), default=0) < shown_round:
         counts = ", ".join(f"{name} {count}" for name, count in flown_rounds.items()) or "no robot flies"
         raise BadInput(f"There is no round {shown_round} to draw; the rounds that were needed: {counts}.")
-    asked = [f"Asks: {text}" for text in (mission.spec.formula, mission.sequence) if text is not None]
-    return _page(mission, [*asked, *sentences], figures, paths)
+    return _page(mission, [*_asked(mission), *sentences], figures, paths)
 
 
 def mission_html(mission: Mission, sentence: str) -> str:
@@ -90,8 +89,12 @@ def mission_html(mission: Mission, sentence: str) -> str:
         mission: What is asked.
         sentence: Why there is no plan.
     """
+    return _page(mission, _asked(mission), {"Hoops and their control points": control_point_figure(mission)}, {}, why=sentence)
+
+
+def _asked(mission: Mission) -> list[str]:
     asked = [f"Asks: {text}" for text in (mission.spec.formula, mission.sequence) if text is not None]
-    return _page(mission, asked, {"Hoops and their control points": control_point_figure(mission)}, {}, why=sentence)
+    return asked + [f"Wishes for: {part.formula} (weight {part.weight:g})" for part in mission.soft_parts]
 
 
 class _Rounds:

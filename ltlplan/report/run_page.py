@@ -24,6 +24,7 @@ from ltlplan.report.summary import (
     holds,
     kind_text,
     shortfall,
+    soft_sentences,
     tightest_rows,
     tracking,
     visits_text,
@@ -82,7 +83,7 @@ def report_html(result: Result) -> str:
     if result.log.rotors is not None:
         figures["rotors"] = rotor_chart(result, result.log.rotors)
         sections.append(_chart("Rotor thrusts", "rotors", _ROTORS))
-    sections += [_plan_table(result), _claim_table(certificate), _flight_notes(result)]
+    sections += [_plan_table(result), _claim_table(certificate), _soft_parts(certificate), _flight_notes(result)]
     return page_html(
         mission.name,
         header=_header(result, end),
@@ -104,6 +105,7 @@ def _header(result: Result, end: float) -> str:
     )
     notes = [note for note in result.plan.notes if note.startswith("Holds only vacuously")]
     asked = [("asks", mission.spec.formula), ("flies exactly", mission.sequence)]
+    asked += [(f"wishes for (weight {part.weight:g})", part.formula) for part in mission.soft_parts]
     facts = "".join(
         f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(value)} <small>{html.escape(more)}</small></dd></div>"
         for name, value, more in _facts(result, end)
@@ -168,6 +170,11 @@ def _claim_table(certificate: Certificate) -> str:
     note = "Each holds at all times, for every flight within the margin (limits: for the nominal flight). The tightest of each kind:"
     every = f"<details><summary>All {len(certificate.claims)} claims</summary>{claims(claim_rows(certificate))}</details>"
     return section("Claims", claims(tightest_rows(certificate)) + every, note=note)
+
+
+def _soft_parts(certificate: Certificate) -> str:
+    note = "Wished for beside the formula. The certificate holds without them, and says of each whether it is proved."
+    return section("Soft parts", listed(soft_sentences(certificate)), note=note) if certificate.soft else ""
 
 
 def _flight_notes(result: Result) -> str:

@@ -26,6 +26,7 @@ def plan_lines(plan: Plan) -> list[str]:
         lines.append(f"formula   {mission.spec.formula}  ({mission.spec.trace} trace, team: {mission.spec.team})")
     if mission.sequence is not None:
         lines.append(f"sequence  {mission.sequence}")
+    lines += [f"soft      {part.formula}  (weight {part.weight:g})" for part in mission.soft_parts]
     for name, robot in plan.robots.items():
         lines.append(f"{name:<9} {visits_text(robot)}")
         lines.append(f"          word {robot.word}")
@@ -128,6 +129,7 @@ def summary_lines(result: Result) -> list[str]:
     lines.append(f"{certified_sentence(result)}{largest} ({rounds} of refinement)")
     lines += ["  " + line for line in table_lines(tightest_rows(certificate))]
     lines.append("")
+    lines += [f"soft      {sentence}" for sentence in soft_sentences(certificate)]
     for name, flown in tracking(result).items():
         lines.append(
             f"flight    {name}: worst tracking error {1000 * flown['worst']:.1f} mm, RMS {1000 * flown['rms']:.1f} mm "
@@ -147,6 +149,36 @@ def certified_sentence(result: Result) -> str:
         begins = float(first.knots[first.cycle])
         times = f"for all t in [0, {begins:.2f} s] and a cycle of {certificate.duration - begins:.2f} s that repeats for ever"
     return f"Certified {times}, at margin {certificate.margin:g} m"
+
+
+def soft_data(certificate: Certificate) -> list[dict[str, object]]:
+    """Return what is certified of the mission's soft parts as plain data.
+
+    Args:
+        certificate: Of a flight.
+    """
+    return [
+        {"formula": part.formula, "weight": part.weight, "verdict": part.outcome, "sentence": part.sentence}
+        for part in certificate.soft
+    ]
+
+
+def soft_sentences(certificate: Certificate) -> list[str]:
+    """Return what is certified of the mission's soft parts, for a person; empty where it has none.
+
+    Args:
+        certificate: Of a flight; it holds whatever becomes of them.
+    """
+    if not certificate.soft:
+        return []
+    words = {"holds": "holds", "fails": "is not kept", "undecided": "is neither proved nor refuted"}
+    whole = math.fsum(part.weight for part in certificate.soft)
+    said = [
+        f"`{part.formula}` (weight {part.weight:g}) {words[part.outcome]}"
+        + (f": {part.sentence}" if part.outcome != "holds" else ".")
+        for part in certificate.soft
+    ]
+    return [*said, f"Weight {certificate.soft_weight:g} of {whole:g} is certified."]
 
 
 def tracking(result: Result) -> dict[str, dict[str, float]]:
@@ -201,6 +233,7 @@ def summary_data(result: Result) -> dict[str, object]:
             }
             for c in certificate.claims
         ],
+        **({"soft": soft_data(certificate), "soft_weight": certificate.soft_weight} if certificate.soft else {}),
         "tracking": tracking(result),
         "flight": list(flight_sentences(result)),
         "notes": list(result.plan.notes),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
 
@@ -30,7 +30,7 @@ from ltlplan.systems.region_labels import Layout
 from ltlplan.systems.robot_systems import Systems, unit_cost
 from ltlplan.systems.transition_systems import Cost, Node, TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
-from verify.data import Formula, InternalError, Mission, Unsatisfiable, Visit, Word
+from verify.data import Formula, Infeasible, InternalError, Mission, Unsatisfiable, Visit, Word
 from verify.data.language.formula import FALSE
 from verify.data.language.word import stutter_free
 from verify.data.shapes.inequalities import Point
@@ -62,7 +62,12 @@ class Assignment:
 
 
 def assign(
-    mission: Mission, *, cost: Cost | None = None, metre: Mapping[str, float] | None = None, budget: Budget = DEFAULT_BUDGET
+    mission: Mission,
+    *,
+    cost: Cost | None = None,
+    metre: Mapping[str, float] | None = None,
+    budget: Budget = DEFAULT_BUDGET,
+    explained: bool = True,
 ) -> Assignment:
     """Share a mission among its robots at the smallest cost.
 
@@ -72,15 +77,35 @@ def assign(
             weights of length and time (by metres, where some robot has neither).
         metre: What a metre costs each robot on the way to its end, where `cost` counts more than metres; endurance is not kept then.
         budget: Bounds on the search.
+        explained: Whether it is found out why there is no plan, which takes many more searches.
 
     Raises:
         Unsatisfiable: No words that these robots can fly satisfy the formula; the message says which parts of it cannot
-            hold together.
+            hold together, and which to leave out.
         Infeasible: No way to share it brings all back before a vehicle's endurance ends.
         TooLarge: A budget was used up before an answer was found.
     """
-    found = _assign(mission, cost, metre, budget)
+    try:
+        found = _assign(mission, cost, metre, budget)
+    except _NoWords as error:
+        raise (error.why() if explained else error) from None
     return in_units_of(mission, found) if cost is None else found
+
+
+class _NoWords(Unsatisfiable):
+    """There is no plan; why is found out where it is asked."""
+
+    def __init__(self, why: Callable[[], Unsatisfiable]) -> None:
+        super().__init__("No plan satisfies the formula.")
+        self.why = why
+
+
+def _cheapest(mission: Mission) -> float | None:
+    """Return what the cheapest plan costs; None where there is none."""
+    try:
+        return assign(mission, budget=Budget(states=50_000), explained=False).cost
+    except (Unsatisfiable, Infeasible):
+        return None
 
 
 def in_units_of(mission: Mission, found: Assignment) -> Assignment:
@@ -129,7 +154,7 @@ def _assign(mission: Mission, cost: Cost | None, metre: Mapping[str, float] | No
         else:
             found = plan_team(team, task, budget)
     if found.run is None:
-        raise _no_plan(mission, systems, each, found, joint=joint)
+        raise _NoWords(lambda: _no_plan(mission, systems, each, found, joint=joint))
     plan = _assignment(mission, each, found, bound, exhausted)
     require_endurance(mission, systems, plan.robots)
     return replace(plan, notes=(*plan.notes, *_sizes(each, automata, found), *systems.unclear()))
@@ -190,15 +215,16 @@ def _no_plan(
     mission: Mission, systems: Systems, each: list[TransitionSystem], found: PlanningOutcome, *, joint: bool
 ) -> Unsatisfiable:
     """Return the error that says why there is no plan."""
+    from ltlplan.search.relaxation import relaxed
     from ltlplan.search.unsatisfiable_cores import explain, refused_in_some_order
 
     if found.first is not None:
         names, words = tuple(mission.agents), [word_along(s, p) for s, p in zip(each, found.first.paths, strict=True)]
         order = [(names[i], words[i]) for i in found.refused or range(len(names))]
-        return refused_in_some_order(mission, order)
+        return relaxed(mission, refused_in_some_order(mission, order), _cheapest)
     if joint:
-        return explain(mission, systems, each, feasible=_joint_feasible)
-    return explain(mission, systems, each)
+        return relaxed(mission, explain(mission, systems, each, feasible=_joint_feasible), _cheapest)
+    return relaxed(mission, explain(mission, systems, each), _cheapest)
 
 
 def _joint_feasible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
@@ -264,9 +290,13 @@ def _assign_lasso(mission: Mission, systems: Systems, system: TransitionSystem, 
     automata = conjunct_automata(_asked(mission, [system]), "infinite", budget=budget)
     run = cheapest_lasso(system, automata, weight=mission.spec.repeat, budget=budget)
     if run is None:
+        from ltlplan.search.relaxation import relaxed
         from ltlplan.search.unsatisfiable_cores import explain
 
-        raise explain(mission, systems, [system], feasible=lambda parts, worlds: _lasso_exists(parts, worlds[0], budget))
+        def possible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
+            return _lasso_exists(parts, worlds[0], budget)
+
+        raise _NoWords(lambda: relaxed(mission, explain(mission, systems, [system], feasible=possible), _cheapest))
     laps = mission.spec.repeat
     exact = run.bound >= run.prefix_cost + laps * run.cycle_cost - TIES
     certain = exact and all(map(closes_at_once, automata))

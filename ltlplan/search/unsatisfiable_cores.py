@@ -45,15 +45,31 @@ class NoPlan(Unsatisfiable):
         core: Requirements that cannot hold together, as text; no proper part of them is impossible by itself.
         reasons: What stands in their way, one sentence each.
         edges: Edges of the environment that would make the core possible, where some would.
+        left_out: Parts of the formula without which the rest can be planned; empty where none were found.
     """
 
-    def __init__(self, core: Sequence[str], reasons: Sequence[str], edges: Sequence[tuple[str, str]] = ()) -> None:
+    def __init__(
+        self,
+        core: Sequence[str],
+        reasons: Sequence[str],
+        edges: Sequence[tuple[str, str]] = (),
+        left_out: Sequence[str] = (),
+        *,
+        least: bool = False,
+    ) -> None:
         self.core = tuple(core)
         self.reasons = tuple(reasons)
         self.edges = tuple(edges)
+        self.left_out = tuple(left_out)
         quoted = [f"`{part}`" for part in core]
         what = f"{quoted[0]} cannot hold" if len(quoted) == 1 else f"{_and(quoted)} cannot hold together"
-        super().__init__(" ".join(["No plan satisfies the formula.", f"{what}.", *self.reasons]))
+        offer = [_offer(self.left_out, least=least)] if left_out else []
+        super().__init__(" ".join(["No plan satisfies the formula.", f"{what}.", *self.reasons, *offer]))
+
+
+def _offer(left_out: Sequence[str], *, least: bool) -> str:
+    which = "The cheapest relaxation" if least else "A relaxation"
+    return f"{which} leaves out {_and([f'`{part}`' for part in left_out])} (weight {len(left_out)}): the rest can be planned."
 
 
 def explain(mission: Mission, systems: Systems, worlds: Worlds, *, feasible: Feasible | None = None) -> NoPlan:

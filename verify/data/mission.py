@@ -33,6 +33,7 @@ from verify.data.sections import (
     Limits,
     Planner,
     Robot,
+    SoftPart,
     Spec,
     both_limits,
     everywhere_but,
@@ -129,6 +130,19 @@ class Mission(Value):
             return TRUE
         written = parse_formula(self.spec.formula, self.propositions, robots=self.agents, allow_next=False)
         return written_out(written.substitute({FREE: in_no_region(self.all_regions)}), tuple(self.agents))
+
+    @property
+    def soft_parts(self) -> tuple[SoftPart, ...]:
+        """What is wished for beyond the formula, in the mission's order."""
+        return self.spec.soft or ()
+
+    def asking(self, formula: str | None) -> Mission:
+        """Return the mission with another formula and without soft parts: for planning and judging a part by itself.
+
+        Args:
+            formula: As `spec.formula`; one that has been read before.
+        """
+        return self.model_copy(update={"spec": self.spec.model_copy(update={"formula": formula, "soft": None})})
 
     @cached_property
     def passages(self) -> Sequence | None:

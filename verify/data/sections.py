@@ -26,8 +26,15 @@ Kinds = Annotated[tuple[str, ...], Field(min_length=1)]
 """Names of tables in a mission's `robots`."""
 
 
+class SoftPart(Value):
+    """What is wished for beyond what must hold."""
+
+    formula: str = Field(description="as `spec.formula`")
+    weight: Annotated[Positive, Field(le=1e12)] = Field(default=1.0, description="what it counts against the other soft parts")
+
+
 class Spec(Value):
-    """What must hold."""
+    """What must hold, and what is wished for."""
 
     formula: str | None = Field(
         default=None,
@@ -38,6 +45,9 @@ class Spec(Value):
         default="own", description="own: each robot's letters by themselves; joint: unions of all robots' letters"
     )
     repeat: Count = Field(default=1, description="laps of the cycle that are flown, for infinite traces")
+    soft: tuple[SoftPart, ...] | None = Field(
+        default=None, description="what is wished for: kept as far as it can be beside the formula, by weight"
+    )
 
 
 class Edge(Value):

@@ -150,9 +150,11 @@ def _classes() -> dict[str, type[Any]]:
     from verify import Certificate, Claim
     from verify.behaviour.timeline import Change, Enclosure, InternalChange, Timeline
     from verify.certificate import ActionInstant
+    from verify.claims.soft_claims import SoftClaim
     from verify.data import Witness
 
     known = (
-        ActionInstant, Certificate, Certified, Change, Claim, Draft, Enclosure, Event, FlightLog, InternalChange, Timeline, Witness,
+        ActionInstant, Certificate, Certified, Change, Claim, Draft, Enclosure, Event, FlightLog, InternalChange, SoftClaim,
+        Timeline, Witness,
     )  # fmt: skip
     return {kind.__name__: kind for kind in known}

@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 from verify.data import parse_mission
 from verify.data.mission import Mission
-from verify.data.sections import Action, Agent, Box, Edge, Environment, LegLimits, Limits, Planner, Robot, Spec
+from verify.data.sections import Action, Agent, Box, Edge, Environment, LegLimits, Limits, Planner, Robot, SoftPart, Spec
 from verify.data.shapes.inequalities import Inequality
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
@@ -18,6 +18,7 @@ PAGE = Path(__file__).parents[3] / "docs" / "missions.md"
 SECTIONS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("Top level", Mission),
     ("`spec`", Spec),
+    ("`spec.soft[]`", SoftPart),
     ("`regions.NAME`", Region),
     ("`regions.NAME.parts[][]`", Inequality),
     ("`hoops.NAME` (a region's keys, and)", Hoop),

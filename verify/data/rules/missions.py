@@ -139,6 +139,11 @@ def _formula(values: Mapping[str, Any], data: Mapping[str, Any], names: set[str]
                 raise FormulaError(spec.formula, [(count.position, f"`{count}` {_OWN}")])
         except FormulaError as error:
             yield ("spec", "formula"), str(error)
+    for index, part in enumerate(spec.soft or ()):
+        try:
+            parse_formula(part.formula, names, allow_next=False)
+        except FormulaError as error:
+            yield ("spec", "soft", index, "formula"), str(error)
     if spec.trace == "infinite" and len(_keys(data.get("agents"))) > 1:
         yield (
             ("spec", "trace"),

@@ -1,0 +1,127 @@
+"""Plans that keep as much weight of a mission's soft parts as can be kept beside its formula, and then cost least.
+
+Which parts those are is found by the exact search over words, whatever method then plans: for each set of parts that is asked about, the
+formula and these parts are one formula. The method is given the formula with as few parts as its cheapest words do not keep anyway, so
+that a part which holds anyway changes nothing. What is kept in the end is said by the certificate, which reads the parts from the mission.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from ltlplan.logic.budget import DEFAULT_BUDGET
+from ltlplan.search.exact import assign
+from ltlplan.search.most_weight import Kept, MostWeight, Parts
+from verify.data import Infeasible, Mission, Plan, Unsatisfiable, Word
+from verify.data.progress import Progress, part_of, silent
+
+if TYPE_CHECKING:
+    from verify.data.sections import SoftPart
+
+_STATES = 200_000  # of one search for a set of parts
+_EXPLAINED = 8  # parts that are given up of which it is said what keeping them would have cost
+
+
+def plan_with_soft_parts(mission: Mission, planned: Callable[[Mission, Progress], Plan], progress: Progress = silent) -> Plan:
+    """Plan a mission so that the most weight of its soft parts is kept.
+
+    Args:
+        mission: With soft parts.
+        planned: Plans a mission without soft parts.
+        progress: Told a sentence and the share done, 0 to 1.
+
+    Raises:
+        Unsatisfiable: Not even the formula can be kept.
+        Infeasible: A word exists, but no way between the hoops was found.
+    """
+    progress("choosing among soft parts", 0.0)
+    budget = replace(DEFAULT_BUDGET, states=_STATES)
+
+    def cost_of(parts: Parts) -> float | None:
+        try:
+            return assign(_asking(mission, parts), budget=budget, explained=False).cost
+        except (Unsatisfiable, Infeasible):
+            return None
+
+    choices = MostWeight([part.weight for part in mission.soft_parts], cost_of)
+    best = choices.choose()
+    if best is None:  # whoever plans the formula alone says why it cannot be kept, or finds out what was too large here
+        best = Kept(frozenset(), math.inf, certain=False)
+    made = _planned(mission, best.parts, planned, part_of(progress, 0.2, 1.0))
+    kept = kept_by_words(mission, made.words)
+    notes = (*made.notes, *_said(mission, kept, best, choices))
+    return made.model_copy(update={"mission": made.mission.model_copy(update={"spec": mission.spec}), "notes": notes})
+
+
+def _planned(mission: Mission, parts: Parts, planned: Callable[[Mission, Progress], Plan], progress: Progress) -> Plan:
+    """Plan with as few parts demanded as make the cheapest words keep all of some."""
+    demanded: Parts = frozenset()
+    while parts:
+        words = {name: does.word for name, does in assign(_asking(mission, demanded)).robots.items()}
+        missing = parts - kept_by_words(mission, words)
+        if not missing:
+            break
+        demanded |= {min(missing)}
+    made = planned(_asking(mission, demanded), progress)
+    if demanded != parts and not parts <= kept_by_words(mission, made.words):
+        made = planned(_asking(mission, parts), progress)
+    return made
+
+
+def kept_by_words(mission: Mission, words: Mapping[str, Word]) -> Parts:
+    """Return the soft parts, by index, that planned words keep in every order of the robots.
+
+    Args:
+        mission: Whose parts.
+        words: One for each robot.
+    """
+    from verify import check_team, check_word
+
+    found: set[int] = set()
+    for index, part in enumerate(mission.soft_parts):
+        formula = mission.asking(part.formula).formula
+        if mission.spec.trace == "infinite":
+            (word,) = words.values()
+            holds = check_word(formula, word.prefix, word.cycle)
+        else:
+            holds = check_team(formula, words, reading=mission.spec.team).sequential
+        if holds:
+            found.add(index)
+    return frozenset(found)
+
+
+def part_text(part: SoftPart) -> str:
+    """Return a soft part for a person."""
+    return f"`{part.formula}` (weight {part.weight:g})"
+
+
+def _asking(mission: Mission, parts: Parts) -> Mission:
+    asked = [mission.spec.formula or "true", *(mission.soft_parts[index].formula for index in sorted(parts))]
+    return mission.asking(asked[0] if len(asked) == 1 else " & ".join(f"({text})" for text in asked))
+
+
+def _said(mission: Mission, kept: Parts, best: Kept, choices: MostWeight) -> list[str]:
+    """Say what is kept, and of each part that is given up what keeping it would have cost."""
+    parts = mission.soft_parts
+    weight, whole = (math.fsum(parts[index].weight for index in those) for those in (kept, range(len(parts))))
+    said = [f"Planned words keep weight {weight:g} of {whole:g} of the soft parts."]
+    given_up = [index for index in range(len(parts)) if index not in kept]
+    for index in given_up[:_EXPLAINED]:
+        said.append(f"Given up: {part_text(parts[index])}; {_price(mission, index, kept, choices)}.")
+    if given_up[_EXPLAINED:]:
+        said.append(f"And {len(given_up) - _EXPLAINED} more are given up.")
+    if not best.certain:
+        said.append("Not all choices could be searched; a plan that keeps more weight, or costs less, may exist.")
+    return said
+
+
+def _price(mission: Mission, index: int, kept: Parts, choices: MostWeight) -> str:
+    other = choices.choose(frozenset({index}))
+    if other is None:
+        known = choices.alone_impossible(index)
+        return "it cannot be kept beside the formula" if known else "no plan that keeps it was found"
+    lost = [part_text(mission.soft_parts[i]) for i in sorted(kept - other.parts)]
+    return f"keeping it would give up {' and '.join(lost)}" if lost else f"keeping it would cost {other.cost:.3f} in all"

@@ -1,0 +1,168 @@
+"""Soft parts: what is kept and given up, against all subsets; what the certificate says; and what relaxes an impossible formula."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from pathlib import Path
+
+import pytest
+
+import ltlplan
+import verify
+from ltlplan.pipeline import certified_team
+from ltlplan.report.summary import soft_sentences
+from ltlplan.search.exact import assign
+from ltlplan.search.unsatisfiable_cores import NoPlan
+from ltlplan.soft_parts import kept_by_words
+from tests.helpers.worlds import world
+from verify.data import BadInput, Mission, NotCertified, Unsatisfiable, mission_to_yaml, parse_mission
+from verify.run_folder import recheck
+
+SMALL = {"a": (0.0, 0.0), "b": (2.0, 0.0), "c": (2.0, 1.5)}
+SOFT = (
+    ("F c", 2.0), ("G !c", 1.0), ("!b U a", 1.5), ("F(b & F a)", 1.0), ("G !b", 3.0), ("F(a & F(b & F a))", 0.5),
+)  # fmt: skip
+
+
+def wishing(formula: str, *soft: tuple[str, float], robots: int = 1, **more: str) -> Mission:
+    """Return a small mission with soft parts."""
+    plain = world(formula, robots=robots, regions=SMALL, **more)  # type: ignore[arg-type]
+    parts = [{"formula": text, "weight": weight} for text, weight in soft]
+    return plain.changed(spec={**plain.spec.model_dump(), "soft": parts})
+
+
+@pytest.mark.parametrize("formula", ["F a", "F(a | b)", "F b & (!c U a)"])
+@pytest.mark.parametrize("robots", [1, 2])
+def test_no_set_of_soft_parts_weighs_more_or_costs_less(formula: str, robots: int) -> None:
+    mission = wishing(formula, *SOFT, robots=robots)
+    made = ltlplan.plan(mission)
+    kept = kept_by_words(mission, made.words)
+    best = (0.0, 0.0)
+    for size in range(len(SOFT) + 1):
+        for those in itertools.combinations(range(len(SOFT)), size):
+            asked = mission.asking(" & ".join(f"({text})" for text in (formula, *(SOFT[i][0] for i in those))))
+            try:
+                best = max(best, (sum(SOFT[i][1] for i in those), -assign(asked, explained=False).cost))
+            except Unsatisfiable:
+                continue
+    assert sum(SOFT[i][1] for i in kept) == best[0]
+    asked = mission.asking(" & ".join(f"({text})" for text in (formula, *(SOFT[i][0] for i in kept))))
+    assert assign(asked).cost == pytest.approx(-best[1])
+    assert verify.check_team(mission.formula, made.words).sequential
+    assert any(note.startswith(f"Planned words keep weight {best[0]:g} of 9") for note in made.notes)
+
+
+def test_a_soft_part_that_holds_anyway_changes_nothing() -> None:
+    plain = world("F b & F c", robots=2, regions=SMALL)
+    without, beside = ltlplan.plan(plain), ltlplan.plan(wishing("F b & F c", ("F b", 3.0), ("F c | F a", 1.0), robots=2))
+    assert beside.robots == without.robots
+    assert (beside.cost, beside.lower_bound, beside.complete) == (without.cost, without.lower_bound, without.complete)
+
+
+def test_the_unit_of_weights_changes_nothing() -> None:
+    first, second = (ltlplan.plan(wishing("F a", *((text, by * weight) for text, weight in SOFT))) for by in (1.0, 0.1))
+    assert first.robots == second.robots
+
+
+def test_a_lasso_keeps_what_it_can() -> None:
+    mission = wishing("G F a", ("G F b", 1.0), ("F G a", 2.0), trace="infinite")
+    assert kept_by_words(mission, ltlplan.plan(mission).words) == {1}
+
+
+def test_what_is_given_up_is_said_with_what_keeping_it_would_cost() -> None:
+    made = ltlplan.plan(wishing("F a & G !b", ("F c", 2.0), ("G !c", 1.0), ("F b", 5.0)))
+    assert made.notes[-3:] == (
+        "Planned words keep weight 2 of 8 of the soft parts.",
+        "Given up: `G !c` (weight 1); keeping it would give up `F c` (weight 2).",
+        "Given up: `F b` (weight 5); it cannot be kept beside the formula.",
+    )
+
+
+@pytest.mark.slow
+def test_the_judge_reads_soft_parts_from_the_mission(tmp_path: Path) -> None:
+    text = mission_to_yaml(wishing("F a", ("F b", 2.0), ("G !b", 1.0)))
+    result = ltlplan.run(parse_mission(text.replace("[-20.0, -20.0", "[-3.0, -3.0")), out=tmp_path / "run")
+    assert [(part.formula, part.weight, part.outcome) for part in result.certificate.soft] == [
+        ("F b", 2.0, "holds"), ("G !b", 1.0, "fails"),
+    ]  # fmt: skip
+    assert result.certificate.holds
+    assert result.certificate.soft_weight == 2.0
+    written = json.loads((tmp_path / "run" / "certificate.json").read_text())
+    assert [part["verdict"] for part in written["soft"]] == ["holds", "fails"]
+    assert "Soft parts" in (tmp_path / "run" / "report.html").read_text()
+    recheck(tmp_path / "run")
+    lying = {**written, "soft": [{**part, "verdict": "holds"} for part in written["soft"]]}
+    (tmp_path / "run" / "certificate.json").write_text(json.dumps(lying))
+    with pytest.raises(NotCertified, match="soft part 1"):
+        recheck(tmp_path / "run")
+    (tmp_path / "run" / "certificate.json").write_text(json.dumps({k: v for k, v in written.items() if k != "soft"}))
+    with pytest.raises(NotCertified, match="lists 0 soft parts; the files give 2"):
+        recheck(tmp_path / "run")
+
+
+def test_a_soft_part_that_no_flight_can_keep_is_reported_and_the_rest_is_certified() -> None:
+    once = "F c & G(c -> (c U G !c))"  # at the edge a robot may dither within its margin
+    mission = wishing("F a", ("F b", 1.0), (once, 4.0))
+    made = ltlplan.plan(mission)
+    assert kept_by_words(mission, made.words) == {0, 1}
+    done = certified_team(made)
+    assert done.certificate.holds
+    assert [part.outcome for part in done.certificate.soft] == ["holds", "fails"]
+    assert done.certificate.soft_weight == 1.0
+    assert f"`{once}` (weight 4) is not kept" in soft_sentences(done.certificate)[1]
+
+
+def test_robots_wait_for_a_soft_part_as_for_the_formula() -> None:
+    places = {"a": (-1.0, -1.0), "b": (-1.0, 1.0), "c": (1.0, -1.0), "d": (1.0, 1.0)}
+    starts = ((-1.0, -2.0), (1.0, -2.0))
+    plain = world("F(a & F b) & F(c & F d)", robots=2, team="joint", regions=places, starts=starts)
+    mission = plain.changed(spec={**plain.spec.model_dump(), "soft": [{"formula": "G !(a & c)"}]})
+    done = certified_team(ltlplan.plan(mission))
+    assert [part.outcome for part in done.certificate.soft] == ["holds"]
+    assert done.plan.precedences
+    assert done.rounds > 1
+
+
+@pytest.mark.parametrize("weight", ["0", "-1", ".nan", ".inf", "heavy"])
+def test_weights_are_above_zero_and_finite(weight: str) -> None:
+    text = mission_to_yaml(wishing("F a", ("F b", 2.0))).replace("weight: 2.0", f"weight: {weight}")
+    with pytest.raises(BadInput, match=r"spec\.soft\.0\.weight"):
+        parse_mission(text)
+
+
+def test_soft_parts_name_what_there_is() -> None:
+    text = mission_to_yaml(wishing("F a", ("F b", 2.0)))
+    with pytest.raises(BadInput, match=r"spec\.soft\.0\.formula: 'bb' is not a name of this mission\. Did you mean 'b'\?"):
+        parse_mission(text.replace("F b", "F bb"))
+    with pytest.raises(BadInput, match=r"spec\.soft\.0\.formula: missing"):
+        parse_mission(text.replace("formula: F b, ", ""))
+
+
+def test_missions_without_soft_parts_read_as_before() -> None:
+    assert "soft" not in mission_to_yaml(world("F a"))
+
+
+@pytest.mark.parametrize(
+    ("formula", "left_out"),
+    [
+        ("F a & G !a & F b", ("F a",)),
+        ("F a & F b & G !(a | b) & F c", ("F a", "F b")),
+        ("F a & G !a & F b & G !b", ("F a", "F b")),
+    ],
+)
+def test_an_impossible_formula_comes_with_its_cheapest_relaxation(formula: str, left_out: tuple[str, ...]) -> None:
+    with pytest.raises(NoPlan) as found:
+        assign(world(formula, regions=SMALL))
+    assert found.value.left_out == left_out
+    shown = " and ".join(f"`{part}`" for part in left_out)
+    assert f"The cheapest relaxation leaves out {shown} (weight {len(left_out)}): the rest can be planned." in str(found.value)
+
+
+@pytest.mark.slow
+def test_eight_soft_parts_of_a_team_are_planned() -> None:
+    regions = {name: (1.3 * (i % 4), 1.4 * (i // 4)) for i, name in enumerate("abcdefgh")}
+    soft = [{"formula": f"F {x}" if i % 2 else f"G !{x}", "weight": 1.0 + i} for i, x in enumerate("abcdefgh")]
+    plain = world("F a & F(c & F h) & (!d U e)", robots=3, regions=regions)
+    made = ltlplan.plan(plain.changed(spec={**plain.spec.model_dump(), "soft": soft}))
+    assert any("of the soft parts" in note for note in made.notes)
