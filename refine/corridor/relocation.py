@@ -9,14 +9,18 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.bodies import Ball, Disc, GrownRegion, grown_ellipsoid, keep_out
+from refine.bodies import Ball, Disc, GrownRegion, blocking, grown_ellipsoid, keep_out
 from refine.corridor.legs import CLEARANCE, bodies_of, leads_to
 from refine.corridor.planned import DEEP
+from refine.corridor.roadmap import way_around
+from refine.obstacles import SolidBody
 from verify.data import Mission, Plan, RobotPlan, Waypoint
 from verify.data.shapes.region import Region
 
 Floats = NDArray[np.float64]
 
+_WAYS = 12
+"""Places behind something solid to which a way around it is looked for."""
 _UNIT_BOX = np.array(list(itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3)))
 _UNIT_BALL = np.array([p for p in itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3) if np.linalg.norm(p) <= 1.0])
 
@@ -43,7 +47,8 @@ def moved_into_the_clear(mission: Mission, name: str, robot: RobotPlan) -> Robot
     """Return the plan with points of visits moved, where they lie in another region or a ring too, to where only theirs is.
 
     A visit takes place anywhere in its region, so the nearest point of it (less the margin) that is clear of all other
-    regions and rings, or at least of those regions that are never visited, does as well as the planned one.
+    regions and rings, or at least of those regions that are never visited, does as well as the planned one: nearest to fly to,
+    where a wall stands in the region.
 
     Args:
         mission: Gives regions, rings, obstacles, margin and workspace.
@@ -103,11 +108,12 @@ def relocations(
         count: Of plans, at most; none where no visit's point may move.
     """
     places: dict[int, list[list[float]]] = {}
+    solids = _solids(mission, name)
     for index, waypoint in enumerate(robot.waypoints):
         if movable(mission, robot, waypoint):
             points = _places(mission, name, robot, waypoint, taken)
             good = _places(mission, name, robot, waypoint, at_the_end) if index == len(robot.waypoints) - 1 else points
-            places[index] = _far_apart(np.array(waypoint.position), good if len(good) else points, count)
+            places[index] = _far_apart(np.array(waypoint.position), good if len(good) else points, count, solids)
     plans = []
     for choice in range(count if any(len(found) for found in places.values()) else 0):
         waypoints = list(robot.waypoints)
@@ -118,8 +124,11 @@ def relocations(
     return plans
 
 
-def _far_apart(planned: Floats, points: Floats, count: int) -> list[list[float]]:
-    """Return points, each the farthest from the planned one and those before it."""
+def _far_apart(planned: Floats, points: Floats, count: int, solids: tuple[SolidBody, ...]) -> list[list[float]]:
+    """Return points, each the farthest from the planned one and those before it; none behind a wall, if others are not."""
+    if solids:
+        seen = [blocking(planned, point, solids) is None for point in points]
+        points = points[seen] if any(seen) else points
     chosen: list[list[float]] = []
     distance = np.linalg.norm(points - planned, axis=1)
     while len(chosen) < count and len(points) and distance.max() > 0.0:
@@ -129,13 +138,42 @@ def _far_apart(planned: Floats, points: Floats, count: int) -> list[list[float]]
     return chosen
 
 
+def _nearest(mission: Mission, planned: Floats, points: Floats, solids: tuple[SolidBody, ...]) -> Floats:
+    """Return the point to which the way from the planned one is the shortest: around solid bodies, where some are between them."""
+    straight = np.linalg.norm(points - planned, axis=1)
+    if not solids:
+        return points[int(np.argmin(straight))]
+    grow = mission.margin + CLEARANCE
+    low, high = np.array(mission.workspace.min) + grow, np.array(mission.workspace.max) - grow
+    best, shortest, looked = int(np.argmin(straight)), np.inf, 0
+    for index in np.argsort(straight, kind="stable"):
+        if straight[index] >= shortest:
+            break
+        length = float(straight[index])
+        if blocking(planned, points[index], solids) is not None:
+            looked += 1
+            way = way_around(planned, points[index], solids, low, high) if looked <= _WAYS else None
+            length = np.inf if way is None else _length([planned, *way, points[index]])
+        if length < shortest:
+            best, shortest = int(index), length
+    return points[best]
+
+
+def _length(way: list[Floats]) -> float:
+    return float(np.linalg.norm(np.diff(np.array(way), axis=0), axis=1).sum())
+
+
+def _solids(mission: Mission, name: str) -> tuple[SolidBody, ...]:
+    """Return what is between two places: solid bodies, grown only so far that planned points lie outside."""
+    return tuple(solid.grown(-CLEARANCE) for solid in bodies_of(mission, name, CLEARANCE).solids)
+
+
 def _moved(mission: Mission, name: str, robot: RobotPlan, waypoint: Waypoint, taken: tuple[Ball, ...]) -> Waypoint | None:
-    """Return a visit's point at the nearest place of its region that is clear and not taken; None where there is none."""
-    planned = np.array(waypoint.position)
+    """Return a visit's point at the place of its region that is clear, not taken, and nearest to fly to; None where there is none."""
     places = _places(mission, name, robot, waypoint, taken)
     if not len(places):
         return None
-    nearest = places[int(np.argmin(np.linalg.norm(places - planned, axis=1)))]
+    nearest = _nearest(mission, np.array(waypoint.position), places, _solids(mission, name))
     return waypoint.model_copy(update={"position": tuple(nearest.tolist())})
 
 

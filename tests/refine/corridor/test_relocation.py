@@ -9,10 +9,12 @@ import pytest
 
 import verify
 from refine import refine
-from refine.corridor.relocation import moved_apart
+from refine.corridor.relocation import moved_apart, relocations
 from tests.helpers.plans_by_hand import ball, room, straight
 from verify.data import Infeasible, Plan
 from verify.data.sections import Agent
+from verify.data.shapes.obstacle import Obstacle
+from verify.data.shapes.region import Region
 
 
 def meeting(radius: float) -> Plan:
@@ -61,3 +63,26 @@ def test_what_is_far_apart_is_left_alone() -> None:
     robots = {name: straight(start, (1.0, start[1], 1.0), visits={1: "goal"}) for name, start in starts.items()}
     plan = Plan(mission=mission, robots=robots)
     assert moved_apart(plan, 0.5, 1.0) == plan
+
+
+def walled(planned: tuple[float, float, float]) -> Plan:
+    """A region with a wall in it, a robot that is sent to one side of it, and one that hovers there."""
+    starts = {"guest": (-1.5, planned[1], 1.0), "idle": (1.0, -0.5, 1.0)}
+    goal = Region.model_validate({"center": (1.0, 0.0, 1.0), "size": (1.8, 1.8, 1.0)})
+    mission = room({"goal": goal}, {name: Agent(start=start) for name, start in starts.items()})
+    wall = Obstacle.model_validate({"center": (1.0, 0.1, 1.0), "size": (4.0, 0.05, 6.0)})
+    robots = {"guest": straight(starts["guest"], planned, visits={1: "goal"}), "idle": straight(starts["idle"])}
+    return Plan(mission=mission.model_copy(update={"obstacles": {"wall": wall}}), robots=robots)
+
+
+@pytest.mark.parametrize("planned", [(1.0, -0.1, 1.0), (1.1, -0.12, 1.1)])
+def test_a_visit_is_not_moved_behind_a_wall(planned: tuple[float, float, float]) -> None:
+    """Behind it lie places that are nearer in a straight line, and those that are farthest."""
+    plan = walled(planned)
+    moved = moved_apart(plan, 0.7, 1.0).robots["guest"].waypoints[1].position
+    assert np.linalg.norm(np.subtract(moved, (1.0, -0.5, 1.0))) > 0.7
+    assert moved[1] < 0.0
+    assert np.linalg.norm(np.subtract(moved, planned)) > 0.45  # to where nothing is taken behind the wall
+    others = relocations(plan.mission, "guest", plan.robots["guest"], (), (), 4)
+    assert len(others) == 4
+    assert all(other.waypoints[1].position[1] < 0.0 for other in others)
