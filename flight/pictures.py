@@ -35,6 +35,8 @@ LEGEND = {"orientation": "h", "x": 0.0, "y": 1.0, "yanchor": "bottom", "font": {
 
 _SEEN = 5e-4
 """m; points of a line are left out where the line without them is as near as that, so that pages stay small."""
+_NAMED = 8
+"""Solid bodies up to which each has its name above it; more would hide what is flown."""
 _SIZE = 1.4
 """The longest side of a scene, in plotly's own unit."""
 
@@ -154,7 +156,7 @@ def _world(mission: Mission, earlier: Sequence[tuple[float, Mission]]) -> list[B
                 continue
             lasts = {**({"since": since} if since else {}), **({} if until is None else {"since": since, "until": until})}
             if body is not None:
-                traces += _shapes(name, body, colours.get(name, ""), lasts or None)
+                traces += _shapes(name, body, colours.get(name, ""), lasts or None, named=len(mission.obstacles) <= _NAMED)
             since = until or since
     return traces
 
@@ -163,8 +165,10 @@ def _bodies(mission: Mission) -> dict[str, Region | Obstacle]:
     return {**mission.all_regions, **mission.obstacles}
 
 
-def _shapes(name: str, body: Region | Obstacle, colour: str, lasts: dict[str, float] | None) -> list[BaseTraceType]:
-    shapes = obstacle_shapes(name, body) if isinstance(body, Obstacle) else region_shapes(name, body, colour)
+def _shapes(
+    name: str, body: Region | Obstacle, colour: str, lasts: dict[str, float] | None, *, named: bool
+) -> list[BaseTraceType]:
+    shapes = obstacle_shapes(name, body, named=named) if isinstance(body, Obstacle) else region_shapes(name, body, colour)
     if isinstance(body, Hoop):
         shapes.append(passage(name, body, colour))
     for shape in shapes:

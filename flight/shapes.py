@@ -42,18 +42,19 @@ def region_shapes(name: str, region: Region, colour: str) -> list[BaseTraceType]
     return [*bodies, _name_above(name, region), *rim]
 
 
-def obstacle_shapes(name: str, obstacle: Obstacle) -> list[BaseTraceType]:
+def obstacle_shapes(name: str, obstacle: Obstacle, *, named: bool = True) -> list[BaseTraceType]:
     """Return a solid body as it is seen, with its name.
 
     Args:
         name: The obstacle's.
         obstacle: The body; where it has openings, their hoops are drawn as regions are.
+        named: Whether its name stands above it; it is said on hovering in any case.
     """
     if obstacle.is_ellipsoid:
         bodies: list[BaseTraceType] = [_body(name, obstacle, SOLID, opacity=0.5)]
     else:
         bodies = _parts(name, obstacle, SOLID, opacity=0.5)
-    return [*bodies, _name_above(name, obstacle)]
+    return [*bodies, _name_above(name, obstacle)] if named else bodies
 
 
 def _parts(name: str, body: PlacedBody, colour: str, *, opacity: float = 0.28) -> list[BaseTraceType]:

@@ -140,11 +140,12 @@ def rotor_chart(result: Result, rotors: Floats) -> go.Figure:
             lines[f"{name} {word}"] = (result.log.times, values)
             colours[f"{name} {word}"] = robot_colour(index)
             dashes[f"{name} {word}"] = "solid" if word == "greatest" else "dot"
-    marks: dict[str, float] = {}
+    kinds: dict[tuple[str, float], dict[str, None]] = {}
     for name, limits in own.items():
-        whose = "" if result.mission.of_one_kind else f", {result.mission.vehicle_of(name).name}"
-        marks[f"most: {limits.rotor_thrust_max:g} N{whose}"] = limits.rotor_thrust_max
-        marks[f"least: {limits.rotor_thrust_min:g} N{whose}"] = limits.rotor_thrust_min
+        for word, value in (("most", limits.rotor_thrust_max), ("least", limits.rotor_thrust_min)):
+            kinds.setdefault((word, value), {})[result.mission.vehicle_of(name).name] = None
+    whose = {limit: "" if result.mission.of_one_kind else f", {' and '.join(names)}" for limit, names in kinds.items()}
+    marks = {f"{word}: {value:g} N{whose[word, value]}": value for word, value in kinds}
     groups = {line: line.rpartition(" ")[0] for line in lines}
     lows = [name for name in lines if name.endswith(" least")]
     return over_time(lines, "thrust of one rotor (N)", least=lows, limits=marks, colours=colours, dashes=dashes, groups=groups)

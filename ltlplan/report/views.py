@@ -188,10 +188,12 @@ class _Drawing:
 
     def _names(self) -> Iterable[str]:
         """Names of regions, and of obstacles that are as wide as their names, where no other name stands; all are told on hovering."""
-        mission, taken, width = self._mission, [np.zeros((0, 4))], _UNIT * float(self._high[0] - self._low[0])
+        mission, taken = self._mission, [np.zeros((0, 4))]
+        width, height = _UNIT * (self._high - self._low)
         for name, body in {**mission.all_regions, **mission.obstacles}.items():
             (x, y), half = self._at(np.array([body.center])[:, self._axes])[0], 0.28 * self._text * len(name)
             x = float(np.clip(x, half, max(half, width - half)))
+            y = float(np.clip(y, self._text / 2, max(self._text / 2, height - self._text / 2)))
             if name in mission.obstacles and half > _UNIT * body.half_lengths[self._view.right]:
                 continue
             box = np.array([[x - half, y - self._text / 2, x + half, y + self._text / 2]])
