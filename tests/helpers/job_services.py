@@ -29,8 +29,9 @@ async def service(folder: Path, **changes: Any) -> AsyncIterator[Jobs]:
         await jobs.stop()
 
 
-def run(coroutine: Coroutine[Any, Any, Answer]) -> Answer:
-    return asyncio.run(asyncio.wait_for(coroutine, 300))
+def run(coroutine: Coroutine[Any, Any, Answer], limit: float = 300) -> Answer:
+    """Run it; `limit`, in s, is many times what an idle machine needs."""
+    return asyncio.run(asyncio.wait_for(coroutine, limit))
 
 
 async def ended(jobs: Jobs, job: Job) -> Job:

@@ -21,6 +21,18 @@ function tag(text, kind, at) {
   return label;
 }
 
+// Names that would lie over others are hidden: robots' stay before regions', and of regions' the nearer ones.
+function partLabels(all) {
+  const rank = (element) => (element.classList.contains("robot") ? 1e6 : 0) + Number(element.style.zIndex);
+  const names = [...all.querySelectorAll(".tag3d.robot, .tag3d.region")].filter((element) => element.style.display !== "none");
+  const seen = [];
+  for (const [element, box] of names.sort((a, b) => rank(b) - rank(a)).map((element) => [element, element.getBoundingClientRect()])) {
+    const over = seen.some((o) => box.left < o.right && o.left < box.right && box.top + 3 < o.bottom && o.top + 3 < box.bottom);
+    element.classList.toggle("crowded", over);
+    if (!over) seen.push(box);
+  }
+}
+
 // A round line: browsers draw lines of one pixel only.
 function lineGeometry(path, radius, sides = 6) {
   const corners = [], index = [];
@@ -363,6 +375,7 @@ export class Scene {
       if (!this.holder.isConnected || !this.holder.clientWidth) return;
       this.renderer.render(this.scene, this.camera);
       this.labels.render(this.scene, this.camera);
+      partLabels(this.labels.domElement);
       this.holder.dataset.drawn = "yes";
     });
   }

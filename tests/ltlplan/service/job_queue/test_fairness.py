@@ -75,7 +75,7 @@ def test_small_jobs_are_not_stuck_behind_large_ones(tmp_path: Path, monkeypatch:
 @pytest.mark.slow
 def test_two_hundred_jobs_at_once_are_all_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     soon_long(monkeypatch)
-    ended_as = run(many_at_once(tmp_path / "data", 192, 8))
+    ended_as = run(many_at_once(tmp_path / "data", 192, 8), 3000)
     assert len(ended_as) == 200
     assert ended_as.index("large") > 96, "the large ones came first, and hold both places at the beginning"
 
