@@ -17,8 +17,7 @@ from ltlplan.paths.hoops.avoidance import Blocked, Detour, avoid
 from ltlplan.paths.hoops.clearance import blocked
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.kept_clear import Room
-from ltlplan.paths.hoops.sides import Side
-from ltlplan.paths.hoops.stops import Stop, before_opening, holds, hoop_axes, primitives_between
+from ltlplan.paths.hoops.stops import Side, Stop, before_opening, holds, hoop_axes, primitives_between
 from ltlplan.systems.region_labels import apart
 from verify.data import BadInput, Mission, Visit
 from verify.data.plan import Role

@@ -177,7 +177,7 @@ def _route(mission: Mission, asked: _Asked, directions: Directions, slack: float
     flown = tuple(visits[stop] for stop in asked.stops)
     inside_last = _ends_inside(mission, robot, flown, cycle_visit, word)
     legs = Legs(mission, robot, flown, where, inside_last, asked.stops)
-    sides = choose_sides(mission, legs.start, flown, cycle_visit, legs.length, directions, legs.begins_inside, inside_last)
+    sides = choose_sides(legs, cycle_visit, directions)
     stops, cycle = legs.stops(sides, cycle_visit)
     stops, times, cycle = _repaired(stops, cycle, where, mission.planner.speed, Counter(v.region for v in visits))
     hovers = cycle_visit == len(visits)

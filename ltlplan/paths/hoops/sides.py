@@ -7,7 +7,7 @@ sides with the smallest total length by dynamic programming over the two sides o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -15,53 +15,37 @@ from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.avoidance import Blocked
 from ltlplan.paths.hoops.hoop_frame import control_points
-from verify.data.language.sequence import Direction
+from ltlplan.paths.hoops.legs import Legs
+from ltlplan.paths.hoops.stops import Side
 from verify.data.mission import Mission
 from verify.data.plan import Visit
 from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
 Directions = Literal["nearest", "cheapest"]
-Side = Direction | None
 Cost = Callable[[int, Side, int, Side], float]
 """Length in m from visit i, left on a side, to visit j, entered on a side; i = -1 is the start. Raises Blocked."""
 
 
-def choose_sides(
-    mission: Mission,
-    start: Floats,
-    visits: Sequence[Visit],
-    cycle_visit: int | None,
-    cost: Cost,
-    directions: Directions,
-    inside_first: bool,
-    inside_last: bool,
-) -> list[Side]:
+def choose_sides(legs: Legs, cycle_visit: int | None, directions: Directions) -> list[Side]:
     """Return a side for each visit; None for plain regions and for a hoop in which the flight begins or ends.
 
-    There are more parameters than six because `legs`, which knows most of them, stands on this module.
-
     Args:
-        mission: Hoops and what stands between them.
-        start: Where the flight begins, m. Shape (3,).
-        visits: In order.
+        legs: Of the robot, whose lengths from side to side count.
         cycle_visit: First visit of a lasso's cycle; None for a finite flight.
-        cost: Of a leg between two sides, m.
         directions: Whether the nearest side is taken each time, or the cheapest sequence of sides.
-        inside_first: Whether the flight begins in the first region.
-        inside_last: Whether it ends in the last one.
 
     Raises:
         Blocked: No choice of sides reaches all visits; names the hoop in the way.
     """
-    stays = {0} if inside_first else set()
-    stays |= {len(visits) - 1} if inside_last else set()
-    options = [_options(mission, visit, stays=i in stays) for i, visit in enumerate(visits)]
+    stays = {0} if legs.begins_inside else set[int]()
+    stays |= {len(legs.visits) - 1} if legs.inside_last else set()
+    options = [_options(legs.mission, visit, stays=i in stays) for i, visit in enumerate(legs.visits)]
     if not options:
         return []
     if directions == "nearest":
-        return _nearest(mission, start, visits, options, cost)
-    return _cheapest(options, cycle_visit, cost)
+        return _nearest(legs, options)
+    return _cheapest(options, cycle_visit, legs.length)
 
 
 def _options(mission: Mission, visit: Visit, *, stays: bool) -> list[Side]:
@@ -70,10 +54,11 @@ def _options(mission: Mission, visit: Visit, *, stays: bool) -> list[Side]:
     return [visit.direction] if visit.direction is not None else ["F", "R"]
 
 
-def _nearest(mission: Mission, start: Floats, visits: Sequence[Visit], options: list[list[Side]], cost: Cost) -> list[Side]:
-    position, chosen = start, []
+def _nearest(legs: Legs, options: list[list[Side]]) -> list[Side]:
+    mission, cost = legs.mission, legs.length
+    position, chosen = legs.start, []
     previous: Side = None
-    for i, visit in enumerate(visits):
+    for i, visit in enumerate(legs.visits):
         region = mission.all_regions[visit.region]
         if options[i] == [None] or not isinstance(region, Hoop):
             chosen.append(None)

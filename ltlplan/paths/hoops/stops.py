@@ -11,10 +11,14 @@ from numpy.typing import NDArray
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.primitives import Primitive, choose
 from verify.data import Infeasible, Mission
+from verify.data.language.sequence import Direction
 from verify.data.plan import Role
 from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
+
+Side = Direction | None
+"""From which side a visit enters its hoop; None where it enters a plain region, or stays in the hoop."""
 
 _DEEP = 0.9
 """Share of the way from a region's centre to where the margin begins within which a robot stays; refinement uses as much."""
