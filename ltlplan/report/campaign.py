@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import plotly.graph_objects as go
 
 from flight.pictures import CLEAR
-from ltlplan.report.over_time import FAR, GRID, MARK, over_time
+from ltlplan.report.over_time import FAR, GRID, MARK, Line, over_time
 from ltlplan.report.page import figure_place, listed, page_html, section
 
 if TYPE_CHECKING:
@@ -31,10 +31,12 @@ _NOTES = {
 def campaign_html(found: Campaign) -> str:
     """Return one self-contained page for a campaign."""
     colours = {"median of runs": "#2f9a5f", "95th percentile": "#f2a541", "worst run": "#d6453d"}
-    lines = {name: (found.times, 1000 * found.error_over_time[:, i]) for i, name in enumerate(colours)}
+    lines = {
+        name: Line(found.times, 1000 * found.error_over_time[:, i], colour) for i, (name, colour) in enumerate(colours.items())
+    }
     limits = {} if found.margin is None else {f"margin {1000 * found.margin:g} mm": 1000 * found.margin}
     figures = {
-        "errors": over_time(lines, "error (mm)", limits=limits, colours=colours),
+        "errors": over_time(lines, "error (mm)", limits),
         "spread": _spread([1000 * float(error) for error in found.worst_error], limits),
     }
     sentences = [sentence[:1].upper() + sentence[1:] for sentence in found.sentences]

@@ -12,7 +12,7 @@ from flight.pictures import robot_colour
 from flight.shapes import Floats
 from ltlplan.report.bars import Bar, bars_html
 from ltlplan.report.history import LetterInterval, ReadLetter, truth_intervals
-from ltlplan.report.over_time import over_time
+from ltlplan.report.over_time import Line, over_time
 
 if TYPE_CHECKING:
     from ltlplan.result import Result
@@ -118,10 +118,9 @@ def truth_chart(formula: Formula, readings: list[ReadLetter], end: float, cycle:
 def error_chart(result: Result) -> go.Figure:
     """Draw each robot's distance from its certified path, against the margin."""
     names = result.log.robots
-    lines = {name: (result.log.times, 1000 * result.log.error[:, i]) for i, name in enumerate(names)}
-    colours = {name: robot_colour(i) for i, name in enumerate(names)}
+    lines = {name: Line(result.log.times, 1000 * result.log.error[:, i], robot_colour(i)) for i, name in enumerate(names)}
     margin = 1000 * result.certificate.margin
-    return over_time(lines, "error (mm)", limits={f"margin {margin:g} mm": margin}, colours=colours)
+    return over_time(lines, "error (mm)", {f"margin {margin:g} mm": margin})
 
 
 def rotor_chart(result: Result, rotors: Floats) -> go.Figure:
@@ -132,20 +131,15 @@ def rotor_chart(result: Result, rotors: Floats) -> go.Figure:
         rotors: N. Shape (samples, robots, 4).
     """
     own = {name: result.mission.limits_of(name) for name in result.log.robots}
-    lines: dict[str, tuple[Floats, Floats]] = {}
-    colours: dict[str, str] = {}
-    dashes: dict[str, str] = {}
+    lines: dict[str, Line] = {}
     for index, name in enumerate(result.log.robots):
-        for word, values in (("greatest", np.max(rotors[:, index], axis=1)), ("least", np.min(rotors[:, index], axis=1))):
-            lines[f"{name} {word}"] = (result.log.times, values)
-            colours[f"{name} {word}"] = robot_colour(index)
-            dashes[f"{name} {word}"] = "solid" if word == "greatest" else "dot"
+        greatest, least = np.max(rotors[:, index], axis=1), np.min(rotors[:, index], axis=1)
+        lines[f"{name} greatest"] = Line(result.log.times, greatest, robot_colour(index), group=name)
+        lines[f"{name} least"] = Line(result.log.times, least, robot_colour(index), "dot", group=name, least=True)
     kinds: dict[tuple[str, float], dict[str, None]] = {}
     for name, limits in own.items():
         for word, value in (("most", limits.rotor_thrust_max), ("least", limits.rotor_thrust_min)):
             kinds.setdefault((word, value), {})[result.mission.vehicle_of(name).name] = None
     whose = {limit: "" if result.mission.of_one_kind else f", {' and '.join(names)}" for limit, names in kinds.items()}
     marks = {f"{word}: {value:g} N{whose[word, value]}": value for word, value in kinds}
-    groups = {line: line.rpartition(" ")[0] for line in lines}
-    lows = [name for name in lines if name.endswith(" least")]
-    return over_time(lines, "thrust of one rotor (N)", least=lows, limits=marks, colours=colours, dashes=dashes, groups=groups)
+    return over_time(lines, "thrust of one rotor (N)", marks)

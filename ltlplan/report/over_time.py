@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 import plotly.graph_objects as go
@@ -22,49 +24,58 @@ FAR = 2.5
 MOST_SAMPLES = 2000
 """More than a screen has columns for a chart."""
 
+NO_LIMITS: Mapping[str, float] = MappingProxyType({})
+
 _STRIP = (0.86, 1.0)
 _BELOW = (0.0, 0.78)
 """Shares of a chart's height: what lies above the break of the axis, and below it."""
 
 
-def over_time(
-    lines: Mapping[str, tuple[Floats, Floats]],
-    title: str,
-    *,
-    least: Collection[str] = (),
-    limits: Mapping[str, float] | None = None,
-    colours: Mapping[str, str],
-    dashes: Mapping[str, str] | None = None,
-    groups: Mapping[str, str] | None = None,
-) -> go.Figure:
+@dataclass(frozen=True, eq=False, slots=True)
+class Line:
+    """One quantity, and how it is drawn.
+
+    Attributes:
+        times: s, evenly apart. Shape (samples,).
+        values: Shape (samples,). Of very many samples each is drawn as the greatest of a few one after another.
+        colour: As CSS has it; None leaves it to the chart.
+        dash: Plotly's.
+        group: Name in the legend, where lines of one group are shown once; empty takes the line's own.
+        least: Draw the least of a few samples instead of the greatest.
+    """
+
+    times: Floats
+    values: Floats
+    colour: str | None = None
+    dash: str = "solid"
+    group: str = ""
+    least: bool = False
+
+
+def over_time(lines: Mapping[str, Line], title: str, limits: Mapping[str, float] = NO_LIMITS) -> go.Figure:
     """Draw quantities over mission time, with horizontal limit lines.
 
     Args:
-        lines: Name: times in s, evenly apart, and values. Shapes (samples,). Of very many samples each is drawn as the greatest of
-            a few one after another.
+        lines: By name.
         title: Axis label, with its unit.
-        least: Lines by name of which the least of these is drawn instead.
         limits: Name: value of a limit in the same unit.
-        colours: Colour of each line by name.
-        dashes: Plotly's dash of a line by name; solid where there is none.
-        groups: Name in the legend of a line by name: lines of one group are shown there once.
     """
     figure = go.Figure()
     seen: set[str] = set()
-    for name, (times, values) in lines.items():
-        group = (groups or {}).get(name, name)
-        few = math.ceil(len(values) / MOST_SAMPLES)
-        drawn = (np.fmin if name in least else np.fmax).reduceat(values, np.arange(0, len(values), few))
-        style = {"color": colours.get(name), "width": 1.5, "dash": (dashes or {}).get(name, "solid")}
+    for name, line in lines.items():
+        group = line.group or name
+        few = math.ceil(len(line.values) / MOST_SAMPLES)
+        drawn = (np.fmin if line.least else np.fmax).reduceat(line.values, np.arange(0, len(line.values), few))
+        style = {"color": line.colour, "width": 1.5, "dash": line.dash}
         figure.add_trace(
             go.Scatter(
-                x0=float(times[0]), dx=few * _step(times), y=rounded(drawn), name=group, legendgroup=group, showlegend=group not in seen, mode="lines",
-                line=style, hovertemplate=f"{name}: %{{y:.4g}} at %{{x:.2f}} s<extra></extra>",
+                x0=float(line.times[0]), dx=few * _step(line.times), y=rounded(drawn), name=group, legendgroup=group,
+                showlegend=group not in seen, mode="lines", line=style, hovertemplate=f"{name}: %{{y:.4g}} at %{{x:.2f}} s<extra></extra>",
             )
         )  # fmt: skip
         seen.add(group)
     axis = {"gridcolor": GRID, "zeroline": False}
-    end = max((float(times[-1]) for times, _ in lines.values()), default=1.0)
+    end = max((float(line.times[-1]) for line in lines.values()), default=1.0)
     figure.update_layout(
         xaxis={"title": "time (s)", "range": [0, end], **axis},
         yaxis={"title": title, "rangemode": "tozero", **axis},
@@ -74,9 +85,9 @@ def over_time(
         plot_bgcolor=CLEAR,
         paper_bgcolor=CLEAR,
     )
-    greatest = max((float(np.nanmax(values)) for _, values in lines.values()), default=0.0)
-    far = {name: value for name, value in (limits or {}).items() if value > FAR * greatest > 0.0}
-    for name, value in (limits or {}).items():
+    greatest = max((float(np.nanmax(line.values)) for line in lines.values()), default=0.0)
+    far = {name: value for name, value in limits.items() if value > FAR * greatest > 0.0}
+    for name, value in limits.items():
         _limit(figure, name, value, end, "y2" if name in far else "y")
     if far:
         _break(figure, greatest, sorted(far.values()))

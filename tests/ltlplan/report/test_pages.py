@@ -19,7 +19,7 @@ from flight.pictures import COLOURS, REGION_COLOURS
 from ltlplan.report.bars import Bar, bars_html, tick_step
 from ltlplan.report.campaign import campaign_html
 from ltlplan.report.inline import packed, script_data, stepped
-from ltlplan.report.over_time import over_time
+from ltlplan.report.over_time import Line, over_time
 from ltlplan.report.pictures import pictures_html
 from ltlplan.report.run_page import report_html
 from tests.helpers.pages import MOST_BYTES, bars_of, carried, data_of, read_rows
@@ -97,17 +97,17 @@ def test_no_region_has_a_colour_that_could_be_a_robots() -> None:
 
 def test_an_axis_is_broken_only_where_a_limit_would_flatten_the_curve() -> None:
     times = np.linspace(0, 2, 21)
-    lines = {"quad0": (times, np.abs(np.sin(times)))}
-    near = over_time(lines, "error (mm)", limits={"margin": 2.0}, colours={})
+    lines = {"quad0": Line(times, np.abs(np.sin(times)))}
+    near = over_time(lines, "error (mm)", {"margin": 2.0})
     assert "yaxis2" not in near.to_dict()["layout"]
-    far = over_time(lines, "error (mm)", limits={"margin": 50.0, "least": 0.1}, colours={})
+    far = over_time(lines, "error (mm)", {"margin": 50.0, "least": 0.1})
     assert far.layout.yaxis.range[1] < 1.5, "the curve fills its part of the chart"
     low, high = far.layout.yaxis2.range
     assert low < 50.0 < high
     assert far.layout.yaxis.domain[1] < far.layout.yaxis2.domain[0]
     drawn = {trace.name: (trace.yaxis or "y", trace.y[0]) for trace in far.data if trace.name != "quad0"}
     assert drawn == {"margin": ("y2", 50.0), "least": ("y", 0.1)}
-    still = over_time({"quad0": (times, 0 * times)}, "error (mm)", limits={"margin": 50.0}, colours={})
+    still = over_time({"quad0": Line(times, 0 * times)}, "error (mm)", {"margin": 50.0})
     assert "yaxis2" not in still.to_dict()["layout"], "where nothing moves there is nothing to flatten"
 
 
