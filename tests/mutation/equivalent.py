@@ -38,9 +38,6 @@ EQUIVALENT: dict[str, str] = {
     "trajectory_csv: 4000000 -> 4000001": "only how large a file is read, by one byte",
     "spot_opinion: 8 -> 9": "only where Spot is asked, in this process or in one of its own; the question is the same",
     "approaches: 4 -> 5": "only at how many places it is looked first how near a robot comes; what is proved is of all",
-    "Outlines.of: 1 + 2.0 ** (-49) -> 1 - 2.0 ** (-49)": (
-        "what a length's rounding is off lies far below what is allowed for every number of a box beside a face"
-    ),
     "Tangents.tangents: np.maximum(square, 0.0) * GROW -> np.maximum(square, 0.0) / GROW": (
         "the root of it is widened by more right after"
     ),

@@ -27,10 +27,10 @@ SLACK = 1e-4
 """m; how closely the nearest approach is bounded at first."""
 _FAR_SLACK = 0.01
 """And this share of what it is more than is needed."""
-_SLICE = 16
+_SLICE = 8
 """So many segments of a robot are held against a part at once, to begin with."""
-_FIRST = 4
-"""So many of the nearest slices of each robot are looked at to know about how near it comes."""
+_FIRST, _SECOND = 4, 32
+"""So many of the nearest slices of each robot, and then of its nearest segments, are looked at to know about how near it comes."""
 _DEPTH, _DEPTH_AT_LIMIT = 30, 44
 _MOST = 200_000
 """More open parts of segments than this keep the (sound, looser) bounds that they have."""
@@ -141,7 +141,9 @@ class _Search:
         for level in range(depth + 1):
             places = state.mid @ _MIDDLE
             robots = paths.owner[items]
-            low, near = self.world.bodies.distances(parts, Hulls(state.mid, state.rad), places, self._enough()[robots])
+            low, near = self.world.bodies.distances(
+                parts, Hulls(state.mid, state.rad.max(axis=-1)), places, self._enough()[robots]
+            )
             self._reach(items, parts, starts + width / 2, near)
             closed = ~self._is_open(robots, parts, low)
             closed |= np.ptp(state.mid, axis=2).max(axis=1) <= state.rad.max(axis=(1, 2))  # smaller than what rounding may be
@@ -196,38 +198,42 @@ class _Search:
         cuts = np.unique(np.concatenate([np.arange(begin, end, _SLICE) for begin, end in _runs(turns, len(segments))]))
         lengths = np.diff(np.append(cuts, len(segments)))
         box_low, box_high = np.minimum.reduceat(low, cuts), np.maximum.reduceat(high, cuts)
-        bounds = np.concatenate([self.world.bodies.outlines.beyond(box_low[b], box_high[b]) for b in self._rows_of(len(cuts))])
+        outlines = self.world.bodies.outlines
+        bounds = np.concatenate([outlines.beyond(box_low[b], box_high[b]) for b in self._rows_of(len(cuts))])
         for robot in np.unique(owner):
             mine = np.flatnonzero(owner[cuts] == robot)
-            nearest = np.argsort(bounds[mine], axis=None, kind="stable")[:_FIRST]
-            slices, parts = mine[nearest // count], nearest % count
-            chosen = segments[cuts[slices] + lengths[slices] // 2]
-            places = paths.positions.mid[chosen] @ _MIDDLE
-            _, near = self.world.bodies.distances(parts, Hulls.points(places), places)
-            self._reach(chosen, parts, np.full(len(chosen), 0.5), near)
-        items: list[Indices] = []
-        partners: list[Indices] = []
+            nearest = _least(bounds[mine].ravel(), _FIRST)
+            slices = mine[nearest // count]
+            self._look(segments[cuts[slices] + lengths[slices] // 2], nearest % count)
         enough = self._enough()[owner[cuts]]
-        for k, (begin, length) in enumerate(zip(cuts.tolist(), lengths.tolist(), strict=True)):
-            robot, within = int(owner[begin]), slice(begin, begin + length)
-            close = ~(bounds[k] > enough[k])
-            self._close(np.full(int(np.sum(~close)), robot), np.flatnonzero(~close), bounds[k][~close])
-            parts = np.flatnonzero(close)
-            one = (
-                self.world.bodies.outlines.some(parts).beyond(low[within], high[within])
-                if len(parts)
-                else np.zeros((length, 0))
-            )
-            far = one > enough[k]
-            self._close(np.full(int(far.sum()), robot), parts[np.nonzero(far)[1]], one[far])
-            near_item, near_part = np.nonzero(~far)
-            items.append(segments[begin + near_item])
-            partners.append(parts[near_part])
-        return np.concatenate(items), np.concatenate(partners)
+        close = ~(bounds > enough[:, None])
+        far = np.nonzero(~close)
+        self._close(owner[cuts[far[0]]], far[1], bounds[far])
+        slices, parts = np.nonzero(close)
+        repeats = lengths[slices]
+        ends = np.cumsum(repeats)
+        items, parts = (
+            np.arange(ends[-1] if len(ends) else 0) + np.repeat(cuts[slices] - ends + repeats, repeats),
+            np.repeat(parts, repeats),
+        )
+        apart = outlines.beyond_one(low[items], high[items], parts)
+        for robot in np.unique(owner):
+            mine = np.flatnonzero(owner[items] == robot)
+            nearest = mine[_least(apart[mine], _SECOND)]
+            self._look(segments[items[nearest]], parts[nearest])
+        far = apart > self._enough()[owner[items]]
+        self._close(owner[items[far]], parts[far], apart[far])
+        return segments[items[~far]], parts[~far]
+
+    def _look(self, segments: Indices, parts: Indices) -> None:
+        """Look how near the middles of segments come to parts."""
+        places = self.world.paths.positions.mid[segments] @ _MIDDLE
+        _, near = self.world.bodies.distances(parts, Hulls.points(places), places)
+        self._reach(segments, parts, np.full(len(segments), 0.5), near)
 
     def _rows_of(self, count: int) -> Iterator[slice]:
         """Yield blocks of boxes, so that all of them beside all faces take little memory."""
-        step = max(1, MOST_AT_ONCE // self.world.bodies.outlines.bounds.size)
+        step = max(1, MOST_AT_ONCE // self.world.bodies.outlines.low.size)
         for first in range(0, count, step):
             yield slice(first, first + step)
 
@@ -253,6 +259,10 @@ class _Search:
 
     def _close(self, robots: Indices, parts: Indices, low: Floats) -> None:
         np.minimum.at(self.low, (robots, self.world.bodies.obstacle_of[parts]), low)
+
+
+def _least(values: Floats, count: int) -> Indices:
+    return np.argpartition(values, count)[:count] if count < len(values) else np.arange(len(values))
 
 
 def _runs(turns: Indices, count: int) -> Iterator[tuple[int, int]]:

@@ -43,7 +43,7 @@ class SolidBodies:
 
     @cached_property
     def outlines(self) -> Outlines:
-        """The parts as polyhedra around them."""
+        """The parts as boxes around them."""
         return Outlines.of(self.tables, len(self.parts))
 
     @cached_property
@@ -98,7 +98,7 @@ class SolidBodies:
         """
         low, near = np.empty(len(places)), np.full(len(places), np.inf)
         part = np.zeros(len(places), dtype=np.intp)
-        step = max(1, MOST_AT_ONCE // self.outlines.bounds.size)
+        step = max(1, MOST_AT_ONCE // self.outlines.low.size)
         for first in range(0, len(places), step):
             some = places[first : first + step]
             beyond = self.outlines.beyond(some, some)

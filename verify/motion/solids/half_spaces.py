@@ -23,8 +23,8 @@ GROW = 1.0 + 2.0**-40
 TINY = 1e-290
 _KEPT = 12
 """Of a part with many faces the farthest so many are weighed against each other."""
-_SWEEPS, _TURNS = 10, 60
-"""Weights that are not settled after so many sweeps are swept by themselves, so many times: those of sharp edges settle slowly."""
+_SWEEPS, _TURNS = 3, 200
+"""Weights that are not settled after so many sweeps, nor where the planes of the greatest meet, are swept by themselves, so many times."""
 _SETTLED = 1e-8
 """m; what weights that are off by so much lose is of second order."""
 
@@ -35,7 +35,7 @@ class Hulls:
 
     Attributes:
         mid: m, world frame. Shape (n, 3, corners).
-        rad: Half the boxes' edges, m. The same shape.
+        rad: Half the edges of the largest of its boxes, m. Shape (n, 3).
     """
 
     mid: Floats
@@ -44,13 +44,17 @@ class Hulls:
     @classmethod
     def points(cls, places: Floats) -> Hulls:
         """Return points. Shape (n, 3)."""
-        return cls(places[..., None], np.zeros((*places.shape, 1)))
+        return cls(places[..., None], np.zeros(places.shape))
+
+    def beside(self, centres: Floats) -> Hulls:
+        """Return them in other frames. Shape (n, 3)."""
+        mid = self.mid - centres[..., None]
+        return Hulls(mid, (self.rad + gamma(2) * np.abs(mid).max(axis=-1)) * GROW + TINY)
 
     @property
-    def extent(self) -> tuple[Floats, Floats]:
-        """How large coordinates may be, and how far off the corners, m. Shape (n, 3) each."""
-        rad = self.rad.max(axis=-1)
-        return (np.abs(self.mid).max(axis=-1) + rad) * GROW, rad
+    def size(self) -> Floats:
+        """How large coordinates may be, m. Shape (n, 3)."""
+        return (np.abs(self.mid).max(axis=-1) + self.rad) * GROW
 
     def __getitem__(self, index: Indices) -> Hulls:
         return Hulls(self.mid[index], self.rad[index])
@@ -77,6 +81,10 @@ class HalfSpaces:
             np.concatenate([self.bound_errors, other.bound_errors], axis=1),
         )
 
+    def of(self, parts: Indices) -> HalfSpaces:
+        """Return those of some parts."""
+        return HalfSpaces(self.normals[parts], self.bounds[parts], self.normal_errors[parts], self.bound_errors[parts])
+
     def kept(self, rows: Indices) -> HalfSpaces:
         """Return some rows of each. Shape (n, kept)."""
         deep = rows[..., None]
@@ -99,7 +107,7 @@ def apart_by_one(rows: HalfSpaces, hulls: Hulls, places: Floats) -> tuple[Floats
     Returns:
         m. Shape (n,) each.
     """
-    size, rad = hulls.extent
+    size, rad = hulls.size, hulls.rad
     least = np.min(np.matmul(rows.normals, hulls.mid), axis=-1) - rows.bounds
     loose = np.abs(rows.normals)
     off = np.einsum("nri,ni->nr", loose * gamma(6) + rows.normal_errors, size) + np.einsum("nri,ni->nr", loose, rad)
@@ -130,7 +138,8 @@ def farthest_of(rows: HalfSpaces, places: Floats) -> HalfSpaces:
 def weights_of(rows: HalfSpaces, places: Floats) -> tuple[Floats, Floats]:
     """Return the half-spaces' weights at the point of their intersection that is nearest to places, in floats.
 
-    Hildreth's method: each weight in turn becomes what brings the place onto its own plane, or zero.
+    Hildreth's method: each weight in turn becomes what brings the place onto its own plane, or zero. At sharp edges that settles slowly,
+    but says soon which planes meet in the nearest point.
 
     Args:
         rows: Of n parts.
@@ -143,29 +152,40 @@ def weights_of(rows: HalfSpaces, places: Floats) -> tuple[Floats, Floats]:
     units = rows.normals / lengths[..., None]
     over = (np.einsum("nri,ni->nr", rows.normals, places) - rows.bounds) / lengths
     weights, back = np.zeros_like(over), np.zeros_like(places)
+    settled = _SETTLED + 2.0**-40 * np.abs(places).max(axis=1)
     open_ = np.arange(len(places))
     for _ in range(_TURNS):
         weights[open_], back[open_], moved = _swept(units[open_], over[open_], weights[open_], back[open_])
-        open_ = open_[moved > _SETTLED]
+        open_ = open_[moved > settled[open_]]
+        if not len(open_):
+            break
+        for count in (3, 2):
+            met, way = _at_meeting(units[open_], over[open_], weights[open_], count)
+            left = over[open_] - np.einsum("nri,ni->nr", units[open_], way)
+            on = np.where(met > 0, np.abs(left), left).max(axis=1) <= settled[open_]  # on its planes, and beyond no other
+            found = on & (met >= 0).all(axis=1)
+            weights[open_[found]], back[open_[found]] = met[found], way[found]
+            open_ = open_[~found]
         if not len(open_):
             break
     several = np.flatnonzero(np.count_nonzero(weights > 0, axis=1) > 1)
-    weights[several], back[several] = _at_meeting(units[several], over[several], weights[several], back[several])
+    met, way = _at_meeting(units[several], over[several], weights[several], 3)
+    better = (met >= 0).all(axis=1) & (np.einsum("ni,ni->n", way, way) > np.einsum("ni,ni->n", back[several], back[several]))
+    weights[several[better]], back[several[better]] = met[better], way[better]
     return weights / lengths, back
 
 
-def _at_meeting(units: Floats, over: Floats, weights: Floats, back: Floats) -> tuple[Floats, Floats]:
-    """Return the weights at the point in which the planes of the three greatest weights meet, where those are not below zero."""
-    rows = np.argsort(-weights, axis=1)[:, :3]
+def _at_meeting(units: Floats, over: Floats, weights: Floats, count: int) -> tuple[Floats, Floats]:
+    """Return weights at the point in which the planes of the greatest so many weights meet, below zero too, and the way back to it."""
+    rows = np.argsort(-weights, axis=1)[:, :count]
     most = np.take_along_axis(weights, rows, 1)
     chosen = np.take_along_axis(units, rows[..., None], 1) * (most > 0)[..., None]
     gram = np.einsum("nri,nsi->nrs", chosen, chosen) + (1e-14 + (most <= 0))[..., None] * np.eye(rows.shape[1])
     found = np.linalg.solve(gram, (np.take_along_axis(over, rows, 1) * (most > 0))[..., None])[..., 0]
     way = np.einsum("nr,nri->ni", found, chosen)
-    better = (found >= 0).all(axis=1) & (np.einsum("ni,ni->n", way, way) > np.einsum("ni,ni->n", back, back))
     kept = np.zeros_like(weights)
     np.put_along_axis(kept, rows, found, 1)
-    return np.where(better[:, None], kept, weights), np.where(better[:, None], way, back)
+    return kept, way
 
 
 def _swept(units: Floats, over: Floats, weights: Floats, back: Floats) -> tuple[Floats, Floats, Floats]:
@@ -187,24 +207,34 @@ def _swept(units: Floats, over: Floats, weights: Floats, back: Floats) -> tuple[
     return weights, back, moved
 
 
-def apart_by_weights(rows: HalfSpaces, weights: Floats, hulls: Hulls, places: Floats) -> tuple[Floats, Floats]:
-    """Return what weighted half-spaces prove of hulls, below zero nothing, and how far places are from them, in floats.
+def weighed(rows: HalfSpaces, weights: Floats) -> HalfSpaces:
+    """Return the one half-space of each part that its own with these weights come to.
 
     Args:
         rows: Of n parts.
         weights: Not negative. Shape (n, rows).
-        hulls: n of them, in the parts' frames.
-        places: One place of each, m. Shape (n, 3).
-
-    Returns:
-        m. Shape (n,) each.
     """
     normal = np.einsum("nr,nri->ni", weights, rows.normals)
     chain = gamma(weights.shape[1] + 3)
     error = np.einsum("nr,nri->ni", weights, chain * np.abs(rows.normals) + rows.normal_errors) * GROW + TINY
     bound = np.einsum("nr,nr->n", weights, rows.bounds)
     off = np.einsum("nr,nr->n", weights, chain * np.abs(rows.bounds) + rows.bound_errors) * GROW + TINY
-    size, rad = hulls.extent
+    return HalfSpaces(normal[:, None], bound[:, None], error[:, None], off[:, None])
+
+
+def apart_by(plane: HalfSpaces, hulls: Hulls, places: Floats) -> tuple[Floats, Floats]:
+    """Return what one half-space of each part proves of a hull, below zero nothing, and how far places are from it, in floats.
+
+    Args:
+        plane: Of n parts.
+        hulls: n of them, in the parts' frames.
+        places: One place of each, m. Shape (n, 3).
+
+    Returns:
+        m. Shape (n,) each.
+    """
+    normal, bound, error, off = (part[:, 0] for part in (plane.normals, plane.bounds, plane.normal_errors, plane.bound_errors))
+    size, rad = hulls.size, hulls.rad
     least = np.min(np.einsum("ni,nik->nk", normal, hulls.mid), axis=1) - bound
     loose = np.einsum("ni,ni->n", error + gamma(6) * np.abs(normal), size) + np.einsum("ni,ni->n", np.abs(normal), rad)
     least -= (loose + off + gamma(3) * np.abs(bound)) * GROW

@@ -71,7 +71,7 @@ class Opening:
             places: One place of each, m. Shape (n, 3).
         """
         offset = hulls.mid - np.array(self.hoop.center)[:, None]
-        rad = (hulls.rad + gamma(2) * np.abs(offset)) * GROW + TINY
+        rad = (hulls.rad[..., None] + gamma(2) * np.abs(offset)) * GROW + TINY
         size = np.abs(offset) + rad
         along = np.einsum("i,nik->nk", self.normal, offset)
         known = np.abs(self.normal) * gamma(6) + self.error

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from verify.arithmetic.balls import Floats, gamma
+from verify.arithmetic.balls import Floats
 from verify.arithmetic.bounds import Indices
 from verify.data.shapes.conditions import HalfSpace, Quadric, condition
+from verify.data.shapes.nearest import surface_of
 from verify.data.shapes.solid_parts import SolidPart
 from verify.motion.solids.half_spaces import (
     GROW,
@@ -18,9 +18,10 @@ from verify.motion.solids.half_spaces import (
     TINY,
     HalfSpaces,
     Hulls,
+    apart_by,
     apart_by_one,
-    apart_by_weights,
     farthest_of,
+    weighed,
     weights_of,
 )
 from verify.motion.solids.openings import Found, Opening
@@ -28,9 +29,11 @@ from verify.motion.solids.tangents import Tangents
 
 _SIZES = (4, 6, 8, 12, 16, 24, 32, 64)
 """Parts are looked at together that have at most so many faces."""
-_WAYS = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
+_AXES = np.concatenate([np.eye(3), -np.eye(3)])
 _FAR = 1e6
-"""m; tangents are looked for from so far away."""
+"""m; what holds a part along an axis is looked for from so far away."""
+_NO_FARTHER = 1e150
+"""m; squares of more may overflow."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -44,6 +47,7 @@ class PartTable:
         bounds: Shape (parts, faces).
         quadrics: The parts' first quadrics, their second ones, and so on.
         mixed: Whether a quadric's axes are those of some face, too, so that tangents are looked for more than once.
+        beyond: Places in the parts' frames to which what lies farthest along the axes is nearest, there and back, m. Shape (parts, 6, 3).
         holes: By the part's row.
     """
 
@@ -53,6 +57,7 @@ class PartTable:
     bounds: Floats
     quadrics: tuple[Tangents, ...]
     mixed: bool
+    beyond: Floats
     holes: dict[int, tuple[Opening, ...]]
 
     @classmethod
@@ -79,6 +84,7 @@ class PartTable:
             *_scaled(normals, bounds),
             tuple(Tangents.of([row[k] for row in round_]) for k in range(quadrics)),
             mixed,
+            np.array([_beyond(part, flat=not quadrics) for _, part in chosen]),
             {
                 row: tuple(Opening.of(part, hoop) for _, hoop in part.holes)
                 for row, (_, part) in enumerate(chosen)
@@ -86,15 +92,46 @@ class PartTable:
             },
         )
 
-    def rows(self) -> HalfSpaces:
-        """Return all faces, and tangents of the quadrics in some directions. Shape (parts, rows, 3)."""
-        every = np.arange(len(self.indices))
-        shape = self.bounds.shape
-        known = HalfSpaces(self.normals, self.bounds, np.zeros((*shape, 3)), np.zeros(shape))
+    def extents(self) -> tuple[Floats, Floats]:
+        """Return boxes along the world's axes that surely hold the parts, infinite where none is found: their least and greatest corners.
+
+        Towards a place beyond along an axis e a half-space l.x <= b is weighed whose l is nearly e: it bounds e.x by what the little
+        between l and e makes of the largest coordinate x has, which the six bounds together bound.
+
+        Returns:
+            m. Shape (parts, 3) each.
+        """
+        count = len(self.indices)
+        rows, ways, places = np.repeat(np.arange(count), 6), np.tile(_AXES, (count, 1)), self.beyond.reshape(-1, 3)
+        *_, plane = self._planes(rows, self._known(rows, places), places)
+        normal, doubt = plane.normals[:, 0], plane.normal_errors.sum(axis=(1, 2))
+        ahead = np.einsum("ni,ni->n", normal, ways) - doubt
+        side = np.maximum(plane.bounds[:, 0] + plane.bound_errors[:, 0], 0.0) / ahead
+        lean = ((np.abs(normal) * (ways == 0)).sum(axis=1) + doubt) / ahead
+        side, lean = side.reshape(count, 6), np.where(ahead > 0, lean, np.inf).reshape(count, 6) * GROW
+        most = lean.max(axis=1)
+        size = np.where(most < 0.5, side.max(axis=1) * GROW / (1.0 - most), np.inf)
+        reach = (side + lean * size[:, None]) * GROW + TINY
+        reach = np.where(np.isfinite(size)[:, None] & ~np.isnan(reach), reach, np.inf)
+        return np.nextafter(self.centres - reach[:, 3:], -np.inf), np.nextafter(self.centres + reach[:, :3], np.inf)
+
+    def _known(self, rows: Indices, places: Floats) -> HalfSpaces:
+        """Return the faces of parts, and tangents of their quadrics near places in the parts' frames."""
+        bounds = self.bounds[rows]
+        known = HalfSpaces(self.normals[rows], bounds, np.zeros((*bounds.shape, 3)), np.zeros(bounds.shape))
         for one in self.quadrics:
-            for way in _WAYS:
-                known = known.joined(one.tangents(every, one.centres + _FAR * way))
+            known = known.joined(one.tangents(rows, places))
         return known
+
+    def _planes(self, rows: Indices, known: HalfSpaces, places: Floats) -> Iterator[HalfSpaces]:
+        """Yield half-spaces of parts between them and places, each farther from these than those before where quadrics are mixed."""
+        for turn in range(3 if self.mixed else 1):
+            chosen = farthest_of(known, places)
+            weights, back = weights_of(chosen, places)
+            yield weighed(chosen, weights)
+            if turn < 2 and self.mixed:
+                for one in self.quadrics:
+                    known = known.joined(one.tangents(rows, places - back))
 
     def distances(self, rows: Indices, hulls: Hulls, places: Floats, *, enough: Floats | None = None) -> Found:
         """Return how far hulls stay from what is solid of parts.
@@ -106,31 +143,16 @@ class PartTable:
             enough: Hulls whose faces alone prove as much as this are not looked at any closer, m. Shape (n,). None: all are.
         """
         middle = places - self.centres[rows]
-        known = HalfSpaces(
-            self.normals[rows],
-            self.bounds[rows],
-            np.zeros((len(rows), self.normals.shape[1], 3)),
-            np.zeros(self.bounds[rows].shape),
-        )
-        for one in self.quadrics:
-            known = known.joined(one.tangents(rows, middle))
-        mid = hulls.mid - self.centres[rows][..., None]
-        own = Hulls(mid, (hulls.rad + gamma(2) * np.abs(mid)) * GROW + TINY)
+        known = self._known(rows, middle)
+        own = hulls.beside(self.centres[rows])
         low, near = apart_by_one(known, own, middle)
         deeper = np.arange(len(rows)) if enough is None else np.flatnonzero(~(low >= enough))
         deeper = deeper[near[deeper] > 0]
         if len(deeper):
-            some = HalfSpaces(
-                *(part[deeper] for part in (known.normals, known.bounds, known.normal_errors, known.bound_errors))
-            )
-            for turn in range(3 if self.mixed else 1):
-                chosen = farthest_of(some, middle[deeper])
-                weights, back = weights_of(chosen, middle[deeper])
-                sure, about = apart_by_weights(chosen, weights, own[deeper], middle[deeper])
+            some, hull, place = known.of(deeper), own[deeper], middle[deeper]
+            for plane in self._planes(rows[deeper], some, place):
+                sure, about = apart_by(plane, hull, place)
                 low[deeper], near[deeper] = np.fmax(low[deeper], sure), np.fmax(near[deeper], about)
-                if turn < 2 and self.mixed:
-                    for one in self.quadrics:
-                        some = some.joined(one.tangents(rows[deeper], middle[deeper] - back))
         for row, holes in self.holes.items():
             of_row = np.flatnonzero(rows == row)
             for hole in holes if len(of_row) else ():
@@ -138,6 +160,12 @@ class PartTable:
                 low[of_row] = np.fmax(low[of_row], found.low)
                 near[of_row] = np.fmax(near[of_row], found.near)
         return Found(np.where(np.isnan(low), -np.inf, low), near)
+
+
+def _beyond(part: SolidPart, *, flat: bool) -> Floats:
+    """Return places beyond the corners that lie farthest along the axes; where there are none, places far off."""
+    corners = surface_of(part.inequalities).corners if flat else np.zeros((0, 3))
+    return corners[np.argmax(corners @ _AXES.T, axis=0)] + _AXES if len(corners) else _FAR * _AXES
 
 
 def _scaled(normals: Floats, bounds: Floats) -> tuple[Floats, Floats]:
@@ -167,49 +195,48 @@ def part_tables(parts: Iterable[SolidPart]) -> tuple[PartTable, ...]:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Outlines:
-    """All parts as polyhedra that hold them, for boxes that may be far: half-spaces normal . x <= bound in the world's frame.
+    """All parts as boxes along the world's axes that surely hold them, for boxes that may be far.
 
     Attributes:
-        normals: No longer than 1. Shape (parts, faces, 3).
-        bounds: m, rounded upwards. Shape (parts, faces).
+        low: m. Shape (parts, 3).
+        high: m. Shape (parts, 3).
     """
 
-    normals: Floats
-    bounds: Floats
+    low: Floats
+    high: Floats
 
     @classmethod
+    @np.errstate(all="ignore")
     def of(cls, tables: Sequence[PartTable], count: int) -> Outlines:
-        """Take all faces of parts, and tangents of their quadrics in some directions.
+        """Take the boxes around the parts of tables.
 
         Args:
             tables: That hold the parts.
             count: How many parts there are.
         """
-        rows = [table.rows() for table in tables]
-        normals = np.zeros((count, max(one.bounds.shape[1] for one in rows), 3))
-        bounds = np.full(normals.shape[:2], NONE)
-        for table, one in zip(tables, rows, strict=True):
-            lengths = np.linalg.norm(one.normals, axis=-1) * (1 + 2.0**-49) + one.normal_errors.sum(axis=-1)
-            size = np.abs(table.centres)
-            shift = np.einsum("pri,pi->pr", one.normals, table.centres)
-            off = one.bound_errors + np.einsum("pri,pi->pr", one.normal_errors + gamma(8) * np.abs(one.normals), size)
-            bound = one.bounds + shift + (off + gamma(8) * (np.abs(one.bounds) + np.abs(shift))) * GROW
-            none = one.bounds >= NONE
-            scale = np.where(none, 1.0, lengths)
-            at = table.indices[:, None], np.arange(bound.shape[1])
-            normals[at] = np.where(none[..., None], 0.0, one.normals / scale[..., None])
-            bounds[at] = np.where(none, NONE, bound / scale + np.abs(bound / scale) * 2.0**-50)
-        return cls(normals, bounds)
-
-    def some(self, parts: Indices) -> Outlines:
-        """Return some of the parts."""
-        return Outlines(self.normals[parts], self.bounds[parts])
+        low, high = np.full((count, 3), -np.inf), np.full((count, 3), np.inf)
+        for table in tables:
+            low[table.indices], high[table.indices] = table.extents()
+        return cls(low, high)
 
     def beyond(self, low: Floats, high: Floats) -> Floats:
         """Return how far boxes are from each part at the least, m; below zero nothing is proved. Shape (n, 3) each to (n, parts)."""
-        middle, half = (low + high) / 2, (high - low) / 2 * GROW
-        flat, bounds = self.normals.reshape(-1, 3), self.bounds.reshape(-1)
-        values = middle @ flat.T - half @ np.abs(flat).T - bounds
-        most = float(np.max(np.abs(middle) + half, initial=0.0)) + np.where(bounds < NONE, np.abs(bounds), 0.0)
-        values -= gamma(32) * 4 * most
-        return np.max(values.reshape(len(low), *self.bounds.shape), axis=-1)
+        return _gaps(low[:, None], high[:, None], self.low, self.high)
+
+    def beyond_one(self, low: Floats, high: Floats, parts: Indices) -> Floats:
+        """Return how far boxes are at the least from one part each, m; below zero nothing is proved.
+
+        Args:
+            low: m. Shape (n, 3).
+            high: m. Shape (n, 3).
+            parts: Shape (n,).
+        """
+        return _gaps(low, high, self.low[parts], self.high[parts])
+
+
+def _gaps(low: Floats, high: Floats, other_low: Floats, other_high: Floats) -> Floats:
+    """Return the distances of boxes, rounded down; below zero, that they overlap. Shapes (..., 3) to (...)."""
+    x, y, z = (np.maximum(other_low[..., i] - high[..., i], low[..., i] - other_high[..., i]) for i in range(3))
+    most = np.maximum(np.maximum(x, y), z)
+    squares = np.maximum(x, 0.0) ** 2 + np.maximum(y, 0.0) ** 2 + np.maximum(z, 0.0) ** 2
+    return np.where(most > 0, np.minimum(np.sqrt(squares) * (1 - 2.0**-48), _NO_FARTHER), most)

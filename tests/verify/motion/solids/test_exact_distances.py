@@ -73,6 +73,21 @@ def test_boxes_are_told_apart_by_what_holds_them() -> None:
             least = part.distances(inside).min()
             assert beyond[k, column] <= least + 1e-12
             assert beyond[k, column] >= 0.4 * least - 0.6
+            assert bodies.outlines.beyond_one(low[[k]], high[[k]], np.array([column])) == beyond[k, column]
+
+
+def test_boxes_around_parts_hold_them_and_little_more() -> None:
+    """Of any shape and size, oblique and sharp ones too: as far as support functions of their corners, where they have only such."""
+    rng = np.random.default_rng(11)
+    for shape in [*SHARP, *(random_solid(rng, unions=False)[0] for _ in range(20))]:
+        parts = solid_parts({"o": Obstacle.model_validate(shape)}, {})
+        found, surface = SolidBodies(parts).outlines, surface_of(parts[0].inequalities)
+        around = 50.0 * np.concatenate([np.eye(3), -np.eye(3), rng.normal(size=(40, 3))])
+        on = np.array(parts[0].center) + surface.nearest(around)
+        assert np.all(found.low <= on.min(axis=0) + 1e-9)
+        assert np.all(found.high >= on.max(axis=0) - 1e-9)
+        assert found.low == pytest.approx(on[:6].min(axis=0)[None], abs=0.05)
+        assert found.high == pytest.approx(on[:6].max(axis=0)[None], abs=0.05)
 
 
 SHARP = [
@@ -122,5 +137,6 @@ def test_how_long_normals_are_written_changes_nothing(scale: float) -> None:
     assert np.all(found.low <= np.sqrt([1.0, 2.0, 3.0, 0.0]))
     np.testing.assert_allclose(found.low[:3], np.sqrt([1.0, 2.0, 3.0]), rtol=1e-9)
     beyond = bodies.outlines.beyond(points, points)[:, 0]
-    assert np.all(beyond <= [1.0, 1.0, 1.0, -0.5])
-    np.testing.assert_allclose(beyond, [1.0, 1.0, 1.0, -0.5], rtol=1e-9)
+    wanted = np.array([1.0, np.sqrt(2.0), np.sqrt(3.0), -0.5])
+    assert np.all(beyond <= wanted)
+    np.testing.assert_allclose(beyond, wanted, rtol=1e-5)

@@ -19,7 +19,7 @@ def test_hulls_of_boxes_stay_as_far_from_an_edge_as_the_nearest_of_their_points(
     opening, normal, middle = Opening.of(part, hoop), np.array(hoop.normal), np.array(hoop.center)
     places = middle + rng.uniform(-2.5, 2.5, (400, 1)) * normal + rng.uniform(-0.2, 0.2, (400, 3))
     corners = places[..., None] + rng.uniform(-0.1, 0.1, (400, 3, 4))
-    rad = rng.uniform(0.0, 0.02, corners.shape)
+    rad = rng.uniform(0.0, 0.02, (400, 3))
 
     def distances(points: Floats) -> Floats:
         offset = points - middle
@@ -28,10 +28,10 @@ def test_hulls_of_boxes_stay_as_far_from_an_edge_as_the_nearest_of_their_points(
         beside = np.maximum(np.maximum(along - opening.ahead, -along - opening.behind), 0.0)
         return np.where(inside > 0, np.hypot(inside, beside), inside)
 
-    sampled = (corners + rad * rng.uniform(-1.0, 1.0, (100, *corners.shape))).transpose(0, 1, 3, 2)
+    sampled = (corners + rad[..., None] * rng.uniform(-1.0, 1.0, (100, *corners.shape))).transpose(0, 1, 3, 2)
     low = opening.distances(Hulls(corners, rad), places).low
     assert np.all(low <= distances(sampled).min(axis=(0, 2)) + 1e-12)
-    assert np.count_nonzero(low > 0.4) > 100
+    assert np.count_nonzero(low > 0.4) > 80
     found = opening.distances(Hulls.points(places), places)
     np.testing.assert_allclose(found.low, distances(places), atol=1e-12)
     np.testing.assert_allclose(found.near, distances(places), atol=1e-12)
