@@ -54,7 +54,7 @@ EQUIVALENT: dict[str, str] = {
     "apart_by_one: least / most * (1 - 2.0 ** (-51)) -> least / most / (1 - 2.0 ** (-51))": (
         "the length is taken longer by 2^-49 of itself, which is more than its own rounding and that of the quotient"
     ),
-    "apart_by_weights: 2.0 -> 4.0": "the errors of a sum of normals make its length longer by more than its rounding",
+    "apart_by: 2.0 -> 4.0": "the errors of a sum of normals make its length longer by more than its rounding",
     "Opening.distances: (np.einsum('i,nik->nk', known, size) + np.einsum('i,nik->nk', np.abs(self.normal), rad)) * GROW + TINY -> "
     "(np.einsum('i,nik->nk', known, size) + np.einsum('i,nik->nk', np.abs(self.normal), rad)) * GROW - TINY": (
         "so small a number changes no bit of a distance that is not as small"
