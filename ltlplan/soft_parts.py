@@ -59,12 +59,12 @@ def plan_with_soft_parts(mission: Mission, planned: Callable[[Mission, Progress]
 def _planned(mission: Mission, parts: Parts, planned: Callable[[Mission, Progress], Plan], progress: Progress) -> Plan:
     """Plan with as few parts demanded as make the cheapest words keep all of some."""
     demanded: Parts = frozenset()
-    while parts:
+    while demanded != parts:
         words = {name: does.word for name, does in assign(_asking(mission, demanded)).robots.items()}
         missing = parts - kept_by_words(mission, words)
         if not missing:
             break
-        demanded |= {min(missing)}
+        demanded |= missing
     made = planned(_asking(mission, demanded), progress)
     if demanded != parts and not parts <= kept_by_words(mission, made.words):
         made = planned(_asking(mission, parts), progress)

@@ -36,7 +36,7 @@ class Event:
     Attributes:
         time: s.
         robot: Whom it concerns, or None for the team.
-        kind: `tube`, `formula`, `separation`, `reaction` or `note`.
+        kind: `tube`, `formula`, `soft`, `separation`, `reaction` or `note`.
         sentence: For a person.
     """
 

@@ -17,7 +17,16 @@ from flight.monitoring.formula_state import FormulaState, FormulaVerdict
 from flight.monitoring.letters import PlannedAction, RegionMasks, region_letters
 from flight.monitoring.tube import Tube, TubeVerdict, relative_acceleration
 from verify.data import BadInput, Mission, check_mission
+from verify.data.sections import SoftPart
 from verify.recordings.planned_paths import PlannedPath
+
+_SOFT: dict[FormulaVerdict, str] = {
+    "satisfied": "the flown path satisfies it",
+    "violated": "the flown path does not satisfy it",
+    "open": "nothing broke it yet; it speaks of infinite flights",
+    "undecided": "it is too large to be followed",
+}
+"""What is said of soft parts at a flight's end; none of them is an alarm."""
 
 
 class Monitor:
@@ -73,6 +82,7 @@ class Monitor:
         self._masks = RegionMasks(mission)
         self._regions = self._masks.none(len(self._robots))
         self._formula: FormulaState | None = None
+        self._soft: list[tuple[SoftPart, FormulaState]] = []
         self._letters: list[frozenset[str]] = []
         self.events: list[Event] = []
         self.closest: tuple[float, str, str] | None = None
@@ -156,6 +166,8 @@ class Monitor:
                 self._say(None, "formula", f"the flown path breaks the formula: `{self._formula.broken}` was not fulfilled.")
             elif not finite:
                 self._say(None, "formula", "the formula is still open: it speaks of infinite flights, and nothing broke it.")
+        for part, state in self._soft:
+            self._say(None, "soft", f"soft part `{part.formula}` (weight {part.weight:g}): {_SOFT[state.end(finite=finite)]}.")
         if self._margin is not None and self.tube == "inside":
             worst = max(self.bounds.values())
             self._say(
@@ -194,10 +206,15 @@ class Monitor:
         letters = [self._table[mask] | self._inner(robot, time) for robot, mask in enumerate(self._regions.tolist())]
         if self._formula is None:
             self._formula = FormulaState(self._mission.formula, self._mission.spec.team, letters, self._robots)
+            for part in self._mission.soft_parts:
+                asked = self._mission.asking(part.formula).formula
+                self._soft.append((part, FormulaState(asked, self._mission.spec.team, letters, self._robots)))
             changed = self._formula.verdict != "open"
         elif letters != self._letters:
             was = self._formula.verdict
             changed = self._formula.change(dict(enumerate(letters))) != was
+            for _, state in self._soft:
+                state.change(dict(enumerate(letters)))
         else:
             return
         self._letters = letters

@@ -40,7 +40,7 @@ def command(
 
     from ltlplan.commands.shared.progress import progress_bar
     from ltlplan.commands.shared.terminal import print_json
-    from ltlplan.report.summary import claim_lines
+    from ltlplan.report.summary import claim_lines, soft_sentences
     from verify import certify
     from verify.data.storage.folders import PROOF
     from verify.data.storage.single_files import replace_listed
@@ -55,7 +55,7 @@ def command(
     if json:
         print_json(json_text.loads(certificate.to_json()))
         return
-    for line in claim_lines(certificate):
+    for line in (*claim_lines(certificate), *soft_sentences(certificate)):
         typer.echo(line)
     clocks = f", clocks up to {certificate.clock_error:g} s apart" if certificate.clock_error else ""
     typer.echo(f"certified at margin {certificate.margin:g} m{below_asked(certificate)}{clocks}; wrote {written}")
