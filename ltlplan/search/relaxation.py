@@ -21,7 +21,8 @@ def relaxed(mission: Mission, error: NoPlan, cheapest: Callable[[Mission], float
         error: Says why.
         cheapest: From a mission to what its cheapest plan costs; None where there is none.
     """
-    parts = tuple(dict.fromkeys(conjuncts(parse_formula(mission.spec.formula or "true", mission.propositions))))
+    written = parse_formula(mission.spec.formula or "true", mission.propositions, robots=mission.agents)
+    parts = tuple(dict.fromkeys(conjuncts(written)))
     if not 1 < len(parts) <= _PARTS:
         return error
 

@@ -164,6 +164,14 @@ def test_soft_parts_name_what_there_is() -> None:
         parse_mission(text.replace("formula: F b, ", ""))
 
 
+def test_soft_parts_count_robots_where_the_formula_may() -> None:
+    text = mission_to_yaml(wishing("F a", ("F b", 2.0), robots=2)).replace("formula: F b", 'formula: "F(count(b) >= 2)"')
+    with pytest.raises(BadInput, match=r"spec\.soft\.0\.formula: .*count"):
+        parse_mission(text)
+    joint = parse_mission(text.replace("team: own", "team: joint"))
+    assert joint.asking(joint.soft_parts[0].formula).formula.names() <= {"b", "quad0.b", "quad1.b"}
+
+
 def test_missions_without_soft_parts_read_as_before() -> None:
     assert "soft" not in mission_to_yaml(world("F a"))
 

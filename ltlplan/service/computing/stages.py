@@ -129,6 +129,7 @@ def _plan(mission: Mission, progress: Progress) -> Outcome:
 
 def _round(draft: Draft, progress: Progress) -> Outcome:
     from ltlplan.pipeline import Certified, mended, next_round
+    from ltlplan.report.summary import soft_sentences
     from ltlplan.service.views.watching import NAME, watch_json
 
     low, width, number = _PLANNED, (_CERTIFIED - _PLANNED) / MAX_ROUNDS, draft.rounds
@@ -140,6 +141,7 @@ def _round(draft: Draft, progress: Progress) -> Outcome:
         "margin": certificate.margin,
         "largest_margin": certificate.largest_margin,
         "duration": certificate.duration,
+        "soft": soft_sentences(certificate),
     }
     if isinstance(after, Certified):
         return Outcome(to_bytes(after), found, FLIGHT)

@@ -199,9 +199,12 @@ def _round(found: Found) -> None:
         largest = found.get("largest_margin")
         more = "" if largest is None else f"; {1000 * largest:.1f} mm would hold too"
         Words("p", f"All {len(claims)} claims are proved at a margin of {1000 * found['margin']:g} mm{more}.", "verdict holds")
+        for sentence in found.get("soft", ()):
+            Words("p", sentence, "soft")
         return
     refused = [claim for claim in claims if claim["outcome"] != "holds"]
-    Words("p", f"{len(refused)} claims are refused; refinement tries again with what they say:", "verdict fails")
+    again = f"{len(refused)} claims are refused; refinement tries again with what they say:"
+    Words("p", again if refused else "All claims are proved; refinement tries to keep more soft parts.", "verdict fails")
     with box(tag="ul"):
         for claim in refused[:_REFUSALS]:
             Words("li", f"{claim['name']}: {claim['sentence']}")

@@ -54,10 +54,16 @@ _DEEPEST = 40
 
 
 def in_words(mission: Mission) -> tuple[str, ...]:
-    """Return a mission's formula as sentences, one for each part that must hold; none where it asks for a sequence."""
-    if mission.spec.formula is None:
-        return ()
-    return tuple(_capital(_say(part, mission, 0)) + "." for part in parse_formula(mission.spec.formula).conjuncts())
+    """Return a mission's formula as sentences, one for each part that must hold and then one for each that is wished for.
+
+    Where it asks for a sequence there are none for that.
+    """
+    asked = () if mission.spec.formula is None else parse_formula(mission.spec.formula).conjuncts()
+    wished = ((part.weight, _say(parse_formula(part.formula), mission, 0)) for part in mission.soft_parts)
+    return (
+        *(_capital(_say(part, mission, 0)) + "." for part in asked),
+        *(f"Wished for, with weight {weight:g}: {said}." for weight, said in wished),
+    )
 
 
 def _say(formula: Formula, mission: Mission, depth: int) -> str:

@@ -132,18 +132,17 @@ def _formula(values: Mapping[str, Any], data: Mapping[str, Any], names: set[str]
         return
     if needed and spec.formula is None and "sequence" not in data:
         yield ("spec", "formula"), "missing: a mission needs spec.formula, a sequence, or both."
-    if spec.formula is not None:
+    asked: list[tuple[KeyPath, str | None]] = [(("spec", "formula"), spec.formula)]
+    asked += [(("spec", "soft", index, "formula"), part.formula) for index, part in enumerate(spec.soft or ())]
+    for keys, formula in asked:
+        if formula is None:
+            continue
         try:
-            written = parse_formula(spec.formula, names, robots=_keys(data.get("agents")), allow_next=False)
+            written = parse_formula(formula, names, robots=_keys(data.get("agents")), allow_next=False)
             if spec.team == "own" and (count := first_count(written)) is not None:
-                raise FormulaError(spec.formula, [(count.position, f"`{count}` {_OWN}")])
+                raise FormulaError(formula, [(count.position, f"`{count}` {_OWN}")])
         except FormulaError as error:
-            yield ("spec", "formula"), str(error)
-    for index, part in enumerate(spec.soft or ()):
-        try:
-            parse_formula(part.formula, names, allow_next=False)
-        except FormulaError as error:
-            yield ("spec", "soft", index, "formula"), str(error)
+            yield keys, str(error)
     if spec.trace == "infinite" and len(_keys(data.get("agents"))) > 1:
         yield (
             ("spec", "trace"),

@@ -50,6 +50,15 @@ def test_a_jobs_files_are_those_of_the_command(tmp_path: Path) -> None:
     assert [name for name in written if made[name] != written[name]] == []
 
 
+def test_soft_parts_go_through_the_stages_as_through_the_library() -> None:
+    plain = with_margin()
+    mission = plain.changed(spec={**plain.spec.model_dump(), "soft": [{"formula": "F a"}, {"formula": "G !a", "weight": 0.5}]})
+    outcomes = dict(staged(mission))
+    assert outcomes["round 1"].found["soft"][-1] == "Weight 1 of 1.5 is certified."
+    made = dict(outcomes["files"].files)
+    assert [part["verdict"] for part in json.loads(made["certificate.json"])["soft"]] == ["holds", "fails"]
+
+
 def test_what_is_refused_to_the_last_can_be_watched(monkeypatch: pytest.MonkeyPatch) -> None:
     judge = verify.judge
     monkeypatch.setattr(verify, "judge", lambda plan, team, margin=None: judge(plan, team, margin=0.5))

@@ -37,6 +37,12 @@ def test_operators_in_words(formula: str, said: str) -> None:
     assert in_words(_asking(formula)) == (said,)
 
 
+def test_soft_parts_are_said_after_the_formula() -> None:
+    mission = _asking("F loc1")
+    wishing = mission.changed(spec={**mission.spec.model_dump(), "soft": [{"formula": "F loc2", "weight": 2.5}]})
+    assert in_words(wishing) == ("At some time in loc1.", "Wished for, with weight 2.5: at some time in loc2.")
+
+
 def test_names_say_what_they_are() -> None:
     names = known_names(load_mission("firefighting"))
     assert names["smoke"] == "hoop"
