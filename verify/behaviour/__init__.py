@@ -1,8 +1,7 @@
 """From what robots must, may or cannot show over time to what a team's words can be, in every order.
 
 Read `timeline` first (the value that `verify.motion` makes of a path), then `robot_letters` and `team_graph` (all words of one
-robot, of a team). Then what holds them against the formula: `breaking_words` and `robots_apart` for robots that are read one at a
-time, with Spot's opinion in `team_answers`; `inclusion` for all of them together, and for counterexamples; `lassos` for laps; and
-`word_claims`, which puts the answers into claims. `transitions` judges edges; `refutation` and `mending_waits` say why not, and what
-would help.
+robot, of a team). Then what holds them against the formula: the room `apart` for robots that are read one at a time; `inclusion` for
+all of them together, and for counterexamples; `lassos` for laps; and `word_claims`, which puts the answers into claims.
+`transitions` judges edges; `refutation` and `mending_waits` say why not, and what would help.
 """

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import islice, pairwise, permutations
 
-from verify.behaviour.breaking_words import BreakingWords
+from verify.behaviour.apart.breaking_words import BreakingWords
 from verify.behaviour.inclusion import find_broken
 from verify.behaviour.robot_letters import ALWAYS, RobotBehaviour
 from verify.behaviour.team_graph import JointGraph, OwnGraph

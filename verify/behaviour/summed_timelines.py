@@ -87,8 +87,8 @@ class _Robot:
         named = letters.named.get(name, ())
         rows: list[Mapping[str, Status]] = []
         for slot in range(2 * len(times) - 1):
-            here = {each: column[slot] for each, column in columns.items()}
-            row = {each: here[each] for each in letters.plain}
+            here: dict[str, Status] = {each: column[slot] for each, column in columns.items()}
+            row: dict[str, Status] = {each: here[each] for each in letters.plain}
             row |= {text: here[own] for text, own in named}
             row |= {mark: _status(counted, here) for mark, counted in letters.counted.items()}
             rows.append(row)
@@ -101,12 +101,13 @@ def _column(status: Status, changes: Sequence[tuple[Fraction, Fraction, Status]]
     place = {time: 2 * i for i, time in enumerate(times)}
     for low, high, after in changes:
         first, last = place[low], place[high]
-        column += [status] * (first - len(column))
+        column.extend([status] * (first - len(column)))
         for slot in range(first, len(column)):
             column[slot] = "may"
-        column += ["may"] * (last + 1 - len(column))
+        column.extend(["may"] * (last + 1 - len(column)))
         status = after
-    return column + [status] * (2 * len(times) - 1 - len(column))
+    column.extend([status] * (2 * len(times) - 1 - len(column)))
+    return column
 
 
 _NOT: Mapping[Status, Status] = {"must": "no", "no": "must", "may": "may"}
@@ -118,7 +119,7 @@ def _status(counted: Formula, here: Mapping[str, Status]) -> Status:
         return here[counted.name]
     if counted.operator in ("true", "false"):
         return "must" if counted.operator == "true" else "no"
-    parts = [_status(part, here) for part in counted.arguments]
+    parts: list[Status] = [_status(part, here) for part in counted.arguments]
     match counted.operator:
         case "!":
             return _NOT[parts[0]]

@@ -13,15 +13,15 @@ from fractions import Fraction
 from itertools import combinations
 from typing import Literal
 
-from verify.behaviour.breaking_words import BreakingWords
+from verify.behaviour.apart.breaking_words import BreakingWords
+from verify.behaviour.apart.mattering import letters_of
+from verify.behaviour.apart.single_flights import broken_apart
+from verify.behaviour.apart.team_answers import Question
 from verify.behaviour.inclusion import DEFAULT_BUDGET, Broken, find_broken, holds_for_all, holds_loosely
 from verify.behaviour.lassos import BrokenRun, find_broken_run, search_run
 from verify.behaviour.mending_waits import mending_waits
 from verify.behaviour.robot_letters import RobotBehaviour, cut_timeline, from_timeline, merged
-from verify.behaviour.robots_apart import letters_of
-from verify.behaviour.single_flights import broken_apart
 from verify.behaviour.summed_timelines import summed
-from verify.behaviour.team_answers import Question
 from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph, WithOthers
 from verify.behaviour.timeline import Relations, Timeline
 from verify.behaviour.transitions import judge_transitions

@@ -18,10 +18,11 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
 
-from verify.behaviour.breaking_words import BreakingWords
+from verify.behaviour.apart.breaking_words import BreakingWords
+from verify.behaviour.apart.mattering import that_matter
+from verify.behaviour.apart.robots_apart import some_word_breaks_apart
 from verify.behaviour.inclusion import letter_graph
 from verify.behaviour.robot_letters import RobotBehaviour
-from verify.behaviour.robots_apart import some_word_breaks_apart, that_matter
 from verify.behaviour.team_graph import OwnGraph, Ranks
 from verify.data.errors import InternalError
 from verify.data.language.word import Letter

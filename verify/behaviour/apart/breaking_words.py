@@ -94,7 +94,7 @@ class BreakingWords:
             free = 0
             moves: dict[int, tuple[int, ...]] = {}
             for number, targets in enumerate(successors[here]):
-                ways = list(_bits(targets))
+                ways = list(bits(targets))
                 if targets & covering[here]:
                     free |= 1 << number
                     ways = [way for way in ways if not covering[way] >> here & 1]
@@ -208,10 +208,8 @@ def _covering(successors: _Successors, ends: list[bool], sets: list[int]) -> lis
     while changed:
         changed = False
         for state, row in enumerate(rows):
-            for other in _bits(covering[state]):
-                if any(
-                    not theirs & covering[way] for mine, theirs in zip(row, rows[other], strict=True) for way in _bits(mine)
-                ):
+            for other in bits(covering[state]):
+                if any(not theirs & covering[way] for mine, theirs in zip(row, rows[other], strict=True) for way in bits(mine)):
                     covering[state] &= ~(1 << other)
                     changed = True
     return covering
@@ -228,7 +226,8 @@ def _best(states: list[int], covering: list[int]) -> list[int]:
     return kept
 
 
-def _bits(mask: int) -> Iterator[int]:
+def bits(mask: int) -> Iterator[int]:
+    """Yield the places of a number's bits, the lowest first."""
     while mask:
         low = mask & -mask
         yield low.bit_length() - 1

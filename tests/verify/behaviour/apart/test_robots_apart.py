@@ -10,9 +10,10 @@ import pytest
 from tests.helpers.plain_word_judge import plainly
 from tests.helpers.random_teams import random_formula, random_timeline
 from tests.helpers.timelines import APART, mission, timeline
-from verify.behaviour.breaking_words import BreakingWords
+from verify.behaviour.apart.breaking_words import BreakingWords
+from verify.behaviour.apart.mattering import letters_of, that_matter
+from verify.behaviour.apart.robots_apart import some_word_breaks_apart
 from verify.behaviour.robot_letters import from_timeline
-from verify.behaviour.robots_apart import letters_of, some_word_breaks_apart, that_matter
 from verify.behaviour.team_graph import OwnGraph
 from verify.behaviour.timeline import Relations
 from verify.behaviour.word_claims import judge_formula
@@ -177,6 +178,6 @@ def test_what_is_counted_is_a_budget() -> None:
 
 
 def test_a_word_that_spot_finds_otherwise_is_our_bug(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("verify.behaviour.team_answers.some_word_breaks", lambda *_: True)
+    monkeypatch.setattr("verify.behaviour.apart.team_answers.some_word_breaks", lambda *_: True)
     with pytest.raises(InternalError, match="bug of ltlplan's"):
         judge_formula(mission("F(a & F(b & F(c | a)))"), {"q0": timeline("q0", ("a", 1, 2), ("b", 3, 4), ("a", 5, 6))}, APART)

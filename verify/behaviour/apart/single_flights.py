@@ -12,9 +12,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from verify.behaviour.breaking_words import BreakingWords
+from verify.behaviour.apart.breaking_words import BreakingWords
+from verify.behaviour.apart.robots_apart import Moment, clock_of, find_schedule
 from verify.behaviour.robot_letters import RobotBehaviour
-from verify.behaviour.robots_apart import Moment, clock_of, find_schedule
 from verify.behaviour.team_graph import Observation
 from verify.data.errors import InternalError
 from verify.data.language.word import Letter
