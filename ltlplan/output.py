@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from verify.data import Mission, Plan, Trajectory, mission_to_yaml
+from verify.data.files.trajectory_csv import write_csv
 from verify.data.progress import Progress, silent
 from verify.data.storage.folders import PROOF, write_folder
 from verify.data.trajectory import PIECES
-from verify.data.trajectory_csv import write_csv
 
 if TYPE_CHECKING:
     from flight import Campaign, ExportTarget, FlightLog

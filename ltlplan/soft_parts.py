@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from ltlplan.logic.budget import DEFAULT_BUDGET
 from ltlplan.search.exact import assign
-from ltlplan.search.most_weight import Kept, MostWeight, Parts
+from ltlplan.search.refusals.most_weight import Kept, MostWeight, Parts
 from verify.data import Infeasible, Mission, Plan, Unsatisfiable, Word
 from verify.data.progress import Progress, part_of, silent
 

@@ -27,13 +27,13 @@ from tests.helpers.stand_ins import flight as made_flight
 from tests.helpers.stand_ins import stand_in
 from tests.strategies.files import Recorded, certificates, missions, plans, recordings, trajectories
 from tests.strategies.mutants import mutated_bytes, mutated_json, no_hang
-from tests.verify.data.test_mission_file import GOOD
+from tests.verify.data.files.test_mission_file import GOOD
 from tests.verify.test_run_folder import write_folder
 from verify import certify, recheck
 from verify.certificate import payload_digest
 from verify.data import LtlplanError, Mission, Plan, Trajectory, Word, mission_to_yaml, parse_mission
+from verify.data.files.trajectory_csv import read_csv, write_csv
 from verify.data.plan import Visit, plan_from_json
-from verify.data.trajectory_csv import read_csv, write_csv
 from verify.recordings.flight_log import read_flight_log
 from verify.run_folder import certificate_from_json
 

@@ -18,12 +18,12 @@ import numpy as np
 from verify.certificate import CERTIFICATE_FORMAT, Certificate, payload_digest
 from verify.certification import judge
 from verify.data.errors import BadInput, NotCertified
+from verify.data.files.mission_file import load_mission_file
+from verify.data.files.trajectory_csv import load_csv
 from verify.data.mission import Mission
-from verify.data.mission_file import load_mission_file
 from verify.data.plan import PLAN_FILE, Plan, load_plan
 from verify.data.storage.reading import parse_json, read_bytes
 from verify.data.trajectory import Trajectory
-from verify.data.trajectory_csv import load_csv
 from verify.motion.continuity import JUMPS
 from verify.motion.planned_words import false_statement
 

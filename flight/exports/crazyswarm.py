@@ -18,9 +18,9 @@ from flight.exports.crazyswarm_script import script
 from flight.exports.fits import require_crazyflie, require_float32
 from flight.exports.target import NOTE, ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, Trajectory
+from verify.data.files.trajectory_csv import write_csv
 from verify.data.storage.ownership import MANIFEST
 from verify.data.trajectory import HOVER, PIECES
-from verify.data.trajectory_csv import write_csv
 
 _CONFIGURATION = "crazyflies.yaml"
 _SCRIPT = "fly_mission.py"

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ltlplan.paths.least_snap_spline import LeastSnapSpline
+from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from verify.data import BadInput, RobotPlan
 from verify.data.choices import COST_TERMS
 from verify.data.mission import Mission

@@ -15,7 +15,7 @@ import numpy as np
 
 from ltlplan.paths.costs import Sampling, cost_of, evaluate
 from ltlplan.paths.improvement import RAMPS
-from ltlplan.paths.least_snap_spline import LeastSnapSpline
+from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.systems.robot_systems import Systems, weighted_metres
 from ltlplan.systems.transition_systems import Cost
 from verify.data import Mission

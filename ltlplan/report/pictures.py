@@ -19,7 +19,7 @@ from verify.data import BadInput
 from verify.data.progress import Progress
 
 if TYPE_CHECKING:
-    from ltlplan.paths.path_problem import PathProblem
+    from ltlplan.paths.sampling.path_problem import PathProblem
     from verify.data import Mission
 
 Floats = NDArray[np.float64]

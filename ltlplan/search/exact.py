@@ -215,8 +215,8 @@ def _no_plan(
     mission: Mission, systems: Systems, each: list[TransitionSystem], found: PlanningOutcome, *, joint: bool
 ) -> Unsatisfiable:
     """Return the error that says why there is no plan."""
-    from ltlplan.search.relaxation import relaxed
-    from ltlplan.search.unsatisfiable_cores import explain, refused_in_some_order
+    from ltlplan.search.refusals.relaxation import relaxed
+    from ltlplan.search.refusals.unsatisfiable_cores import explain, refused_in_some_order
 
     if found.first is not None:
         names, words = tuple(mission.agents), [word_along(s, p) for s, p in zip(each, found.first.paths, strict=True)]
@@ -290,8 +290,8 @@ def _assign_lasso(mission: Mission, systems: Systems, system: TransitionSystem, 
     automata = conjunct_automata(_asked(mission, [system]), "infinite", budget=budget)
     run = cheapest_lasso(system, automata, weight=mission.spec.repeat, budget=budget)
     if run is None:
-        from ltlplan.search.relaxation import relaxed
-        from ltlplan.search.unsatisfiable_cores import explain
+        from ltlplan.search.refusals.relaxation import relaxed
+        from ltlplan.search.refusals.unsatisfiable_cores import explain
 
         def possible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
             return _lasso_exists(parts, worlds[0], budget)

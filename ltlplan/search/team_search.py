@@ -18,7 +18,7 @@ from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoid
 from ltlplan.search.best_first import BestFirst
-from ltlplan.search.heuristic import UNREACHABLE
+from ltlplan.search.bounds.heuristic import UNREACHABLE
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
 from ltlplan.search.team_states import SearchStates, TeamStates
 

@@ -11,8 +11,8 @@ from typing import Protocol
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoid
-from ltlplan.search.heuristic import UNREACHABLE, TaskHeuristic
-from ltlplan.search.landmarks import Landmarks
+from ltlplan.search.bounds.heuristic import UNREACHABLE, TaskHeuristic
+from ltlplan.search.bounds.landmarks import Landmarks
 from ltlplan.search.reduced_graph import ReducedGraph
 
 

@@ -140,7 +140,7 @@ _ELSEWHERE = {
     "formula-error": "verify.data.language.formula_reader:FormulaError",
     "sequence-error": "verify.data.language.sequence:SequenceError",
     "too-large": "ltlplan.logic.budget:TooLarge",
-    "no-plan": "ltlplan.search.unsatisfiable_cores:NoPlan",
+    "no-plan": "ltlplan.search.refusals.unsatisfiable_cores:NoPlan",
     "blocked": "ltlplan.paths.hoops.avoidance:Blocked",
     "spline-blocked": "ltlplan.paths.hoops.sequencer:SplineBlocked",
     "cost-error": "ltlplan.paths.costs:CostError",

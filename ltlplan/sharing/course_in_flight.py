@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from ltlplan.mtac.agent_states import AgentState
 from ltlplan.paths.costs import Sampling, WeightedCost, cost_of
-from ltlplan.paths.cross_entropy import SPREAD
 from ltlplan.paths.improvement import with_ramped_times
-from ltlplan.paths.path_problem import PathProblem, path_problem
-from ltlplan.paths.quantile import square_root
+from ltlplan.paths.optimiser.cross_entropy import SPREAD
+from ltlplan.paths.optimiser.quantile import square_root
+from ltlplan.paths.sampling.path_problem import PathProblem, path_problem
 from ltlplan.sharing import cross_entropy
 from ltlplan.sharing.cross_entropy import OnlineSettings, OnlineState
 from ltlplan.sharing.gliding_path import GLIDE, Clock, gliding_path_of

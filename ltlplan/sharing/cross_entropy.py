@@ -26,7 +26,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.paths.quantile import check_quantile, directions, quantile_step, scalar_step, square_root
+from ltlplan.paths.optimiser.quantile import check_quantile, directions, quantile_step, scalar_step, square_root
 from verify.data.errors import BadInput
 
 Floats = NDArray[np.float64]

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.paths.least_snap_spline import LeastSnapSpline
+from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from verify.data import RobotPlan
 
 Floats = NDArray[np.float64]

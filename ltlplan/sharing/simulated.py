@@ -20,10 +20,10 @@ from ltlplan.allocation import Allocation, Context, Itinerary
 from ltlplan.mtac.optimality_gap import optimality_gap
 from ltlplan.paths.costs import Sampling, WeightedCost, cost_of, plan_cost, team_cost
 from ltlplan.paths.hoops import route_itinerary
-from ltlplan.paths.least_snap_spline import LeastSnapSpline
-from ltlplan.paths.path_problem import PathProblem
 from ltlplan.paths.path_result import candidate_plans
-from ltlplan.paths.word_filter import word_filter
+from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
+from ltlplan.paths.sampling.path_problem import PathProblem
+from ltlplan.paths.sampling.word_filter import word_filter
 from ltlplan.sharing.pilot import Pilot
 from ltlplan.sharing.team import OnlineTeam
 from ltlplan.sharing.team_in_flight import PERIOD

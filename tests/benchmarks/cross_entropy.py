@@ -23,9 +23,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import numpy as np
 
 from ltlplan.paths.costs import WeightedCost
-from ltlplan.paths.cross_entropy import minimise, searches
-from ltlplan.paths.gaussian import Options
-from ltlplan.paths.path_problem import PathProblem, path_problem
+from ltlplan.paths.optimiser.cross_entropy import minimise, searches
+from ltlplan.paths.optimiser.gaussian import Options
+from ltlplan.paths.sampling.path_problem import PathProblem, path_problem
 from tests.helpers.courses import courses
 
 COST = WeightedCost({"length": 1.0, "effort": 0.5})

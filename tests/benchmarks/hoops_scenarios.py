@@ -20,9 +20,9 @@ import numpy as np
 
 from ltlplan.missions import load_mission
 from ltlplan.paths.costs import Cost, SampledPaths, WeightedCost
-from ltlplan.paths.cross_entropy import Improvement, Options, improve
 from ltlplan.paths.hoops import route, route_sequence
-from ltlplan.paths.least_snap_spline import LeastSnapSpline
+from ltlplan.paths.optimiser.cross_entropy import Improvement, Options, improve
+from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.search.exact import assign
 from verify.data import Mission, RobotPlan
 from verify.data.mission import check_mission

@@ -18,7 +18,7 @@ from ltlplan.mtac.offline import share_tasks
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.paths.hoops import route
 from ltlplan.paths.improvement import improved_path
-from ltlplan.paths.quantile import quantile_samples
+from ltlplan.paths.optimiser.quantile import quantile_samples
 from ltlplan.sharing import cross_entropy as online
 from tests.benchmarks.mtac import race
 from verify import check_team

@@ -21,8 +21,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import numpy as np
 
 from ltlplan.paths.costs import Sampling, WeightedCost
-from ltlplan.paths.path_problem import path_problem
-from ltlplan.paths.sampled_paths import label, run
+from ltlplan.paths.sampling.path_problem import path_problem
+from ltlplan.paths.sampling.sampled_paths import label, run
 from tests.helpers.courses import courses
 
 

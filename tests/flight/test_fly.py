@@ -15,7 +15,7 @@ from flight.model.timing import CONTROL_STEP, SUBSTEPS
 from tests.helpers.stand_ins import Instant, StandIn, hop, mission, rest_to_rest, stand_in
 from tests.helpers.stand_ins import flight as made_flight
 from verify.data import BadInput, NotCertified, Plan, RobotPlan, Trajectory, Visit, Waypoint, Word, load_vehicle
-from verify.data.mission_file import parse_mission
+from verify.data.files.mission_file import parse_mission
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ltlplan.missions import load_mission
+from verify.data.files.mission_file import parse_mission
 from verify.data.language.word import Word
 from verify.data.mission import Mission
-from verify.data.mission_file import parse_mission
 from verify.data.plan import Plan, RobotPlan, Visit, Waypoint
 from verify.data.trajectory import Trajectory
 

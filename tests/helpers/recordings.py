@@ -10,7 +10,7 @@ import numpy as np
 from tests.helpers.flights import firefighting, legs, plan_of, through
 from verify import Asked, Certificate, FlightVerdict, Samples, certify, check_flight
 from verify.data import Mission, Plan, Trajectory
-from verify.data.mission_file import parse_mission
+from verify.data.files.mission_file import parse_mission
 from verify.data.plan import Visit
 from verify.recordings.planned_paths import PlannedPath
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from flight.logs.log import FlightLog
 from verify.data import Mission, Plan, RobotPlan, Trajectory, Visit, Waypoint, Word
-from verify.data.mission_file import parse_mission
+from verify.data.files.mission_file import parse_mission
 
 HOOP6 = np.array([(1, 0, 0.8), (2, 1, 1), (0.5, 2, 1.3), (-1, 1, 1.1), (-0.6, -0.8, 0.9), (1, 0, 0.8)], dtype=float)
 

@@ -7,7 +7,7 @@ import ltlplan
 from ltlplan.online.flight import fly_online
 from ltlplan.pipeline import plan, run
 from verify.data import BadInput, Mission, load_plan, parse_mission
-from verify.data.mission_file import load_mission_file
+from verify.data.files.mission_file import load_mission_file
 
 TEXT = """
 format: 1

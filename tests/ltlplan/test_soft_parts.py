@@ -15,7 +15,7 @@ import verify
 from ltlplan.pipeline import certified_team
 from ltlplan.report.summary import soft_sentences
 from ltlplan.search.exact import assign
-from ltlplan.search.unsatisfiable_cores import NoPlan
+from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
 from ltlplan.soft_parts import kept_by_words
 from tests.helpers.worlds import world
 from verify.data import BadInput, Mission, NotCertified, Unsatisfiable, mission_to_yaml, parse_mission

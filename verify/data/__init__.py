@@ -1,9 +1,8 @@
 """The plain data that planner, refinement, flight and checker share, and the vocabulary of the claim.
 
 Read `mission` (of `sections`, `shapes` and `language`, under `rules`), `plan`, `trajectory` and `witness`: what travels between
-the packages. `mission_file` (of `mission_tree` and `mission_rooms`), `trajectory_csv` and `storage` are files; `value`, `errors` and
-`progress` are what all are made with; `registry` and `choices` are the names that other packages may bring, `events` what may change
-in flight, `vehicle` what flies.
+the packages; `files` and `storage` are how it is kept. `value`, `errors` and `progress` are what all are made with; `registry` and
+`choices` are the names that other packages may bring, `events` what may change in flight, `vehicle` what flies.
 """
 
 from __future__ import annotations
@@ -22,12 +21,12 @@ if TYPE_CHECKING:
         NotCertified,
         Unsatisfiable,
     )
+    from verify.data.files.mission_file import load_mission_file, mission_to_yaml, parse_mission
     from verify.data.language.formula import Formula
     from verify.data.language.formula_reader import FormulaError, parse_formula
     from verify.data.language.sequence import Passage, Sequence, SequenceError, parse_sequence
     from verify.data.language.word import Letter, Word
     from verify.data.mission import Mission, check_mission
-    from verify.data.mission_file import load_mission_file, mission_to_yaml, parse_mission
     from verify.data.plan import Plan, RobotPlan, Visit, Waypoint, check_plan, load_plan
     from verify.data.rules.faults import MissionError
     from verify.data.trajectory import Trajectory, check_trajectories
@@ -92,7 +91,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "verify.data.language.sequence": ("Passage", "Sequence", "SequenceError", "parse_sequence"),
             "verify.data.language.word": ("Letter", "Word"),
             "verify.data.mission": ("Mission", "check_mission"),
-            "verify.data.mission_file": ("load_mission_file", "mission_to_yaml", "parse_mission"),
+            "verify.data.files.mission_file": ("load_mission_file", "mission_to_yaml", "parse_mission"),
             "verify.data.plan": ("Plan", "RobotPlan", "Visit", "Waypoint", "check_plan", "load_plan"),
             "verify.data.rules.faults": ("MissionError",),
             "verify.data.trajectory": ("Trajectory", "check_trajectories"),

@@ -1,6 +1,6 @@
 """The mission: what was asked, as one frozen value (format 1 of the mission file), and the check of one that code has made.
 
-`sections` holds the types of its parts, `rules` what must hold between them; `mission_file` reads YAML.
+`sections` holds the types of its parts, `rules` what must hold between them; `files` reads YAML.
 """
 
 from __future__ import annotations

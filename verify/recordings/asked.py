@@ -15,8 +15,8 @@ from verify.certificate import ActionInstant, Certificate
 from verify.certification import judge
 from verify.data.errors import BadInput
 from verify.data.events import EVENTS_FILE, RobotLeaves, WorldEvent, load_events, require_known
+from verify.data.files.mission_file import load_mission_file
 from verify.data.mission import Mission, check_mission
-from verify.data.mission_file import load_mission_file
 from verify.data.plan import Plan, check_plan, load_plan
 from verify.data.trajectory import Trajectory, check_trajectories
 from verify.run_folder import CERTIFICATE_FILE, MISSION_FILE, PLAN_FILE, proved_run, read_folder

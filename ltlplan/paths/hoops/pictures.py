@@ -14,7 +14,7 @@ from flight.shapes import line, obstacle_shapes, points, region_shapes
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.primitives import Kind
 from ltlplan.paths.hoops.sequencer import segments
-from ltlplan.paths.least_snap_spline import LeastSnapSpline
+from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from verify.data import BadInput, Mission, RobotPlan
 
 Floats = NDArray[np.float64]

@@ -26,7 +26,7 @@ from ltlplan.paths.hoops.legs import Legs
 from ltlplan.paths.hoops.primitives import Primitive
 from ltlplan.paths.hoops.sides import Directions, choose_sides
 from ltlplan.paths.hoops.stops import Stop, holds, hoop_axes, primitives_between
-from ltlplan.paths.least_snap_spline import LeastSnapSpline
+from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.systems.visit_words import word_of
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Visit, Waypoint, Word
 from verify.data.errors import did_you_mean

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.budget import Budget, TooLarge
-from ltlplan.search.heuristic import UNREACHABLE
+from ltlplan.search.bounds.heuristic import UNREACHABLE
 from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
 from ltlplan.search.joint.heuristic import JointHeuristic
 from ltlplan.search.makespan import Rule, allowed_by, best_by_rule, too_many_states

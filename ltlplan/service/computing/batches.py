@@ -24,7 +24,7 @@ from ltlplan.service.computing.stages import PLAN, Outcome, mission_bytes, run_s
 from ltlplan.service.problems import error_of
 from ltlplan.service.versions import key_of, software
 from verify.data import BadInput, InternalError, LtlplanError, Mission, load_mission_file
-from verify.data.mission_rooms import MAX_BYTES, included_files
+from verify.data.files.mission_rooms import MAX_BYTES, included_files
 from verify.data.progress import Progress, silent
 from verify.data.storage.file_names import folded
 from verify.data.storage.folders import check_folder, put_files, write_folder

@@ -21,7 +21,7 @@ from flight.exports.px4 import to_ned
 from tests.helpers.stand_ins import flight as made_flight
 from tests.helpers.stand_ins import hoop6, hover, rest_to_rest, stand_in
 from verify.data import BadInput, DoesNotFit, Trajectory
-from verify.data.trajectory_csv import read_csv
+from verify.data.files.trajectory_csv import read_csv
 
 
 def test_every_export_says_what_voids_its_certificate(certified, tmp_path):

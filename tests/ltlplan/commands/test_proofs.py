@@ -15,9 +15,9 @@ from tests.helpers.recordings import gates
 from tests.verify.test_run_folder import write_folder
 from verify import certify, recheck
 from verify.data import BadInput, NotCertified
+from verify.data.files.trajectory_csv import load_csv
 from verify.data.plan import Visit
 from verify.data.sections import Action
-from verify.data.trajectory_csv import load_csv
 
 runner = CliRunner()
 TANK = "robot: {initial: dry, states: {dry: [], wet: [wet]}, actions: [{from: dry, to: wet, at: a}]}"

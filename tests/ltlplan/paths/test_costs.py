@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from ltlplan.missions import load_mission
 from ltlplan.paths.costs import CostError, Sampling, WeightedCost, cost_of, evaluate, parse_cost, plan_cost
 from ltlplan.paths.hoops import route_sequence
-from ltlplan.paths.least_snap_spline import LeastSnapSpline
+from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from verify.data import GRAVITY, BadInput
 
 

@@ -10,7 +10,7 @@ from ltlplan.search.exact import assign
 from ltlplan.search.method import exact
 from verify import check_word
 from verify.data import Infeasible
-from verify.data.mission_file import parse_mission
+from verify.data.files.mission_file import parse_mission
 
 HOOPS = """
   near: {center: [0.9, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}

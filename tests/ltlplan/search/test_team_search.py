@@ -14,8 +14,8 @@ from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.logic.conjunction import Conjunction, conjunct_automata, conjuncts
 from ltlplan.logic.task import Task
+from ltlplan.search.bounds.heuristic import UNREACHABLE
 from ltlplan.search.exact import assign
-from ltlplan.search.heuristic import UNREACHABLE
 from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
 from ltlplan.search.joint.team_words import JointTask
 from ltlplan.search.makespan import plan_makespan

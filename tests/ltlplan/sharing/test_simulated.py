@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.paths.least_snap_spline import LeastSnapSpline
+from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.planner import make_plan
 from ltlplan.sharing.team import OnlineTeam
 from ltlplan.sharing.team_in_flight import PERIOD

@@ -12,7 +12,7 @@ import pytest
 import ltlplan
 from ltlplan.paths.hoops.clearance import conflicts
 from ltlplan.paths.hoops.kept_clear import room
-from ltlplan.paths.least_snap_spline import LeastSnapSpline
+from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.search.exact import assign
 from ltlplan.systems.region_graph import RegionGraph
 from ltlplan.ways.free_space import FreeSpace, Place

@@ -13,13 +13,13 @@ from tests.helpers.witnesses import Right, assert_refused, judged
 from verify import certify, judge
 from verify.certificate import Certificate, payload_digest
 from verify.data.errors import BadInput, NotCertified
+from verify.data.files.mission_file import mission_to_yaml, parse_mission
+from verify.data.files.trajectory_csv import write_csv
 from verify.data.language.sequence import Sequence, parse_sequence
 from verify.data.mission import Mission
-from verify.data.mission_file import mission_to_yaml, parse_mission
 from verify.data.plan import Plan, Visit
 from verify.data.rules.faults import MissionError
 from verify.data.trajectory import Trajectory
-from verify.data.trajectory_csv import write_csv
 from verify.run_folder import recheck
 
 HOOPS = """a: {center: [0.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2], opening: 0.3, rim: 0.02}

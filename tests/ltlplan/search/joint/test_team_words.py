@@ -12,7 +12,7 @@ from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.translation import translate
 from ltlplan.search.exact import assign
 from ltlplan.search.joint.team_words import joint_possible, plan_joint
-from ltlplan.search.unsatisfiable_cores import NoPlan
+from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_words import word_of

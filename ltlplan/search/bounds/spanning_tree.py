@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from ltlplan.search.best_first import distances
-from ltlplan.search.heuristic import UNREACHABLE
+from ltlplan.search.bounds.heuristic import UNREACHABLE
 from ltlplan.search.reduced_graph import ReducedGraph
 
 

@@ -10,8 +10,8 @@ from ltlplan.cli import app
 from ltlplan.missions import load_mission
 from ltlplan.service.computing.batches import run_batch
 from verify.data import BadInput, Mission, MissionError, mission_to_yaml, parse_mission
-from verify.data.mission_file import load_mission_file
-from verify.data.mission_rooms import MAX_ROOMS
+from verify.data.files.mission_file import load_mission_file
+from verify.data.files.mission_rooms import MAX_ROOMS
 
 ROOM = """\
 format: 1
@@ -193,7 +193,7 @@ def test_rooms_are_few_and_small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     listed = MISSION.replace("lab.yaml", "[lab.yaml, more.yaml]")
     assert "the mission with its rooms is larger than 1 MB" in refusal(tmp_path, mission=listed, lab=half, more="#" * 600_000)
     assert "is larger than 1 MB; that is no room file" in refusal(tmp_path, lab="#" * 1_000_001)
-    monkeypatch.setattr("verify.data.mission_rooms.MAX_NODES", 100)
+    monkeypatch.setattr("verify.data.files.mission_rooms.MAX_NODES", 100)
     long = "format: 1\nregions: {" + ", ".join(f"r{i}: [1, 2, 3]" for i in range(20)) + "}\n"
     assert "more than 100 keys and values" in refusal(tmp_path, mission=listed, lab=long, more=long.replace("r", "q"))
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.paths.gaussian import Search
+from ltlplan.paths.optimiser.gaussian import Search
 
 Floats = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from ruamel.yaml import YAML
 
+from verify.data.files.mission_rooms import INCLUDE, MAX_BYTES, ROOM_KEYS, with_rooms, without_rooms
+from verify.data.files.mission_tree import MissionTree, read_tree
 from verify.data.mission import Mission
-from verify.data.mission_rooms import INCLUDE, MAX_BYTES, ROOM_KEYS, with_rooms, without_rooms
-from verify.data.mission_tree import MissionTree, read_tree
 from verify.data.rules.faults import MissionError, sound_sections
 from verify.data.rules.kinds import unused_tables
 from verify.data.rules.missions import broken_rules

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.kept_clear import KeptRegion, room
-from ltlplan.paths.sampled_paths import ellipsoid_level, final_states, samples_near, scaled_level
+from ltlplan.paths.sampling.sampled_paths import ellipsoid_level, final_states, samples_near, scaled_level
 from ltlplan.ways.solids import NO_SOLIDS, Solids
 from verify.data import Mission, RobotPlan
 

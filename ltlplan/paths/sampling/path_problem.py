@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.paths.costs import Cost, SampledPaths, Sampling, WeightedCost, evaluate
-from ltlplan.paths.least_snap_spline import LeastSnapSpline
-from ltlplan.paths.word_filter import WordFilter, word_filter
+from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
+from ltlplan.paths.sampling.word_filter import WordFilter, word_filter
 from verify.data import Mission, RobotPlan
 
 Floats = NDArray[np.float64]

@@ -14,7 +14,7 @@ from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
 from verify.data.vehicle import Vehicle
 
-PAGE = Path(__file__).parents[3] / "docs" / "missions.md"
+PAGE = Path(__file__).parents[4] / "docs" / "missions.md"
 SECTIONS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("Top level", Mission),
     ("`spec`", Spec),

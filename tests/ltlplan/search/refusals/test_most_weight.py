@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ltlplan.logic.budget import TooLarge
-from ltlplan.search.most_weight import MostWeight, Parts, comparable
+from ltlplan.search.refusals.most_weight import MostWeight, Parts, comparable
 
 CORES = st.lists(st.frozensets(st.integers(0, 5), min_size=1, max_size=3), max_size=5)
 WEIGHTS = st.lists(st.sampled_from([0.1, 0.2, 0.3, 1.0, 2.5]), min_size=6, max_size=6)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ltlplan.logic.conjunction import conjuncts
-from ltlplan.search.most_weight import MostWeight, Parts
-from ltlplan.search.unsatisfiable_cores import NoPlan
+from ltlplan.search.refusals.most_weight import MostWeight, Parts
+from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
 from verify.data import Mission, parse_formula
 
 _SEARCHES = 40

@@ -6,7 +6,7 @@ import pytest
 
 from ltlplan import parse_mission
 from ltlplan.search.exact import assign
-from ltlplan.search.unsatisfiable_cores import NoPlan
+from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
 from verify.data import Mission
 
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from ltlplan.paths.quantile import (
+from ltlplan.paths.optimiser.quantile import (
     check_quantile,
     directions,
     quantile_radius,

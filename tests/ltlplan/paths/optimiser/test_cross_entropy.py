@@ -5,13 +5,13 @@ import pytest
 
 from ltlplan.missions import load_mission
 from ltlplan.paths.costs import CostError, WeightedCost, plan_cost
-from ltlplan.paths.cross_entropy import improve, minimise, options_of, searches
-from ltlplan.paths.gaussian import Options, Search
 from ltlplan.paths.hoops import route, route_sequence
-from ltlplan.paths.least_snap_spline import nominal_trajectory
-from ltlplan.paths.path_problem import path_problem
+from ltlplan.paths.optimiser.cross_entropy import improve, minimise, options_of, searches
+from ltlplan.paths.optimiser.gaussian import Options, Search
+from ltlplan.paths.optimiser.populations import Tournament
 from ltlplan.paths.path_result import flown_pieces
-from ltlplan.paths.populations import Tournament
+from ltlplan.paths.sampling.least_snap_spline import nominal_trajectory
+from ltlplan.paths.sampling.path_problem import path_problem
 from ltlplan.pipeline import certified_team
 from tests.benchmarks.hoops_scenarios import LIMIT, lengths, under_the_limit, wide_course
 from tests.helpers.courses import courses

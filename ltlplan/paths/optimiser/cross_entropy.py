@@ -1,6 +1,6 @@
 """Cross-entropy optimisation of a nominal path (Algorithm 2 of the 2019 paper), a whole round at a time.
 
-`Search` (`ltlplan.paths.gaussian`) is one Gaussian, asked for candidates and told their costs; `Tournament` is several that share
+`Search` (`ltlplan.paths.optimiser.gaussian`) is one Gaussian, asked for candidates and told their costs; `Tournament` is several that share
 a round, of which the best one stays. `minimise` is their loop over any cost of arrays; `improve` builds the path problem
 from one robot's plan: the Gaussian is over n equidistant points of the nominal path, and only paths whose labels show the
 planned word, through every hoop on the planned side, count. Paths that are kept are judged for all times before they are
@@ -18,11 +18,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ltlplan.paths.costs import Cost, cost_of, plan_cost
 from ltlplan.paths.final_hover import then_hovering, until_hover
-from ltlplan.paths.gaussian import Options, Search
-from ltlplan.paths.least_snap_spline import LeastSnapSpline
-from ltlplan.paths.path_problem import PathProblem, path_problem
+from ltlplan.paths.optimiser.gaussian import Options, Search
+from ltlplan.paths.optimiser.populations import Tournament
 from ltlplan.paths.path_result import candidate_plans, flown_pieces
-from ltlplan.paths.populations import Tournament
+from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
+from ltlplan.paths.sampling.path_problem import PathProblem, path_problem
 from verify.data import BadInput, Mission, RobotPlan
 from verify.data.progress import Progress
 from verify.data.trajectory import PIECES

@@ -7,9 +7,9 @@ from collections.abc import Collection, Sequence
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunct_readers import Deterministic
 from ltlplan.logic.task import Task
-from ltlplan.search.heuristic import MAX_TABLE
+from ltlplan.search.bounds.heuristic import MAX_TABLE
+from ltlplan.search.bounds.spanning_tree import SpanningTreeBound
 from ltlplan.search.reduced_graph import ReducedGraph
-from ltlplan.search.spanning_tree import SpanningTreeBound
 from verify.data import Letter
 
 MAX_GOALS = 40  # propositions that a conjunct's states are asked about

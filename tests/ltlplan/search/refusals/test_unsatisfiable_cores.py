@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from ltlplan.logic.conjunction import conjuncts
 from ltlplan.missions import load_mission
 from ltlplan.search.exact import assign
-from ltlplan.search.unsatisfiable_cores import NoPlan
+from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
 from tests.helpers.worlds import world
 from tests.strategies import formulas
 from verify.data import Formula, Mission, parse_formula

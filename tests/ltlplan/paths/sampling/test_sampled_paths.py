@@ -7,9 +7,9 @@ from ltlplan import translate
 from ltlplan.missions import load_mission
 from ltlplan.paths.costs import Sampling
 from ltlplan.paths.hoops import route, route_sequence
-from ltlplan.paths.least_snap_spline import LeastSnapSpline
-from ltlplan.paths.sampled_paths import label, run
-from ltlplan.paths.word_filter import word_filter
+from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
+from ltlplan.paths.sampling.sampled_paths import label, run
+from ltlplan.paths.sampling.word_filter import word_filter
 from tests.helpers.courses import courses
 from verify.data import Visit, Word, parse_mission
 

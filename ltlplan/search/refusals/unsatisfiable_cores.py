@@ -18,8 +18,8 @@ from ltlplan.logic.automaton import DEAD, representative_letters
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.logic.task import Task
-from ltlplan.search.altered_systems import leaving_at_once, sure_at_walls, with_internal, without, without_free_flight
 from ltlplan.search.reduced_graph import Team
+from ltlplan.search.refusals.altered_systems import leaving_at_once, sure_at_walls, with_internal, without, without_free_flight
 from ltlplan.search.team_search import cheapest_path
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.shared_walls import wall_sentence

@@ -5,7 +5,7 @@ import ruamel.yaml
 
 from ltlplan.missions import load_mission, shipped_missions
 from verify.data import BadInput, Mission, MissionError, mission_to_yaml, parse_mission
-from verify.data.mission_file import MAX_BYTES
+from verify.data.files.mission_file import MAX_BYTES
 
 GOOD = """\
 format: 1
