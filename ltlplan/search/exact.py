@@ -19,7 +19,7 @@ from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.task import Task
 from ltlplan.search.endurance import over_endurance, require_endurance
-from ltlplan.search.joint.team_words import joint_possible, plan_joint
+from ltlplan.search.joint.team_words import joint_possible, plan_joint, plan_joint_makespan
 from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso
 from ltlplan.search.lassos.word_lasso import closes_at_once, improve_lasso
 from ltlplan.search.makespan import Rule, plan_makespan
@@ -133,10 +133,13 @@ def _assign(mission: Mission, cost: Cost | None, metre: Mapping[str, float] | No
         return lasso
     automata = conjunct_automata(_asked(mission, each), "finite", budget=budget)
     joint = mission.spec.team == "joint" and len(each) > 1
+    longest, most = mission.planner.objective == "longest" and len(each) > 1, systems.most_costs()
     bound, exhausted = 0.0, False  # on the bottleneck's cost, where that is what counts
     if joint:
-        most = systems.most_costs()
-        found = plan_joint(each, automata, budget, most)
+        if longest:
+            found, bound, exhausted = plan_joint_makespan(each, automata, budget, most)
+        else:
+            found = plan_joint(each, automata, budget, most)
         if found.run is None and found.first is not None and most is not None and found.refused is None:
             raise over_endurance(
                 mission, systems, _assignment(mission, each, replace(found, run=found.first), 0.0, False).robots
@@ -144,7 +147,6 @@ def _assign(mission: Mission, cost: Cost | None, metre: Mapping[str, float] | No
     else:
         team = Team(each)
         task = Task(automata, team.letters, team.walls)
-        longest, most = mission.planner.objective == "longest" and len(each) > 1, systems.most_costs()
         if longest or most is not None:
             found, bound, exhausted = plan_makespan(team, task, budget, Rule(longest, most))
             if found.run is None and most is not None:
@@ -203,10 +205,7 @@ def _assignment(
         notes.append(f"{found.stopped.shortage} This plan holds in every order of the robots; a cheaper one may exist.")
     if mission.planner.objective == "sum" or len(robots) == 1:
         return Assignment(robots, total, least, found.stopped is None, found.tried, tuple(notes))
-    if mission.spec.team == "joint":
-        exhausted, bound = False, least / len(robots)
-        notes.append("Under `team: joint` the plan has the smallest sum of costs; its dearest robot may not be the cheapest.")
-    elif not exhausted:
+    if not exhausted:
         notes.append("Finding the cheapest dearest robot takes too many states; the plan has the smallest sum of costs.")
     return Assignment(robots, bottleneck, bottleneck if exhausted else bound, exhausted, found.tried, tuple(notes))
 

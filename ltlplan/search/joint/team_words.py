@@ -54,6 +54,32 @@ def plan_joint(
     return within if within.run is not None else replace(within, first=found.run, refused=None)
 
 
+def plan_joint_makespan(
+    systems: Sequence[TransitionSystem], automata: Sequence[Automaton], budget: Budget, most: Sequence[float] | None = None
+) -> tuple[PlanningOutcome, float, bool]:
+    """Return the plan whose dearest robot costs least, a lower bound on that, and whether the search was exhausted.
+
+    Where it was not, the plan is the one with the smallest sum of costs.
+
+    Args:
+        systems: One for each robot.
+        automata: One for each conjunct.
+        budget: Bounds on the search.
+        most: What each robot may cost at most, as in `plan_joint`.
+
+    Raises:
+        TooLarge: A budget was used up before any plan was found.
+    """
+    by_sum = plan_joint(systems, automata, budget, most)
+    if by_sum.run is None:
+        return by_sum, 0.0, False
+    joint = JointTask(systems, automata)
+    found, exhausted = best_by_rule(
+        joint.graph, joint.search_states, joint.broken, joint.failing_order, budget, Rule(longest=True, most=most)
+    )
+    return (found if exhausted else by_sum), found.bound, exhausted
+
+
 def joint_possible(systems: Sequence[TransitionSystem], automata: Sequence[Automaton], budget: Budget) -> bool:
     """Tell whether any plan keeps the formula in the systems' order.
 

@@ -53,6 +53,34 @@ def test_joint_plans_against_brute_force(formula: Formula) -> None:
     assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, reading="joint").sequential
 
 
+@pytest.mark.parametrize(
+    "formula",
+    ["F a & F b", "F(a & F b)", "F a & F b & G !(a & b)", "F(a & b)", "F b & G(b -> a)", "F a & F G b", "F(a & F(b & F a))"],
+)
+def test_the_dearest_robot_of_a_joint_team_against_brute_force(formula: str) -> None:
+    starts = ((-0.5, -0.5), (1.0, 2.5))
+    mission = world(formula, regions=NEAR, robots=2, team="joint", objective="longest", starts=starts)
+    tours = [(), ("a",), ("b",), ("a", "b"), ("b", "a"), ("a", "b", "a"), ("b", "a", "b")]
+    options = []
+    for name, start in zip(mission.agents, starts, strict=True):
+        shown = [(tour, stays) for tour in tours for stays in ((True, False) if tour else (False,))]
+        lengths = {t: sum(math.dist(p, q) for p, q in itertools.pairwise([start, *(NEAR[r] for r in t)])) for t in tours}
+        options.append([(lengths[t], word_of(mission, name, [Visit(region=r) for r in t], stays=stays)) for t, stays in shown])
+    kept = [
+        max(one[0], two[0])
+        for one, two in itertools.product(*options)
+        if check_team(mission.formula, {"quad0": one[1], "quad1": two[1]}, reading="joint").sequential
+    ]
+    if not kept:
+        with pytest.raises(NoPlan):
+            assign(mission)
+        return
+    plan = assign(mission)
+    assert plan.complete
+    assert plan.cost == pytest.approx(min(kept))
+    assert plan.lower_bound == pytest.approx(min(kept), abs=1e-5)
+
+
 def test_meetings_need_two_robots() -> None:
     with pytest.raises(NoPlan):
         assign(world("F(a & b)", regions=NEAR, robots=1, team="joint"))
