@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from ltlplan.report.views import views_html
 from refine import refine
 from tests.helpers.pages import MOST_BYTES
 from tests.helpers.shipped import WORLD_MISSIONS
-from verify.data import Mission
+from verify.data import Mission, Plan
 from verify.data.shapes.solid_parts import solid_parts
 
 ASKED = {
@@ -25,6 +26,11 @@ ASKED = {
 }
 
 
+@functools.cache
+def planned(name: str) -> Plan:
+    return ltlplan.plan(ltlplan.load_mission(name))
+
+
 def clear_of_solids(mission: Mission, points: np.ndarray, keep: float) -> bool:
     """Tell whether points, m, are so far from all that is solid. Shape (n, 3)."""
     return all(part.distances(points).min() > keep for part in solid_parts(mission.obstacles, mission.hoops))
@@ -32,8 +38,8 @@ def clear_of_solids(mission: Mission, points: np.ndarray, keep: float) -> bool:
 
 @pytest.mark.parametrize("name", WORLD_MISSIONS)
 def test_a_mission_of_the_world_is_shared_by_its_robots_along_ways_that_are_there(name: str) -> None:
-    mission = ltlplan.load_mission(name)
-    plan = ltlplan.plan(mission)
+    plan = planned(name)
+    mission = plan.mission
     visited = {visit.region for robot in plan.robots.values() for visit in robot.visits}
     assert ASKED.get(name, set()) <= visited
     for robot, flown in plan.robots.items():
@@ -63,7 +69,7 @@ def test_robots_that_change_places_cannot_pass_above_each_other_and_end_where_th
     mission = ltlplan.load_mission("wall-swap")
     low, high = mission.workspace.min[2], mission.workspace.max[2]
     assert high - low - 2 * mission.margin < mission.separation + 2 * mission.margin
-    plan = ltlplan.plan(mission)
+    plan = planned("wall-swap")
     ends = {name: robot.visits[-1].region for name, robot in plan.robots.items()}
     assert ends == {"quad0": "goal0", "quad1": "goal1", "quad2": "goal2", "quad3": "goal3"}
     team = refine(plan)

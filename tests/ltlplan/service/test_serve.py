@@ -103,13 +103,8 @@ def test_a_service_with_tokens_stops_in_order_and_goes_on(tmp_path: Path) -> Non
         assert http.get("/api/jobs").status_code == 401
     with ltlplan.Client(served.url, token=token) as client:
         job = client.submit_text(ONE_HOOP)
-        second = subprocess.run(
-            [sys.executable, "-m", "ltlplan", "serve", "--data", str(served.data), "--port", "0"],
-            capture_output=True,
-            text=True,
-        )
-        assert second.returncode == 2
-        assert f"is in use by another `ltlplan serve` (process {served.pid})" in second.stderr
+        second = refused("--data", str(served.data), "--port", "0")
+        assert f"is in use by another `ltlplan serve` (process {served.pid})" in second
     process.send_signal(signal.SIGINT)
     assert process.wait(30) == 0
     log = (tmp_path / "data.log").read_text()

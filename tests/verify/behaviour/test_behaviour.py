@@ -23,9 +23,23 @@ def judged(formula: str, *lines: Timeline, team: str = "own", relations: Relatio
     return judge_formula(asked, {line.robot: line for line in lines}, relations, **options)[0]
 
 
-@settings(max_examples=25, deadline=None)
-@given(formulas(size=8), st.lists(timelines(), min_size=1, max_size=3), st.sampled_from(["own", "joint"]), st.randoms())
+FLOWN = given(formulas(size=8), st.lists(timelines(), min_size=1, max_size=3), st.sampled_from(["own", "joint"]), st.randoms())
+
+
+@settings(max_examples=12, deadline=None)
+@FLOWN
 def test_no_possible_flight_breaks_what_is_said_to_hold(formula, lines, team, rng: Random):
+    assert_no_flight_breaks_it(formula, lines, team, rng)
+
+
+@pytest.mark.slow
+@settings(max_examples=300, deadline=None)
+@FLOWN
+def test_of_many_none_breaks_what_is_said_to_hold(formula, lines, team, rng: Random):
+    assert_no_flight_breaks_it(formula, lines, team, rng)
+
+
+def assert_no_flight_breaks_it(formula, lines, team, rng: Random):
     asked = mission(str(formula), team=team, robots=len(lines))
     named = {f"q{i}": Timeline(f"q{i}", line.initial, line.changes, line.duration) for i, line in enumerate(lines)}
     verdict = judge_formula(asked, named, Relations(), budget=5_000)[0]

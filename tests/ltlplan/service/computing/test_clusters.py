@@ -35,7 +35,7 @@ def machines() -> Iterator[LocalCluster]:
 
 @pytest.fixture(scope="module")
 def cluster(machines: LocalCluster) -> Iterator[Cluster]:
-    with Cluster(machines.address, seconds=60.0, megabytes=1500) as found:
+    with Cluster(machines.address, seconds=60.0, megabytes=600) as found:
         assert until(lambda: found.count == 2)
         yield found
 
@@ -69,7 +69,7 @@ def test_an_error_comes_back_with_its_class_its_words_and_what_it_carries(cluste
 
 
 def test_work_is_held_to_its_bounds_there_too(cluster: Cluster) -> None:
-    with pytest.raises(OutOfMemory, match="1500 MB"):
+    with pytest.raises(OutOfMemory, match="600 MB"):
         cluster.submit(work.take_memory).result(60)
 
 
