@@ -98,15 +98,16 @@ class _Robot:
 def _column(status: Status, changes: Sequence[tuple[Fraction, Fraction, Status]], times: Sequence[Fraction]) -> list[Status]:
     """Return a name's status at each time and in each gap after one."""
     column: list[Status] = []
+    may: Status = "may"
     place = {time: 2 * i for i, time in enumerate(times)}
     for low, high, after in changes:
         first, last = place[low], place[high]
-        column.extend([status] * (first - len(column)))
+        column.extend(itertools.repeat(status, first - len(column)))
         for slot in range(first, len(column)):
-            column[slot] = "may"
-        column.extend(["may"] * (last + 1 - len(column)))
+            column[slot] = may
+        column.extend(itertools.repeat(may, last + 1 - len(column)))
         status = after
-    column.extend([status] * (2 * len(times) - 1 - len(column)))
+    column.extend(itertools.repeat(status, 2 * len(times) - 1 - len(column)))
     return column
 
 
