@@ -61,6 +61,10 @@ EQUIVALENT: dict[str, str] = {
     ),
     "_covering: True -> False #1": "every letter's column has a row for each state",
     "_Flight.actions: False -> True #1": "where a robot begins is all that is asked of its first entry",
+    "surface_of: np.abs(corners @ body.normals.T - body.distances) <= _ON * (1 + np.abs(corners).max(initial=0.0)) -> "
+    "np.abs(corners @ body.normals.T - body.distances) < _ON * (1 + np.abs(corners).max(initial=0.0))": (
+        "a corner lies on a face but for rounding, or much farther away"
+    ),
     "moved: True -> False": "points of three coordinates are paired, always",
 }
 """By the fault's name."""

@@ -234,6 +234,8 @@ def test_a_team_has_no_infinite_trace() -> None:
 def test_limits_only_tighten() -> None:
     assert "above the vehicle's own" in faults(GOOD + "limits: {speed: 99.0}\n")
     assert "cannot hold the vehicle's weight" in faults(GOOD + "limits: {thrust_max: 0.1}\n")
+    assert "is not below the vehicle's weight" in faults(GOOD + "limits: {thrust_min: 0.4}\n")
+    assert parse_mission(GOOD + "limits: {thrust_min: 0.2}\n").effective_limits.thrust_min == 0.2
 
 
 def test_a_vehicle_that_cannot_hover_is_refused() -> None:

@@ -1,9 +1,12 @@
 """Nearest points of convex bodies against a general optimiser, and against what must hold of any nearest point."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from verify.data.shapes.measures import outline
 from verify.data.shapes.nearest import surface_of
 from verify.data.shapes.obstacle import Obstacle
 
@@ -12,10 +15,11 @@ SHAPES = [
     {"center": (0, 0, 0), "size": (0.05, 2.0, 0.5), "yaw_deg": 20},
     {"center": (0, 0, 0), "cylinder": {"radius": 0.3, "height": 1.0}},
     {"prism": {"polygon": [[0, 0], [1, 0], [0.5, 0.7]], "z": [0, 0.05]}},
+    {"center": (0, 0, 0), "parts": [[{"linear": signs, "bound": 0.5} for signs in itertools.product((1, -1), repeat=3)]]},
 ]
 
 
-@pytest.mark.parametrize("shape", SHAPES, ids=["ellipsoid", "box", "cylinder", "prism"])
+@pytest.mark.parametrize("shape", SHAPES, ids=["ellipsoid", "box", "cylinder", "prism", "octahedron"])
 def test_nearest_points_are_an_optimisers(shape: dict[str, object]) -> None:
     part = Obstacle.model_validate(shape).body[0]
     surface = surface_of(part)
@@ -33,7 +37,7 @@ def test_nearest_points_are_an_optimisers(shape: dict[str, object]) -> None:
         assert distance == pytest.approx(np.sqrt(best.fun), abs=2e-6)
 
 
-@pytest.mark.parametrize("shape", SHAPES, ids=["ellipsoid", "box", "cylinder", "prism"])
+@pytest.mark.parametrize("shape", SHAPES, ids=["ellipsoid", "box", "cylinder", "prism", "octahedron"])
 def test_the_way_to_the_nearest_point_parts_the_body_from_the_point(shape: dict[str, object]) -> None:
     part = Obstacle.model_validate(shape).body[0]
     surface, rng = surface_of(part), np.random.default_rng(1)
@@ -44,3 +48,16 @@ def test_the_way_to_the_nearest_point_parts_the_body_from_the_point(shape: dict[
     within = within[surface.body.depths(within) >= 0]
     ways = points - nearest
     assert np.max(within @ ways.T - np.einsum("ni,ni->n", nearest, ways)) < 1e-9
+
+
+@pytest.mark.parametrize(
+    "shape", [*SHAPES, {"center": (0, 0, 0), "parts": [[{"quadratic": np.diag([40.0, 20.0, 60.0]).tolist(), "bound": 4.0}]]}]
+)
+def test_an_outline_is_close_around_its_body(shape: dict[str, object]) -> None:
+    surface = surface_of(Obstacle.model_validate(shape).body[0])
+    corners, ways = outline(surface.body), np.random.default_rng(2).normal(size=(200, 3))
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    reaches = np.array([surface.reaches(way) for way in ways])
+    around = (ways @ corners.T).max(axis=1)
+    assert np.all(around >= reaches - 1e-9)
+    assert np.all(around <= reaches + 0.25 * np.abs(reaches))
