@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ltlplan.logic.budget import DEFAULT_BUDGET
+from ltlplan.logic.budget import DEFAULT_BUDGET, TooLarge
 from ltlplan.search.exact import assign
 from ltlplan.search.refusals.most_weight import Kept, MostWeight, Parts
 from verify.data import Infeasible, Mission, Plan, Unsatisfiable, Word
@@ -60,7 +60,11 @@ def _planned(mission: Mission, parts: Parts, planned: Callable[[Mission, Progres
     """Plan with as few parts demanded as make the cheapest words keep all of some."""
     demanded: Parts = frozenset()
     while demanded != parts:
-        words = {name: does.word for name, does in assign(_asking(mission, demanded)).robots.items()}
+        try:
+            words = {name: does.word for name, does in assign(_asking(mission, demanded)).robots.items()}
+        except TooLarge:  # with fewer parts; with all it was not
+            demanded = parts
+            break
         missing = parts - kept_by_words(mission, words)
         if not missing:
             break
