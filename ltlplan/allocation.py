@@ -16,6 +16,7 @@ import numpy as np
 from numpy.random import Generator
 
 from verify.data import Mission, RobotPlan, Visit, Word
+from verify.data.plan import Meeting
 from verify.data.progress import Progress, silent
 from verify.data.shapes.inequalities import Point
 
@@ -69,6 +70,7 @@ class Allocation:
         lower_bound: No allocation has a smaller objective, where the method proves one.
         complete: Whether the method has ruled out cheaper ones.
         notes: Sentences for a person.
+        meetings: Arrivals that others wait for before they set out.
     """
 
     robots: Mapping[str, Itinerary]
@@ -78,6 +80,7 @@ class Allocation:
     lower_bound: float | None = None
     complete: bool = False
     notes: tuple[str, ...] = ()
+    meetings: tuple[Meeting, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,6 +20,9 @@ from verify.data.choices import PLANNING_METHODS
 from verify.data.language.counting import first_count
 from verify.data.progress import Progress, silent
 
+_NO_COUNTS = ("mtac-e", "online-mtac-e")
+"""Methods that hand tasks from one robot to the next, and know nothing of several at one time."""
+
 SEQUENCE = "sequence"
 """What `Plan.method` says where the mission's own sequence of passages is flown."""
 
@@ -51,12 +54,11 @@ def make_plan(
         say("laying the path through the sequence of hoops", 0.2)
         nominal = nominal_sequence(mission)
         return plan_of(mission, nominal.allocation, _improved(mission, nominal.paths, rng, say), method=SEQUENCE)
-    if (count := first_count(mission.formula)) is not None:
-        raise BadInput(
-            f"`{count}` speaks of single robots or of how many there are, which is judged (`ltlplan certify`, `verify.check_team`) but not "
-            "planned yet."
-        )
     named = mission.planner.method if method is None else method
+    if isinstance(named, str) and named in _NO_COUNTS and (count := first_count(mission.written)) is not None:
+        raise BadInput(
+            f"`{count}` speaks of single robots or of how many there are, which `{named}` does not plan; `planner.method: exact` does."
+        )
     allocate = PLANNING_METHODS.resolve(named)
     name = named if isinstance(named, str) else getattr(named, "__name__", type(named).__name__)
 
@@ -109,6 +111,7 @@ def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotP
         cost=team_cost(mission, costs),
         lower_bound=allocation.lower_bound,
         complete=allocation.complete,
+        meetings=allocation.meetings,
         notes=allocation.notes if minimised is None else (*allocation.notes, f"Minimised: {minimised}."),
     )
 

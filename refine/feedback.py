@@ -9,7 +9,7 @@ import numpy as np
 
 from refine.limits.values import LIMIT_NAMES
 from verify.data import Plan, Witness
-from verify.data.plan import Precedence
+from verify.data.plan import Meeting, Precedence
 
 
 @dataclass(frozen=True)
@@ -20,13 +20,13 @@ class Feedback:
         limits: (robot, limit): factor in (0, 1] by which it is tightened.
         clearance: Robot: m on top of the margin.
         distance: m on top of the separation.
-        precedences: More waits.
+        precedences: Waits: those of the plan, its meetings, and more.
     """
 
     limits: dict[tuple[str, str], float]
     clearance: dict[str, float]
     distance: float
-    precedences: tuple[Precedence, ...]
+    precedences: tuple[Precedence | Meeting, ...]
 
 
 def feedback_of(plan: Plan, witnesses: tuple[Witness, ...]) -> Feedback:
@@ -54,7 +54,7 @@ def feedback_of(plan: Plan, witnesses: tuple[Witness, ...]) -> Feedback:
         limits,
         {name: 5e-3 * count for name, count in clearance.items()},
         distance,
-        tuple(Precedence(first=f, then=t) for f, t in unique),
+        (*(Precedence(first=f, then=t) for f, t in unique), *plan.meetings),
     )
 
 

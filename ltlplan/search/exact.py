@@ -18,6 +18,9 @@ from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.task import Task
+from ltlplan.search.counts.meetings import meetings_of
+from ltlplan.search.counts.planning import plan_counts
+from ltlplan.search.counts.refusals import no_counted_plan
 from ltlplan.search.endurance import over_endurance, require_endurance
 from ltlplan.search.joint.team_words import joint_possible, plan_joint, plan_joint_makespan
 from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso
@@ -31,8 +34,10 @@ from ltlplan.systems.robot_systems import Systems, unit_cost
 from ltlplan.systems.transition_systems import Cost, Node, TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
 from verify.data import Formula, Infeasible, InternalError, Mission, Unsatisfiable, Visit, Word
+from verify.data.language.counting import Atom, atoms
 from verify.data.language.formula import FALSE
 from verify.data.language.word import stutter_free
+from verify.data.plan import Meeting
 from verify.data.shapes.inequalities import Point
 
 TIES = 1e-6  # m, more than the tiny amounts that break ties between equally dear plans add up to
@@ -51,6 +56,7 @@ class Assignment:
         complete: Whether the search was exhausted, so that no plan is cheaper.
         tried: Complete plans that were checked in every order.
         notes: Sentences for a person.
+        meetings: Arrivals that others wait for before they set out.
     """
 
     robots: dict[str, Itinerary]
@@ -59,6 +65,7 @@ class Assignment:
     complete: bool
     tried: int
     notes: tuple[str, ...] = ()
+    meetings: tuple[Meeting, ...] = ()
 
 
 def assign(
@@ -131,7 +138,12 @@ def _assign(mission: Mission, cost: Cost | None, metre: Mapping[str, float] | No
         lasso = _assign_lasso(mission, systems, each[0], budget)
         require_endurance(mission, systems, lasso.robots)
         return lasso
-    automata = conjunct_automata(_asked(mission, each), "finite", budget=budget)
+    asked = _asked(mission, each)
+    if len(each) > 1 and mission.written.counts:
+        counted = _assign_counted(mission, systems, each, asked, atoms(asked), budget)
+        require_endurance(mission, systems, counted.robots)
+        return counted
+    automata = conjunct_automata(asked, "finite", budget=budget)
     joint = mission.spec.team == "joint" and len(each) > 1
     longest, most = mission.planner.objective == "longest" and len(each) > 1, systems.most_costs()
     bound, exhausted = 0.0, False  # on the bottleneck's cost, where that is what counts
@@ -160,6 +172,38 @@ def _assign(mission: Mission, cost: Cost | None, metre: Mapping[str, float] | No
     plan = _assignment(mission, each, found, bound, exhausted)
     require_endurance(mission, systems, plan.robots)
     return replace(plan, notes=(*plan.notes, *_sizes(each, automata, found), *systems.unclear()))
+
+
+def _assign_counted(
+    mission: Mission,
+    systems: Systems,
+    each: list[TransitionSystem],
+    asked: Formula,
+    known: dict[str, Atom],
+    budget: Budget,
+) -> Assignment:
+    """Plan a formula that counts robots or names them: words, and who waits for whom."""
+    kinds = [mission.alike_as(name) for name in mission.agents]
+    found = plan_counts(each, kinds, conjunct_automata(asked, "finite", budget=budget), known, budget)
+    if found is None:
+        raise no_counted_plan(mission, each, kinds, asked)
+    robots = {name: itinerary(system, path) for name, system, path in zip(mission.agents, each, found.paths, strict=True)}
+    total = sum(robot.cost for robot in robots.values())
+    complete = found.exact and total <= found.bound + TIES
+    notes = [f"The search reached {found.reached:,} states: how many robots rest where, and what is done."]
+    if not complete:
+        notes.append("A cheaper plan was not ruled out: who flies what was decided after how many fly where.")
+    waits = meetings_of(each, found)
+    if waits:
+        notes.append(
+            f"Robots wait for each other: the plan has {len(found.stages)} stages, each begun when the one before has ended."
+        )
+    least = found.bound if found.exact else 0.0
+    longest = mission.planner.objective == "longest" and len(robots) > 1
+    if longest:
+        notes.append("With counts the plan has the smallest sum of costs; its dearest robot may not be the cheapest.")
+        total, least = max(robot.cost for robot in robots.values()), least / len(robots)
+    return Assignment(robots, total, least, complete and not longest, 1, (*notes, *systems.unclear()), tuple(waits))
 
 
 def _asked(mission: Mission, systems: Sequence[TransitionSystem]) -> Formula:

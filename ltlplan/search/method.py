@@ -38,7 +38,12 @@ def exact(mission: Mission, context: Context) -> Allocation:
     else:
         found = assign(mission)
     return Allocation(
-        robots=found.robots, cost=found.cost, lower_bound=found.lower_bound, complete=found.complete, notes=found.notes
+        robots=found.robots,
+        cost=found.cost,
+        lower_bound=found.lower_bound,
+        complete=found.complete,
+        notes=found.notes,
+        meetings=found.meetings,
     )
 
 

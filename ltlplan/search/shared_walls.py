@@ -16,7 +16,8 @@ from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
 from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
 from ltlplan.systems.shared_walls import Crossing, Walls, wall_sentence
-from verify.data import Infeasible, Letter, Mission, Word, parse_formula
+from verify.data import Infeasible, Letter, Mission, Word
+from verify.data.language.counting import written_out
 from verify.data.language.formula import FREE
 from verify.data.language.free import in_no_region
 
@@ -41,6 +42,8 @@ def open_wall(mission: Mission, words: Mapping[str, Word]) -> OpenWall | None:
         mission: Whose rooms and formula.
         words: Each robot's, in the mission's order; they satisfy the formula as planned.
     """
+    if mission.written.counts and len(mission.agents) > 1:
+        return None  # their words hold in one order alone; the certificate will tell
     walls = Walls(mission)
     crossings = {name: walls.on(word.letters, (word.cycle or ())[:1]) for name, word in words.items()}
     if not any(crossings.values()):
@@ -88,7 +91,7 @@ def _others(word: Word, crossings: Sequence[Crossing]) -> Iterator[Word]:
 def _breaks(mission: Mission) -> Callable[[Mapping[str, Word]], str | None]:
     """Return what tells which part of the formula some words break, as the user wrote it; None where they keep it."""
     free = {FREE: in_no_region(mission.all_regions)}
-    written = conjuncts(parse_formula(mission.spec.formula or "true", mission.propositions))
+    written = conjuncts(written_out(mission.written, tuple(mission.agents)))
     parts = {str(part): conjunct_automata(part.substitute(free), mission.spec.trace) for part in written}
 
     def breaks(words: Mapping[str, Word]) -> str | None:

@@ -17,7 +17,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from refine.spline.values import Spline
-from verify.data.plan import Precedence
+from verify.data.plan import Meeting, Precedence
+
+Wait = Precedence | Meeting
+"""What one robot waits for: that another one has left a visit, or has arrived at one."""
 
 Floats = NDArray[np.float64]
 
@@ -40,6 +43,7 @@ class ScheduledPath:
         name: The robot's.
         path: From its departure; before and after it hovers. At least three axes.
         visits: (enter, leave) of each visit in s after departure.
+        inner: Between which times of each visit it is in the region by more than the margin.
         earliest: Least departure, s.
     """
 
@@ -47,6 +51,19 @@ class ScheduledPath:
     path: Spline
     visits: tuple[tuple[float, float], ...]
     earliest: float
+    inner: tuple[tuple[float, float], ...] = ()
+
+    def done(self, wait: Wait) -> float:
+        """Return when it has done what others wait for, in s after departure."""
+        visit = wait.first[1]
+        return self.inner[visit][0] + 2 * GRID if isinstance(wait, Meeting) else self.visits[visit][1]
+
+    def due(self, wait: Wait) -> float:
+        """Return when it does what waits for others, in s after departure."""
+        visit = wait.then[1]
+        if isinstance(wait, Meeting):
+            return self.inner[visit - 1][1] if visit else 0.0
+        return self.visits[visit][0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +90,7 @@ def departures(
     *,
     distance: float,
     z_scale: float,
-    precedences: Sequence[Precedence] = (),
+    precedences: Sequence[Wait] = (),
     given: Mapping[str, float] | None = None,
 ) -> dict[str, float] | DepartureConflict:
     """Return departure times in s by robot, the shortest team time among the orders that were tried.
@@ -93,7 +110,7 @@ def departures(
 
 
 def _in_some_order(
-    flights: Sequence[ScheduledPath], pairs: _Pairs, precedences: Sequence[Precedence], given: Mapping[str, float] | None
+    flights: Sequence[ScheduledPath], pairs: _Pairs, precedences: Sequence[Wait], given: Mapping[str, float] | None
 ) -> dict[str, float] | DepartureConflict:
     """Return the shortest team time's departures among the orders that are tried."""
     best: tuple[float, float, dict[str, float]] | None = None
@@ -239,7 +256,7 @@ class _Pairs:
 def _in_order(
     order: Sequence[ScheduledPath],
     pairs: _Pairs,
-    precedences: Sequence[Precedence],
+    precedences: Sequence[Wait],
     given: Mapping[str, float],
 ) -> dict[str, float] | DepartureConflict:
     """Give each robot the earliest departure that those before it in the order allow."""
@@ -248,12 +265,11 @@ def _in_order(
     for flight in order:
         least, latest = flight.earliest, np.inf
         for precedence in precedences:
-            (first, left), (then, right) = precedence.first, precedence.then
+            (first, _), (then, _) = precedence.first, precedence.then
             if then == flight.name and first in chosen:
-                wait = chosen[first] + by_name[first].visits[left][1] - flight.visits[right][0] + GRID / 2
-                least = max(least, wait)
+                least = max(least, chosen[first] + by_name[first].done(precedence) - flight.due(precedence) + GRID / 2)
             if first == flight.name and then in chosen:
-                latest = min(latest, chosen[then] + by_name[then].visits[right][0] - flight.visits[left][1] - GRID / 2)
+                latest = min(latest, chosen[then] + by_name[then].due(precedence) - flight.done(precedence) - GRID / 2)
         if flight.name in given:
             departure = given[flight.name]
             other = pairs.met(flight.name, departure, chosen)

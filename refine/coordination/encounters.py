@@ -22,7 +22,7 @@ from refine.limits.stretching import stretch_to_limits
 from refine.single.values import NOWHERE, Problem, RobotFlight
 from refine.spline.values import Spline
 from verify.data import Infeasible, Plan, Witness
-from verify.data.plan import Precedence
+from verify.data.plan import Meeting, Precedence
 from verify.data.rules.spacing import Spacing
 
 _CLEARANCE = 0.04
@@ -127,7 +127,7 @@ def _ways(movers: tuple[Mover, ...], spacing: Spacing) -> Iterator[tuple[Spline,
     yield from avoid_in_pair((one, other), distance, spacing.z_scale, ways if any(idle) else ("both", "first", "second"))
 
 
-def among(problem: Problem, names: tuple[str, ...]) -> tuple[Precedence, ...]:
+def among(problem: Problem, names: tuple[str, ...]) -> tuple[Precedence | Meeting, ...]:
     """Return the waits that concern only these robots."""
     return tuple(p for p in problem.feedback.precedences if p.first[0] in names and p.then[0] in names)
 

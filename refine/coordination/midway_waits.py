@@ -14,6 +14,7 @@ from refine.single.flight import robot_flight
 from refine.single.values import NOWHERE, Problem, RobotFlight
 from refine.spline.values import Spline
 from verify.data import Infeasible, Witness
+from verify.data.plan import Meeting, Precedence
 
 
 def with_waits(problem: Problem, robots: dict[str, RobotFlight]) -> dict[str, RobotFlight]:
@@ -29,20 +30,28 @@ def with_waits(problem: Problem, robots: dict[str, RobotFlight]) -> dict[str, Ro
     plan, precedences = problem.plan, problem.feedback.precedences
     rests: dict[str, frozenset[int]] = dict.fromkeys(robots, NOWHERE)
     for precedence in precedences:
-        name, visit = precedence.then
-        rests[name] |= {visit}
-    resting = {
-        name: robot if robot.corridor is None else robot_flight(problem, name, idle_others(problem, name), rests[name])
-        for name, robot in robots.items()
-    }
+        if isinstance(precedence, Precedence):  # where it waits for a meeting it rests anyway
+            name, visit = precedence.then
+            rests[name] |= {visit}
+    resting = (
+        robots
+        if not any(rests.values()) and plan.meetings
+        else {
+            name: robot if robot.corridor is None else robot_flight(problem, name, idle_others(problem, name), rests[name])
+            for name, robot in robots.items()
+        }
+    )
     waits: dict[tuple[str, int], float] = {}
     for _ in range(4 * len(precedences) ** 2 + 4):
         held = {name: _holding(robot, waits) for name, robot in resting.items()}
-        visits = {name: flight_of(plan, robot).visits for name, robot in held.items()}
+        flights = {name: flight_of(plan, robot) for name, robot in held.items()}
         late = False
         for precedence in precedences:
-            (first, left), then = precedence.first, precedence.then
-            short = visits[first][left][1] + GRID - visits[then[0]][then[1]][0]
+            (first, _), then = precedence.first, precedence.then
+            due = flights[then[0]].due(precedence)
+            if isinstance(precedence, Meeting) and not then[1]:
+                due = waits.get(then, 0.0)  # it waits where it starts
+            short = flights[first].done(precedence) + GRID - due
             if short > 0.0:
                 waits[then] = waits.get(then, 0.0) + float(np.ceil(short / GRID) * GRID)
                 late = True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,10 +12,11 @@ from refine.bodies import Ball, keep_out
 from refine.coordination.departures import ScheduledPath
 from refine.corridor.legs import HOVERING
 from refine.corridor.relocation import movable
-from refine.corridor.sampled_stays import stays
+from refine.corridor.sampled_stays import SampledStay, stays
 from refine.feedback import Feedback
 from refine.single.values import Problem, RobotFlight
 from verify.data import Plan
+from verify.data.plan import Meeting
 from verify.data.rules.spacing import Spacing, spacing_of
 from verify.data.shapes.inequalities import Point
 
@@ -51,9 +52,17 @@ def idle_others(problem: Problem, name: str) -> tuple[Ball, ...]:
     )
 
 
-def hovers_of(robot: RobotFlight, spacing: Spacing) -> tuple[Ball, ...]:
-    """Return where a robot hovers before and after its flight, to be kept clear of."""
-    ends = (("starts", robot.path.nodes[0]), ("ends", robot.path.nodes[-1]))
+def hovers_of(robot: RobotFlight, spacing: Spacing, meetings: Sequence[Meeting] = ()) -> tuple[Ball, ...]:
+    """Return where a robot hovers before and after its flight, and while it waits for others to arrive, to be kept clear of.
+
+    Args:
+        robot: Its flight.
+        spacing: How far robots keep apart.
+        meetings: Arrivals that robots wait for.
+    """
+    waits = {robot.halts[meeting.then[1]] for meeting in meetings if meeting.then[0] == robot.name}
+    ends = [("starts", robot.path.nodes[0]), ("ends", robot.path.nodes[-1])]
+    ends += [("waits", robot.path.nodes[node]) for node in sorted(waits)]
     return tuple(
         keep_out(f"{robot.name}, which {what} there", place, spacing.distance + HOVERING, spacing.z_scale)
         for what, place in ends
@@ -63,4 +72,15 @@ def hovers_of(robot: RobotFlight, spacing: Spacing) -> tuple[Ball, ...]:
 def flight_of(plan: Plan, robot: RobotFlight) -> ScheduledPath:
     """Return a robot's flight as scheduling sees it."""
     found = stays(robot.path, plan.mission.all_regions, plan.mission.margin)
-    return ScheduledPath(robot.name, robot.path, tuple((stay.start, stay.end) for stay in found), robot.plan.hold)
+    inner: tuple[tuple[float, float], ...] = ()
+    if plan.meetings:
+        deep = stays(robot.path, plan.mission.all_regions, -plan.mission.margin)
+        inner = tuple(_within(stay, deep) for stay in found)
+    return ScheduledPath(robot.name, robot.path, tuple((stay.start, stay.end) for stay in found), robot.plan.hold, inner)
+
+
+def _within(stay: SampledStay, deep: Sequence[SampledStay]) -> tuple[float, float]:
+    """Return between which times of a stay a robot is in the region by more than the margin; its middle where it never is."""
+    mine = [other for other in deep if other.region == stay.region and stay.start <= other.start and other.end <= stay.end]
+    middle = (stay.start + stay.end) / 2
+    return (mine[0].start, mine[-1].end) if mine else (middle, middle)

@@ -16,14 +16,16 @@ from refine.bodies import Ball, keep_out
 from refine.coordination.departures import DepartureConflict, departures
 from refine.coordination.encounters import among, resolve_encounters
 from refine.coordination.midway_waits import with_waits
+from refine.coordination.orders import one_at_a_time
 from refine.coordination.safe_intervals import schedule_safe_intervals
 from refine.coordination.spacing import firm_pairs, flight_of, hovers_of, idle_others, spacing_for
 from refine.corridor.legs import HOVERING
-from refine.corridor.relocation import moved_apart, relocations
+from refine.corridor.relocation import moved_apart, moved_to_meet, relocations
 from refine.feedback import Feedback
 from refine.single.flight import robot_flight
 from refine.single.values import Problem, RefinementOptions, RobotFlight
 from verify.data import Infeasible, Plan, Witness
+from verify.data.plan import Precedence
 from verify.data.progress import Progress
 from verify.data.rules.spacing import Spacing, needed, spacing_of
 
@@ -53,8 +55,27 @@ def together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: P
             tried keeps them apart.
         SolverTimeout: An engine's seconds ran out.
     """
+    try:
+        return _together(plan, feedback, options, tell)
+    except Infeasible:
+        if not plan.meetings:
+            raise
+        try:
+            tell("letting one robot fly at a time between meetings", 0.0)
+            plan = plan.model_copy(update={"meetings": one_at_a_time(plan)})
+            waits = tuple(wait for wait in feedback.precedences if isinstance(wait, Precedence))
+            return _together(plan, replace(feedback, precedences=(*waits, *plan.meetings)), options, tell)
+        except Infeasible:
+            pass
+        raise
+
+
+def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: Progress) -> Together:
+    """Return the team's robots and their departures, waiting for each other as the plan says."""
     spacing = spacing_for(plan, feedback)
     if len(plan.robots) > 1:
+        if plan.meetings:
+            plan = moved_to_meet(plan, spacing.distance + HOVERING, spacing.z_scale)
         plan = moved_apart(plan, spacing.distance + HOVERING, spacing.z_scale)
         _refuse_what_no_flight_mends(plan)
     problem = Problem(plan, feedback, options, spacing)
@@ -140,7 +161,9 @@ def _departing(
     for as long as that changes anything.
     """
     clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
-    waiting = False
+    waiting = bool(problem.plan.meetings)
+    if waiting:  # departures alone seldom make stays overlap
+        robots = with_waits(problem, robots)
     while True:
         found = _departures(problem, robots)
         if not isinstance(found, DepartureConflict):
@@ -153,7 +176,9 @@ def _departing(
             if name == other or other in clear_of[name]:
                 continue
             clear_of[name] = (*clear_of[name], other)
-            places = [place for who in clear_of[name] for place in hovers_of(robots[who], problem.spacing)]
+            places = [
+                place for who in clear_of[name] for place in hovers_of(robots[who], problem.spacing, problem.plan.meetings)
+            ]
             try:
                 robots = {**robots, name: robot_flight(problem, name, (*idle_others(problem, name), *places))}
                 changed, waiting = True, False

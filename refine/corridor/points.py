@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from refine.bodies import blocking
 from refine.corridor.legs import CLEARANCE, Leg, bodies_of
 from refine.corridor.values import Corridor
 from verify.data import Mission
+from verify.data.shapes.region import Region
 
 _CROWDED = 0.04
 """m from a neighbour at which a point that is not needed is left out."""
@@ -17,7 +19,9 @@ _PARTS = 64
 """Parts of a leg whose ends are looked at for a place to wait."""
 
 
-def with_rests(corridor: Corridor, mission: Mission, visits: frozenset[int]) -> tuple[Corridor, dict[int, int]]:
+def with_rests(
+    corridor: Corridor, mission: Mission, visits: frozenset[int], stays: Mapping[int, Region | None] | None = None
+) -> tuple[Corridor, dict[int, int]]:
     """Return the corridor with a point at which to wait for each of these visits, and which point that is.
 
     It is where the robot sets out for the visit, or where that lies in a region, the first place on the way that does not:
@@ -27,6 +31,7 @@ def with_rests(corridor: Corridor, mission: Mission, visits: frozenset[int]) -> 
         corridor: The robot's.
         mission: Gives regions and hoops.
         visits: For which it waits; numbers in its plan.
+        stays: For some of these the region in which it waits, the one that it visits before: others come there. None: its start.
     """
     if not visits:
         return corridor, {}
@@ -34,6 +39,8 @@ def with_rests(corridor: Corridor, mission: Mission, visits: frozenset[int]) -> 
     outside = (*bodies.regions.values(), *bodies.rings.values())
     first = {visit: next((i for i, leg in enumerate(corridor.legs) if leg.visit == visit), 0) for visit in visits}
     stops: dict[int, int] = {}
+    for visit, region in (stays or {}).items():
+        first[visit] = 0 if region is None else _deepest(corridor, region, first[visit])
     for visit in sorted(visits, key=lambda each: (-first[each], each)):
         node = first[visit]
         shares = np.linspace(0.0, 1.0, _PARTS + 1)[:-1]
@@ -41,12 +48,25 @@ def with_rests(corridor: Corridor, mission: Mission, visits: frozenset[int]) -> 
         clear = (
             np.all([body.signed_distance(places) > 0.0 for body in outside], axis=0) if outside else np.ones(_PARTS, dtype=bool)
         )
-        share = float(shares[int(np.argmax(clear))]) if clear.any() and corridor.legs[node].cylinder is None else 0.0
+        moves = visit not in (stays or {}) and clear.any() and corridor.legs[node].cylinder is None
+        share = float(shares[int(np.argmax(clear))]) if moves else 0.0
         if share > 0.0:
             corridor = _cut(corridor, node, share)
             stops = {other: place + 1 for other, place in stops.items()}
         stops[visit] = node + (share > 0.0)
     return corridor, stops
+
+
+def _deepest(corridor: Corridor, region: Region, last: int) -> int:
+    """Return the point that lies deepest in a region, of those of the visit that ends at or before a point."""
+    levels = np.asarray(region.level(corridor.points[: last + 1]))
+    inside = np.flatnonzero(levels <= 1.0)
+    if not len(inside):
+        return last
+    begin = int(inside[-1])
+    while begin > 0 and levels[begin - 1] <= 1.0:
+        begin -= 1
+    return begin + int(np.argmin(levels[begin : int(inside[-1]) + 1]))
 
 
 def _cut(corridor: Corridor, leg: int, share: float) -> Corridor:

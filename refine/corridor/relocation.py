@@ -5,6 +5,7 @@ point of the visited region may not.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,6 +93,62 @@ def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
         robots[name] = robot.model_copy(update={"waypoints": tuple(waypoints)})
         ends[name] = keep_out(name, np.array(waypoints[-1].position), distance, z_scale)
     return plan.model_copy(update={"robots": {name: robots[name] for name in plan.robots}})
+
+
+def moved_to_meet(plan: Plan, distance: float, z_scale: float) -> Plan:
+    """Return the plan with each robot's visits of a region made at a place of its own, where the region has as many places.
+
+    Robots take places from the region's middle outwards; where that leaves some without one, as far from each other as they can.
+
+    Args:
+        plan: Whose robots meet.
+        distance: m that robots keep.
+        z_scale: Distances in z count this many times.
+    """
+    mission = plan.mission
+    moved = {name: list(robot.waypoints) for name, robot in plan.robots.items()}
+    for region in mission.regions:
+        visits = {
+            name: [
+                i
+                for i, waypoint in enumerate(robot.waypoints)
+                if waypoint.region == region and movable(mission, robot, waypoint)
+            ]
+            for name, robot in plan.robots.items()
+        }
+        guests = [name for name, found in visits.items() if found]
+        if len(guests) < 2:
+            continue
+        for apart in (False, True):
+            places = _own_places(plan, region, {name: visits[name][0] for name in guests}, (distance, z_scale), apart=apart)
+            if places is not None:
+                for name, place in places.items():
+                    for i in visits[name]:
+                        moved[name][i] = moved[name][i].model_copy(update={"position": place})
+                break
+    robots = {name: robot.model_copy(update={"waypoints": tuple(moved[name])}) for name, robot in plan.robots.items()}
+    return plan.model_copy(update={"robots": robots})
+
+
+def _own_places(
+    plan: Plan, region: str, guests: Mapping[str, int], kept: tuple[float, float], *, apart: bool
+) -> dict[str, tuple[float, ...]] | None:
+    """Return a place in a region for each robot that visits it (by one of its waypoints there); None where they are too few."""
+    distance, z_scale = kept
+    taken: list[Ball] = []
+    found: dict[str, tuple[float, ...]] = {}
+    middle = np.array(plan.mission.regions[region].center)
+    for name, index in guests.items():
+        places = _places(plan.mission, name, plan.robots[name], plan.robots[name].waypoints[index], tuple(taken))
+        if not len(places):
+            return None
+        away = np.linalg.norm(places - middle, axis=1)
+        if apart and taken:  # next to those who are there already, and as far out as can be
+            away = np.sum([place.signed_distance(places) for place in taken], axis=0)
+        chosen = places[int(np.argmax(away) if apart and not taken else np.argmin(away))]
+        found[name] = tuple(chosen.tolist())
+        taken.append(keep_out(name, chosen, distance, z_scale))
+    return found
 
 
 def relocations(

@@ -64,7 +64,9 @@ def _moving(problem: Problem, name: str, limits: Limits, extra: tuple[Ball, ...]
     hovering = corridor.cycle is not None and corridor.cycle == len(corridor)
     if hovering:
         corridor = replace(corridor, cycle=None)
-    corridor, halts = with_rests(corridor, mission, rests)
+    held = {meeting.then[1] for meeting in problem.plan.meetings if meeting.then[0] == name}
+    stays = {visit: mission.all_regions[robot.visits[visit - 1].region] if visit else None for visit in held}
+    corridor, halts = with_rests(corridor, mission, rests.union(stays), stays)
     rest = frozenset(halts.values())
     if options.too_long == "rest" and corridor.cycle is None and len(corridor) >= options.max_pieces:
         rest |= frozenset(range(options.max_pieces - 1, len(corridor), options.max_pieces - 1))

@@ -103,7 +103,7 @@ class Mission(Value):
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:  # as pydantic declares it
         """Return a copy with changed fields; what is computed from fields is computed anew."""
         copied = super().model_copy(update=update, deep=deep)
-        for name in ("formula", "passages", "effective_limits", "of_one_kind", "_alike", "_seen"):
+        for name in ("written", "formula", "passages", "effective_limits", "of_one_kind", "_alike", "_seen"):
             vars(copied).pop(name, None)
         return copied
 
@@ -124,12 +124,16 @@ class Mission(Value):
         return frozenset(self.all_regions) | self.internal_propositions | {FREE}
 
     @cached_property
-    def formula(self) -> Formula:
-        """The formula over regions and internal propositions; `free` is written out as "in no region", counts for these robots."""
+    def written(self) -> Formula:
+        """The formula as it was written, `free` and counts in it; `true` where there is none."""
         if self.spec.formula is None:
             return TRUE
-        written = parse_formula(self.spec.formula, self.propositions, robots=self.agents, allow_next=False)
-        return written_out(written.substitute({FREE: in_no_region(self.all_regions)}), tuple(self.agents))
+        return parse_formula(self.spec.formula, self.propositions, robots=self.agents, allow_next=False)
+
+    @cached_property
+    def formula(self) -> Formula:
+        """The formula over regions and internal propositions; `free` is written out as "in no region", counts for these robots."""
+        return written_out(self.written.substitute({FREE: in_no_region(self.all_regions)}), tuple(self.agents))
 
     @property
     def soft_parts(self) -> tuple[SoftPart, ...]:

@@ -102,6 +102,13 @@ class Precedence(Value):
     then: tuple[str, int]
 
 
+class Meeting(Value):
+    """`first` must have entered its visit before `then` sets out for its own, and leaves where it is. Each is (robot, index of visit)."""
+
+    first: tuple[str, int]
+    then: tuple[str, int]
+
+
 class Plan(Value):
     """The planner's whole answer; carries its mission.
 
@@ -109,6 +116,7 @@ class Plan(Value):
         mission: What was asked.
         robots: One entry for each of the mission's agents, in the mission's order.
         precedences: Waits that the `timed` claim needs.
+        meetings: Arrivals that others wait for where they are, so that stays overlap.
         method: Which planner made it.
         seed: The seed it was made with.
         cost: Value of the objective (sum, or longest robot).
@@ -120,6 +128,7 @@ class Plan(Value):
     mission: Mission
     robots: dict[str, RobotPlan]
     precedences: tuple[Precedence, ...] = ()
+    meetings: tuple[Meeting, ...] = ()
     method: str = "exact"
     seed: int = 0
     cost: Number = 0.0
@@ -144,7 +153,7 @@ class Plan(Value):
     def to_json(self) -> str:
         """Return plan.json: everything but the mission, which is written beside it and named by digest."""
         data: dict[str, Any] = {"format": PLAN_FORMAT, "mission": self.mission.digest()}
-        data.update(self.model_dump(mode="json", exclude={"mission"}))
+        data.update(self.model_dump(mode="json", exclude={"mission"} if self.meetings else {"mission", "meetings"}))
         for robot in data["robots"].values():
             word = robot["word"]
             word["prefix"] = [sorted(letter) for letter in word["prefix"]]
@@ -243,10 +252,10 @@ def _check(plan: Plan, source: str) -> None:
             raise BadInput(f"{source}, {name}: '{unknown[0]}' is not a region of the mission.")
         if robot.cycle_visit is not None and not 0 <= robot.cycle_visit <= len(robot.visits):
             raise BadInput(f"{source}, {name}: cycle_visit is {robot.cycle_visit}; it must lie from 0 to {len(robot.visits)}.")
-    for precedence in plan.precedences:
+    for precedence in (*plan.precedences, *plan.meetings):
         for robot, visit in (precedence.first, precedence.then):
             if robot not in plan.robots or not 0 <= visit < len(plan.robots[robot].visits):
                 count = len(plan.robots[robot].visits) if robot in plan.robots else 0
                 raise BadInput(
-                    f"{source}: a precedence names visit {visit} of {robot}, which has {count} visits, so it does not exist."
+                    f"{source}: a {type(precedence).__name__.lower()} names visit {visit} of {robot}, which has {count} visits, so it does not exist."
                 )

@@ -25,7 +25,8 @@ from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.shared_walls import wall_sentence
 from ltlplan.systems.transition_systems import TransitionSystem, environment_of
 from ltlplan.systems.unreachable import why_unreachable
-from verify.data import Formula, Letter, Mission, Unsatisfiable, Word, parse_formula
+from verify.data import Formula, Letter, Mission, Unsatisfiable, Word
+from verify.data.language.counting import written_out
 from verify.data.language.formula import FREE
 from verify.data.language.free import in_no_region
 from verify.data.sections import Edge
@@ -126,8 +127,7 @@ class _Inquiry:
 
     def __post_init__(self) -> None:
         free = {FREE: in_no_region(self.mission.all_regions)}
-        text = self.mission.spec.formula or "true"
-        written = conjuncts(parse_formula(text, self.mission.propositions))
+        written = conjuncts(written_out(self.mission.written, tuple(self.mission.agents)))
         self.robots = list({id(robot): robot for robot in map(self.mission.robot_of, self.mission.agents)}.values())
         self.written = {part.substitute(free): part for part in reversed(written)}  # as the user wrote them, with `free`
 

@@ -1,0 +1,117 @@
+"""What a formula that counts robots sees of a team: sums of marks that each robot's letter makes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ltlplan.logic.automaton import DEAD, Automaton
+from ltlplan.search.joint.conjuncts import JointConjunct
+from verify.data import Formula, InternalError, Letter
+from verify.data.language.counting import Atom
+
+Sums = tuple[int, ...]
+"""How many robots make each mark."""
+States = tuple[int, ...]
+"""The states of all conjuncts' automata."""
+
+
+class Marks:
+    """The marks of a formula's propositions, and its conjuncts' automata over the propositions that sums make true.
+
+    Attributes:
+        parts: One automaton for each conjunct.
+        seen: For each conjunct the marks, by number, that it depends on.
+    """
+
+    def __init__(self, automata: Sequence[Automaton], atoms: dict[str, Atom]) -> None:
+        """Number the marks that automata ask for.
+
+        Args:
+            automata: One for each conjunct.
+            atoms: The formula's propositions that are no plain names.
+        """
+        asked = sorted({name for automaton in automata for name in automaton.propositions})
+        self._marks: list[tuple[str, Formula]] = []  # (whose alone, what its letter must satisfy)
+        numbers: dict[tuple[str, str], int] = {}
+        self._levels: list[tuple[int, int]] = []  # of each proposition: its mark, and the least sum
+        for text in asked:
+            atom = atoms.get(text)
+            robot, counted, least = (
+                ("", Formula("name", (), text), 1) if atom is None else (atom.robot, atom.counted, atom.least)
+            )
+            key = robot, str(counted)
+            if key not in numbers:
+                numbers[key] = len(self._marks)
+                self._marks.append((robot, counted))
+            self._levels.append((numbers[key], least))
+        bit = {name: 1 << i for i, name in enumerate(asked)}
+        self.parts = tuple(JointConjunct(automaton, bit) for automaton in automata)
+        self.seen = tuple(
+            tuple(sorted({self._levels[i][0] for i, name in enumerate(asked) if bit[name] & part.mask})) for part in self.parts
+        )
+        self._letters: dict[Sums, int] = {}
+        self._own: dict[tuple[str, Letter], Sums] = {}
+        self._named = {robot for robot, _ in self._marks if robot}
+
+    @property
+    def named(self) -> frozenset[str]:
+        """The robots that the formula names."""
+        return frozenset(self._named)
+
+    def of(self, robot: str, letter: Letter) -> Sums:
+        """Return the marks that one robot's letter makes, each 0 or 1."""
+        key = (robot if robot in self._named else "", letter)
+        found = self._own.get(key)
+        if found is None:
+            marks = (int((not who or who == robot) and shows(counted, letter)) for who, counted in self._marks)
+            found = self._own[key] = tuple(marks)
+        return found
+
+    def letter(self, sums: Sums) -> int:
+        """Return the team's letter, as bits over the propositions."""
+        found = self._letters.get(sums)
+        if found is None:
+            found = self._letters[sums] = sum(1 << i for i, (mark, least) in enumerate(self._levels) if sums[mark] >= least)
+        return found
+
+    def begin(self, sums: Sums) -> States | None:
+        """Return the states after the first letter; None where it loses the task."""
+        return self.read(tuple(part.initial for part in self.parts), sums)
+
+    def read(self, states: States, sums: Sums) -> States | None:
+        """Return the states after one more letter; None where the task is lost."""
+        letter = self.letter(sums)
+        found = tuple(part.step(state, letter) for part, state in zip(self.parts, states, strict=True))
+        return None if DEAD in found else found
+
+    def accepting(self, states: States) -> bool:
+        """Tell whether everything is done."""
+        return all(part.accepting(state) for part, state in zip(self.parts, states, strict=True))
+
+
+def shows(counted: Formula, letter: Letter) -> bool:
+    """Tell whether one robot's letter satisfies a Boolean combination of names.
+
+    Args:
+        counted: The combination.
+        letter: What the robot shows.
+
+    Raises:
+        InternalError: It is no Boolean combination.
+    """
+    if counted.operator == "name":
+        return counted.name in letter
+    parts = [shows(argument, letter) for argument in counted.arguments]
+    match counted.operator:
+        case "true" | "false":
+            return counted.operator == "true"
+        case "!":
+            return not parts[0]
+        case "&" | "|":
+            return all(parts) if counted.operator == "&" else any(parts)
+        case "->":
+            return not parts[0] or parts[1]
+        case "xor" | "<->":
+            return (parts[0] == parts[1]) == (counted.operator == "<->")
+        case _:
+            raise InternalError(f"`{counted}` stands in a count. This is a bug of ltlplan's.")

@@ -1,0 +1,198 @@
+"""Plans with counts: from numbers of robots to what each of them does, and who waits for whom."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from ltlplan.logic.automaton import Automaton
+from ltlplan.logic.budget import Budget
+from ltlplan.search.counts.marks import Marks, Sums
+from ltlplan.search.counts.moves import Move, RobotMoves
+from ltlplan.search.counts.numbers import ClassMove, Course, NumberSearch, numbers_of
+from ltlplan.search.counts.stages import Turn, stages
+from ltlplan.systems.transition_systems import Node, TransitionSystem
+from verify.data import InternalError, Letter
+from verify.data.language.counting import Atom
+
+_Class = tuple[object, ...]
+"""What robots at rest have in common that can do the same and are not told apart."""
+
+
+@dataclass(frozen=True, slots=True)
+class CountedPlan:
+    """What robots do, and who waits for whom.
+
+    Attributes:
+        paths: Nodes of each robot's system.
+        turns: In an order that does what is asked: (robot, places in its path before and after that move).
+        stages: Turns, by index, that are made at the same time; those of one stage begin when all of the one before have ended.
+        cost: Sum over the robots.
+        bound: No plan that makes one move after another costs less.
+        exact: Whether none is cheaper.
+        reached: States that were seen.
+    """
+
+    paths: tuple[tuple[int, ...], ...]
+    turns: tuple[tuple[int, int, int], ...]
+    stages: tuple[tuple[int, ...], ...]
+    cost: float
+    bound: float
+    exact: bool
+    reached: int
+
+
+def plan_counts(
+    systems: Sequence[TransitionSystem],
+    kinds: Sequence[str],
+    automata: Sequence[Automaton],
+    atoms: dict[str, Atom],
+    budget: Budget,
+) -> CountedPlan | None:
+    """Return a cheapest plan for a formula that counts robots, or None where there is none.
+
+    Args:
+        systems: One for each robot.
+        kinds: For each robot a key that robots have in common which can do the same.
+        automata: One for each conjunct; their propositions are names and the texts of `atoms`.
+        atoms: The formula's propositions of the whole team.
+        budget: Bounds on the search.
+
+    Raises:
+        TooLarge: The budget was used up before any plan was found.
+    """
+    for outside in (False, True):  # to end just outside a region is seldom asked for, and doubles the places
+        task = _Task(systems, kinds, Marks(automata, atoms), hovers_outside=outside)
+        course = task.search().cheapest(budget)
+        if course is not None:
+            return task.plan(course)
+    return None
+
+
+class _Task:
+    """The robots' moves, put into classes."""
+
+    def __init__(
+        self, systems: Sequence[TransitionSystem], kinds: Sequence[str], marks: Marks, *, hovers_outside: bool
+    ) -> None:
+        self.systems, self.marks = tuple(systems), marks
+        self.robots = [RobotMoves(system, hovers_outside=hovers_outside) for system in systems]
+        self.kinds = [
+            kind if system.robot not in marks.named else f"{kind} {system.robot}"
+            for kind, system in zip(kinds, systems, strict=True)
+        ]
+        self.index: list[dict[Node, int]] = [{node: i for i, node in enumerate(system.nodes)} for system in systems]
+        self.classes: list[_Class] = []
+        self.member: list[tuple[int, int]] = []  # of each class a robot and a node of it
+        self._numbers: dict[_Class, int] = {}
+        self.start = [self._class(robot, system.initial) for robot, system in enumerate(systems)]
+
+    def _class(self, robot: int, node: int) -> int:
+        """Return the number of the class of a robot at a node."""
+        system = self.systems[robot]
+        key: _Class = (self.kinds[robot], system.nodes[node])
+        if node == system.initial:
+            ways = frozenset((self._target(robot, move), move.letters) for move in self.robots[robot].of(node))
+            key = self.kinds[robot], system.labels[node], ways, self.robots[robot].ends(node)
+        found = self._numbers.get(key)
+        if found is None:
+            found = self._numbers[key] = len(self.classes)
+            self.classes.append(key)
+            self.member.append((robot, node))
+        return found
+
+    def _target(self, robot: int, move: Move) -> Node:
+        return self.systems[robot].nodes[move.target]
+
+    def search(self) -> NumberSearch:
+        """Return the search over all classes that can be reached."""
+        costs: dict[tuple[int, object], float] = {}
+        for robot, at in enumerate(self.start):
+            for move in self.robots[robot].of(self.systems[robot].initial):
+                key = at, (self._target(robot, move), move.letters)
+                costs[key] = min(move.cost, costs.get(key, float("inf")))
+        moves: list[list[ClassMove]] = []
+        for number, (robot, node) in enumerate(self.member):  # grows while it is walked
+            found: list[ClassMove] = []
+            if not self.robots[robot].last(node):
+                for move in self.robots[robot].of(node):
+                    key = self._target(robot, move), move.letters
+                    marks = self._shown(robot, move.letters) or (self._marks(robot, move.target),)
+                    cost = costs.get((number, key), move.cost)
+                    found.append(ClassMove(number, self._class(robot, move.target), marks, cost, key))
+            moves.append(found)
+        resting = [self._marks(robot, node) for robot, node in self.member]
+        ends = [self.robots[robot].ends(node) for robot, node in self.member]
+        return NumberSearch(self.marks, resting, ends, moves, numbers_of(self.start, len(self.classes)))
+
+    def _shown(self, robot: int, letters: Sequence[Letter]) -> tuple[Sums, ...]:
+        return tuple(self.marks.of(self.systems[robot].robot, letter) for letter in letters)
+
+    def _marks(self, robot: int, node: int) -> Sums:
+        return self.marks.of(self.systems[robot].robot, self.systems[robot].labels[node])
+
+    def plan(self, course: Course) -> CountedPlan:
+        """Return what each robot does in a course, and the stages.
+
+        Raises:
+            InternalError: The course does not do what is asked: a bug of ours.
+        """
+        who = self._who(course)
+        paths = [[system.initial] for system in self.systems]
+        turns: list[Turn] = []
+        places: list[tuple[int, int, int]] = []
+        cost = 0.0
+        for robot, step in zip(who, course.moves, strict=True):
+            path, at = paths[robot], paths[robot][-1]
+            move = next(m for m in self.robots[robot].of(at) if (self._target(robot, m), m.letters) == step.key)
+            before = len(path)
+            path += move.path
+            places.append((robot, before, len(path)))
+            cost += move.cost
+            turns.append(Turn(robot, (self._marks(robot, at), *step.marks)))
+        begin = [self._marks(robot, system.initial) for robot, system in enumerate(self.systems)]
+        together = stages(self.marks, begin, turns)
+        if together is None:
+            raise InternalError("The words of a plan with counts do not keep the formula. This is a bug of ltlplan's.")
+        return CountedPlan(
+            tuple(map(tuple, paths)),
+            tuple(places),
+            tuple(map(tuple, together)),
+            cost,
+            course.cost,
+            course.exact,
+            course.reached,
+        )
+
+    def _who(self, course: Course) -> list[int]:
+        """Return which robot makes each move: first moves from starts go to robots at the least cost, all others in turn."""
+        waiting: dict[int, deque[int]] = {}
+        roles: list[tuple[int, ClassMove]] = []  # of each role its start's class and first move
+        made: list[int] = []
+        started = [0] * len(self.classes)
+        for move in course.moves:
+            queue = waiting.setdefault(move.source, deque())
+            if queue:
+                role = queue.popleft()
+            else:
+                role = len(roles)
+                roles.append((move.source, move))
+                started[move.source] += 1
+            made.append(role)
+            waiting.setdefault(move.target, deque()).append(role)
+        robot_of: dict[int, int] = {}
+        for at in sorted({place for place, _ in roles}):
+            mine = [robot for robot, place in enumerate(self.start) if place == at]
+            asked = [role for role, (place, _) in enumerate(roles) if place == at]
+            prices = np.array([[self._price(robot, roles[role][1]) for role in asked] for robot in mine])
+            for row, column in zip(*linear_sum_assignment(prices), strict=True):
+                robot_of[asked[column]] = mine[row]
+        return [robot_of[role] for role in made]
+
+    def _price(self, robot: int, step: ClassMove) -> float:
+        moves = self.robots[robot].of(self.systems[robot].initial)
+        return min(move.cost for move in moves if (self._target(robot, move), move.letters) == step.key)

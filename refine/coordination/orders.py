@@ -1,0 +1,28 @@
+"""Orders of visits that keep a plan's meetings."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import networkx as nx
+
+from verify.data import Plan
+from verify.data.plan import Meeting
+
+
+def one_at_a_time(plan: Plan) -> tuple[Meeting, ...]:
+    """Return the plan's meetings with more of them, so that one robot after another flies to its next visit.
+
+    What may happen at the same time may happen in any order, so the formula holds in this one too.
+
+    Args:
+        plan: Its meetings do not go round in a circle.
+    """
+    order: nx.DiGraph[tuple[str, int]] = nx.DiGraph()
+    for name, robot in plan.robots.items():
+        order.add_nodes_from((name, visit) for visit in range(len(robot.visits)))
+        order.add_edges_from(pairwise((name, visit) for visit in range(len(robot.visits))))
+    order.add_edges_from((meeting.first, meeting.then) for meeting in plan.meetings)
+    turns = list(nx.lexicographical_topological_sort(order))
+    more = [Meeting(first=first, then=then) for first, then in pairwise(turns) if first[0] != then[0]]
+    return tuple(dict.fromkeys((*plan.meetings, *more)))

@@ -1,0 +1,157 @@
+"""Plans with counts: held against all orders of their stages, and against all short courses of a small team."""
+
+from __future__ import annotations
+
+import itertools
+from functools import cache
+from random import Random
+
+import pytest
+
+from ltlplan import parse_mission, plan
+from ltlplan.logic.budget import Budget
+from ltlplan.logic.conjunction import conjunct_automata
+from ltlplan.pipeline import certified_team
+from ltlplan.search.counts.planning import plan_counts
+from ltlplan.search.exact import assign
+from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
+from ltlplan.systems.robot_systems import Systems
+from refine.coordination.orders import one_at_a_time
+from tests.helpers.plain_team_words import at_once, holds
+from tests.helpers.random_counts import random_counting_formula
+from tests.helpers.worlds import world
+from verify.data import BadInput, parse_formula
+from verify.data.language.counting import atoms, written_out
+from verify.data.plan import plan_from_json
+from verify.data.rules.faults import MissionError
+
+PLACES = {"a": (0.0, 0.0), "b": (2.0, 0.0)}
+NAMES = ("quad0", "quad1")
+
+
+@cache
+def systems():
+    mission = world("F(count(a) >= 2)", robots=2, regions=PLACES, team="joint")
+    made = Systems(mission)
+    return mission, tuple(made.of(name) for name in mission.agents)
+
+
+def planned(formula):
+    mission, each = systems()
+    asked = written_out(formula, NAMES)
+    kinds = [mission.alike_as(name) for name in NAMES]
+    return plan_counts(each, kinds, conjunct_automata(asked, "finite"), atoms(asked), Budget(states=4_000))
+
+
+def team_words(found):
+    """Yield the team's words: all orders within a stage, one stage after another."""
+    _, each = systems()
+    at = {name: each[i].labels[found.paths[i][0]] for i, name in enumerate(NAMES)}
+    pieces = []
+    for stage in found.stages:
+        words = {name: [letter] for name, letter in at.items()}
+        for turn in stage:
+            robot, before, after = found.turns[turn]
+            words[NAMES[robot]] += [each[robot].labels[node] for node in found.paths[robot][before:after]]
+        pieces.append(list(itertools.islice(at_once({n: [k for k, _ in itertools.groupby(w)] for n, w in words.items()}), 60)))
+        at = {name: word[-1] for name, word in words.items()}
+    for chosen in itertools.islice(itertools.product(*pieces), 60):
+        yield [at for piece in chosen for at in piece] or [at]
+
+
+def short_courses():
+    """Yield words of courses of up to three moves of one robot after another, each to a or b through free flight."""
+    for count in range(4):
+        for moves in itertools.product(itertools.product(NAMES, "ab"), repeat=count):
+            at = dict.fromkeys(NAMES, frozenset())
+            word = [dict(at)]
+            for name, place in moves:
+                if at[name]:
+                    at[name] = frozenset()
+                    word.append(dict(at))
+                at[name] = frozenset({place})
+                word.append(dict(at))
+            yield word
+
+
+COURSES = list(short_courses())
+
+
+def check_against_brute_force(rng: Random) -> bool:
+    formula = random_counting_formula(rng, rng.randint(1, 6), NAMES)
+    found = planned(formula)
+    if found is None:
+        assert not any(holds(formula, word) for word in COURSES), str(formula)
+        return False
+    for word in team_words(found):
+        assert holds(formula, word), (str(formula), word)
+    return True
+
+
+def test_plans_keep_their_formulas_and_are_found_where_there_are_some():
+    rng = Random(5)
+    found = [check_against_brute_force(rng) for _ in range(30)]
+    assert any(found)
+    assert not all(found)
+
+
+@pytest.mark.slow
+def test_many_plans_keep_their_formulas():
+    rng = Random(6)
+    for _ in range(1500):
+        check_against_brute_force(rng)
+
+
+def test_the_earlier_ones_wait_until_all_have_come():
+    found = planned(parse_formula("F(count(a) >= 2) & F(count(b) >= 2)"))
+    assert [len(stage) for stage in found.stages] == [2, 2]
+    assert len(planned(parse_formula("F(count(a) >= 2)")).stages) == 1
+
+
+def test_counts_beyond_the_team_cannot_be_kept_and_are_said_to_be():
+    with pytest.raises(NoPlan, match=r"`count\(a\) >= 3` asks for more robots than the mission has: 2"):
+        assign(world("F(count(a) >= 3) & F b", robots=2, regions=PLACES, team="joint"))
+    with pytest.raises(NoPlan) as error:
+        assign(world("F b & F(count(a) >= 2) & G(count(!a) >= 1)", robots=2, regions=PLACES, team="joint"))
+    assert set(error.value.core) == {"F count(a) >= 2", "G count(!a) >= 1"}
+
+
+def test_counts_are_refused_where_letters_are_robots_own():
+    with pytest.raises(MissionError, match="under `team: own` each letter is one robot's by itself"):
+        world("F(count(a) >= 2)", robots=2)
+    mission = world("F(count(a) >= 2)", robots=2, regions=PLACES, team="joint")
+    with pytest.raises(BadInput, match="which `mtac-e` does not plan"):
+        plan(mission, method="mtac-e")
+    assert assign(world("F(count(a) >= 1) & all(free)", regions=PLACES, team="joint")).robots["quad0"].visits
+
+
+MEETING = """
+format: 1
+name: meeting
+spec: {formula: "FORMULA", team: joint}
+regions:
+  dock: {center: [0.0, 0.0, 1.0], radii: [0.8, 0.8, 0.5]}
+  home: {center: [0.0, 1.9, 1.0], radii: [0.8, 0.5, 0.5]}
+agents:
+  quad0: {start: [-1.1, -1.6, 1.0]}
+  quad1: {start: [0.0, -1.6, 1.0]}
+vehicle: crazyflie-2.1
+limits: {speed: 1.0}
+workspace: {min: [-2.2, -2.4, 0.2], max: [2.2, 3.0, 1.9]}
+"""
+
+
+def test_a_meeting_is_planned_flown_and_certified():
+    made = plan(parse_mission(MEETING.replace("FORMULA", "F(count(dock) >= 2)")))
+    assert not made.meetings
+    done = certified_team(made)
+    assert all(claim.outcome == "holds" for claim in done.certificate.claims)
+
+
+def test_whoever_comes_first_waits_in_flight():
+    made = plan(parse_mission(MEETING.replace("FORMULA", "F(count(dock) >= 2) & F all(home)")))
+    assert {(meeting.first[0], meeting.then[0]) for meeting in made.meetings} == {("quad0", "quad1"), ("quad1", "quad0")}
+    assert plan_from_json(made.to_json(), made.mission) == made
+    assert len(one_at_a_time(made)) > len(made.meetings)
+    done = certified_team(made)
+    assert all(claim.outcome == "holds" for claim in done.certificate.claims)
