@@ -21,6 +21,7 @@ from verify.data.mission import Mission
 from verify.data.shapes.inequalities import Point
 
 Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
 
 ROOM = 0.15
 """m by which corners are passed more widely, where there is so much room: a smooth path cuts or swings out of them by about as much."""
@@ -60,6 +61,8 @@ class FreeSpace:
     _roadmaps: dict[float, Roadmap] = field(default_factory=dict, init=False, repr=False)
     _boxes: dict[frozenset[str], tuple[Floats, Floats]] = field(default_factory=dict, init=False, repr=False)
     _rows: dict[Place, Floats] = field(default_factory=dict, init=False, repr=False)
+    _free: dict[Place, bool] = field(default_factory=dict, init=False, repr=False)
+    _lengths: dict[Place, dict[Place, float]] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(cls, mission: Mission, radius: float | None = None) -> FreeSpace | None:
@@ -139,18 +142,15 @@ class FreeSpace:
         Returns:
             Shape (ends,).
         """
-        roadmap = self.roadmap()
-        found = np.array([self._joined(start, end) for end in ends])
-        points = np.array([end.point for end in ends]).reshape(-1, 3)
-        starts = np.broadcast_to(np.array(start.point), points.shape)
-        direct = ~roadmap.solids.meets(starts, points)
-        segments, bodies = roadmap.soft.pairs(starts, points)
-        names = roadmap.soft.names
-        for segment, body in zip(segments.tolist(), bodies.tolist(), strict=True):
-            direct[segment] &= names[body] in start.inside or names[body] in ends[segment].inside
-        direct &= np.array([roadmap.holds(point) for point in points], dtype=np.bool_)
-        direct &= roadmap.holds(np.array(start.point))
-        return np.where(direct, np.linalg.norm(points - starts, axis=1), found)
+        known = self._lengths.setdefault(start, {})
+        new = [end for end in dict.fromkeys(ends) if end not in known]
+        if new:
+            touching = self._touching(start, new)
+            for end, length, near in zip(new, self._found(start, new, touching).tolist(), touching.tolist(), strict=True):
+                known[end] = length
+                if not near:  # a way there is a way back
+                    self._lengths.setdefault(end, {})[start] = length
+        return np.array([known[end] for end in ends])
 
     def connects(self, places: Sequence[Place]) -> bool:
         """Tell whether ways lead from each of some places to all others around all regions that hold neither end.
@@ -161,17 +161,40 @@ class FreeSpace:
         ways = self.lengths(places[0], places[1:]) if len(places) > 1 else ()
         return all(math.isfinite(length) for length in ways)
 
-    def _joined(self, start: Place, end: Place) -> float:
+    def _found(self, start: Place, ends: Sequence[Place], touching: Booleans) -> Floats:
+        """Return the lengths of ways to some places, of which some are in regions that touch those around the start. Shape (ends,)."""
+        found = np.array([self._turning(start, end, touch) for end, touch in zip(ends, touching.tolist(), strict=True)])
+        asked = np.flatnonzero([self._is_free(start) and self._is_free(end) for end in ends])
+        roadmap, points = self.roadmap(), np.array([end.point for end in ends]).reshape(-1, 3)
+        starts = np.broadcast_to(np.array(start.point), points.shape)
+        asked = asked[~roadmap.solids.meets(starts[asked], points[asked])]
+        direct = np.ones(len(asked), dtype=np.bool_)
+        segments, bodies = roadmap.soft.pairs(starts[asked], points[asked])
+        for segment, body in zip(segments.tolist(), bodies.tolist(), strict=True):
+            name = roadmap.soft.names[body]
+            direct[segment] &= name in start.inside or name in ends[int(asked[segment])].inside
+        straight = asked[direct]
+        found[straight] = np.linalg.norm(points[straight] - starts[straight], axis=1)
+        return found
+
+    def _turning(self, start: Place, end: Place, touch: bool) -> float:
         """Return how long the shortest way by points at which it turns is, m; infinite where there is none."""
-        if start.inside == end.inside or not self._touch(start.inside, end.inside):
+        if not touch:
             return float(np.min(self._row(start) + self._row(end), initial=np.inf))
         way = self.roadmap().way(np.array(start.point), np.array(end.point), start.inside | end.inside)
         return np.inf if way is None else _length(way)
 
-    def _touch(self, one: frozenset[str], other: frozenset[str]) -> bool:
-        """Tell whether a box around some regions meets a box around others."""
-        (low, high), (below, above) = self._box(one), self._box(other)
-        return bool(np.all((low <= above) & (below <= high)))
+    def _touching(self, start: Place, ends: Sequence[Place]) -> Booleans:
+        """Tell around which places there are regions that may touch others around a start. Shape (ends,)."""
+        low, high = self._box(start.inside)
+        boxes = np.array([self._box(end.inside) for end in ends])
+        meeting = np.all((low <= boxes[:, 1]) & (boxes[:, 0] <= high), axis=1)
+        return meeting & np.array([end.inside != start.inside for end in ends])
+
+    def _is_free(self, place: Place) -> bool:
+        if place not in self._free:
+            self._free[place] = self.roadmap().holds(np.array(place.point))
+        return self._free[place]
 
     def _box(self, regions: frozenset[str]) -> tuple[Floats, Floats]:
         """Return the corners of a box around some regions; of none, an empty one."""

@@ -195,18 +195,43 @@ class Roadmap:
         stopping = self.stopping(permitted)
         if not len(self.bends) or not self.holds(place):
             return np.full(len(self.bends), np.inf)
-        graph = _with_start(self._graph(stopping), self.reach(place, stopping))
+        graph = _with_start(self._shut(stopping), self.reach(place, stopping))
         return np.asarray(dijkstra(graph, indices=len(self.bends)), dtype=np.float64)[: len(self.bends)]
 
     def _graph(self, stopping: Booleans) -> csr_matrix:
         """Return the graph of lines that enter no soft body that stops them: few besides those that enter none at all."""
         key = stopping.tobytes()
         if key not in self._graphs:
-            counts, joints = self._entered, self.joints
-            passing = np.bincount(joints.entering[~stopping[joints.entered]], minlength=len(counts))
-            more = (counts > 0) & (passing == counts)
+            more = self._passing(stopping)
             self._graphs[key] = self._open + self._matrix(more) if np.any(more) else self._open
         return self._graphs[key]
+
+    def _shut(self, stopping: Booleans) -> csr_matrix:
+        """Return the graph of all lines, of which those that enter what stops them are infinitely long: quickly made, for lengths alone."""
+        graph, first, second = self._every
+        more = np.flatnonzero(self._passing(stopping))
+        data = graph.data.copy()
+        data[first[more]] = data[second[more]] = self.joints.lengths[more]
+        return csr_matrix((data, graph.indices, graph.indptr), shape=graph.shape)
+
+    def _passing(self, stopping: Booleans) -> Booleans:
+        """Tell which lines enter soft bodies, but none that stops them. Shape (lines,)."""
+        counts, joints = self._entered, self.joints
+        passing = np.bincount(joints.entering[~stopping[joints.entered]], minlength=len(counts))
+        return (counts > 0) & (passing == counts)
+
+    @cached_property
+    def _every(self) -> tuple[csr_matrix, Integers, Integers]:
+        """The graph of all lines, infinite where they enter a soft body, and where each line stands in its data, in both directions."""
+        joints, lines = self.joints, np.arange(len(self.joints.first))
+        rows, columns = np.concatenate([joints.first, joints.second]), np.concatenate([joints.second, joints.first])
+        order = np.lexsort((columns, rows))
+        lengths = np.where(self._entered == 0, joints.lengths, np.inf)
+        data, size = np.concatenate([lengths, lengths])[order], len(self.bends)
+        starts = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=size))])
+        at = np.empty(len(order), dtype=np.int64)
+        at[order] = np.arange(len(order))
+        return csr_matrix((data, columns[order], starts), shape=(size, size)), at[lines], at[len(lines) + lines]
 
     @cached_property
     def _entered(self) -> Integers:
