@@ -1,4 +1,4 @@
-"""docs/missions.md is held against the schema; `python -m tests.verify.data.test_mission_docs` rewrites its tables."""
+"""docs/missions.md is held against the schema; `python -m tests.verify.data.files.test_mission_docs` rewrites its tables."""
 
 import re
 from pathlib import Path
