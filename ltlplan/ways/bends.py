@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from ltlplan.ways.solid_bodies import SolidBodies, SolidBody
 from ltlplan.ways.straightening import Turn
@@ -23,6 +24,10 @@ _SPACING = 1.5
 """m between points of one edge, about."""
 _MOST = 8
 """Points of one edge between its ends, at most."""
+_OPPOSITE = 0.3
+"""m; points of other lines so near to a line have one opposite on it."""
+_BETWEEN = 0.04
+"""m; points of one line that are added lie so far apart at least."""
 _ROUND = np.arange(8) * (np.pi / 4)
 _UPRIGHT = 0.05
 """An edge whose direction has no more than this in z is level."""
@@ -101,22 +106,21 @@ def bends(lines: Lines, solids: SolidBodies, low: Floats, high: Floats, heights:
         begin, end = solids.bodies[body].spans(lines.starts[own], lines.ends[own])
         for line, a, b in zip(own.tolist(), begin.tolist(), end.tolist(), strict=True):
             taken[line].append((a, b))
-    rows: list[int] = []
-    shares: list[float] = []
-    limits: list[tuple[float, float]] = []
     steps = lines.ends - lines.starts
-    lengths = np.linalg.norm(steps, axis=1)
+    lengths = np.maximum(np.linalg.norm(steps, axis=1), 1e-12)
     upright = np.abs(steps[:, 2]) > _UPRIGHT * lengths
+    parts: list[_Part] = []
     for line in np.flatnonzero(first <= last).tolist():
-        length = max(float(lengths[line]), 1e-12)
+        length = float(lengths[line])
         for a, b in _free(float(first[line]), float(last[line]), taken[line], BESIDE / length):
             own = _shares(lines.starts[line, 2], steps[line, 2], length, (a, b), heights)
             if upright[line]:  # the ends of a whole edge are ends of level ones as well, and the box is no body
                 own = [share for share in own if share not in (first[line], last[line])] or own
-            rows += [line] * len(own)
-            shares += own
-            limits += [(a, b)] * len(own)
-    row, share, limit = np.array(rows, dtype=np.intp), np.array(shares), np.array(limits).reshape(-1, 2)
+            parts.append(_Part(line, a, b, own))
+    _add_opposite(parts, lines, lengths)
+    row = np.array([part.line for part in parts for _ in part.shares], dtype=np.intp)
+    share = np.array([share for part in parts for share in part.shares])
+    limit = np.array([(part.first, part.last) for part in parts for _ in part.shares]).reshape(-1, 2)
     points = lines.starts[row] + share[:, None] * steps[row]
     near_end = np.minimum(share - limit[:, 0], limit[:, 1] - share) * lengths[row] < 0.01
     opening = np.where(near_end, np.maximum(lines.opening[row], 0.8), lines.opening[row])
@@ -129,6 +133,41 @@ def bends(lines: Lines, solids: SolidBodies, low: Floats, high: Floats, heights:
             lines.starts[row] + limit[:, 1:] * steps[row],
         )
     )
+
+
+@dataclass(slots=True)
+class _Part:
+    """A part of a line that is free, from one share of it to another, and the shares at which there are points."""
+
+    line: int
+    first: float
+    last: float
+    shares: list[float]
+
+
+def _add_opposite(parts: list[_Part], lines: Lines, lengths: Floats) -> None:
+    """Add points to parts of lines that are opposite to points of other lines near by.
+
+    In the mouth of a window between four walls no edge ends: whoever turns into it does so where the edges within are nearest.
+    """
+    steps = lines.ends - lines.starts
+    row = np.array([part.line for part in parts for _ in part.shares], dtype=np.intp)
+    points = lines.starts[row] + np.array([share for part in parts for share in part.shares])[:, None] * steps[row]
+    if not len(points):
+        return
+    own = np.array([part.line for part in parts], dtype=np.intp)
+    limits = np.array([(part.first, part.last) for part in parts])
+    middles = lines.starts[own] + limits.mean(axis=1)[:, None] * steps[own]
+    halves = (limits[:, 1] - limits[:, 0]) * lengths[own] / 2.0
+    around = KDTree(points).query_ball_point(middles, halves + _OPPOSITE, return_sorted=True)
+    for part, near in zip(parts, around, strict=True):
+        length = float(lengths[part.line])
+        offset = points[near] - lines.starts[part.line]
+        along = offset @ steps[part.line] / length**2
+        aside = np.linalg.norm(offset - along[:, None] * steps[part.line], axis=1)
+        for share in along[(aside < _OPPOSITE) & (along > part.first) & (along < part.last)].tolist():
+            if min(abs(share - other) for other in part.shares) * length > _BETWEEN:
+                part.shares.append(share)
 
 
 def lines_beside(body: SolidBody) -> Lines:

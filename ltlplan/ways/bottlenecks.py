@@ -6,6 +6,7 @@ sides are what shuts it.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -101,6 +102,21 @@ def what_shuts(space: FreeSpace, starts: Sequence[Point], end: Point) -> Gap | S
         (way for way in ways if way is not None), key=lambda way: float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
     )
     return _narrowest(mission, parts, found, space.clearance)
+
+
+def narrowest(space: FreeSpace, way: Floats) -> Gap:
+    """Return how wide a way that can hardly be flown is at its narrowest place, and what stands on both sides.
+
+    Args:
+        space: Where a vehicle can fly.
+        way: m. Shape (points, 3).
+    """
+    parts = solid_parts(space.mission.obstacles, space.mission.hoops)
+    dense = np.concatenate([np.linspace(a, b, max(2, int(np.linalg.norm(b - a) / _STEP))) for a, b in itertools.pairwise(way)])
+    beside = np.min([part.distances_whole(dense) for part in parts], axis=0)
+    near = dense[beside <= max(float(beside.min()), space.clearance) + _AWAY]
+    gaps = [_narrowest(space.mission, parts, np.stack([at, at]), space.clearance) for at in near]
+    return min(gaps, key=lambda gap: gap.width - gap.needed)
 
 
 def _reaches(roadmap: Roadmap, starts: Sequence[Point], end: Floats) -> bool:

@@ -8,7 +8,8 @@ clear of, `clearance` for all times whether it does; `pictures` draws the 2019 p
 from ltlplan.paths.hoops.avoidance import Blocked, avoid
 from ltlplan.paths.hoops.hoop_frame import ControlPoints, control_points
 from ltlplan.paths.hoops.primitives import Primitive, choose
-from ltlplan.paths.hoops.sequencer import SplineBlocked, route, route_itinerary, route_sequence, segments
+from ltlplan.paths.hoops.sequencer import route, route_itinerary, route_sequence, segments
+from ltlplan.paths.hoops.spline_blocked import SplineBlocked
 
 __all__ = [
     "Blocked",

@@ -21,6 +21,8 @@ from ltlplan.paths.hoops.clearance import blocked, conflicts
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.kept_clear import Room
 from ltlplan.search.best_first import BestFirst
+from ltlplan.systems.unreachable import joined_names
+from ltlplan.ways.bottlenecks import narrowest
 from ltlplan.ways.free_space import FreeSpace
 from verify.data import Infeasible
 from verify.data.mission import Mission
@@ -95,13 +97,18 @@ def _through(space: FreeSpace, where: Room, start: Floats, end: Floats, permitte
     for point in (start, end):
         if met := blocked(point, point, where, permitted):
             raise Blocked(met.name, start, end, [f"{_show(point)} itself is too near to it"])
-    met = blocked(start, end, where, permitted)
-    raise Blocked(
-        met.name if met else "workspace",
-        start,
-        end,
-        [f"no way around it leaves {space.clearance + where.slack:.3g} m to each side"],
+    met, why = (
+        blocked(start, end, where, permitted),
+        f"no way around it leaves {space.clearance + where.slack:.3g} m to each side",
     )
+    near = space.way(start, end, permitted)
+    if near is not None and (gap := narrowest(space, near)).width < gap.needed + 2.0 * where.slack:
+        sides = joined_names([f"'{name}'" for name in dict.fromkeys(gap.between)])
+        why = (
+            f"near {_show(np.array(gap.point))} it is {gap.width:.4f} m wide between {sides}, and {gap.needed + 2.0 * where.slack:.4f} m are "
+            f"needed (radius, margin and {1000.0 * where.slack:g} mm on both sides)"
+        )
+    raise Blocked(met.name if met else "workspace", start, end, [why])
 
 
 def _way(

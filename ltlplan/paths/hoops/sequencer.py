@@ -25,9 +25,11 @@ from ltlplan.paths.hoops.kept_clear import Room, room
 from ltlplan.paths.hoops.legs import Legs
 from ltlplan.paths.hoops.primitives import Primitive
 from ltlplan.paths.hoops.sides import Directions, choose_sides
+from ltlplan.paths.hoops.spline_blocked import SplineBlocked
 from ltlplan.paths.hoops.stops import Stop, holds, hoop_axes, primitives_between
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.systems.visit_words import word_of
+from ltlplan.ways.free_space import FreeSpace
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Visit, Waypoint, Word
 from verify.data.errors import did_you_mean
 
@@ -35,35 +37,13 @@ Floats = NDArray[np.float64]
 
 _SLACKS = (0.04, 0.02, 0.0)
 """m beyond the mission's margin that the nominal spline keeps, where there is room: refinement changes it a little."""
+_TIGHT = 0.002
+"""m that are kept as well where obstacles leave hardly more than is needed: refinement keeps a millimetre itself."""
 _REPAIRS = 24
-_SHORTEST = 0.08
-"""m; a shorter segment is not divided again."""
+_SHORTEST, _SHORTEST_IN_GAPS = 0.08, 0.02
+"""m; a shorter segment is not divided again, elsewhere and where obstacles leave hardly more than is needed."""
 _RAMPS = 1.0
 """s, at most, that the first and last segment take longer, from and to rest."""
-
-
-class SplineBlocked(Infeasible):
-    """The spline through the control points still comes too near; carries the first place where it does.
-
-    Attributes:
-        conflict: What, on which piece and where.
-    """
-
-    def __init__(self, conflict: Conflict, stops: Sequence[Stop]) -> None:
-        self.conflict = conflict
-        what = {
-            "workspace": "leaves the workspace, margin included,",
-            "again": f"comes twice to '{conflict.name}' in one visit",
-            "plane": f"turns back within '{conflict.name}'",
-            "ring": f"comes too near the ring of '{conflict.name}'",
-            "region": f"touches '{conflict.name}', which it may not enter there,",
-            "obstacle": f"comes too near the obstacle '{conflict.name}'",
-        }[conflict.obstacle]
-        after, before = stops[conflict.piece], stops[conflict.piece + 1]
-        super().__init__(
-            f"The spline through the control points {what} between {_name(after)} and {_name(before)}, "
-            "whichever points are added. Move the hoop, or change its `reach` or `clearance`."
-        )
 
 
 def route(
@@ -128,13 +108,25 @@ def route_itinerary(mission: Mission, robot: str, does: Itinerary, *, directions
 
 def _laid(mission: Mission, asked: _Asked, directions: Directions | None) -> RobotPlan:
     mission, problem = mission.seen_by(asked.robot), None
-    for slack in _SLACKS:
+    ways = [(slack, _SHORTEST) for slack in _SLACKS]
+    if mission.obstacles:
+        ways[-1:] = [(_TIGHT, _SHORTEST), (_TIGHT, _SHORTEST_IN_GAPS)]
+        if _stands_near(mission, asked.robot):
+            ways.append((0.0, _SHORTEST_IN_GAPS))
+    for slack, shortest in ways:
         try:
-            return _route(mission, asked, directions or mission.planner.directions, slack)
+            return _route(mission, asked, directions or mission.planner.directions, slack, shortest)
         except Infeasible as error:
             problem = error if mission.obstacles else problem or error  # with obstacles, what stops it where least is kept
     assert problem is not None
-    raise problem
+    raise problem.beside(mission, mission.vehicle_of(asked.robot).radius) if isinstance(problem, SplineBlocked) else problem
+
+
+def _stands_near(mission: Mission, robot: str) -> bool:
+    """Tell whether a robot starts, or is to end, hardly farther from an obstacle than it must."""
+    agent, space = mission.agents[robot], FreeSpace.of(mission, mission.vehicle_of(robot).radius)
+    points = np.array([point for point in (agent.start, agent.end) if point is not None])
+    return space is not None and any(bool(np.any(part.met(points))) for part in space.solids(_TIGHT).parts)
 
 
 def route_sequence(mission: Mission) -> RobotPlan:
@@ -171,7 +163,7 @@ class _Asked:
     stops: tuple[int, ...]
 
 
-def _route(mission: Mission, asked: _Asked, directions: Directions, slack: float) -> RobotPlan:
+def _route(mission: Mission, asked: _Asked, directions: Directions, slack: float, shortest: float) -> RobotPlan:
     robot, visits, cycle_visit, word = asked.robot, asked.visits, asked.cycle_visit, asked.word
     where = room(mission, slack, robot=robot)
     flown = tuple(visits[stop] for stop in asked.stops)
@@ -179,7 +171,8 @@ def _route(mission: Mission, asked: _Asked, directions: Directions, slack: float
     legs = Legs(mission, robot, flown, where, inside_last, asked.stops)
     sides = choose_sides(legs, cycle_visit, directions)
     stops, cycle = legs.stops(sides, cycle_visit)
-    stops, times, cycle = _repaired(stops, cycle, where, mission.planner.speed, Counter(v.region for v in visits))
+    asks = _Repair(where, mission.planner.speed, Counter(v.region for v in visits), shortest)
+    stops, times, cycle = _repaired(stops, cycle, asks)
     hovers = cycle_visit == len(visits)
     side_of = dict(zip(asked.stops, sides, strict=True))
     serves = [None if stop.visit is None else asked.stops[stop.visit] for stop in stops]
@@ -206,9 +199,17 @@ def _times(stops: Sequence[Stop], speed: float, ramp: float, *, lasso: bool) -> 
     return [0.0, *(float(t) for t in np.cumsum(spans))]
 
 
-def _repaired(
-    stops: list[Stop], cycle: int | None, where: Room, speed: float, visits: Mapping[str, int]
-) -> tuple[list[Stop], list[float], int | None]:
+@dataclass(frozen=True, slots=True)
+class _Repair:
+    """What a spline keeps clear of, its speed in m/s, how often it comes to each region, and the shortest segments, m."""
+
+    where: Room
+    speed: float
+    visits: Mapping[str, int]
+    shortest: float
+
+
+def _repaired(stops: list[Stop], cycle: int | None, asks: _Repair) -> tuple[list[Stop], list[float], int | None]:
     """Add points on legs until the spline keeps clear; the points lie on lines that do.
 
     A spline that leaves rest within length / v can overshoot so far that it turns back in the first hoop, or comes to a
@@ -222,23 +223,23 @@ def _repaired(
     """
     if len(stops) == 1:
         return stops, [0.0], cycle
-    ramp = 0.0
+    where, shortest, ramp = asks.where, asks.shortest, 0.0
     found: list[Conflict] = []
     for _ in range(_REPAIRS):
-        times = _times(stops, speed, ramp, lasso=cycle is not None)
+        times = _times(stops, asks.speed, ramp, lasso=cycle is not None)
         spline = LeastSnapSpline(times, cycle)
         coefficients = spline.through([stop.position for stop in stops])
         found = conflicts(coefficients, spline.durations, where, [stop.permitted for stop in stops[1:]])
-        found = found or _visited_again(stops, spline, where, visits)
+        found = found or _visited_again(stops, spline, where, asks.visits)
         if not found:
             return stops, times, cycle
         if ramp < _RAMPS and any(conflict.obstacle in ("plane", "again") for conflict in found):
             ramp += 0.25
             continue
-        divided = _divided(stops, found)
+        divided = _divided(stops, found, shortest)
         if len(divided) == len(stops):
             raise SplineBlocked(found[0], stops)
-        cycle = None if cycle is None else cycle + len([piece for piece in _pieces(stops, found) if piece < cycle])
+        cycle = None if cycle is None else cycle + len([piece for piece in _pieces(stops, found, shortest) if piece < cycle])
         stops = divided
     raise SplineBlocked(found[0], stops)
 
@@ -259,14 +260,14 @@ def _visited_again(stops: Sequence[Stop], spline: LeastSnapSpline, where: Room, 
     return found
 
 
-def _pieces(stops: Sequence[Stop], found: Sequence[Conflict]) -> list[int]:
+def _pieces(stops: Sequence[Stop], found: Sequence[Conflict], shortest: float) -> list[int]:
     lengths = [float(np.linalg.norm(b.position - a.position)) for a, b in itertools.pairwise(stops)]
-    return sorted({c.piece for c in found if lengths[c.piece] > 2 * _SHORTEST})
+    return sorted({c.piece for c in found if lengths[c.piece] > 2 * shortest})
 
 
-def _divided(stops: list[Stop], found: Sequence[Conflict]) -> list[Stop]:
+def _divided(stops: list[Stop], found: Sequence[Conflict], shortest: float) -> list[Stop]:
     result = list(stops)
-    for piece in reversed(_pieces(stops, found)):
+    for piece in reversed(_pieces(stops, found, shortest)):
         a, b = stops[piece], stops[piece + 1]
         middle = Stop((a.position + b.position) / 2, "via", None, b.visit if b.permitted else None, b.permitted, b.axes)
         result.insert(piece + 1, middle)
@@ -306,7 +307,3 @@ def _check(mission: Mission, robot: str, visits: Sequence[Visit], cycle_visit: i
 def _point(position: Floats) -> tuple[float, float, float]:
     x, y, z = (float(v) for v in position)
     return x, y, z
-
-
-def _name(stop: Stop) -> str:
-    return f"the {stop.role}{f' of {stop.region!r}' if stop.region else ''}"
