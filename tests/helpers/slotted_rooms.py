@@ -90,7 +90,8 @@ class Slotted:
         for center, size in zip(self.centers, self.sizes, strict=True):
             beside = [np.maximum(np.abs(axis - c) - s / 2, 0.0) ** 2 for axis, c, s in zip(axes, center, size, strict=True)]
             free &= beside[0][:, None, None] + beside[1][None, :, None] + beside[2][None, None, :] > clearance**2
-        cells, _ = label(free, structure=np.ones((3, 3, 3)))
+        cells = np.zeros(free.shape, dtype=np.int32)
+        label(free, structure=np.ones((3, 3, 3)), output=cells)
         one, other = (
             cells[tuple(int(np.argmin(np.abs(axis - x))) for axis, x in zip(axes, point, strict=True))]
             for point in (START, GOAL)

@@ -37,10 +37,10 @@ def held_against_a_grid(rooms: Slotted) -> bool:
     return True
 
 
-@pytest.mark.parametrize("seed", [38, 45, 0])
+@pytest.mark.parametrize("seed", [38, 45])
 def test_a_refusal_of_a_way_through_slots_is_confirmed_by_a_grid(seed: int) -> None:
-    """Of the first two one was refused for want of a point to turn at in the mouth of its slot, one for want of room for a curve."""
-    assert held_against_a_grid(Slotted.random(np.random.default_rng(seed), 0.2, 0.5, 3)) == (seed != 0)
+    """One was refused for want of a point to turn at in the mouth of its slot, one for want of room for a curve."""
+    assert held_against_a_grid(Slotted.random(np.random.default_rng(seed), 0.2, 0.5, 3))
 
 
 @pytest.mark.slow
