@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from dbos._migration import sqlite_migrations
 
+from ltlplan.service.job_queue import runner
 from ltlplan.service.job_queue.store import NoRoom
 from tests.helpers.flights import small_mission
 from tests.helpers.job_services import begun, ended, run, service
@@ -36,7 +37,9 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     subprocess.run(["umount", str(place)], check=True)
 
 
-def test_a_full_disk_is_refused_and_what_was_accepted_waits_for_room(small_disk: Path) -> None:
+def test_a_full_disk_is_refused_and_what_was_accepted_waits_for_room(small_disk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runner, "AGAIN", 0.2)
+
     async def check() -> None:
         filler = small_disk / "filler"
         async with service(small_disk / "data") as jobs:

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 import ltlplan
+from ltlplan.service.job_queue import database
 from ltlplan.service.job_queue.store import Store
 from ltlplan.service.models import ENDED
 from ltlplan.service.problems import Conflict, NotFound, TooManyRequests
@@ -322,7 +323,9 @@ def test_a_database_that_is_not_ours_is_refused_and_left_as_it_is(
     run(check())
 
 
-def test_a_database_that_others_hold_is_refused_in_words(tmp_path: Path) -> None:
+def test_a_database_that_others_hold_is_refused_in_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(database, "PATIENCE", 0.3)
+
     async def check() -> None:
         async with service(tmp_path / "data"):
             pass
