@@ -1,7 +1,7 @@
 """Refinement beside other tools: fixed times, shortest times with limits, the Split-S race course, time-optimised missions.
 
-    python tests/benchmarks/refinement.py            # all tables
-    python -m pytest tests/benchmarks/refinement.py -s
+    python tests/benchmarks/refinement.py            # a minute of processor time
+    python tests/benchmarks/refinement.py --all      # and the missions and limits that take several
 
 Peers run where they are installed (`pip install minsnap-trajectories rotorpy toppra`); each row names its own. Times are
 the least of several runs, in one thread (OMP_NUM_THREADS=1); those above 10 ms are processor time, so that other work on the
@@ -10,14 +10,16 @@ machine does not count.
 
 from __future__ import annotations
 
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
 from importlib.util import find_spec
 from io import StringIO
 from typing import Any
 
 import numpy as np
+import pytest
 from scipy.linalg import solveh_banded
 
 import ltlplan
@@ -48,7 +50,7 @@ from tests.benchmarks.refinement_courses import (
 from verify.data import GRAVITY, Trajectory
 
 SIZES = (6, 30, 100, 300, 1000)
-HURRIED = ("hoops-ltl", "hoops-sequence")
+HURRIED = ("hoops-sequence",)
 """Missions whose time-optimised flights are measured."""
 
 
@@ -210,10 +212,10 @@ def split_s(yaw_rate: float) -> dict[str, Any]:
     }
 
 
-def time_optimised() -> list[dict[str, Any]]:
+def time_optimised(missions: Sequence[str] = HURRIED) -> list[dict[str, Any]]:
     """Refine missions at each pace, first (compiled anew) and again, and have each answer judged for all times."""
     rows = []
-    for mission in HURRIED:
+    for mission in missions:
         plan = ltlplan.plan(ltlplan.load_mission(mission), seed=0)
         paces: tuple[tuple[Pace, float], ...] = (("nominal", 100.0), ("time", 100.0), ("blend", 100.0))
         for pace, weight in paces:
@@ -230,9 +232,10 @@ def time_optimised() -> list[dict[str, Any]]:
     return rows
 
 
-def test_time_optimised() -> None:
-    """Missions at the plan's pace, time-optimised, and so with regard for snap."""
-    rows = time_optimised()
+@pytest.mark.parametrize("mission", [*HURRIED, pytest.param("hoops-ltl", marks=pytest.mark.slow)])
+def test_time_optimised(mission: str) -> None:
+    """A mission at the plan's pace, time-optimised, and so with regard for snap."""
+    rows = time_optimised([mission])
     for row in rows:
         print(row)
     assert all(row["certified"] for row in rows)
@@ -270,10 +273,9 @@ def test_shortest_times() -> None:
 
 
 def test_split_s() -> None:
-    """The race course, certified for all times; the slower row for 0.3 rad/s is reported beside it."""
+    """The race course, certified for all times."""
     row = split_s(3.0)
     print(row, {"optimum, s": SPLIT_S_OPTIMUM, "best fast peer, s": SPLIT_S_FAST_PEER})
-    print(split_s(0.3))
     assert row["certified"]
     assert row["passes"]
     assert row["lowest"] >= SPLIT_S_FLOOR
@@ -281,8 +283,13 @@ def test_split_s() -> None:
     assert row["seconds"] <= 10.0
 
 
+@pytest.mark.slow
+def test_split_s_turning_slowly() -> None:
+    """The same at 0.3 rad/s about z, which is reported beside it."""
+    print(split_s(0.3))
+
+
 if __name__ == "__main__":
     print(f"g = {GRAVITY} m/s^2; times in ms for fixed times, in s elsewhere")
-    for check in (test_fixed_times, test_shortest_times, test_split_s, test_time_optimised):
-        print(f"\n{check.__name__}: {check.__doc__}")
-        check()
+    chosen = "slow or not slow" if "--all" in sys.argv[1:] else "not slow"
+    sys.exit(pytest.main(["-s", "-q", "-n", "0", "-m", chosen, __file__]))
