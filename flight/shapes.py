@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from plotly.basedatatypes import BaseTraceType
 from scipy.spatial import ConvexHull
 
+from verify.data.shapes.convex_parts import outline
 from verify.data.shapes.inequalities import surface
-from verify.data.shapes.measures import outline
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.placed_body import PlacedBody
 from verify.data.shapes.region import Hoop, Region

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from refine.obstacles import SolidBody
 from refine.planes import Plane, nearest_on_segment
-from verify.data.shapes.measures import Solid, solids
+from verify.data.shapes.gaps import Solid, solids
 from verify.data.shapes.region import Hoop, Region
 
 Floats = NDArray[np.float64]

@@ -17,7 +17,7 @@ from scipy.spatial import ConvexHull
 from flight.pictures import region_colours, robot_colour
 from flight.shapes import bends, hoop_axes
 from verify.data import Mission
-from verify.data.shapes.measures import outline
+from verify.data.shapes.convex_parts import outline
 from verify.data.shapes.placed_body import PlacedBody
 from verify.data.shapes.region import Hoop
 

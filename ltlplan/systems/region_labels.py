@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verify.data import Letter, Mission
+from verify.data.shapes.gaps import widest_gap
 from verify.data.shapes.inequalities import Point
-from verify.data.shapes.measures import widest_gap
 from verify.data.shapes.region import Hoop, Region, ellipsoid_matrices
 
 Floats = NDArray[np.float64]

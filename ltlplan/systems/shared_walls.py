@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from verify.data import Letter, Mission
-from verify.data.shapes.measures import faces_around
+from verify.data.shapes.convex_parts import faces_around
 from verify.data.shapes.region import Region
 
 _LEAST = 1e-6

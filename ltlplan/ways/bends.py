@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 
 from ltlplan.ways.solid_bodies import SolidBodies, SolidBody
 from ltlplan.ways.straightening import Turn
-from verify.data.shapes.measures import ConvexBody
+from verify.data.shapes.convex_parts import ConvexBody
 
 Floats = NDArray[np.float64]
 

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from verify.data.shapes.convex_parts import ConvexBody
+from verify.data.shapes.gaps import solids
 from verify.data.shapes.inequalities import Parts, Point
-from verify.data.shapes.measures import ConvexBody, solids
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]

@@ -18,7 +18,7 @@ from refine.limits.usage import shares_used
 from refine.limits.values import Limits
 from refine.spline.values import Spline
 from verify.data import Mission, RobotPlan
-from verify.data.shapes.measures import widest_gap
+from verify.data.shapes.gaps import widest_gap
 from verify.data.shapes.region import Region
 
 Floats = NDArray[np.float64]

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verify.data.shapes.conditions import HalfSpace, Quadric, Vector, condition, determinant, root_bounds, solve
+from verify.data.shapes.convex_parts import convex_body, polyhedron_corners
 from verify.data.shapes.inequalities import Inequality, Point
-from verify.data.shapes.measures import convex_body, polyhedron_corners
 
 Floats = NDArray[np.float64]
 Face = tuple[Vector, Fraction]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.kept_clear import KeptRegion, Room
 from ltlplan.ways.solids import Solid, Solids
-from verify.data.shapes.measures import ConvexBody
+from verify.data.shapes.convex_parts import ConvexBody
 
 Floats = NDArray[np.float64]
 

@@ -11,7 +11,8 @@ from ltlplan.ways.free_space import FreeSpace
 from ltlplan.ways.solids import NO_SOLIDS, Solids
 from verify.data.mission import Mission
 from verify.data.rules.passage_room import room_in_opening, room_in_region
-from verify.data.shapes.measures import ConvexBody, Measures
+from verify.data.shapes.convex_parts import ConvexBody
+from verify.data.shapes.measures import Measures
 from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from verify.data.shapes.gaps import widest_gap
 from verify.data.shapes.inequalities import Parts
-from verify.data.shapes.measures import widest_gap
 
 if TYPE_CHECKING:
     from verify.data.mission import Mission

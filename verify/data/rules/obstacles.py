@@ -12,7 +12,8 @@ from verify.data.rules.faults import Finding
 from verify.data.rules.kinds import flown
 from verify.data.rules.spacing import ROUNDING
 from verify.data.sections import Agent
-from verify.data.shapes.measures import ConvexBody, Floats, Solid, outline, solids
+from verify.data.shapes.convex_parts import ConvexBody, Floats, outline
+from verify.data.shapes.gaps import Solid, solids
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
 from verify.data.shapes.solid_parts import SolidPart, solid_parts

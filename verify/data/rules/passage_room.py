@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from verify.data.shapes.measures import ConvexBody
+from verify.data.shapes.convex_parts import ConvexBody
 from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]

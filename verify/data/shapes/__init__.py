@@ -1,5 +1,7 @@
 """Where regions are: shapes as mission files name them, compiled once to inequalities that everyone else asks.
 
-Read `inequalities` (the compiled form), `conditions` (how it is asked exactly) and `measures` (in floats), then `region` (a body somewhere
-in the world) and `region_shapes`, the table of shapes, whose own are in `solids` and `unions`.
+Read `inequalities` (the compiled form), `conditions` (how it is asked exactly), `convex_parts` and `measures` (in floats), then `region`
+(a body somewhere in the world) and `region_shapes`, the table of shapes, whose own are in `solids` and `unions`. `covers` joins parts
+across faces that they share, `gaps` and `nearest` say how far bodies are from each other and from points; `obstacle` and `solid_parts`
+are what is solid.
 """

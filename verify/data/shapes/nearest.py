@@ -12,8 +12,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from verify.data.shapes.convex_parts import ConvexBody, Floats, convex_body
 from verify.data.shapes.inequalities import Inequality
-from verify.data.shapes.measures import ConvexBody, Floats, convex_body
 
 _NEWTON = 40
 _DYKSTRA = 300

@@ -13,8 +13,8 @@ from fractions import Fraction
 import numpy as np
 
 from verify.data.shapes.conditions import HalfSpace, condition
+from verify.data.shapes.convex_parts import Floats
 from verify.data.shapes.inequalities import Inequality, Point
-from verify.data.shapes.measures import Floats
 from verify.data.shapes.nearest import surface_of
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop

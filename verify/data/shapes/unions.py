@@ -10,8 +10,9 @@ import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
 from verify.data.errors import BadInput, did_you_mean
+from verify.data.shapes.convex_parts import convex_body
 from verify.data.shapes.inequalities import Inequality, Point, moved
-from verify.data.shapes.measures import MOST_PARTS, convex_body, measures
+from verify.data.shapes.measures import MOST_PARTS, measures
 from verify.data.shapes.region_shapes import REGION_SHAPES, Placed, RegionShape, compiled_parts
 from verify.data.value import faults_of
 from verify.data.vehicle import Number

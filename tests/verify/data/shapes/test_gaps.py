@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from tests.helpers.solids import random_solid
+from verify.data.shapes.gaps import solids, widest_gap
 from verify.data.shapes.inequalities import Inequality, grown
-from verify.data.shapes.measures import solids, widest_gap
 from verify.data.shapes.region import Region
 
 Floats = NDArray[np.float64]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from verify.data.shapes.measures import outline
+from verify.data.shapes.convex_parts import outline
 from verify.data.shapes.nearest import surface_of
 from verify.data.shapes.obstacle import Obstacle
 
