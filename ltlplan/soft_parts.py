@@ -1,12 +1,13 @@
 """Plans that keep as much weight of a mission's soft parts as can be kept beside its formula, and then cost least.
 
 Which parts those are is found by the exact search over words, whatever method then plans: for each set of parts that is asked about, the
-formula and these parts are one formula. The method is given the formula with as few parts as its cheapest words do not keep anyway, so
+formula and these parts are one formula. The method is given the formula with those parts that its cheapest words do not keep anyway, so
 that a part which holds anyway changes nothing. What is kept in the end is said by the certificate, which reads the parts from the mission.
 """
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -57,18 +58,12 @@ def plan_with_soft_parts(mission: Mission, planned: Callable[[Mission, Progress]
 
 
 def _planned(mission: Mission, parts: Parts, planned: Callable[[Mission, Progress], Plan], progress: Progress) -> Plan:
-    """Plan with as few parts demanded as make the cheapest words keep all of some."""
-    demanded: Parts = frozenset()
-    while demanded != parts:
-        try:
-            words = {name: does.word for name, does in assign(_asking(mission, demanded)).robots.items()}
-        except TooLarge:  # with fewer parts; with all it was not
-            demanded = parts
-            break
-        missing = parts - kept_by_words(mission, words)
-        if not missing:
-            break
-        demanded |= missing
+    """Plan so that some parts are kept; those that the formula's cheapest words keep anyway are demanded only if they are lost then."""
+    demanded = parts
+    if parts:
+        with contextlib.suppress(TooLarge):  # without them; with them it was not
+            words = {name: does.word for name, does in assign(_asking(mission, frozenset())).robots.items()}
+            demanded = parts - kept_by_words(mission, words)
     made = planned(_asking(mission, demanded), progress)
     if demanded != parts and not parts <= kept_by_words(mission, made.words):
         made = planned(_asking(mission, parts), progress)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from verify.certificate import ActionInstant, Certificate
     from verify.certification import certify, judge
     from verify.claims.claim import Claim
+    from verify.claims.soft_claims import SoftClaim
     from verify.data import NotCertified, Trajectory, Witness
     from verify.logic.verdict import TeamVerdict, Verdict
     from verify.recordings.asked import Asked, asked_of
@@ -35,6 +36,7 @@ __all__ = [
     "FlightVerdict",
     "NotCertified",
     "Samples",
+    "SoftClaim",
     "TeamVerdict",
     "Trajectory",
     "Verdict",
@@ -58,6 +60,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "verify.certificate": ("ActionInstant", "Certificate"),
             "verify.certification": ("certify", "judge"),
             "verify.claims.claim": ("Claim",),
+            "verify.claims.soft_claims": ("SoftClaim",),
             "verify.data": ("NotCertified", "Trajectory", "Witness"),
             "verify.logic.verdict": ("TeamVerdict", "Verdict"),
             "verify.recordings.asked": ("Asked", "asked_of"),
