@@ -10,7 +10,7 @@ from ltlplan.commands.shared import flight_options, options
 from ltlplan.commands.shared.simulation import Outcome, simulating, written
 
 if TYPE_CHECKING:
-    from ltlplan.online.flight import OnlineFlight
+    from ltlplan.online.online_flight import OnlineFlight
 
 
 def command(

@@ -2,7 +2,7 @@
 
 | module | what it holds |
 |---|---|
-| `flight` | a mission flown online in simulation, judged afterwards |
+| `flight`, `online_flight` | a mission flown online in simulation, judged afterwards; what came of it |
 | `certified`, `braking` | the same team flying certified pieces only, and how it comes to rest |
 | `files` | what such a flight writes |
 
@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ltlplan.online.certified import CertifiedTeam
-    from ltlplan.online.flight import OnlineFlight, fly_online
+    from ltlplan.online.flight import fly_online
+    from ltlplan.online.online_flight import OnlineFlight
     from ltlplan.sharing.team import OnlineTeam
     from ltlplan.sharing.team_in_flight import PERIOD, Desired
     from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoins, RobotLeaves, WorldEvent
@@ -29,7 +30,7 @@ _HOMES = {
     "HoopMoves": "verify.data.events",
     "NewFormula": "verify.data.events",
     "ObstacleAppears": "verify.data.events",
-    "OnlineFlight": "ltlplan.online.flight",
+    "OnlineFlight": "ltlplan.online.online_flight",
     "OnlineTeam": "ltlplan.sharing.team",
     "RobotJoins": "verify.data.events",
     "RobotLeaves": "verify.data.events",

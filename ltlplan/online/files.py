@@ -11,7 +11,7 @@ from verify.data import mission_to_yaml
 from verify.data.events import EVENTS_FILE, events_to_json
 
 if TYPE_CHECKING:
-    from ltlplan.online.flight import OnlineFlight
+    from ltlplan.online.online_flight import OnlineFlight
 
 ONLINE_FILES = ("mission.yaml", EVENTS_FILE, "flight.csv", "report.html", "summary.txt")
 

@@ -25,35 +25,21 @@ from flight.model.airframe import airframe_of
 from flight.model.attitude import euler
 from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
 from ltlplan.online.certified import CertifiedTeam
+from ltlplan.online.online_flight import CERTIFIED, NOT_ALL_CERTIFIED, NOT_CERTIFIED, OnlineFlight
 from ltlplan.planner import with_seed
 from ltlplan.sharing.events import falls_on, in_order
 from ltlplan.sharing.team import OnlineTeam
 from ltlplan.sharing.team_in_flight import PERIOD, Desired
 from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
 from verify.behaviour.word_claims import judge_formula
-from verify.data import BadInput, InternalError, Letter, Mission, NotCertified, Unsatisfiable, check_mission
+from verify.data import BadInput, InternalError, Letter, Mission, Unsatisfiable, check_mission
 from verify.data.events import ObstacleAppears, RobotJoins, RobotLeaves, WorldEvent
 from verify.data.language.word import stutter_free
 from verify.data.progress import Progress
 from verify.data.sections import Robot
 from verify.data.shapes.inequalities import Point
-from verify.logic.verdict import Verdict
-from verify.pieces import Piece
 
 Floats = NDArray[np.float64]
-
-NOT_CERTIFIED = (
-    "Flown online, in simulation only: nothing about this flight was certified beforehand, and it cannot be exported."
-)
-
-CERTIFIED = (
-    "Flown online, in simulation only, in pieces, each certified for what was left of the formula, with all that was flown "
-    "before and with the slowing down after changes of the world. Such a flight cannot be exported."
-)
-
-NOT_ALL_CERTIFIED = (
-    "Flown online, in simulation only, in certified pieces, but not all of the flight is certified, and it cannot be exported."
-)
 
 GIVE_UP = 3.0
 """s that a team which cannot finish goes on hovering before the flight is ended."""
@@ -67,70 +53,6 @@ FLOOR = 0.02
 
 Led = OnlineTeam | CertifiedTeam
 """What says where robots should be; of both the loop uses what a `TeamInFlight` has, and what was proved of a certified one."""
-
-
-@dataclass(frozen=True, eq=False)
-class OnlineFlight:
-    """What was flown online, and what the checker says of it.
-
-    Attributes:
-        mission: As it was at the end.
-        log: 100 Hz, with the events in it.
-        verdict: The checker's, over the flown words and the mission's whole formula.
-        duration: s of simulated flight.
-        satisfied_at: When the formula was first satisfied, s; None where it never was.
-        planned_cost: Summed cost of the courses at take-off.
-        final_cost: Summed cost of the courses that were flown last.
-        step_seconds: Computing time of each online step, s (not part of the flight's result). Shape (steps,).
-        words: Each robot's flown word.
-        certified: Whether only certified pieces were flown, slowing down included, and inside their margin.
-        certificates: Digests of the certificates that were flown, in order.
-        pieces: What was proved to be flown, where the flight was a certified one.
-        earlier: The mission as it was before each change of the world, with the time in s of that change.
-        events: What changed, each with the time at which the team came to know of it.
-    """
-
-    mission: Mission
-    log: FlightLog
-    verdict: Verdict
-    duration: float
-    satisfied_at: float | None
-    planned_cost: float
-    final_cost: float
-    step_seconds: Floats
-    words: Mapping[str, tuple[Letter, ...]]
-    certified: bool = False
-    certificates: tuple[str, ...] = ()
-    pieces: tuple[Piece, ...] = ()
-    earlier: tuple[tuple[float, Mission], ...] = ()
-    events: tuple[WorldEvent, ...] = ()
-
-    @property
-    def asked(self) -> Mission:
-        """The mission as it was at take-off."""
-        return self.earlier[0][1] if self.earlier else self.mission
-
-    def require(self) -> OnlineFlight:
-        """Return the flight if its words satisfy the formula.
-
-        Raises:
-            NotCertified: The verdict is not *holds*; carries the counterexample.
-        """
-        if not self.verdict:
-            raise NotCertified(f"The flown words do not keep the formula: {self.verdict.sentence}", [self.verdict.witness()])
-        return self
-
-    def sentences(self) -> list[str]:
-        """Return how long was flown and what the checker says, a sentence each."""
-        done = "never" if self.satisfied_at is None else f"after {self.satisfied_at:.1f} s"
-        return [
-            f"{self.mission.name} flew {self.duration:.1f} s; the formula was satisfied {done}.",
-            f"Verdict on the flown words: {self.verdict.outcome}. {self.verdict.sentence}",
-        ]
-
-    def summary(self) -> str:
-        """Return a few sentences for a person."""
-        return " ".join([*self.log.notes, *self.sentences()])
 
 
 # as many parameters as `ltlplan online` has choices: each may be made alone, by its keyword

@@ -14,7 +14,7 @@ from ltlplan.report.page import listed, page_html, section, warning
 from ltlplan.report.player import Playing, player_data, player_section
 
 if TYPE_CHECKING:
-    from ltlplan.online.flight import OnlineFlight
+    from ltlplan.online.online_flight import OnlineFlight
     from verify.data import Letter
 
 THIN = 5

@@ -14,7 +14,8 @@ import pytest
 import ltlplan
 from ltlplan.online.braking import slow_down
 from ltlplan.online.certified import CertifiedTeam
-from ltlplan.online.flight import NOT_ALL_CERTIFIED, fly_online
+from ltlplan.online.flight import fly_online
+from ltlplan.online.online_flight import NOT_ALL_CERTIFIED
 from tests.helpers import dense_sampler
 from verify import check_samples, check_word
 from verify.data import BadInput, Trajectory, parse_mission

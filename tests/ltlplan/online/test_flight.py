@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.online.flight import NOT_CERTIFIED, fly_online
+from ltlplan.online.flight import fly_online
+from ltlplan.online.online_flight import NOT_CERTIFIED
 from ltlplan.report.online import online_html
 from tests.helpers.pages import bars_of, data_of
 from verify.data import BadInput, NotCertified, Unsatisfiable, parse_mission

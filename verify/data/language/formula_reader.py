@@ -170,7 +170,9 @@ def _strange_counts(formula: Formula) -> Iterator[tuple[int, str]]:
 
 def _strange_robots(text: str, formula: Formula, robots: Collection[str] | None) -> Iterator[tuple[int, str]]:
     """Yield names of robots that do not exist, with their places."""
-    for node in formula.walk() if robots is not None else ():
+    if robots is None:
+        return
+    for node in formula.walk():
         if node.robot and node.robot not in robots:
             listed = ", ".join(robots)
             hint = did_you_mean(node.robot, robots)
