@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +43,8 @@ class ScheduledPath:
         name: The robot's.
         path: From its departure; before and after it hovers. At least three axes.
         visits: (enter, leave) of each visit in s after departure.
-        inner: Between which times of each visit it is in the region by more than the margin.
+        arrives: When it has come to each visit's place, or deep into its region where it flies on, s after departure; only for meetings.
+        sets_out: When it sets out for visits for which it waits for others to arrive, s after departure.
         earliest: Least departure, s.
     """
 
@@ -51,19 +52,18 @@ class ScheduledPath:
     path: Spline
     visits: tuple[tuple[float, float], ...]
     earliest: float
-    inner: tuple[tuple[float, float], ...] = ()
+    arrives: tuple[float, ...] = ()
+    sets_out: Mapping[int, float] = field(default_factory=dict[int, float])
 
     def done(self, wait: Wait) -> float:
         """Return when it has done what others wait for, in s after departure."""
         visit = wait.first[1]
-        return self.inner[visit][0] + 2 * GRID if isinstance(wait, Meeting) else self.visits[visit][1]
+        return self.arrives[visit] + GRID if isinstance(wait, Meeting) else self.visits[visit][1]
 
     def due(self, wait: Wait) -> float:
         """Return when it does what waits for others, in s after departure."""
         visit = wait.then[1]
-        if isinstance(wait, Meeting):
-            return self.inner[visit - 1][1] if visit else 0.0
-        return self.visits[visit][0]
+        return self.sets_out[visit] if isinstance(wait, Meeting) else self.visits[visit][0]
 
 
 @dataclass(frozen=True, eq=False)

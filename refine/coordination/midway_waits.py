@@ -14,7 +14,7 @@ from refine.single.flight import robot_flight
 from refine.single.values import NOWHERE, Problem, RobotFlight
 from refine.spline.values import Spline
 from verify.data import Infeasible, Witness
-from verify.data.plan import Meeting, Precedence
+from verify.data.plan import Precedence
 
 
 def with_waits(problem: Problem, robots: dict[str, RobotFlight]) -> dict[str, RobotFlight]:
@@ -48,10 +48,7 @@ def with_waits(problem: Problem, robots: dict[str, RobotFlight]) -> dict[str, Ro
         late = False
         for precedence in precedences:
             (first, _), then = precedence.first, precedence.then
-            due = flights[then[0]].due(precedence)
-            if isinstance(precedence, Meeting) and not then[1]:
-                due = waits.get(then, 0.0)  # it waits where it starts
-            short = flights[first].done(precedence) + GRID - due
+            short = flights[first].done(precedence) + GRID - flights[then[0]].due(precedence)
             if short > 0.0:
                 waits[then] = waits.get(then, 0.0) + float(np.ceil(short / GRID) * GRID)
                 late = True

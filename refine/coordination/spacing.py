@@ -72,15 +72,23 @@ def hovers_of(robot: RobotFlight, spacing: Spacing, meetings: Sequence[Meeting] 
 def flight_of(plan: Plan, robot: RobotFlight) -> ScheduledPath:
     """Return a robot's flight as scheduling sees it."""
     found = stays(robot.path, plan.mission.all_regions, plan.mission.margin)
-    inner: tuple[tuple[float, float], ...] = ()
+    arrives: tuple[float, ...] = ()
+    sets_out: dict[int, float] = {}
     if plan.meetings:
         deep = stays(robot.path, plan.mission.all_regions, -plan.mission.margin)
-        inner = tuple(_within(stay, deep) for stay in found)
-    return ScheduledPath(robot.name, robot.path, tuple((stay.start, stay.end) for stay in found), robot.plan.hold, inner)
+        waits = {meeting.then[1] for meeting in plan.meetings if meeting.then[0] == robot.name}
+        sets_out = {visit: float(robot.path.knots[robot.halts.get(visit, 0)]) for visit in waits}
+        arrives = tuple(_arrival(robot, index, stay, deep) for index, stay in enumerate(found))
+    visits = tuple((stay.start, stay.end) for stay in found)
+    return ScheduledPath(robot.name, robot.path, visits, robot.plan.hold, arrives, sets_out)
 
 
-def _within(stay: SampledStay, deep: Sequence[SampledStay]) -> tuple[float, float]:
-    """Return between which times of a stay a robot is in the region by more than the margin; its middle where it never is."""
-    mine = [other for other in deep if other.region == stay.region and stay.start <= other.start and other.end <= stay.end]
-    middle = (stay.start + stay.end) / 2
-    return (mine[0].start, mine[-1].end) if mine else (middle, middle)
+def _arrival(robot: RobotFlight, visit: int, stay: SampledStay, deep: Sequence[SampledStay]) -> float:
+    """Return when a robot has come to the place of a visit where it waits or ends; where it flies on, when it is deep in its region."""
+    nodes, knots = robot.path.nodes, robot.path.knots
+    if visit + 1 in robot.halts or visit + 1 == len(robot.plan.visits):
+        node = robot.halts.get(visit + 1, len(nodes) - 1)
+        while node > 0 and np.array_equal(nodes[node - 1], nodes[node]):
+            node -= 1
+        return float(knots[node])
+    return next((o.start for o in deep if o.region == stay.region and stay.start <= o.start and o.end <= stay.end), stay.end)

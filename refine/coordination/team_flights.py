@@ -161,9 +161,9 @@ def _departing(
     for as long as that changes anything.
     """
     clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
-    waiting = bool(problem.plan.meetings)
-    if waiting:  # departures alone seldom make stays overlap
-        robots = with_waits(problem, robots)
+    if problem.plan.meetings:
+        return _meeting(problem, robots)
+    waiting = False
     while True:
         found = _departures(problem, robots)
         if not isinstance(found, DepartureConflict):
@@ -188,10 +188,41 @@ def _departing(
             return robots, found
 
 
-def _departures(problem: Problem, robots: dict[str, RobotFlight]) -> dict[str, float] | DepartureConflict:
+def _meeting(
+    problem: Problem, robots: dict[str, RobotFlight]
+) -> tuple[dict[str, RobotFlight], dict[str, float] | DepartureConflict]:
+    """Return a team that waits for its meetings in flight, everyone departing at once, or who cannot be kept apart.
+
+    Of two robots that come too near each other one gets a path that keeps clear of where the other one starts, waits and ends.
+    """
+    together, clear_of = dict(robots), dict[str, tuple[str, ...]].fromkeys(robots, ())
+    given = dict.fromkeys(robots, 0.0)
+    while True:
+        held = with_waits(problem, together)
+        found = _departures(problem, held, given)
+        if not isinstance(found, DepartureConflict):
+            return held, found
+        changed = False
+        for name, other in (found.pair, found.pair[::-1]):
+            if name == other or other in clear_of[name] or changed:
+                continue
+            clear_of[name] = (*clear_of[name], other)
+            places = [p for who in clear_of[name] for p in hovers_of(together[who], problem.spacing, problem.plan.meetings)]
+            try:
+                together = {**together, name: robot_flight(problem, name, (*idle_others(problem, name), *places))}
+                changed = True
+            except Infeasible:
+                continue  # the other robot's path may still move
+        if not changed:
+            return held, found
+
+
+def _departures(
+    problem: Problem, robots: dict[str, RobotFlight], given: dict[str, float] | None = None
+) -> dict[str, float] | DepartureConflict:
     spacing, flights = problem.spacing, [flight_of(problem.plan, robot) for robot in robots.values()]
     precedences = among(problem, tuple(robots))
-    return departures(flights, distance=spacing.distance, z_scale=spacing.z_scale, precedences=precedences)
+    return departures(flights, distance=spacing.distance, z_scale=spacing.z_scale, precedences=precedences, given=given)
 
 
 def _with_visits_relocated(problem: Problem, robots: dict[str, RobotFlight]) -> Together | None:

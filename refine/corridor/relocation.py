@@ -22,6 +22,8 @@ Floats = NDArray[np.float64]
 
 _WAYS = 12
 """Places behind something solid to which a way around it is looked for."""
+_WIDER = (0.25, 0.1, 0.0)
+"""m beyond what robots keep that places to meet at lie apart, where there is so much room: others fly between."""
 _UNIT_BOX = np.array(list(itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3)))
 _UNIT_BALL = np.array([p for p in itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3) if np.linalg.norm(p) <= 1.0])
 
@@ -119,8 +121,9 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float) -> Plan:
         guests = [name for name, found in visits.items() if found]
         if len(guests) < 2:
             continue
-        for apart in (False, True):
-            places = _own_places(plan, region, {name: visits[name][0] for name in guests}, (distance, z_scale), apart=apart)
+        for wider, apart in itertools.product(_WIDER, (False, True)):
+            kept = distance + wider, z_scale
+            places = _own_places(plan, region, {name: visits[name][0] for name in guests}, kept, apart=apart)
             if places is not None:
                 for name, place in places.items():
                     for i in visits[name]:

@@ -11,6 +11,7 @@ import pytest
 from ltlplan import parse_mission, plan
 from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjunct_automata
+from ltlplan.missions import shipped_mission_text
 from ltlplan.pipeline import certified_team
 from ltlplan.search.counts.planning import plan_counts
 from ltlplan.search.exact import assign
@@ -154,4 +155,21 @@ def test_whoever_comes_first_waits_in_flight():
     assert plan_from_json(made.to_json(), made.mission) == made
     assert len(one_at_a_time(made)) > len(made.meetings)
     done = certified_team(made)
+    assert all(claim.outcome == "holds" for claim in done.certificate.claims)
+
+
+@pytest.mark.slow
+def test_fire_fighting_has_no_trap_for_robots_that_idle():
+    text = shipped_mission_text("firefighting").replace("team: own", "team: joint")
+    mission = parse_mission(text.replace("G(smoke -> carrying)", "G all(smoke -> carrying)"))
+    done = certified_team(plan(mission))
+    assert all(claim.outcome == "holds" for claim in done.certificate.claims)
+    assert any(not robot.visits for robot in done.plan.robots.values())
+
+
+@pytest.mark.slow
+def test_four_robots_meet_and_go_home():
+    more = "  quad2: {start: [1.1, -1.6, 1.0]}\n  quad3: {start: [-1.6, -0.8, 1.0]}\nvehicle:"
+    text = MEETING.replace("FORMULA", "F(count(dock) >= 4) & F all(home)").replace("vehicle:", more)
+    done = certified_team(plan(parse_mission(text)))
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)
