@@ -97,8 +97,9 @@ def fly_online(
     ordered = in_order(mission, events)
     if not certified and (mission.obstacles or any(isinstance(event, ObstacleAppears) for event in ordered)):
         raise BadInput(
-            "Sharing tasks in flight without certified pieces goes along courses that know no obstacles; fly this mission with "
-            "`certified=True` (`--certified`)."
+            "Sharing tasks in flight without certified pieces goes along courses that are held against rings and regions at samples, and "
+            "against nothing solid; fly among obstacles with `certified=True` (`ltlplan online MISSION --certified`), where each piece and "
+            "each way of braking from it is proved clear of them before it is flown."
         )
     try:
         if certified:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -226,6 +226,7 @@ class Client:
         format: str = "crazyswarm2",  # noqa: A002  # the name that users type
         *,
         vehicle: str | None = None,
+        robots: Collection[str] | None = None,
         rate: float | None = None,
     ) -> tuple[Path, ...]:
         """Write a job's certified flight for a vehicle; as `flight.export`.
@@ -235,6 +236,7 @@ class Client:
             out: Folder to write.
             format: What for; `exports` lists them.
             vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
+            robots: Names of those that are written, where others of the team fly from another export; None for all.
             rate: px4, ros2: setpoints a second.
 
         Raises:
@@ -243,7 +245,7 @@ class Client:
         """
         from verify.data.storage.folders import write_files
 
-        options = {"vehicle": vehicle, "rate": rate}
+        options = {"vehicle": vehicle, "robots": None if robots is None else ",".join(robots), "rate": rate}
         given = {name: value for name, value in options.items() if value is not None}
         packed = self._wire.ask("GET", f"/api/jobs/{segment(self._of(job).id)}/exports/{segment(format)}", params=given).content
         return write_files(out, unpacked(packed))

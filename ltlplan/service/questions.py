@@ -14,6 +14,7 @@ import tempfile
 import zipfile
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -227,24 +228,40 @@ def zipped(files: Mapping[str, bytes]) -> bytes:
     return buffer.getvalue()
 
 
-def export(
-    folder: Path, files: Place, target: str, vehicle: str | None, options: Mapping[str, float], report: Progress
-) -> bytes:
+@dataclass(frozen=True, slots=True)
+class ExportAsked:
+    """What a flight is to be written for.
+
+    Attributes:
+        target: Name of the format.
+        vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
+        robots: Those that are written, where others of the team fly from another export; None for all.
+        options: The target's own.
+    """
+
+    target: str
+    vehicle: str | None
+    robots: tuple[str, ...] | None
+    options: Mapping[str, float]
+
+
+def export(folder: Path, files: Place, asked: ExportAsked, report: Progress) -> bytes:
     """Return a certified flight, written for a vehicle, as a ZIP archive; its certificate is proved again first.
 
     Args:
         folder: Empty, for use meanwhile.
         files: What the job has made.
-        target: Name of the format.
-        vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
-        options: The target's own.
+        asked: What it is to be written for.
         report: Told what is done.
     """
     from ltlplan.output import make_export
 
     _put(files, folder)
     with _without_places(folder):
-        return zipped(make_export(folder, target, vehicle=vehicle, options=options, progress=report).files)
+        made = make_export(
+            folder, asked.target, vehicle=asked.vehicle, robots=asked.robots, options=asked.options, progress=report
+        )
+        return zipped(made.files)
 
 
 def recheck(folder: Path, files: Place, report: Progress) -> bytes:

@@ -248,12 +248,17 @@ async def export_job(
         str | None, Query(description="airframe that will fly, to be held against the certificate's", max_length=100)
     ] = None,
     rate: Annotated[float | None, Query(description="px4, ros2: setpoints a second", ge=1, le=1000)] = None,
+    robots: Annotated[
+        str | None,
+        Query(description="robots to write, such as quad0,quad1, where others fly from another export", max_length=10_000),
+    ] = None,
 ) -> Response:
     """Write a certified flight for a vehicle, after proving its certificate again."""
     service = service_of(request)
-    options = {} if rate is None else {"rate": rate}
+    names = None if robots is None else tuple(name.strip() for name in robots.split(","))
+    wanted = asked.ExportAsked(target, vehicle, names, {} if rate is None else {"rate": rate})
     found = await places(service.jobs, job)
-    packed = await service.questions.ask_in_folder(asked.export, found, target, vehicle, options)
+    packed = await service.questions.ask_in_folder(asked.export, found, wanted)
     return _zip(packed, f"{job}-{target}.zip")
 
 

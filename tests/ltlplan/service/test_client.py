@@ -56,6 +56,7 @@ def test_exports_are_written_as_the_library_writes_them(client: Client, done: Su
     assert "px4" in client.exports()
     written = client.export(done, tmp_path / "out", "crazyflie")
     assert (tmp_path / "out" / "README.txt") in written
+    assert client.export(done, tmp_path / "some", "crazyflie", robots=list(parse_mission(ONE_HOOP).agents))
     with pytest.raises(NotCertified):
         client.export(done, tmp_path / "other", "crazyflie", vehicle="another")
     with pytest.raises(BadInput, match="Did you mean 'px4'"):

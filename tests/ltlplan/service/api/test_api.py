@@ -164,6 +164,7 @@ def test_flights_are_written_for_vehicles(done: Submitted, http: httpx.Client) -
     assert "Did you mean 'px4'?" in str(told["detail"])
     assert_refused(http.get(f"/api/jobs/{done.id}/exports/crazyflie", params={"vehicle": "other"}), 422, "not-certified")
     assert_refused(http.get(f"/api/jobs/{done.id}/exports/crazyflie", params={"rate": 20}), 422, "bad-input")
+    assert_refused(http.get(f"/api/jobs/{done.id}/exports/crazyflie", params={"robots": "nobody"}), 422, "bad-input")
 
 
 def test_a_recorded_flight_is_judged_by_its_job_or_by_its_files(done: Submitted, http: httpx.Client) -> None:
