@@ -12,9 +12,9 @@ other parts stand on.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING
+from verify.data.loading import loaded_at_first_use
 
+TYPE_CHECKING = False  # type checkers take it for True
 if TYPE_CHECKING:
     from ltlplan.online.certified import CertifiedTeam
     from ltlplan.online.flight import fly_online
@@ -22,21 +22,6 @@ if TYPE_CHECKING:
     from ltlplan.sharing.team import OnlineTeam
     from ltlplan.sharing.team_in_flight import PERIOD, Desired
     from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoins, RobotLeaves, WorldEvent
-
-_HOMES = {
-    "PERIOD": "ltlplan.sharing.team_in_flight",
-    "CertifiedTeam": "ltlplan.online.certified",
-    "Desired": "ltlplan.sharing.team_in_flight",
-    "HoopMoves": "verify.data.events",
-    "NewFormula": "verify.data.events",
-    "ObstacleAppears": "verify.data.events",
-    "OnlineFlight": "ltlplan.online.online_flight",
-    "OnlineTeam": "ltlplan.sharing.team",
-    "RobotJoins": "verify.data.events",
-    "RobotLeaves": "verify.data.events",
-    "WorldEvent": "verify.data.events",
-    "fly_online": "ltlplan.online.flight",
-}
 
 __all__ = [
     "PERIOD",
@@ -53,10 +38,15 @@ __all__ = [
     "fly_online",
 ]
 
-
 if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one is an error to them
-
-    def __getattr__(name: str) -> object:
-        if name not in _HOMES:
-            raise AttributeError(f"module 'ltlplan.online' has no attribute '{name}'")
-        return getattr(importlib.import_module(_HOMES[name]), name)
+    __getattr__, __dir__ = loaded_at_first_use(
+        __name__,
+        {
+            "ltlplan.online.certified": ("CertifiedTeam",),
+            "ltlplan.online.flight": ("fly_online",),
+            "ltlplan.online.online_flight": ("OnlineFlight",),
+            "ltlplan.sharing.team": ("OnlineTeam",),
+            "ltlplan.sharing.team_in_flight": ("PERIOD", "Desired"),
+            "verify.data.events": ("HoopMoves", "NewFormula", "ObstacleAppears", "RobotJoins", "RobotLeaves", "WorldEvent"),
+        },
+    )

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-PACKAGES = ("ltlplan", "verify", "verify.data", "refine", "flight", "flight.exports")
+PACKAGES = ("ltlplan", "ltlplan.online", "verify", "verify.data", "refine", "flight", "flight.exports")
 HEAVY = ("numpy", "scipy", "pydantic", "casadi", "cvxpy", "flint", "plotly", "pandas", "networkx", "ruamel.yaml")
 
 
