@@ -42,11 +42,15 @@ def translate(
 
     Raises:
         FormulaError: The text is no formula.
-        BadInput: `trace` or `form` is none of these.
+        BadInput: `trace` or `form` is none of these, or the formula says `all`, `some` or `each` without a team.
         MissingEngine: Spot is not installed.
         TooLarge: A budget did not suffice.
     """
     value = parse_formula(formula) if isinstance(formula, str) else check_formula(formula)
+    if (node := next((node for node in value.walk() if node.operator in ("all", "some", "each")), None)) is not None:
+        raise BadInput(
+            f"`{node}` depends on how many robots there are; give a mission, or write it with `count(...)` or robots' names."
+        )
     if trace not in ("finite", "infinite"):
         raise BadInput(f"trace must be 'finite' or 'infinite', not {trace!r}.")
     if form not in ("deterministic", "small"):

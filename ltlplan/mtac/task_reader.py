@@ -19,6 +19,7 @@ from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
 from ltlplan.logic.translation import translate
 from ltlplan.mtac.agent_moves import World
 from verify.data import BadInput, Letter
+from verify.data.language.counting import require_plain
 
 State = Hashable
 """A state of the automaton, its dead state included."""
@@ -51,6 +52,9 @@ class Reader:
 
     def __init__(self, world: World) -> None:
         mission = world.mission
+        require_plain(
+            mission.formula, "MTAC-E and sharing in flight hand tasks from one robot to the next and do not plan that"
+        )
         self._formula, self._joint = mission.formula, mission.spec.team == "joint"
         self._automaton = translate(mission.formula, trace="finite")
         self._known: dict[tuple[State, Letter], State] = {}

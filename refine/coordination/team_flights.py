@@ -195,7 +195,8 @@ def _meeting(
 
     Of two robots that come too near each other one gets a path that keeps clear of where the other one starts, waits and ends.
     """
-    together, clear_of = dict(robots), dict[str, tuple[str, ...]].fromkeys(robots, ())
+    together = dict(robots)
+    clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
     given = dict.fromkeys(robots, 0.0)
     while True:
         held = with_waits(problem, together)

@@ -93,9 +93,12 @@ def at_once(words: Mapping[str, Sequence[Letter]]) -> Iterator[list[Held]]:
 
 
 def some_flight(rng: Random, timelines: Mapping[str, Timeline], clock_error: Fraction) -> list[Held]:
-    """Return a team word of one flight that agrees with the timelines: membership of each region at each time, regions closed."""
+    """Return a team word of one flight that agrees with the timelines: membership of each region at each time, regions closed.
+
+    It lasts until the robot whose clock is furthest behind has finished.
+    """
     inside = {name: _memberships(rng, timeline, clock_error) for name, timeline in timelines.items()}
-    duration = next(iter(timelines.values())).duration
+    duration = next(iter(timelines.values())).duration + clock_error
     times = {Fraction(0), duration}
     for spells in inside.values():
         times |= {t for found in spells.values() for low, high in found for t in (low, high) if 0 <= t <= duration}

@@ -351,7 +351,8 @@ class _Judge:
 
         def where(position: int) -> str:
             name, observation = read[position]
-            return f"{'the team' if name == TEAM else name}'s {show_letter(observation.letter)} ({_when(spans[position])})"
+            shown = self._said(observation.letter)
+            return f"{'the team' if name == TEAM else name}'s {shown} ({_when(spans[position])})"
 
         reason = explain(to_formula(part), word, where) if self.atoms else self._explain(word, where)
         at = reason.position
@@ -366,6 +367,22 @@ class _Judge:
             times=tuple((float(low), float(high)) for low, high in spans),
             order=mending_waits(self.mission.formula, self.mission.spec.team, self.timelines) if mends else (),
         )
+
+    def _said(self, letter: Letter) -> str:
+        """Return a letter for a person: plain names as they are, of each count how many robots there are at least."""
+        if not self.atoms:
+            return show_letter(letter)
+        most: dict[str, int] = {}
+        for text in letter & self.atoms.keys():
+            atom = self.atoms[text]
+            if not atom.robot:
+                most[str(atom.counted)] = max(atom.least, most.get(str(atom.counted), 0))
+        counted = [
+            f"{least} or more robots {'in' if name in self.mission.all_regions else 'with'} {name}"
+            for name, least in sorted(most.items())
+        ]
+        plain = letter - {text for text in letter if text in self.atoms and not self.atoms[text].robot}
+        return " with ".join([show_letter(plain), *([" and ".join(counted)] if counted else [])])
 
     def _region(self, reason: Reason, letter: Letter | None) -> str | None:
         """Return the one region that a broken part is about: of the letter that breaks it, or at all; None where several are."""

@@ -55,8 +55,24 @@ def show(formula: Formula) -> str:
         len(list(itertools.islice(formula.walk(), MAX_SHOWN + 1))) > MAX_SHOWN
     ):  # one that shares its parts may be endless as text
         return "(a long formula)"
-    text = str(formula)
+    text = str(_compared(formula)) if formula.counts else str(formula)
     return text if len(text) <= MAX_SHOWN else text[: MAX_SHOWN - 3] + "..."
+
+
+def _compared(formula: Formula) -> Formula:
+    """Return a formula that is easier to read: with `count(B) < k` for `!(count(B) >= k)`, and `all(B)` for `count(!B) < 1`."""
+    if formula.operator == "!" and formula.arguments[0].bound is not None:
+        (count,) = formula.arguments
+        sign, least = count.bound or (">=", 1)
+        (counted,) = count.arguments
+        if (sign, least) == (">=", 1):
+            every = counted.arguments[0] if counted.operator == "!" else Formula("!", (counted,))
+            return Formula("all", (every,))
+        if sign == ">=":
+            return Formula("count", (counted,), bound=("<=", least - 1))
+    if formula.operator == "count" or not formula.arguments:
+        return formula
+    return Formula(formula.operator, tuple(map(_compared, formula.arguments)), formula.name, formula.position)
 
 
 def _conjuncts(formula: Formula) -> list[Formula]:

@@ -111,6 +111,7 @@ def test_a_failure_names_counts_and_times():
     verdict = judged("G(count(a) <= 1)", [docked(1, 6), docked(5, 9)])
     assert verdict.outcome == "fails"
     assert 5 <= verdict.time <= 5.25
+    assert verdict.sentence.startswith("`G count(a) <= 1` fails at the team's {} with 2 or more robots in a (5.000 to 6.250 s)")
     assert any("count(a) >= 2" in letter for _, letter in verdict.readings())
 
 

@@ -11,7 +11,10 @@ import pytest
 from ltlplan import parse_mission, plan
 from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjunct_automata
+from ltlplan.logic.translation import translate
 from ltlplan.missions import shipped_mission_text
+from ltlplan.mtac.agent_moves import World
+from ltlplan.mtac.task_reader import Reader
 from ltlplan.pipeline import certified_team
 from ltlplan.search.counts.planning import plan_counts
 from ltlplan.search.exact import assign
@@ -173,3 +176,12 @@ def test_four_robots_meet_and_go_home():
     text = MEETING.replace("FORMULA", "F(count(dock) >= 4) & F all(home)").replace("vehicle:", more)
     done = certified_team(plan(parse_mission(text)))
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)
+
+
+def test_what_shares_tasks_in_flight_refuses_counts():
+    mission = parse_mission(MEETING.replace("FORMULA", "F(count(dock) >= 2)"))
+    with pytest.raises(BadInput, match="hand tasks from one robot to the next"):
+        Reader(World(mission))
+    with pytest.raises(BadInput, match="depends on how many robots there are"):
+        translate("F all(a)")
+    assert translate("F(count(a) >= 2) & F quad0.a").propositions == ("count(a) >= 2", "quad0.a")

@@ -1,0 +1,79 @@
+"""Times of counts under `team: joint`: planning teams of 2 to 30 robots, and counts beside the same written out with names.
+
+Run `python tests/benchmarks/counts.py`. Times are CPU seconds of this process, the least of several runs.
+"""
+
+from __future__ import annotations
+
+import itertools
+import sys
+import time
+from fractions import Fraction
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from ltlplan.logic.conjunction import conjunct_automaton
+from ltlplan.search.exact import assign
+from tests.helpers.worlds import world
+from verify.behaviour.timeline import Change, Enclosure, Relations, Timeline
+from verify.behaviour.word_claims import judge_formula
+from verify.data import Mission
+
+PLACES = {"a": (0.0, 0.0), "b": (3.0, 0.0), "home": (0.0, 4.0)}
+STARTS = tuple((-8.0 + 1.6 * (i % 10), -6.0 - 1.6 * (i // 10)) for i in range(40))
+TEN = "F(count(a) >= 5) & G(count(b) <= 2) & F all(home)"
+THIRTY = "F(count(a) >= 15) & F(count(b) >= 2) & G(count(b) <= 2) & F all(home)"
+
+
+def team(formula: str, robots: int) -> Mission:
+    """Return a mission of some robots over three places."""
+    return world(formula, robots=robots, regions=PLACES, starts=STARTS, team="joint")
+
+
+def planned(formula: str, robots: int, runs: int = 3) -> float:
+    """Return the least CPU time of planning, s, automata made anew."""
+    taken: list[float] = []
+    for _ in range(runs):
+        mission = team(formula, robots)
+        conjunct_automaton.cache_clear()
+        begin = time.process_time()
+        assign(mission)
+        taken.append(time.process_time() - begin)
+    return min(taken)
+
+
+def judged(formula: str, robots: int) -> float:
+    """Return the CPU time of judging stays that overlap, s."""
+    mission = team(formula, robots)
+    lines = {}
+    for i, name in enumerate(mission.agents):
+        stay = [(Fraction(1) + Fraction(i, 50), "must"), (Fraction(8) + Fraction(i, 50), "no")]
+        changes = tuple(Change(Enclosure(at, at + Fraction(1, 4)), "a", status) for at, status in stay)
+        lines[name] = Timeline(name, dict.fromkeys(PLACES, "no"), changes, Fraction(12))
+    begin = time.process_time()
+    (verdict,) = judge_formula(mission, lines, Relations(), detail="answer")
+    assert verdict, verdict.sentence
+    return time.process_time() - begin
+
+
+def with_names(robots: int, least: int) -> str:
+    """Return `F(count(a) >= least)` written out with names."""
+    ways = ("&".join(f"quad{i}.a" for i in chosen) for chosen in itertools.combinations(range(robots), least))
+    return f"F({' | '.join(f'({way})' for way in ways)})"
+
+
+def main() -> None:
+    """Print all tables."""
+    print("robots: count planned, with names planned, count judged, with names judged (s)")
+    for robots in (2, 3, 4, 5, 6):
+        count, names = "F(count(a) >= 2)", with_names(robots, 2)
+        row = planned(count, robots), planned(names, robots, 1), judged(count, robots), judged(names, robots)
+        print(robots, *(f"{seconds:.3f}" for seconds in row))
+    print(f"ten robots, {TEN}: {planned(TEN, 10):.2f} s")
+    print(f"thirty robots, {THIRTY}: {planned(THIRTY, 30, 1):.2f} s")
+    print(f"thirty robots judged, F(count(a) >= 30): {judged('F(count(a) >= 30)', 30):.3f} s")
+
+
+if __name__ == "__main__":
+    main()
