@@ -15,27 +15,26 @@ from typing import Literal
 import numpy as np
 
 from ltlplan.logic.automaton import DEAD, representative_letters
-from ltlplan.logic.budget import Budget, TooLarge
+from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.logic.task import Task
 from ltlplan.search.reduced_graph import Team
+from ltlplan.search.refusals import remedies
 from ltlplan.search.refusals.altered_systems import leaving_at_once, sure_at_walls, with_internal, without, without_free_flight
+from ltlplan.search.refusals.remedies import Worlds
+from ltlplan.search.refusals.requirements import BUDGET, all_of, eventually, satisfiable
 from ltlplan.search.team_search import cheapest_path
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.shared_walls import wall_sentence
-from ltlplan.systems.transition_systems import TransitionSystem, environment_of
 from ltlplan.systems.unreachable import why_unreachable
-from verify.data import Formula, Letter, Mission, Unsatisfiable, Word
+from verify.data import Formula, Mission, Unsatisfiable, Word
 from verify.data.language.counting import written_out
 from verify.data.language.formula import FREE
 from verify.data.language.free import in_no_region
-from verify.data.sections import Edge
 
-BUDGET = Budget(states=200_000)
 MAX_SUBSETS = 300
 _FAR = 1e4  # m, to where a region is moved to see what is possible without it in the way
 
-Worlds = Sequence[TransitionSystem]
 Feasible = Callable[[Sequence[Formula], Worlds], bool]
 
 
@@ -112,7 +111,7 @@ def refused_in_some_order(mission: Mission, order: Sequence[tuple[str, Word]]) -
 def _feasible(parts: Sequence[Formula], worlds: Worlds) -> bool:
     team = Team(worlds)
     try:
-        task = Task(conjunct_automata(_all_of(parts), "finite"), team.letters, team.walls)
+        task = Task(conjunct_automata(all_of(parts), "finite"), team.letters, team.walls)
         return cheapest_path(team, task, BUDGET) is not None
     except TooLarge:
         return True  # not known to be impossible, so nothing is said of it
@@ -133,8 +132,13 @@ class _Inquiry:
 
     def answer(self) -> NoPlan:
         core = self._core(list(dict.fromkeys(conjuncts(self.mission.formula))))
-        opened = self._opened(core)
-        edges = [] if opened else self._missing_edges(core)
+        robots = [world.robot for world in self.worlds]
+
+        def possible(worlds: Worlds) -> bool:
+            return self.feasible(core, worlds)
+
+        opened = remedies.opened(self.mission, possible, robots)
+        edges = [] if opened else remedies.missing_edges(self.mission, possible, robots)
         reasons = [*self._reasons(core), *self._shut(core), *self._edge_sentence(edges), *opened, *self.systems.unclear()]
         reasons = list(dict.fromkeys(reasons))
         return NoPlan([self._shown(part) for part in core], reasons, edges)
@@ -245,24 +249,24 @@ class _Inquiry:
         if trace == "infinite":
             from ltlplan.logic.small_automata import small_automaton
 
-            return not small_automaton(_all_of(core), trace).accepting
-        return not _satisfiable(core, representative_letters(conjunct_automata(_all_of(core), trace)))
+            return not small_automaton(all_of(core), trace).accepting
+        return not satisfiable(core, representative_letters(conjunct_automata(all_of(core), trace)))
 
     def _apart(self, core: list[Formula]) -> list[str]:
         """Say which regions would have to be visited at once, if that is what stands in the way."""
         if self.mission.spec.team == "joint" or self.mission.spec.trace == "infinite":
             return []
         regions = sorted({name for part in core for name in self._names(part)} & set(self.mission.all_regions))
-        letters = representative_letters(conjunct_automata(_all_of(core), "finite"))
+        letters = representative_letters(conjunct_automata(all_of(core), "finite"))
         shown = {label & frozenset(regions) for world in self.worlds for label in world.labels}
-        if _satisfiable(core, [letter for letter in letters if letter & frozenset(regions) in shown]):
+        if satisfiable(core, [letter for letter in letters if letter & frozenset(regions) in shown]):
             return []
         pairs = [(a, b) for a, b in itertools.combinations(regions, 2) if not any({a, b} <= label for label in shown)]
         for a, b in pairs:
             allowed = [letter for letter in letters if not {a, b} <= letter]
-            if not _satisfiable(core, allowed) and b in self.systems.layout.neighbours[a]:
+            if not satisfiable(core, allowed) and b in self.systems.layout.neighbours[a]:
                 return [f"{a} and {b} may overlap, but no straight way between middles of regions is in both at once for sure."]
-            if not _satisfiable(core, allowed):
+            if not satisfiable(core, allowed):
                 return [f"{a} and {b} lie apart: no robot is in both at once."]
         return [f"No robot is ever in two of {_and(regions)} at once."] if pairs else []
 
@@ -271,7 +275,7 @@ class _Inquiry:
         found: list[str] = []
         if self.mission.spec.trace == "infinite" or self.mission.spec.team == "joint":
             return found
-        automata = conjunct_automata(_all_of(core), "finite")
+        automata = conjunct_automata(all_of(core), "finite")
         for world in self.worlds:
             letter = world.labels[world.initial]
             task = Task(automata, [letter])
@@ -285,8 +289,8 @@ class _Inquiry:
         """Say what one requirement needs that the others or the world do not allow."""
         shown = f"`{self._shown(part)}`"
         for name in sorted(self._names(part)):
-            wanted = _eventually(name)
-            if _satisfiable([part, Formula("!", (wanted,))], representative_letters(conjunct_automata(part, "finite"))):
+            wanted = eventually(name)
+            if satisfiable([part, Formula("!", (wanted,))], representative_letters(conjunct_automata(part, "finite"))):
                 continue  # it can hold without this name
             if not self.feasible([*others, wanted], self.worlds):
                 steps = self._why(name, others, {name})
@@ -297,21 +301,21 @@ class _Inquiry:
                     return [_sentence([f"{shown} needs {name}", *steps])]
         if self.feasible([part], self.worlds):
             for region in self._needed_by(part):
-                if not self.feasible([*others, _eventually(region)], self.worlds):
+                if not self.feasible([*others, eventually(region)], self.worlds):
                     return [_sentence([f"{shown} needs {region}", *self._why(region, others, {region})])]
         return []
 
     def _why(self, name: str, others: list[Formula], seen: set[str]) -> list[str]:
         """Return steps that explain why no robot can come to show a name while the other requirements hold."""
         if name in self.mission.all_regions:
-            if not self.feasible([_eventually(name)], self.worlds):
+            if not self.feasible([eventually(name)], self.worlds):
                 return [f"no robot can reach {name}"]
-            for region in self._needed_by(_eventually(name)):
-                if region not in seen and not self.feasible([*others, _eventually(region)], self.worlds):
+            for region in self._needed_by(eventually(name)):
+                if region not in seen and not self.feasible([*others, eventually(region)], self.worlds):
                     return [f"{name} needs {region}", *self._why(region, others, seen | {region})]
             for proposition in sorted(self.mission.internal_propositions - seen):
                 given = [with_internal(world, proposition, self.mission) for world in self.worlds]
-                if self.feasible([*others, _eventually(name)], given):
+                if self.feasible([*others, eventually(name)], given):
                     return [f"{name} needs {proposition}", *self._why(proposition, others, seen | {proposition})]
             held = [f"`{self._shown(other)}`" for other in others]
             return [f"{name} cannot be visited while {_and(held)} hold{'s' * (len(held) == 1)}"] if held else []
@@ -323,7 +327,7 @@ class _Inquiry:
         if not regions:
             return [f"no action leads to {name}"]
         for region in regions:
-            if region not in seen and not self.feasible([*others, _eventually(region)], self.worlds):
+            if region not in seen and not self.feasible([*others, eventually(region)], self.worlds):
                 steps = self._why(region, others, seen | {region})
                 return steps if steps and steps[0].endswith(region) else [f"{name} needs {region}", *steps]
         return self._who(name, seen)
@@ -337,7 +341,7 @@ class _Inquiry:
         worlds = [self.worlds[agents.index(agent)] for agent in able]
         who = f"only {_and(able)} can show {name}"
         regions = sorted(seen & self.mission.all_regions.keys())
-        return [who, *(f"{_and(able)} cannot reach {r}" for r in regions if not self.feasible([_eventually(r)], worlds))]
+        return [who, *(f"{_and(able)} cannot reach {r}" for r in regions if not self.feasible([eventually(r)], worlds))]
 
     def _needed_by(self, part: Formula) -> list[str]:
         """Return regions, not named by a requirement, without which it cannot be met."""
@@ -352,69 +356,11 @@ class _Inquiry:
         if not self.mission.obstacles:
             return []
         named = {name for part in core for name in self._names(part)} & self.mission.all_regions.keys()
-        lost = [name for name in sorted(named) if not self.feasible([_eventually(name)], self.worlds)]
+        lost = [name for name in sorted(named) if not self.feasible([eventually(name)], self.worlds)]
         smallest = min(self.mission.agents, key=lambda robot: self.mission.vehicle_of(robot).radius)
         graph = self.systems.graph_of(smallest)
         found = (why_unreachable(self.mission, graph, smallest, name) for name in lost)
         return [sentence for sentence in found if sentence is not None]
-
-    def _missing_edges(self, core: list[Formula]) -> list[tuple[str, str]]:
-        """Return edges of the environment that would make the core possible, one or two; none where edges do not matter."""
-        given = self.mission.environment
-        if given is None:
-            return []
-        regions = tuple(self.mission.all_regions)
-        successors = environment_of(self.mission).successors
-        wanted = [
-            (a, b)
-            for a in (given.start, *regions)
-            for b in regions
-            if a != b and b not in successors[a] and (given.directed or a == given.start or a < b)
-        ]
-        if len(wanted) > 200 or not self.feasible(core, self._with_edges(wanted)):
-            return []
-        for size in (1, 2):
-            if size == 2 and len(wanted) > 20:
-                break
-            for edges in itertools.combinations(wanted, size):
-                if self.feasible(core, self._with_edges(edges)):
-                    return list(edges)
-        return []
-
-    def _opened(self, core: list[Formula]) -> list[str]:
-        """Say what, opened to all kinds of robots, would make the core possible: one region or edge, or all of them."""
-        mission, given = self.mission, self.mission.environment
-        tables = {"hoops": mission.hoops, "regions": mission.regions}
-        closed = [(table, name) for table, those in tables.items() for name, region in those.items() if region.only]
-        edges = [edge for edge in (() if given is None else given.edges) if isinstance(edge, Edge)]
-
-        def possible(names: Sequence[tuple[str, str]], opened: Sequence[Edge]) -> bool:
-            update: dict[str, object] = {
-                table: {n: r.model_copy(update={"only": None}) if (table, n) in names else r for n, r in those.items()}
-                for table, those in tables.items()
-            }
-            if given is not None:
-                kept = tuple(e.between if isinstance(e, Edge) and e in opened else e for e in given.edges)
-                update["environment"] = given.model_copy(update={"edges": kept})
-            changed = Systems(mission.model_copy(update=update))
-            return self.feasible(core, [changed.of(world.robot) for world in self.worlds])
-
-        if not closed + edges or not possible(closed, edges):
-            return []
-        for one in closed:
-            if possible([one], ()):
-                return [f"If {one[1]} were open to every robot it could hold."]
-        for edge in edges:
-            if possible((), [edge]):
-                return [f"If the edge {edge.between[0]} - {edge.between[1]} were open to every robot it could hold."]
-        return ["If all regions and edges were open to every robot it could hold."]
-
-    def _with_edges(self, edges: Sequence[tuple[str, str]]) -> Worlds:
-        given = self.mission.environment
-        assert given is not None
-        environment = given.model_copy(update={"edges": (*given.edges, *edges)})
-        changed = Systems(self.mission.model_copy(update={"environment": environment}))
-        return [changed.of(world.robot) for world in self.worlds]
 
     def _edge_sentence(self, edges: list[tuple[str, str]]) -> list[str]:
         if not edges:
@@ -427,33 +373,6 @@ class _Inquiry:
 
     def _names(self, part: Formula) -> frozenset[str]:
         return self.written.get(part, part).names() - {FREE}
-
-
-def _satisfiable(parts: Sequence[Formula], letters: Sequence[Letter]) -> bool:
-    """Tell whether some finite word over these letters satisfies all parts."""
-    task = Task(conjunct_automata(_all_of(parts), "finite"), letters)
-    waiting, seen = [task.initial], {task.initial}
-    for state in waiting:  # grows while it is walked
-        if task.is_accepting(state):
-            return True
-        for after in task.row(state):
-            if after != DEAD and after not in seen:
-                if len(seen) > BUDGET.states:
-                    return True  # not known to be impossible
-                seen.add(after)
-                waiting.append(after)
-    return False
-
-
-def _all_of(parts: Sequence[Formula]) -> Formula:
-    formula = parts[0] if parts else Formula("true")
-    for part in parts[1:]:
-        formula = Formula("&", (formula, part))
-    return formula
-
-
-def _eventually(name: str) -> Formula:
-    return Formula("F", (Formula("name", (), name),))
 
 
 def _and(items: Sequence[str]) -> str:
