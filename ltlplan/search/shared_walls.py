@@ -91,8 +91,11 @@ def _others(word: Word, crossings: Sequence[Crossing]) -> Iterator[Word]:
 def _breaks(mission: Mission) -> Callable[[Mapping[str, Word]], str | None]:
     """Return what tells which part of the formula some words break, as the user wrote it; None where they keep it."""
     free = {FREE: in_no_region(mission.all_regions)}
-    written = conjuncts(written_out(mission.written, tuple(mission.agents)))
-    parts = {str(part): conjunct_automata(part.substitute(free), mission.spec.trace) for part in written}
+    robots = tuple(mission.agents)
+    parts = {
+        str(part): conjunct_automata(written_out(part.substitute(free), robots), mission.spec.trace)
+        for part in conjuncts(mission.written)
+    }
 
     def breaks(words: Mapping[str, Word]) -> str | None:
         try:

@@ -126,9 +126,12 @@ class _Inquiry:
 
     def __post_init__(self) -> None:
         free = {FREE: in_no_region(self.mission.all_regions)}
-        written = conjuncts(written_out(self.mission.written, tuple(self.mission.agents)))
+        robots = tuple(self.mission.agents)
         self.robots = list({id(robot): robot for robot in map(self.mission.robot_of, self.mission.agents)}.values())
-        self.written = {part.substitute(free): part for part in reversed(written)}  # as the user wrote them, with `free`
+        self.written: dict[Formula, Formula] = {}  # as the user wrote them, with `free`
+        for asked in reversed(conjuncts(self.mission.written)):
+            for part in conjuncts(written_out(asked.substitute(free), robots)):
+                self.written[part] = asked if FREE in asked.names() else part
 
     def answer(self) -> NoPlan:
         core = self._core(list(dict.fromkeys(conjuncts(self.mission.formula))))

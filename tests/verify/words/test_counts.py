@@ -165,3 +165,11 @@ def test_formulas_keep_what_counts_have():
     assert parse_formula("quad0.a").substitute({"a": parse_formula("!b & c")}) == parse_formula("!quad0.b & quad0.c")
     with pytest.raises(BadInput, match="do not fit"):
         check_team(Formula("count", (Formula("name", (), "a"),)), {"q": [["a"]]}, "joint")
+
+
+def test_a_free_robot_is_not_all_robots_free():
+    assert written_out(parse_formula("some(free)"), ROBOTS) == parse_formula("count(free) >= 1")
+    words = {"quad0": ({"free"},), "quad1": ({"a"},)}
+    assert check_team("some(free)", words, "joint").parallel.outcome == "holds"
+    assert check_team("count(free) == 1", words, "joint").parallel.outcome == "holds"
+    assert check_team("all(free)", words, "joint").parallel.outcome == "fails"

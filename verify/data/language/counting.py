@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from verify.data.errors import BadInput
-from verify.data.language.formula import COUNTING, FALSE, NAME, TRUE, Formula
+from verify.data.language.formula import COUNTING, FALSE, FREE, NAME, TRUE, Formula
 
 
 def written_out(formula: Formula, robots: Sequence[str]) -> Formula:
@@ -61,8 +61,8 @@ def _at_least(counted: Formula, number: int, robots: tuple[str, ...], position: 
         return TRUE
     if number > len(robots):
         return FALSE
-    if len(robots) == 1 or (number == 1 and counted.operator == "name"):
-        return counted  # a plain name is true where some robot shows it
+    if len(robots) == 1 or (number == 1 and counted.operator == "name" and counted.name != FREE):
+        return counted  # a plain name is true where some robot shows it; plain `free`, where every robot is free
     return Formula("count", (counted,), "", position, bound=(">=", number))
 
 
