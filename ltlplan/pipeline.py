@@ -114,12 +114,21 @@ class Draft:
         rounds: How many times refinement ran.
         witnesses: Of all claims that were refused, in all rounds.
         certified: What is certified already, while refinement tries to keep more of the planned soft parts.
+        begun: Rounds that were spent on plans that keep more soft parts, and that no flight kept.
+        fewer: Missions with fewer soft parts, to be planned next where this plan is not certified; None before that was asked.
     """
 
     plan: Plan
     rounds: int = 0
     witnesses: tuple[Witness, ...] = ()
     certified: Certified | None = None
+    begun: int = 0
+    fewer: tuple[Mission, ...] | None = None
+
+    @property
+    def last_round(self) -> int:
+        """After how many rounds this plan is given up: a handful, two where plans with fewer soft parts are left."""
+        return self.begun + (2 if self.fewer else MAX_ROUNDS)
 
 
 @dataclass(frozen=True)
@@ -180,7 +189,8 @@ def certified_team(made: Plan, *, margin: float | None = None, progress: Progres
     draft = Draft(check_plan(made))
     while True:
         number = draft.rounds
-        found = next_round(draft, margin=margin, progress=part_of(progress, number / MAX_ROUNDS, (number + 1) / MAX_ROUNDS))
+        step = min(number, MAX_ROUNDS - 1) / MAX_ROUNDS  # more rounds are rare: see `Draft.fewer`
+        found = next_round(draft, margin=margin, progress=part_of(progress, step, step + 1 / MAX_ROUNDS))
         if isinstance(found, Certified):
             return found
         draft = mended(found)
@@ -210,10 +220,13 @@ def next_round(draft: Draft, *, margin: float | None = None, progress: Progress 
     refining("one flight for each robot", 0.0)
     try:
         draft, team = _refined(draft, refining)
-    except (Infeasible, DoesNotFit):
-        if before is None:
+    except (Infeasible, DoesNotFit) as error:
+        if before is not None:
+            return before
+        other = _with_fewer_soft_parts(replace(draft, rounds=number), str(error))
+        if other is None:
             raise
-        return before
+        return next_round(replace(other, rounds=draft.rounds), margin=margin, progress=progress)
     say(f"proving{again}", 0.5)
     certificate = verify.judge(draft.plan, team, margin=margin)
     if not certificate.holds:
@@ -222,7 +235,7 @@ def next_round(draft: Draft, *, margin: float | None = None, progress: Progress 
     if before is not None and before.certificate.soft_weight >= certificate.soft_weight:
         done = before
     refused = Refused(replace(draft, certified=done), team, certificate)
-    return done if number >= MAX_ROUNDS or _with_waits_for_soft_parts(refused) is None else refused
+    return done if number >= draft.last_round or _with_waits_for_soft_parts(refused) is None else refused
 
 
 def _refined(draft: Draft, refining: Progress) -> tuple[Draft, dict[str, Trajectory]]:
@@ -239,6 +252,23 @@ def _refined(draft: Draft, refining: Progress) -> tuple[Draft, dict[str, Traject
         return replace(draft, plan=_with_lengths(draft.plan, team)), team
 
 
+def _with_fewer_soft_parts(draft: Draft, why: str) -> Draft | None:
+    """Return a plan that keeps fewer soft parts, in the place of one that no flight keeps; None where there is none."""
+    from ltlplan.soft_parts import less_wished
+
+    made = draft.plan
+    if not made.mission.soft_parts or made.method == SEQUENCE or not PLANNING_METHODS.knows(made.method):
+        return None
+    fewer = tuple(less_wished(made)) if draft.fewer is None else draft.fewer
+    if not fewer:
+        return None
+    other = plan(fewer[0], method=made.method)
+    notes = (*other.notes, f"A plan that keeps more of the soft parts was given up: {why}")
+    return Draft(
+        other.model_copy(update={"mission": made.mission, "notes": notes}), draft.rounds, begun=draft.rounds, fewer=fewer[1:]
+    )
+
+
 def _with_waits_for_soft_parts(refused: Refused) -> Plan | None:
     """Return the plan with waits that may keep soft parts which its words keep and its flight may not; None where there are none."""
     from ltlplan.soft_parts import kept_by_words
@@ -247,7 +277,7 @@ def _with_waits_for_soft_parts(refused: Refused) -> Plan | None:
     lost = [part.outcome != "holds" for part in refused.certificate.soft]
     if not any(lost) or made.method == SEQUENCE:
         return None
-    meant = kept_by_words(made.mission, made.words)
+    meant = range(len(lost)) if made.meetings else kept_by_words(made.mission, made.words)
     witnesses = [p.witness for i, p in enumerate(refused.certificate.soft) if lost[i] and i in meant and p.witness is not None]
     try:
         waiting = with_waits(made, witnesses)
@@ -273,6 +303,16 @@ def mended(refused: Refused) -> Draft:
     Raises:
         NotCertified: This was the last of a handful of rounds, the flight outlasts a vehicle's endurance, or the waits go round in a circle; carries the witnesses.
     """
+    try:
+        return _mended(refused)
+    except NotCertified as error:
+        other = _with_fewer_soft_parts(replace(refused.draft, rounds=refused.rounds), str(error))
+        if other is None:
+            raise
+        return other
+
+
+def _mended(refused: Refused) -> Draft:
     if refused.draft.certified is not None:
         waiting = _with_waits_for_soft_parts(refused)
         return replace(refused.draft, plan=waiting or refused.draft.plan, rounds=refused.rounds)
@@ -280,10 +320,11 @@ def mended(refused: Refused) -> Draft:
     if long := [claim.sentence for claim in refused.claims if claim.name == "limits.endurance"]:
         hint = "No other flight of this plan is shorter; plan faster flights (`planner.speed`), or with room for waits."
         raise NotCertified(f"Not certified. {' '.join(long)} {hint}", latest)
-    if refused.rounds >= MAX_ROUNDS:
+    if refused.rounds >= refused.draft.last_round:
         sentences = " ".join(claim.sentence for claim in refused.claims)
-        raise NotCertified(f"Not certified after {MAX_ROUNDS} rounds of refinement. {sentences}", latest)
-    return Draft(with_waits(refused.draft.plan, latest), refused.rounds, (*refused.draft.witnesses, *latest))
+        raise NotCertified(f"Not certified after {refused.rounds} rounds of refinement. {sentences}", latest)
+    waiting, witnesses = with_waits(refused.draft.plan, latest), (*refused.draft.witnesses, *latest)
+    return replace(refused.draft, plan=waiting, rounds=refused.rounds, witnesses=witnesses)
 
 
 def run(

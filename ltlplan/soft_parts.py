@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,9 @@ from verify.data.progress import Progress, part_of, silent
 if TYPE_CHECKING:
     from verify.data.sections import SoftPart
 
+_COUNTED = "count(free) >= 0"  # holds always
 _STATES = 200_000  # of one search for a set of parts
+_RELIEFS = 3  # soft parts without which a plan is tried that no flight kept
 _EXPLAINED = 8  # parts that are given up of which it is said what keeping them would have cost
 
 
@@ -52,7 +54,7 @@ def plan_with_soft_parts(mission: Mission, planned: Callable[[Mission, Progress]
     if best is None:  # whoever plans the formula alone says why it cannot be kept, or finds out what was too large here
         best = Kept(frozenset(), math.inf, certain=False)
     made = _planned(mission, best.parts, planned, part_of(progress, 0.2, 1.0))
-    kept = kept_by_words(mission, made.words)
+    kept = best.parts if made.meetings else kept_by_words(mission, made.words)
     notes = (*made.notes, *_said(mission, kept, best, choices))
     return made.model_copy(update={"mission": made.mission.model_copy(update={"spec": mission.spec}), "notes": notes})
 
@@ -62,16 +64,36 @@ def _planned(mission: Mission, parts: Parts, planned: Callable[[Mission, Progres
     demanded = parts
     if parts:
         with contextlib.suppress(TooLarge):  # without them; with them it was not
-            words = {name: does.word for name, does in assign(_asking(mission, frozenset())).robots.items()}
-            demanded = parts - kept_by_words(mission, words)
+            found = assign(_asking(mission, frozenset()))
+            words = {name: does.word for name, does in found.robots.items()}
+            demanded = parts if found.meetings else parts - kept_by_words(mission, words)
     made = planned(_asking(mission, demanded), progress)
-    if demanded != parts and not parts <= kept_by_words(mission, made.words):
+    if demanded != parts and (made.meetings or not parts <= kept_by_words(mission, made.words)):
         made = planned(_asking(mission, parts), progress)
     return made
 
 
+def less_wished(made: Plan) -> Iterator[Mission]:
+    """Yield the mission with fewer soft parts, for plans that no flight keeps: without one, lightest first, at last without any.
+
+    Args:
+        made: The plan.
+    """
+    parts = made.mission.soft_parts
+    kept = range(len(parts)) if made.meetings else sorted(kept_by_words(made.mission, made.words))
+    lightest = sorted(kept, key=lambda index: (parts[index].weight, index))
+    for index in lightest[:_RELIEFS] if len(lightest) > 1 else ():
+        fewer = tuple(part for i, part in enumerate(parts) if i != index)
+        spec = made.mission.spec.model_copy(update={"soft": fewer})
+        yield made.mission.model_copy(update={"spec": spec})
+    if kept:
+        yield made.mission.asking(made.mission.spec.formula)
+
+
 def kept_by_words(mission: Mission, words: Mapping[str, Word]) -> Parts:
     """Return the soft parts, by index, that planned words keep in every order of the robots.
+
+    Plans whose robots meet keep more, in the order of their meetings.
 
     Args:
         mission: Whose parts.
@@ -98,7 +120,14 @@ def part_text(part: SoftPart) -> str:
 
 
 def _asking(mission: Mission, parts: Parts) -> Mission:
+    """Return the mission asking for its formula and some soft parts.
+
+    Where any soft part counts robots all sets are searched for as formulas with counts are: plans whose robots meet are found for
+    one set and not for a smaller one else.
+    """
     asked = [mission.spec.formula or "true", *(mission.soft_parts[index].formula for index in sorted(parts))]
+    if parts and any(mission.asking(part.formula).written.counts for part in mission.soft_parts):
+        asked.append(_COUNTED)
     return mission.asking(asked[0] if len(asked) == 1 else " & ".join(f"({text})" for text in asked))
 
 

@@ -186,7 +186,9 @@ def _assign_counted(
     kinds = [mission.alike_as(name) for name in mission.agents]
     found = plan_counts(each, kinds, conjunct_automata(asked, "finite", budget=budget), known, budget)
     if found is None:
-        raise no_counted_plan(mission, each, kinds, asked)
+        from ltlplan.search.refusals.relaxation import relaxed
+
+        raise _NoWords(lambda: relaxed(mission, no_counted_plan(mission, each, kinds, asked), _cheapest))
     robots = {name: itinerary(system, path) for name, system, path in zip(mission.agents, each, found.paths, strict=True)}
     total = sum(robot.cost for robot in robots.values())
     complete = found.exact and total <= found.bound + TIES

@@ -170,6 +170,17 @@ def test_a_soft_part_that_no_flight_can_keep_is_reported_and_the_rest_is_certifi
 
 
 @pytest.mark.slow
+def test_soft_parts_for_which_there_is_no_room_in_the_air_are_given_up() -> None:
+    mission = wishing("F b", ("F(count(c) >= 2)", 1.0), ("F a", 2.0), robots=2, team="joint")
+    made = ltlplan.plan(mission)
+    assert "Planned words keep weight 3 of 3 of the soft parts." in made.notes
+    done = certified_team(made)  # two robots cannot be in c at their separation
+    assert done.certificate.holds
+    assert [part.outcome for part in done.certificate.soft] == ["fails", "holds"]
+    assert any(note.startswith("A plan that keeps more of the soft parts was given up: ") for note in done.plan.notes)
+
+
+@pytest.mark.slow
 def test_robots_wait_for_a_soft_part_as_for_the_formula() -> None:
     places = {"a": (-1.0, -1.0), "b": (-1.0, 1.0), "c": (1.0, -1.0), "d": (1.0, 1.0)}
     starts = ((-1.0, -2.0), (1.0, -2.0))

@@ -90,7 +90,7 @@ def share_before(name: str) -> float:
     """Return the share of a job's work that is done before a stage, 0 to 1."""
     kind, _, number = name.partition(" ")
     if kind == ROUND:
-        return _PLANNED + (_CERTIFIED - _PLANNED) * (int(number) - 1) / MAX_ROUNDS
+        return _PLANNED + (_CERTIFIED - _PLANNED) * min(int(number) - 1, MAX_ROUNDS) / MAX_ROUNDS
     return {PLAN: 0.0, FLIGHT: _CERTIFIED, FILES: _FLOWN}[kind]
 
 
@@ -98,7 +98,7 @@ def share_after(name: str) -> float:
     """Return the share of a job's work that is done after a stage, 0 to 1."""
     kind, _, number = name.partition(" ")
     if kind == ROUND:
-        return _PLANNED + (_CERTIFIED - _PLANNED) * int(number) / MAX_ROUNDS
+        return _PLANNED + (_CERTIFIED - _PLANNED) * min(int(number), MAX_ROUNDS) / MAX_ROUNDS
     return {PLAN: _PLANNED, FLIGHT: _FLOWN, FILES: 1.0}[kind]
 
 
@@ -132,7 +132,7 @@ def _round(draft: Draft, progress: Progress) -> Outcome:
     from ltlplan.report.summary import soft_sentences
     from ltlplan.service.views.watching import NAME, watch_json
 
-    low, width, number = _PLANNED, (_CERTIFIED - _PLANNED) / MAX_ROUNDS, draft.rounds
+    low, width, number = _PLANNED, (_CERTIFIED - _PLANNED) / MAX_ROUNDS, min(draft.rounds, MAX_ROUNDS - 1)
     after = next_round(draft, progress=part_of(progress, low + number * width, low + (number + 1) * width))
     certificate = after.certificate
     found: dict[str, Any] = {
