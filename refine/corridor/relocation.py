@@ -15,7 +15,7 @@ from refine.corridor.legs import CLEARANCE, bodies_of, leads_to
 from refine.corridor.planned import DEEP
 from refine.corridor.roadmap import way_around
 from refine.obstacles import SolidBody
-from verify.data import Mission, Plan, RobotPlan, Waypoint
+from verify.data import Infeasible, Mission, Plan, RobotPlan, Waypoint, Witness
 from verify.data.shapes.region import Region
 
 Floats = NDArray[np.float64]
@@ -106,6 +106,9 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float) -> Plan:
         plan: Whose robots meet.
         distance: m that robots keep.
         z_scale: Distances in z count this many times.
+
+    Raises:
+        Infeasible: More robots are to end in a region than it was found to have places for.
     """
     mission = plan.mission
     moved = {name: list(robot.waypoints) for name, robot in plan.robots.items()}
@@ -129,8 +132,22 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float) -> Plan:
                     for i in visits[name]:
                         moved[name][i] = moved[name][i].model_copy(update={"position": place})
                 break
+        else:
+            _refuse_what_is_too_small(plan, region, {name: visits[name][0] for name in guests}, (distance, z_scale))
     robots = {name: robot.model_copy(update={"waypoints": tuple(moved[name])}) for name, robot in plan.robots.items()}
     return plan.model_copy(update={"robots": robots})
+
+
+def _refuse_what_is_too_small(plan: Plan, region: str, guests: Mapping[str, int], kept: tuple[float, float]) -> None:
+    """Raise where robots that end in a region, and so are in it together, find no places there that lie far enough apart."""
+    last = {name: index for name, index in guests.items() if plan.robots[name].waypoints[-1].region == region}
+    if len(last) < 2 or any(_own_places(plan, region, last, kept, apart=apart) is not None for apart in (False, True)):
+        return
+    sentence = (
+        f"'{region}' is too small: {len(last)} robots are to be in it together ({', '.join(last)}), and no {len(last)} places {kept[0]:.3f} m "
+        "apart were found in it (separation, twice the margin, and room for hovering). Make the region larger, or ask for fewer robots."
+    )
+    raise Infeasible(sentence, Witness(claim="separation", sentence=sentence, region=region))
 
 
 def _own_places(

@@ -131,6 +131,8 @@ def known_names(mission: Mission) -> dict[str, str]:
     """Return what a mission's formula may name, and what each is."""
     names = dict.fromkeys(mission.hoops, "hoop") | dict.fromkeys(mission.regions, "region")
     names |= dict.fromkeys(sorted(mission.internal_propositions), "internal state")
+    if mission.spec.team == "joint" and len(mission.agents) > 1:
+        names |= {f"{robot}.": "this robot: what it shows follows the dot" for robot in mission.agents}
     return {**names, FREE: "in no region"}
 
 

@@ -22,7 +22,8 @@ from tests.helpers.stand_ins import flight as made_flight
 from tests.helpers.stand_ins import mission, rest_to_rest, stand_in
 from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Timeline
 from verify.behaviour.word_claims import judge_formula
-from verify.data import BadInput, Trajectory, load_vehicle
+from verify.data import BadInput, Trajectory, load_vehicle, parse_formula
+from verify.data.language.counting import written_out
 from verify.data.sections import Spec
 from verify.recordings.planned_paths import planned_paths
 
@@ -264,3 +265,13 @@ def test_a_tube_counts_what_the_plan_jumps_between_samples():
     for time in np.arange(0, 1.0, 0.01):
         nearer.see(float(time), 0.09995)
     assert nearer.verdict == "unknown"
+
+
+def test_counts_and_names_are_followed_in_flight() -> None:
+    formula = written_out(parse_formula("F(count(a) >= 2) & G(count(b) <= 1) & F quad1.b"), ("quad0", "quad1"))
+    state = FormulaState(formula, "joint", [frozenset(), frozenset()], ["quad0", "quad1"])
+    assert state.change({0: frozenset({"a"})}) == "open"
+    assert state.change({1: frozenset({"a"})}) == "open"
+    assert state.change({1: frozenset({"b"})}) == "open"
+    assert state.change({0: frozenset({"b"})}) == "violated"
+    assert "count(b) <= 1" in str(state.broken)

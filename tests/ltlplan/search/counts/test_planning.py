@@ -24,7 +24,7 @@ from refine.coordination.orders import one_at_a_time
 from tests.helpers.plain_team_words import at_once, holds
 from tests.helpers.random_counts import random_counting_formula
 from tests.helpers.worlds import world
-from verify.data import BadInput, parse_formula
+from verify.data import BadInput, Infeasible, parse_formula
 from verify.data.language.counting import atoms, written_out
 from verify.data.plan import plan_from_json
 from verify.data.rules.faults import MissionError
@@ -185,3 +185,10 @@ def test_what_shares_tasks_in_flight_refuses_counts():
     with pytest.raises(BadInput, match="depends on how many robots there are"):
         translate("F all(a)")
     assert translate("F(count(a) >= 2) & F quad0.a").propositions == ("count(a) >= 2", "quad0.a")
+
+
+def test_a_region_that_cannot_hold_so_many_gets_that_reason():
+    small = MEETING.replace("radii: [0.8, 0.8, 0.5]", "radii: [0.15, 0.15, 0.15]")
+    made = plan(parse_mission(small.replace("FORMULA", "F(count(dock) >= 2)")))
+    with pytest.raises(Infeasible, match=r"'dock' is too small: 2 robots are to be in it together \(quad0, quad1\)"):
+        certified_team(made)

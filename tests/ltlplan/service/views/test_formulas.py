@@ -48,6 +48,8 @@ def test_names_say_what_they_are() -> None:
     assert names["smoke"] == "hoop"
     assert names["carrying"] == "internal state"
     assert names["free"] == "in no region"
+    assert "quad0." not in names
+    assert known_names(by_hand("F q0.a", team="joint", robots=2))["q1."].startswith("this robot")
 
 
 def test_each_part_has_its_automaton_and_its_states_move_on() -> None:
