@@ -9,6 +9,8 @@ from ruamel.yaml import YAML
 from ruamel.yaml.composer import Composer
 from ruamel.yaml.events import AliasEvent, ScalarEvent
 from ruamel.yaml.nodes import MappingNode, ScalarNode
+from ruamel.yaml.parser import RoundTripParser
+from ruamel.yaml.scanner import Scanner
 
 MAX_NODES = 50_000
 MAX_DEPTH = 20
@@ -31,6 +33,7 @@ def load_tree(text: str) -> Any:  # ruamel's nodes have no common type
     """
     yaml = YAML(typ="rt", pure=True)
     yaml.Composer = _Composer
+    yaml.Scanner, yaml.Parser = _Scanner, _Parser
     return yaml.load(text)
 
 
@@ -42,12 +45,62 @@ class NotAccepted(Exception):
         self.line, self.reason = line, reason
 
 
+class _Scanner(Scanner):
+    """The scanner that keeps no comments, which took a quarter of reading; the same tokens with fewer calls for each."""
+
+    def __init__(self, loader: Any = None) -> None:
+        super().__init__(loader)
+        self._seen = -1
+
+    def need_more_tokens(self) -> bool:
+        if self.done:
+            return False
+        if not self.tokens:
+            return True
+        index = self.reader.index
+        if self.possible_simple_keys and index != self._seen:  # they become stale only as the text is read on
+            self.stale_possible_simple_keys()
+            self._seen = index
+        keys = self.possible_simple_keys.values()
+        return bool(keys) and min(key.token_number for key in keys) == self.tokens_taken
+
+    def check_token(self, *choices: Any) -> bool:
+        while self.need_more_tokens():
+            self.fetch_more_tokens()
+        return bool(self.tokens) and (not choices or isinstance(self.tokens[0], choices))
+
+
+class _Parser(RoundTripParser):
+    """The parser, which looks up its scanner once."""
+
+    def __init__(self, loader: Any) -> None:
+        super().__init__(loader)
+        self._tokens: Any = None
+
+    @property
+    def scanner(self) -> Any:
+        if self._tokens is None:
+            self._tokens = super().scanner
+        return self._tokens
+
+    def check_event(self, *choices: Any) -> bool:
+        event = self.peek_event()
+        return event is not None and (not choices or isinstance(event, choices))
+
+
 class _Composer(Composer):
     """Refuses, before anything is built of it, what would give a name or value a second meaning."""
 
     def __init__(self, loader: Any = None) -> None:
         super().__init__(loader)
+        self._reads: Any = None
         self._nested = self._nodes = 0
+
+    @property
+    def parser(self) -> Any:
+        if self._reads is None:
+            self._reads = super().parser
+        return self._reads
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         event = self.parser.peek_event()
