@@ -79,6 +79,8 @@ def make_plan(
     from ltlplan.paths.nominal import nominal_paths
 
     nominal = nominal_paths(mission, lambda blocked: allocation(blocked) if blocked else first, progress=say)
+    if mission.written.counts and len(mission.agents) > 1 and not mission.hoops:
+        return plan_of(mission, nominal.allocation, nominal.paths, method=name)  # refinement gives each robot places of its own
     return plan_of(mission, nominal.allocation, _improved(mission, nominal.paths, rng, say), method=name)
 
 

@@ -34,6 +34,8 @@ Together = tuple[dict[str, RobotFlight], dict[str, float]]
 
 _PLACES = 3
 """Other places that each visit of a robot in conflict is tried at."""
+_MEETINGS = 40
+"""Times that one robot's path is laid around where another one waits."""
 _LOOKED_AT = 4096
 _COMBINATIONS = 64
 _RESTING = 16
@@ -198,6 +200,11 @@ def _meeting(
     together = dict(robots)
     clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
     given = dict.fromkeys(robots, 0.0)
+    tried: set[tuple[str, str, bytes]] = set()
+
+    def hovers(name: str) -> tuple[Ball, ...]:
+        return hovers_of(together[name], problem.spacing, problem.plan.meetings)
+
     while True:
         held = with_waits(problem, together)
         found = _departures(problem, held, given)
@@ -205,10 +212,12 @@ def _meeting(
             return held, found
         changed = False
         for name, other in (found.pair, found.pair[::-1]):
-            if name == other or other in clear_of[name] or changed:
+            key = name, other, together[other].path.nodes.tobytes()  # where the other one hovers may have changed since
+            if name == other or changed or key in tried or len(tried) >= _MEETINGS:
                 continue
-            clear_of[name] = (*clear_of[name], other)
-            places = [p for who in clear_of[name] for p in hovers_of(together[who], problem.spacing, problem.plan.meetings)]
+            tried.add(key)
+            clear_of[name] = tuple(dict.fromkeys((*clear_of[name], other)))
+            places = [place for who in clear_of[name] for place in hovers(who)]
             try:
                 together = {**together, name: robot_flight(problem, name, (*idle_others(problem, name), *places))}
                 changed = True

@@ -192,3 +192,11 @@ def test_a_region_that_cannot_hold_so_many_gets_that_reason():
     made = plan(parse_mission(small.replace("FORMULA", "F(count(dock) >= 2)")))
     with pytest.raises(Infeasible, match=r"'dock' is too small: 2 robots are to be in it together \(quad0, quad1\)"):
         certified_team(made)
+
+
+@pytest.mark.slow
+def test_two_that_met_meet_again_elsewhere():
+    more = "  quad2: {start: [1.1, -1.6, 1.0]}\nvehicle:"
+    text = MEETING.replace("FORMULA", "F(count(dock) >= 2) & F(count(home) >= 2)").replace("vehicle:", more)
+    done = certified_team(plan(parse_mission(text)))
+    assert all(claim.outcome == "holds" for claim in done.certificate.claims)
