@@ -20,6 +20,7 @@ BROKEN_PIPE = 128 + 13
 """Exit code where the reader of our output has gone, as in `ltlplan plan firefighting | head -1`: a shell's for SIGPIPE."""
 INTERRUPTED = 128 + 2
 CLOSED = 2
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _AGAIN = 0.1
 """s until an interrupt that got lost is raised again."""
 
@@ -32,6 +33,7 @@ def main() -> NoReturn:
     """
     interrupts = _Interrupts()
     interrupts.attend()
+    compute_in_one_thread()
     code: int | str | None = INTERRUPTED
     try:
         end_cleanly_on_sigterm()
@@ -48,6 +50,15 @@ def main() -> NoReturn:
         gc.collect()  # semaphores that were shared with processes go with their last user, else their tracker complains
         os._exit(INTERRUPTED)  # the interpreter's own end may turn it into a death by signal, if a library was being loaded
     sys.exit(code)
+
+
+def compute_in_one_thread() -> None:
+    """Have numpy's linear algebra use one thread, unless the environment says otherwise; to be called before numpy is loaded.
+
+    The matrices here are small: more threads only wait for one another, busily, on cores that others could use.
+    """
+    for name in THREADS:
+        os.environ.setdefault(name, "1")
 
 
 def _outcome(*, as_json: bool, interrupts: _Interrupts) -> int | str | None:
