@@ -160,14 +160,16 @@ def _add_opposite(parts: list[_Part], lines: Lines, lengths: Floats) -> None:
     middles = lines.starts[own] + limits.mean(axis=1)[:, None] * steps[own]
     halves = (limits[:, 1] - limits[:, 0]) * lengths[own] / 2.0
     around = KDTree(points).query_ball_point(middles, halves + _OPPOSITE, return_sorted=True)
-    for part, near in zip(parts, around, strict=True):
-        length = float(lengths[part.line])
-        offset = points[near] - lines.starts[part.line]
-        along = offset @ steps[part.line] / length**2
-        aside = np.linalg.norm(offset - along[:, None] * steps[part.line], axis=1)
-        for share in along[(aside < _OPPOSITE) & (along > part.first) & (along < part.last)].tolist():
-            if min(abs(share - other) for other in part.shares) * length > _BETWEEN:
-                part.shares.append(share)
+    which = np.repeat(np.arange(len(parts)), [len(near) for near in around])
+    near = np.concatenate([np.array(each, dtype=np.intp) for each in around])
+    step, offset = steps[own[which]], points[near] - lines.starts[own[which]]
+    along = np.einsum("ni,ni->n", offset, step) / lengths[own[which]] ** 2
+    aside = np.linalg.norm(offset - along[:, None] * step, axis=1)
+    kept = (aside < _OPPOSITE) & (along > limits[which, 0]) & (along < limits[which, 1]) & (row[near] != own[which])
+    for index, share in zip(which[kept].tolist(), along[kept].tolist(), strict=True):
+        part = parts[index]
+        if min(abs(share - other) for other in part.shares) * float(lengths[part.line]) > _BETWEEN:
+            part.shares.append(share)
 
 
 def lines_beside(body: SolidBody) -> Lines:
