@@ -59,6 +59,8 @@ EQUIVALENT: dict[str, str] = {
     "(np.einsum('i,nik->nk', known, size) + np.einsum('i,nik->nk', np.abs(self.normal), rad)) * GROW - TINY": (
         "so small a number changes no bit of a distance that is not as small"
     ),
+    "apart_by: 51 -> 52": "the length is taken longer by 2^-49 of itself, which is more than its own rounding and that of the quotient",
+    "_Parser._in_parentheses: 0 -> 1": "no operator binds as weakly from the left as 0, so 0 and 1 read the same formulas",
     "_covering: True -> False #1": "every letter's column has a row for each state",
     "_Flight.actions: False -> True #1": "where a robot begins is all that is asked of its first entry",
     "surface_of: np.abs(corners @ body.normals.T - body.distances) <= _ON * (1 + np.abs(corners).max(initial=0.0)) -> "
