@@ -73,6 +73,6 @@ def test_a_certified_flight_goes_around_a_wall_through_a_change() -> None:
 @pytest.mark.slow  # a flight in simulation
 def test_online_sharing_goes_around_a_wall() -> None:
     text = SPLIT + "planner: {method: online-mtac-e, samples: 50, elite: 0.1}\n"
-    flight = fly_online(parse_mission(text), seed=1)
+    flight = fly_online(parse_mission(text), seed=1, certified=True)
     assert flight.require().words["q"] == (frozenset(), frozenset({"a"}))
     assert from_boxes(flight.log.position.reshape(-1, 3), END) >= 0.07
