@@ -36,7 +36,7 @@ async def check_words(request: Request) -> Response:
 
 
 @router.post("/flights/judge", response_model=FlightAnswer, responses=problems(404, 409, body=True))
-async def judge_flight(
+async def judge_flight(  # each parameter is a field of the form
     request: Request,
     recording: Annotated[UploadFile, File(description="the flight: a table (CSV) of motion capture, or a log of ours")],
     job: Annotated[str | None, Form(description="id of the job whose flight it was", max_length=100)] = None,
