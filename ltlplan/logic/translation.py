@@ -47,7 +47,7 @@ def translate(
         TooLarge: A budget did not suffice.
     """
     value = parse_formula(formula) if isinstance(formula, str) else check_formula(formula)
-    if (node := next((node for node in value.walk() if node.operator in ("all", "some", "each")), None)) is not None:
+    if (node := next((node for node in value.nodes() if node.operator in ("all", "some", "each")), None)) is not None:
         raise BadInput(
             f"`{node}` depends on how many robots there are; give a mission, or write it with `count(...)` or robots' names."
         )

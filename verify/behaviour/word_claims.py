@@ -386,7 +386,7 @@ class _Judge:
 
     def _region(self, reason: Reason, letter: Letter | None) -> str | None:
         """Return the one region that a broken part is about: of the letter that breaks it, or at all; None where several are."""
-        named = {node.name for node in reason.part.walk() if node.operator == "name"} & self.mission.all_regions.keys()
+        named = reason.part.names() & self.mission.all_regions.keys()
         held = named if letter is None else named & letter
         return next(iter(held)) if len(held) == 1 else None
 

@@ -51,7 +51,7 @@ def _too_many(mission: Mission) -> list[str]:
     """Name counts that ask for more robots than there are."""
     robots = len(mission.agents)
     found: list[str] = []
-    for node in mission.written.walk():
+    for node in mission.written.nodes():
         if node.bound is not None:
             sign, number = node.bound
             if number + (sign == ">") > robots and sign in (">=", ">", "=="):

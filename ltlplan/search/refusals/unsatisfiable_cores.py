@@ -190,7 +190,7 @@ class _Inquiry:
             reasons.append("One robot alone could do it; the letters of the others at their starts break it.")
         if reasons:
             return reasons
-        over_time = all(any(node.operator in "FGUWRM" for node in part.walk()) for part in core)
+        over_time = all(any(node.operator in "FGUWRM" for node in part.nodes()) for part in core)
         if self.mission.spec.team == "joint" and len(self.worlds) > 1 and over_time:
             return [
                 "Under `team: joint` robots fly one at a time, while the others hold their first or last letters: what several "

@@ -11,6 +11,7 @@ from verify import check_team, check_word
 from verify.behaviour.inclusion import READINGS
 from verify.behaviour.lassos import Tableau
 from verify.data import Formula, Word, parse_formula
+from verify.data.language.counting import written_out
 from verify.logic.normal_form import conjuncts, normal_form
 from verify.logic.progression import OutOfBudget
 from verify.logic.semantics import satisfies
@@ -142,3 +143,10 @@ def test_reading_an_infinite_trace_is_counted() -> None:
     tableau = Tableau(normal_form(parse_formula(text), negated=True))
     with pytest.raises(OutOfBudget, match="more than"):
         tableau.read(tableau.initial, frozenset())
+
+
+def test_a_count_in_a_formula_that_shares_its_parts_is_written_out_once() -> None:
+    node = Formula("count", (Formula("name", (), "a0"),), bound=(">=", 2))
+    for i in range(60):
+        node = Formula("&", (Formula("F", (node,)), Formula("|", (node, Formula("name", (), f"a{i % 7}")))))
+    assert sum(1 for _ in written_out(node, ("q0", "q1")).nodes()) == sum(1 for _ in node.nodes())

@@ -28,15 +28,22 @@ def written_out(formula: Formula, robots: Sequence[str]) -> Formula:
     """
     if not formula.counts:
         return formula
-    if strange := {node.robot for node in formula.walk() if node.robot}.difference(robots):
+    if strange := {node.robot for node in formula.nodes() if node.robot}.difference(robots):
         raise BadInput(f"'{min(strange)}' is not a robot of this team. Robots: {', '.join(robots)}.")
-    return _written_out(formula, tuple(robots))
+    return _written_out(formula, tuple(robots), {})
 
 
-def _written_out(formula: Formula, robots: tuple[str, ...]) -> Formula:
+def _written_out(formula: Formula, robots: tuple[str, ...], known: dict[int, Formula]) -> Formula:
+    """Return a formula written out; `known` are nodes that were, so that one that is shared is written once."""
+    if (found := known.get(id(formula))) is None:
+        found = known[id(formula)] = _as_written_out(formula, robots, known)
+    return found
+
+
+def _as_written_out(formula: Formula, robots: tuple[str, ...], known: dict[int, Formula]) -> Formula:
     match formula.operator:
         case "each":
-            each = [_written_out(formula.arguments[0].of(robot), robots) for robot in robots]
+            each = [_written_out(formula.arguments[0].of(robot), robots, {}) for robot in robots]
             return _halved(each)
         case "some":
             return _at_least(formula.arguments[0], 1, robots, formula.position)
@@ -52,7 +59,7 @@ def _written_out(formula: Formula, robots: tuple[str, ...]) -> Formula:
         case "name":
             return Formula("name", (), formula.name, formula.position) if len(robots) == 1 else formula
         case _:
-            arguments = tuple(_written_out(argument, robots) for argument in formula.arguments)
+            arguments = tuple(_written_out(argument, robots, known) for argument in formula.arguments)
             return Formula(formula.operator, arguments, formula.name, formula.position)
 
 
@@ -131,7 +138,7 @@ def _atoms(formula: Formula) -> Iterator[Atom]:
 
 def first_count(formula: Formula) -> Formula | None:
     """Return the first node that counts robots or names one; None where a formula has none."""
-    found = [node for node in formula.walk() if node.operator in COUNTING or node.robot]
+    found = [node for node in formula.nodes() if node.operator in COUNTING or node.robot]
     return min(found, key=lambda node: node.position, default=None)
 
 

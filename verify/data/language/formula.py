@@ -73,11 +73,11 @@ class Formula:
     @property
     def counts(self) -> bool:
         """Whether it speaks of single robots or of how many there are."""
-        return any(node.operator in COUNTING or node.robot for node in self._nodes())
+        return any(node.operator in COUNTING or node.robot for node in self.nodes())
 
     def names(self) -> frozenset[str]:
         """Return the propositions of robots that occur, those that are counted too."""
-        return frozenset(node.name for node in self._nodes() if node.operator == "name")
+        return frozenset(node.name for node in self.nodes() if node.operator == "name")
 
     def walk(self) -> Iterator[Formula]:
         """Yield this node and all below it, parents first, one that is shared as often as it occurs."""
@@ -113,9 +113,9 @@ class Formula:
 
     def uses_next(self) -> bool:
         """Tell whether an X or X[!] occurs, so that truth depends on how time is sampled."""
-        return any(node.operator in ("X", "X[!]") for node in self._nodes())
+        return any(node.operator in ("X", "X[!]") for node in self.nodes())
 
-    def _nodes(self) -> Iterator[Formula]:
+    def nodes(self) -> Iterator[Formula]:
         """Yield this node and all below it, one that is shared only once."""
         seen: set[int] = set()
         stack: list[Formula] = [self]
