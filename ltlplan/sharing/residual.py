@@ -13,7 +13,7 @@ from typing import Literal
 from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.sharing.belief import after_events, at_start
-from verify.data import Formula, Letter, Mission, NotCertified, Unsatisfiable
+from verify.data import BadInput, Formula, Letter, Mission, NotCertified, Unsatisfiable
 from verify.data.events import changed
 from verify.data.language.formula import FALSE, TRUE
 from verify.data.sections import Agent, TeamReading
@@ -133,6 +133,8 @@ def _after(node: Formula, letter: Letter) -> Formula:
             return _and(_after(parts[1], letter), _or(_after(parts[0], letter), node))
         case "X" | "X[!]":
             raise NotCertified("a mission's formula has no X, so none can be left.")
+        case "count" | "all" | "some" | "each":
+            raise BadInput(f"`{node}` counts robots; what is left of it is not asked of a team in flight.")
 
 
 def _not(one: Formula) -> Formula:

@@ -289,7 +289,7 @@ def _it_is_read_on_a_phone_in_the_dark(visitor: Visitor, job: str) -> None:
     for name in ("Watch", "Plan", "Trust", "Judge", "Take away", "Write"):
         visitor.tab(name)
         visitor.page.wait_for_selector(f"[role=tab][aria-selected=true]:text-is('{name}')")
-        assert visitor.page.evaluate("document.documentElement.scrollWidth") <= 390, name
+        visitor.wait("document.documentElement.scrollWidth <= 390")  # once it is drawn at its new size
     ink, paper = visitor.page.evaluate(
         "[getComputedStyle(document.body).color, getComputedStyle(document.body).backgroundColor]"
     )

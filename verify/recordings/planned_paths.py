@@ -111,7 +111,7 @@ class PlannedPath:
         total = _sums(values)
         first = np.searchsorted(self.joints, start - 1e-6, side="left")
         last = np.searchsorted(self.joints, stop + 1e-6, side="right")
-        return np.maximum(total[last] - total[first], 0.0) + 1e-12 * (last > first)
+        return np.asarray(np.maximum(total[last] - total[first], 0.0) + 1e-12 * (last > first), np.float64)
 
     def _local(self, times: Floats) -> tuple[NDArray[np.intp], Floats]:
         piece = np.clip(np.searchsorted(self.knots, times, side="right") - 1, 0, len(self.knots) - 2)
