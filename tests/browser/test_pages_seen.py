@@ -70,7 +70,13 @@ def test_a_page_draws_from_its_file_alone_without_a_complaint(desk: Desk, name: 
 
 @pytest.mark.parametrize(
     ("name", "phone"),
-    [*((name, True) for name in PAGES), ("campaign", False), pytest.param("online", False, marks=pytest.mark.slow)],
+    [
+        ("report", True),
+        *(pytest.param(name, True, marks=pytest.mark.slow) for name in ("show", "campaign")),
+        ("online", True),
+        ("campaign", False),
+        pytest.param("online", False, marks=pytest.mark.slow),
+    ],
     ids=[*(f"{name} on a phone" for name in PAGES), "campaign in a window", "online in a window"],
 )  # fmt: skip
 def test_nothing_scrolls_sideways_or_lies_over_words_on_a_narrow_screen(
@@ -174,9 +180,7 @@ def test_colours_follow_the_reader(browser: Browser, page: Page, desk: Desk) -> 
     dark.close()
 
 
-@pytest.mark.parametrize(
-    "name", ["report", *(pytest.param(name, marks=pytest.mark.slow) for name in ("show", "campaign")), "online"]
-)
+@pytest.mark.parametrize("name", ["report", *(pytest.param(name, marks=pytest.mark.slow) for name in PAGES[1:])])
 def test_a_browser_that_cannot_unpack_the_pictures_says_so(browser: Browser, page: Page, name: str) -> None:
     tab = browser.open(page(name), before="delete window.DecompressionStream", ready="document.body.dataset.unseen === 'yes'")
     assert "too old for the pictures" in text(tab, "unseen")

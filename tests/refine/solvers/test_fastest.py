@@ -36,6 +36,10 @@ def test_hoop6_is_fast_and_certified() -> None:
     one = time_optimal(HOOP6, HOOP6_LIMITS)
     assert certified(one)
     assert 4.358 < one.duration <= 5.45
+
+
+@pytest.mark.slow
+def test_hoop6_is_faster_in_more_pieces_and_blends_as_published() -> None:
     two = time_optimal(HOOP6, HOOP6_LIMITS, pieces=2)
     assert certified(two)
     assert two.duration <= 5.0
