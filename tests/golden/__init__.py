@@ -1,8 +1,8 @@
-"""Golden results: words, costs, trajectories and verdicts of the shipped missions and of fifty random ones.
+"""Golden results: words, costs, trajectories and verdicts of shipped missions and of fifty random ones.
 
-`results.json` was written by `python -m tests.golden` before the modules were moved into rooms, on the platform that it names. A
-change in it means that a mission is planned, flown or judged otherwise than before: each such case stands, with its reason, in
-`CHANGED`. It is not written again to get a pass.
+`results.json` was written by `python -m tests.golden` before the modules were moved into rooms (that of `meeting`, which counts robots,
+later), on the platform that it names. A change in it means that a mission is planned, flown or judged otherwise than before: each
+such case stands, with its reason, in `CHANGED`. It is not written again to get a pass.
 
 Samples are drawn alike everywhere, but sums of floats are rounded as the processor's vector units add them, and cross-entropy
 follows the last digit: costs on two processors differed by up to 6 %, and ties between robots were broken otherwise. So the
@@ -26,7 +26,7 @@ import verify
 from ltlplan import load_mission, parse_mission, plan
 from tests.helpers.courses import course
 from tests.helpers.random_missions import random_mission
-from tests.helpers.shipped import PAPER_MISSIONS
+from tests.helpers.shipped import GOLDEN_MISSIONS
 from verify.data import LtlplanError, Mission, Word, mission_to_yaml
 
 RESULTS = Path(__file__).parent / "results.json"
@@ -37,7 +37,7 @@ CHANGED: dict[str, str] = {}
 
 def cases() -> list[str]:
     """Return the names of all cases."""
-    return [f"shipped {name}" for name in PAPER_MISSIONS] + [f"random {seed}" for seed in range(50)]
+    return [f"shipped {name}" for name in GOLDEN_MISSIONS] + [f"random {seed}" for seed in range(50)]
 
 
 def mission_of(case: str) -> Mission:

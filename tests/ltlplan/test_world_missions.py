@@ -19,6 +19,7 @@ from verify.data.shapes.solid_parts import solid_parts
 
 ASKED = {
     "door-puzzle": {"goal", *(f"{what}{k}" for what in ("door", "key") for k in range(5))},
+    "meeting": {"gate", "dock", "home"},
     "office": {"kitchen", "library", "lab", "studio", "mail", "meeting"},
     "warehouse": {"packing", "assembly", "count_north", "count_south"},
     "wall-swap": {"goal0", "goal1", "goal2", "goal3"},
