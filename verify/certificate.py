@@ -115,7 +115,7 @@ class Certificate:
             "largest_margin": self.largest_margin,
             "clock_error": self.clock_error,
             "duration": self.duration,
-            "claims": [_claim_data(claim) for claim in self.claims],
+            "claims": [claim_data(claim) for claim in self.claims],
             "actions": [asdict(action) for action in self.actions],
             "versions": self.versions,
             **({"soft": [_soft_data(part) for part in self.soft]} if self.soft else {}),
@@ -141,7 +141,8 @@ def _soft_data(part: SoftClaim) -> dict[str, Any]:
     return {**data, "time": _finite(time)}
 
 
-def _claim_data(claim: Claim) -> dict[str, Any]:
+def claim_data(claim: Claim) -> dict[str, Any]:  # of any type: JSON nests
+    """Return a claim as it stands in certificate.json; figures that are not finite are null."""
     data: dict[str, Any] = {
         "name": claim.name,
         "verdict": claim.outcome,

@@ -7,6 +7,7 @@ an error carries beside its words (a mission's faults, a refusal's witnesses) tr
 from __future__ import annotations
 
 import importlib
+import math
 import re
 from dataclasses import asdict, fields
 from typing import Any
@@ -278,10 +279,15 @@ def _witnesses(error: LtlplanError) -> tuple[Witness, ...]:
 
 
 def witness_data(witness: Witness) -> dict[str, Any]:  # of any type: JSON nests
-    """Return a witness as plain data for JSON."""
+    """Return a witness as plain data for JSON, in which figures that are not finite are null."""
     data = asdict(witness)
     data["word"] = [[robot, sorted(letter)] for robot, letter in witness.word]
-    return data
+    data["times"] = [[_finite(time) for time in span] for span in witness.times]
+    return {key: _finite(value) if isinstance(value, float) else value for key, value in data.items()}
+
+
+def _finite(number: float) -> float | None:
+    return number if math.isfinite(number) else None
 
 
 def witness_from(data: dict[str, Any]) -> Witness:  # of any type: JSON nests
@@ -289,6 +295,9 @@ def witness_from(data: dict[str, Any]) -> Witness:  # of any type: JSON nests
     known = {field.name for field in fields(Witness)}
     given = {key: value for key, value in data.items() if key in known}
     given["word"] = tuple((str(robot), frozenset(map(str, letter))) for robot, letter in given.get("word", ()))
-    given["times"] = tuple((float(start), float(stop)) for start, stop in given.get("times", ()))
+    given["times"] = tuple(
+        (-math.inf if start is None else float(start), math.inf if stop is None else float(stop))
+        for start, stop in given.get("times", ())
+    )
     given["order"] = tuple(((str(a), int(i)), (str(b), int(j))) for (a, i), (b, j) in given.get("order", ()))
     return Witness(**given)

@@ -20,6 +20,7 @@ from verify.behaviour.apart.team_answers import Question
 from verify.behaviour.inclusion import DEFAULT_BUDGET, Broken, find_broken, holds_for_all, holds_loosely
 from verify.behaviour.lassos import BrokenRun, find_broken_run, search_run
 from verify.behaviour.mending_waits import mending_waits
+from verify.behaviour.reading_times import all_read, held_times, when, when_read
 from verify.behaviour.robot_letters import RobotBehaviour, cut_timeline, from_timeline, merged
 from verify.behaviour.summed_timelines import summed
 from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph, WithOthers
@@ -175,7 +176,7 @@ class _Judge:
             read = self._readings(followed, part)
         except OutOfBudget as error:
             return Verdict("undecided", f"`{show(to_formula(part))}` could not be decided: {error}.")
-        return self._failure(followed, _all_read(robots, followed, read), part)
+        return self._failure(followed, all_read(robots, followed, read), part)
 
     @property
     def _many_together(self) -> bool:
@@ -287,7 +288,7 @@ class _Judge:
             return Verdict("fails", "")
         if isinstance(broken, BrokenRun):
             return self._run_failure(robots[0], broken)
-        return self._failure(followed, _all_read(robots, followed, broken.observations), part)
+        return self._failure(followed, all_read(robots, followed, broken.observations), part)
 
     def _that_show(self, robots: list[RobotBehaviour], part: Normal) -> list[RobotBehaviour]:
         """Keep one of the robots that show one thing all the time; of unions, those that can show something of a part.
@@ -328,11 +329,11 @@ class _Judge:
         return OwnGraph(robots, timed=timed, clock_error=self.clock_error)
 
     def _run_failure(self, robot: RobotBehaviour, run: BrokenRun) -> Verdict:
-        held = _held(robot)
+        held = held_times(robot)
         spans = [held[node] for node in run.nodes]
 
         def where(position: int) -> str:
-            return f"{robot.robot}'s {show_letter(run.word.letters[position])} ({_when(spans[position])})"
+            return f"{robot.robot}'s {show_letter(run.word.letters[position])} ({when(spans[position])})"
 
         reason = self._explain(run.word, where)
         return Verdict(
@@ -347,12 +348,12 @@ class _Judge:
 
     def _failure(self, robots: Sequence[RobotBehaviour], read: Sequence[tuple[str, Observation]], part: Normal) -> Verdict:
         word = Word(tuple(observation.letter for _, observation in read))
-        spans = _when_read(robots, [observation for _, observation in read])
+        spans = when_read(robots, [observation for _, observation in read])
 
         def where(position: int) -> str:
             name, observation = read[position]
             shown = self._said(observation.letter)
-            return f"{'the team' if name == TEAM else name}'s {shown} ({_when(spans[position])})"
+            return f"{'the team' if name == TEAM else name}'s {shown} ({when(spans[position])})"
 
         reason = explain(to_formula(part), word, where) if self.atoms else self._explain(word, where)
         at = reason.position
@@ -445,61 +446,3 @@ def _without_equals(robots: list[RobotBehaviour]) -> list[RobotBehaviour]:
             seen.add(robot.letters[0])
         kept.append(robot)
     return kept
-
-
-def _all_read(
-    robots: Sequence[RobotBehaviour], followed: Sequence[RobotBehaviour], observations: Sequence[Observation]
-) -> list[tuple[str, Observation]]:
-    """Name who is read; those of which one stood for all are read right after it."""
-    read: list[tuple[str, Observation]] = []
-    waiting = [robot for robot in robots if robot.constant and robot not in followed]
-    for observation in observations:
-        if observation.robot is None:
-            read.append((TEAM, observation))
-            continue
-        read.append((followed[observation.robot].robot, observation))
-        if followed[observation.robot].constant:
-            read += [(robot.robot, observation) for robot in waiting if robot.letters[0] == observation.letter]
-            waiting = [robot for robot in waiting if robot.letters[0] != observation.letter]
-    return read
-
-
-def _when_read(robots: Sequence[RobotBehaviour], observations: Sequence[Observation]) -> list[tuple[Fraction, Fraction]]:
-    """Return the times at which each reading can be made: while its letters can be held, and after the readings before it."""
-    held = [_held(robot) for robot in robots]
-    found: list[tuple[Fraction, Fraction]] = []
-    for observation in observations:
-        readers = range(len(robots)) if observation.robot is None else (observation.robot,)
-        spans = [held[r][observation.nodes[r]] for r in readers]
-        low, high = max(low for low, _ in spans), min(high for _, high in spans)
-        if low > high:  # with clock errors the spans only nearly meet
-            low, high = high, low
-        low = low if not found else min(max(low, found[-1][0]), high)
-        found.append((low, high))
-    for index in range(len(found) - 2, -1, -1):
-        low, high = found[index]
-        found[index] = low, max(low, min(high, found[index + 1][1]))
-    return found
-
-
-def _held(robot: RobotBehaviour) -> list[tuple[Fraction, Fraction]]:
-    """Return for each node from when until when its letter can be held without a change."""
-    before: list[list[int]] = [[] for _ in robot.letters]
-    after: list[list[int]] = [[] for _ in robot.letters]
-    for node, targets in enumerate(robot.following):
-        for target in targets:
-            if robot.letters[node] == robot.letters[target] and (node, target) not in robot.laps:
-                before[target].append(node)
-                after[node].append(target)
-    order = sorted(range(len(robot)), key=lambda node: (robot.spans[node], node))
-    low, high = [span[0] for span in robot.spans], [span[1] for span in robot.spans]
-    for node in order:
-        low[node] = min([low[node], *(low[other] for other in before[node])])
-    for node in reversed(order):
-        high[node] = max([high[node], *(high[other] for other in after[node])])
-    return list(zip(low, high, strict=True))
-
-
-def _when(span: tuple[Fraction, Fraction]) -> str:
-    low, high = float(span[0]), float(span[1])
-    return f"{low:.3f} s" if f"{low:.3f}" == f"{high:.3f}" else f"{low:.3f} to {high:.3f} s"

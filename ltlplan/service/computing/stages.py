@@ -137,7 +137,7 @@ def _round(draft: Draft, progress: Progress) -> Outcome:
     certificate = after.certificate
     found: dict[str, Any] = {
         "certified": isinstance(after, Certified),
-        "claims": [claim_data(claim) for claim in certificate.claims],
+        "claims": [_claim_data(claim) for claim in certificate.claims],
         "margin": certificate.margin,
         "largest_margin": certificate.largest_margin,
         "duration": certificate.duration,
@@ -200,25 +200,9 @@ def _files(flown: Any, progress: Progress) -> Outcome:  # a Certified and its lo
 _STAGES: dict[str, Callable[[Any, Progress], Outcome]] = {PLAN: _plan, ROUND: _round, FLIGHT: _flight, FILES: _files}
 
 
-def claim_data(claim: Claim) -> dict[str, Any]:
-    """Return a claim as plain data, with its witness where it does not hold."""
-    data: dict[str, Any] = {
-        "name": claim.name,
-        "outcome": claim.outcome,
-        "sentence": claim.sentence,
-        "robot": claim.robot,
-        "other": claim.other,
-        "unit": claim.unit,
-        "bound": _finite(claim.bound),
-        "limit": _finite(claim.limit),
-        "margin": _finite(claim.margin),
-        "time": _finite(claim.time),
-    }
-    if claim.witness is not None:
-        seen = witness_data(claim.witness)
-        data["witness"] = {key: _finite(value) if isinstance(value, float) else value for key, value in seen.items()}
-    return data
+def _claim_data(claim: Claim) -> dict[str, Any]:
+    """Return a claim as plain data, with all of its witness where it does not hold."""
+    from verify.certificate import claim_data
 
-
-def _finite(number: float | None) -> float | None:
-    return number if number is not None and abs(number) < float("inf") else None
+    data = {"outcome" if key == "verdict" else key: value for key, value in claim_data(claim).items()}
+    return data if claim.witness is None else {**data, "witness": witness_data(claim.witness)}

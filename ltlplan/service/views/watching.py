@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from flight.pictures import robot_colour, scene
@@ -19,6 +18,7 @@ from ltlplan.report.player import player_data
 from ltlplan.report.replay import Replay, replay_of
 from ltlplan.report.run_page import THIN
 from ltlplan.report.summary import claim_rows
+from ltlplan.service.problems import witness_data
 from ltlplan.service.views.drawings import MOST_STATES, automaton_svg
 from ltlplan.service.views.formulas import automaton_states, part_automata
 from verify.data import LtlplanError
@@ -26,7 +26,7 @@ from verify.data import LtlplanError
 if TYPE_CHECKING:
     from flight import FlightLog
     from verify import Certificate, Claim, FlightVerdict
-    from verify.data import Mission, Plan, Trajectory, Witness
+    from verify.data import Mission, Plan, Trajectory
 
 NAME = "watch.json"
 """Its name among a job's files."""
@@ -132,14 +132,6 @@ def _claim_data(claim: Claim, row: tuple[str, ...]) -> Json:
         "row": list(row),
         "witness": None if claim.witness is None else witness_data(claim.witness),
     }
-
-
-def witness_data(witness: Witness) -> Json:
-    """Return a witness as plain data; figures that are not finite are left out."""
-    data = asdict(witness)
-    data["word"] = [[robot, sorted(letter)] for robot, letter in witness.word]
-    data["times"] = [[_finite(time) for time in pair] for pair in witness.times]
-    return {key: _finite(value) if isinstance(value, float) else value for key, value in data.items()}
 
 
 def _finite(number: float | None) -> float | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import stat
 import threading
 from collections.abc import AsyncIterator
@@ -382,6 +383,15 @@ def test_a_missions_faults_come_back(tmp_path: Path) -> None:
     again = error_of(problem_of(found.value))
     assert isinstance(again, MissionError)
     assert (str(again), again.faults) == (str(found.value), found.value.faults)
+
+
+def test_a_witness_that_lasts_for_ever_is_told_in_plain_json_and_comes_back_as_it_was() -> None:
+    witness = Witness(claim="formula", sentence="x", bound=0.5, word=(("quad0", frozenset({"a"})),), times=((1.0, math.inf),))
+    told = problem_of(NotCertified("It breaks.", [witness])).model_dump_json()
+    assert json.loads(told, parse_constant=pytest.fail)["witnesses"][0]["times"] == [[1.0, None]]
+    again = error_of(type(problem_of(NotCertified("x", ()))).model_validate_json(told))
+    assert isinstance(again, NotCertified)
+    assert again.witnesses == (witness,)
 
 
 def test_what_is_no_error_of_ours_is_told_without_its_words() -> None:
