@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from verify.recordings.flight_verdict import FlightVerdict, check_flight
     from verify.recordings.samples import check_recording, check_samples
     from verify.run_folder import recheck
+    from verify.words.ordered_verdict import check_ordered
     from verify.words.team_verdict import check_team
     from verify.words.word_verdict import check_word
 
@@ -44,6 +45,7 @@ __all__ = [
     "asked_of",
     "certify",
     "check_flight",
+    "check_ordered",
     "check_recording",
     "check_samples",
     "check_team",
@@ -68,6 +70,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "verify.recordings.flight_verdict": ("FlightVerdict", "check_flight"),
             "verify.recordings.samples": ("check_recording", "check_samples"),
             "verify.run_folder": ("recheck",),
+            "verify.words.ordered_verdict": ("check_ordered",),
             "verify.words.team_verdict": ("check_team",),
             "verify.words.word_verdict": ("check_word",),
         },

@@ -19,16 +19,16 @@ from verify.behaviour.team_graph import Observation, WithOthers
 from verify.data.errors import BadInput, InternalError
 from verify.data.language.counting import Atom, atoms, require_names, require_plain, written_out
 from verify.data.language.formula import Formula
-from verify.data.language.word import Letter, Word, show_letter
+from verify.data.language.word import Letter, Word
 from verify.data.sections import TeamReading
-from verify.logic.explanation import explain, show
+from verify.logic.explanation import show
 from verify.logic.normal_form import Normal, conjuncts, normal_form, to_formula
 from verify.logic.progression import OutOfBudget
-from verify.logic.semantics import satisfies
 from verify.logic.spot_opinion import some_word_breaks
 from verify.logic.team_letters import TeamLetters, Together
 from verify.logic.vacuity import vacuous_parts
 from verify.logic.verdict import TEAM, TeamVerdict, Verdict
+from verify.words.counterexamples import Reading, refuted
 from verify.words.orders import find_bad_order
 from verify.words.word_graph import InTurn, JointShuffle, Shuffle
 from verify.words.word_verdict import Letters, as_formula, as_word, check_word
@@ -86,10 +86,7 @@ def check_team(
     return TeamVerdict(sequential, parallel)
 
 
-_Place = tuple[str, int | None, Letter]
-"""One reading: robot (or the team), index of its letter, letter."""
-
-_Failure = tuple[Sequence[_Place], str]
+_Failure = tuple[Sequence[Reading], str]
 """A team word that breaks the formula, and how the robots come to give it."""
 
 
@@ -135,7 +132,7 @@ class _Team:
                 failures.append(failure)
         if failures:
             readings, how = min(failures, key=lambda failure: len(failure[0]))
-            return self._failure(claim, readings, how)
+            return refuted(self.formula, claim, readings, how)
         if doubts:
             return Verdict("undecided", doubts[0], claim=claim)
         vacuous = () if self.atoms else vacuous_parts(self.formula, [Word(word) for word in self.words.values()])
@@ -190,7 +187,7 @@ class _Team:
             return None
         waiting = [list(names) for names in kinds.robots]
         robots = [waiting[kind].pop(0) for kind in order]
-        readings: list[_Place] = []
+        readings: list[Reading] = []
         for position, robot in enumerate(robots):
             held: dict[str, Letter] = {}
             if self.reading == "joint":
@@ -243,28 +240,6 @@ class _Team:
                 f"{'fails' if broken else 'holds'}, Spot that it {'fails' if theirs else 'holds'}. This is a bug of ltlplan's."
             )
 
-    def _failure(self, claim: str, readings: Sequence[_Place], how: str) -> Verdict:
-        word = Word(tuple(letter for _, _, letter in readings))
-        if satisfies(self.formula, word):
-            raise InternalError("A counterexample satisfies the formula after all. This is a bug of ltlplan's.")
-
-        def where(position: int) -> str:
-            robot, index, letter = readings[position]
-            if index is None:
-                return f"the team's letter {position + 1}, {show_letter(letter)}"
-            return f"{robot}'s letter {index + 1}, {show_letter(letter)}"
-
-        reason = explain(self.formula, word, where)
-        at = None if reason.position is None else readings[reason.position]
-        return Verdict(
-            "fails",
-            how + reason.sentence,
-            tuple((robot, letter) for robot, _, letter in readings),
-            claim=claim,
-            robot=None if at is None or at[0] == TEAM else at[0],
-            visit=None if at is None else at[1],
-        )
-
 
 def _holds_loosely(part: Normal, kinds: _Kinds) -> bool:
     """Try to prove a conjunct from few robots alone, the others' letters coming at any time.
@@ -287,10 +262,10 @@ def _holds_loosely(part: Normal, kinds: _Kinds) -> bool:
 
 def _own_places(
     kinds: _Kinds, observations: Sequence[Observation], words: Mapping[str, tuple[Letter, ...]], *, one_for_all: bool
-) -> list[_Place]:
+) -> list[Reading]:
     """Give each reading of a kind to one of its robots, and read whole letters."""
     at = [dict.fromkeys(names, -1) for names in kinds.robots]
-    readings: list[_Place] = []
+    readings: list[Reading] = []
     for observation in observations:
         assert observation.robot is not None
         index, fresh = observation.nodes
@@ -309,11 +284,11 @@ def _joint_places(
     observations: Sequence[Observation],
     words: Mapping[str, tuple[Letter, ...]],
     union: Callable[[Mapping[str, Letter]], Letter],
-) -> list[_Place]:
+) -> list[Reading]:
     """Follow which robots go on from one union to the next, and read whole letters."""
     at = {name: 0 for names in kinds.robots for name in names}
     held = dict.fromkeys(at, 0)
-    readings: list[_Place] = []
+    readings: list[Reading] = []
 
     def read() -> None:
         readings.append((TEAM, None, union({name: words[name][index] for name, index in held.items()})))

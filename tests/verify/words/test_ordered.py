@@ -1,0 +1,100 @@
+from random import Random
+
+import pytest
+
+from tests.helpers.linearisations import broken, events_of
+from tests.helpers.random_teams import random_formula
+from verify import check_ordered, check_team
+from verify.data import BadInput, parse_formula
+
+
+def word(text: str) -> tuple[frozenset[str], ...]:
+    """`, a b, c` is the word {} {a, b} {c}."""
+    return tuple(frozenset(letter.split()) for letter in text.split(","))
+
+
+A_THEN_OUT = {"quad0": word(", a, "), "quad1": word(", b")}
+
+
+def test_a_letter_that_is_held_on_is_not_read_before_others_for_sure() -> None:
+    entered, left = (("quad0", 1), ("quad1", 1)), (("quad0", 2), ("quad1", 1))
+    assert check_ordered("!b U a", A_THEN_OUT, [left]).outcome == "holds"
+    assert check_ordered("!b U a", A_THEN_OUT, [entered]).outcome == "fails"
+    assert check_ordered("!b U a", A_THEN_OUT, [entered], "joint").outcome == "holds"
+    assert check_ordered("!b U a & G !(a & b)", A_THEN_OUT, [entered], "joint").outcome == "fails"
+
+
+def test_a_meeting_is_a_precedence_of_coming_before_leaving() -> None:
+    both = (("quad1", 1), ("quad0", 2))
+    assert check_ordered("F count(a | b) >= 2", A_THEN_OUT, [both, (("quad0", 1), ("quad1", 1))], "joint")
+    assert not check_ordered("F count(a | b) >= 2", A_THEN_OUT, [], "joint")
+
+
+def test_events_that_are_ordered_never_share_an_instant() -> None:
+    words = {"quad0": word("a, "), "quad1": word(", b")}
+    assert check_ordered("F !(a | b)", words, [(("quad0", 1), ("quad1", 1))], "joint").outcome == "holds"
+    assert check_ordered("F !(a | b)", words, [], "joint").outcome == "fails"
+
+
+def test_precedences_in_a_circle_are_kept_by_no_flight() -> None:
+    verdict = check_ordered("true", A_THEN_OUT, [(("quad0", 2), ("quad1", 1)), (("quad1", 1), ("quad0", 1))])
+    assert verdict.outcome == "fails"
+    assert "go round in a circle" in verdict.sentence
+
+
+@pytest.mark.parametrize("event", [("quad0", 0), ("quad0", 3), ("quad9", 1), ("quad0", True)])
+def test_what_is_no_event_is_refused(event: tuple[str, int]) -> None:
+    with pytest.raises(BadInput, match="A precedence names"):
+        check_ordered("F a", A_THEN_OUT, [(event, ("quad1", 1))])
+
+
+def test_a_counterexample_is_a_team_word_of_everybody() -> None:
+    words = {**A_THEN_OUT, "quad2": word("c"), "quad3": word("c")}
+    verdict = check_ordered("G !c", words, [(("quad0", 2), ("quad1", 1))])
+    assert verdict.outcome == "fails"
+    assert {robot for robot, _ in verdict.readings()} == set(words)
+
+
+def test_without_precedences_it_is_the_claim_of_all_interleavings() -> None:
+    rng = Random(3)
+    for _ in range(150):
+        formula, words = random_formula(rng, 4), _words(rng)
+        for reading in ("own", "joint"):
+            expected = check_team(formula, words, reading).parallel.outcome
+            assert check_ordered(formula, words, [], reading).outcome == expected
+
+
+def _words(rng: Random) -> dict[str, tuple[frozenset[str], ...]]:
+    letters = [frozenset[str](), frozenset("a"), frozenset("b"), frozenset("ab"), frozenset("c")]
+    return {f"quad{i}": tuple(rng.choice(letters) for _ in range(rng.randint(1, 3))) for i in range(rng.randint(1, 3))}
+
+
+def _agreement(seed: int, cases: int, most: int) -> None:
+    rng = Random(seed)
+    for _ in range(cases):
+        formula, words = random_formula(rng, rng.randint(2, 6)), _words(rng)
+        if sum(map(len, words.values())) > most:
+            continue
+        events = events_of(words)
+        rng.shuffle(events)
+        events.sort(key=lambda event: event[1])  # some of these go round in a circle, most do not
+        pairs = [(e, f) for i, e in enumerate(events) for f in events[i + 1 :] if e[0] != f[0] and rng.random() < 0.4]
+        for reading in ("own", "joint"):
+            verdict = check_ordered(formula, words, pairs, reading)
+            found = broken(formula, words, pairs, reading, most)
+            if found is not None or len(verdict.readings()) <= most:
+                assert (verdict.outcome == "fails") == (found is not None), (str(formula), words, pairs, reading)
+
+
+def test_all_linearisations_agree_with_words_that_are_written_out() -> None:
+    _agreement(0, 60, 6)
+
+
+@pytest.mark.slow  # thousands of teams, each written out
+def test_many_linearisations_agree_with_words_that_are_written_out() -> None:
+    _agreement(1, 2000, 7)
+
+
+def test_a_formula_may_ask_for_the_next_letter() -> None:
+    words = {"quad0": word(", a, a"), "quad1": word("b")}
+    assert check_ordered(parse_formula("F(a & X a)"), words, [], "joint").outcome == "holds"
