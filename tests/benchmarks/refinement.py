@@ -286,7 +286,11 @@ def test_split_s() -> None:
 @pytest.mark.slow
 def test_split_s_turning_slowly() -> None:
     """The same at 0.3 rad/s about z, which is reported beside it."""
-    print(split_s(0.3))
+    row = split_s(0.3)
+    print(row)
+    assert row["certified"]
+    assert row["passes"]
+    assert row["lowest"] >= SPLIT_S_FLOOR
 
 
 if __name__ == "__main__":

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import os
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -21,8 +20,12 @@ from tests.helpers.clusters import LocalCluster, local_cluster
 from tests.helpers.flights import small_mission
 from tests.helpers.stand_ins import flight as made_flight
 from tests.helpers.stand_ins import stand_in
+from tests.helpers.waiting import is_gone, pid_in, until
 from verify.data import MissionError
 from verify.data.progress import silent
+
+PATIENCE = 60.0
+"""s that an answer may take: many times what an idle machine needs."""
 
 GUSTS = {"wind": "0.4,0.2,0+0.3", "noise": 0.001}
 
@@ -35,59 +38,37 @@ def machines() -> Iterator[LocalCluster]:
 
 @pytest.fixture(scope="module")
 def cluster(machines: LocalCluster) -> Iterator[Cluster]:
-    with Cluster(machines.address, seconds=60.0, megabytes=600) as found:
-        assert until(lambda: found.count == 2)
+    with Cluster(machines.address, seconds=PATIENCE, megabytes=600) as found:
+        assert until(lambda: found.count == 2, PATIENCE)
         yield found
-
-
-def until(condition: Callable[[], bool], seconds: float = 60.0) -> bool:
-    end = time.monotonic() + seconds
-    while not condition():
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.02)
-    return True
-
-
-def is_gone(pid: int) -> bool:
-    try:
-        return "State:\tZ" in Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
-    except OSError:
-        return True
-
-
-def pid_in(mark: Path) -> int:
-    """Wait for work to begin that writes its process there."""
-    assert until(lambda: mark.exists() and mark.read_text(encoding="ascii") != "")
-    return int(mark.read_text(encoding="ascii"))
 
 
 def test_an_error_comes_back_with_its_class_its_words_and_what_it_carries(cluster: Cluster) -> None:
     with pytest.raises(MissionError, match="there is no such hoop") as caught:
-        cluster.submit(work.wrong_mission).result(60)
+        cluster.submit(work.wrong_mission).result(PATIENCE)
     assert caught.value.faults[0].line == 3
 
 
 def test_work_is_held_to_its_bounds_there_too(cluster: Cluster) -> None:
     with pytest.raises(OutOfMemory, match="600 MB"):
-        cluster.submit(work.take_memory).result(60)
+        cluster.submit(work.take_memory).result(PATIENCE)
 
 
 def test_progress_comes_back(cluster: Cluster) -> None:
     told: list[tuple[str, float]] = []
-    result, pid = cluster.submit(work.add, 1, 2, progress=lambda *said: told.append(said)).result(60)
+    result, pid = cluster.submit(work.add, 1, 2, progress=lambda *said: told.append(said)).result(PATIENCE)
     assert result == 3
     assert pid != os.getpid()
-    assert until(lambda: told == [("adding", 0.5)])
+    assert until(lambda: told == [("adding", 0.5)], PATIENCE)
 
 
 def test_cancelling_kills_at_once(cluster: Cluster, tmp_path: Path) -> None:
     mark = tmp_path / "mark"
     future = cluster.submit(work.sleep, 600.0, str(mark))
-    pid = pid_in(mark)
+    pid = pid_in(mark, PATIENCE)
     assert future.cancel()
     assert future.cancelled()
-    assert until(lambda: is_gone(pid), seconds=5.0)
+    assert until(lambda: is_gone(pid), 5.0)
 
 
 def test_stages_find_there_what_they_find_here(cluster: Cluster) -> None:
@@ -100,7 +81,7 @@ def test_stages_find_there_what_they_find_here(cluster: Cluster) -> None:
             following, value = outcomes[-1].following, outcomes[-1].value
         return outcomes
 
-    there = staged(lambda name, value: cluster.submit(run_stage, name, value).result(60))
+    there = staged(lambda name, value: cluster.submit(run_stage, name, value).result(PATIENCE))
     assert there == staged(lambda name, value: run_stage(name, value, silent))
 
 
@@ -129,18 +110,18 @@ def test_so_is_one_that_comes_later(machines: LocalCluster) -> None:
     with Cluster(machines.address) as cluster:
         cluster.versions = {**here(), "numpy": "0.1"}
         with pytest.raises(ClusterError, match=r"0\.1 here"):
-            cluster.submit(work.add, 1, 2).result(60)
+            cluster.submit(work.add, 1, 2).result(PATIENCE)
 
 
 def test_a_worker_that_dies_costs_its_own_work_only(machines: LocalCluster, cluster: Cluster, tmp_path: Path) -> None:
     """The other's goes on; what was lost is done again by a worker that is there."""
     marks = [tmp_path / "one", tmp_path / "other"]
     futures = [cluster.submit(work.sleep, 2.0, str(mark)) for mark in marks]
-    began = [pid_in(mark) for mark in marks]
+    began = [pid_in(mark, PATIENCE) for mark in marks]
     machines.workers[0].kill()
     machines.work(1)
-    assert [future.result(60) for future in futures] == [2.0, 2.0]
-    after = [pid_in(mark) for mark in marks]
+    assert [future.result(PATIENCE) for future in futures] == [2.0, 2.0]
+    after = [pid_in(mark, PATIENCE) for mark in marks]
     assert sum(one != other for one, other in zip(began, after, strict=True)) == 1
     assert all(map(is_gone, began))
 

@@ -6,8 +6,7 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -15,6 +14,7 @@ import pytest
 from ltlplan.service.computing.children import LimitReached, OutOfMemory, OutOfTime, WorkerDied
 from ltlplan.service.computing.workers import LocalWorkers
 from tests.helpers import work_for_workers as work
+from tests.helpers.waiting import is_gone, pid_in, until
 from verify.data import BadInput, InternalError, MissionError
 
 PATIENCE = 300.0
@@ -26,24 +26,6 @@ def workers() -> Iterator[LocalWorkers]:
     pool = LocalWorkers(2, seconds=1.0, megabytes=300)
     yield pool
     pool.close()
-
-
-def until(condition: Callable[[], bool], seconds: float = PATIENCE) -> bool:
-    end = time.monotonic() + seconds
-    while not condition():
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.02)
-    return True
-
-
-def is_gone(mark: Path) -> bool:
-    """Tell whether the process whose number was written is at an end; it may still wait to be noticed by its parent."""
-    try:
-        status = Path(f"/proc/{mark.read_text(encoding='ascii')}/status").read_text(encoding="utf-8")
-    except OSError:
-        return True
-    return "State:\tZ" in status
 
 
 def test_work_is_done_in_another_process_and_tells_its_progress(workers: LocalWorkers) -> None:
@@ -103,10 +85,10 @@ def test_work_whose_processes_all_die_says_so(workers: LocalWorkers) -> None:
 def test_cancelling_ends_the_process_at_once(workers: LocalWorkers, tmp_path: Path) -> None:
     mark = tmp_path / "pid"
     future = workers.submit(work.sleep, 60.0, str(mark))
-    assert until(lambda: mark.exists() and bool(mark.read_text(encoding="ascii")))
+    pid = pid_in(mark, PATIENCE)
     assert future.cancel()
     assert future.cancelled()
-    assert until(lambda: is_gone(mark), 2.0)
+    assert until(lambda: is_gone(pid), 2.0)
     assert until(lambda: workers.alive == 0, 2.0)
 
 
@@ -114,7 +96,7 @@ def test_temporary_files_of_what_was_ended_are_gone(tmp_path: Path) -> None:
     pool = LocalWorkers(1, scratch=tmp_path)
     mark = tmp_path / "mark"
     future = pool.submit(work.leave_file, str(mark))
-    assert until(lambda: mark.exists() and bool(mark.read_text(encoding="utf-8")))
+    assert until(lambda: mark.exists() and mark.read_text(encoding="utf-8") != "", PATIENCE)
     left = Path(mark.read_text(encoding="utf-8"))
     assert left.exists()
     assert left.parent.parent == tmp_path
@@ -171,7 +153,7 @@ def test_nothing_is_left_behind_by_a_process_that_is_killed(tmp_path: Path) -> N
     )
     root = Path(__file__).parents[4]
     parent = subprocess.Popen([sys.executable, "-c", script], cwd=root, env={**os.environ, "PYTHONPATH": str(root)})
-    assert until(lambda: mark.exists() and bool(mark.read_text(encoding="ascii")), 60.0)
+    pid = pid_in(mark, 60.0)
     parent.send_signal(signal.SIGKILL)
     parent.wait(PATIENCE)
-    assert until(lambda: is_gone(mark), 10.0)
+    assert until(lambda: is_gone(pid), 10.0)

@@ -119,7 +119,7 @@ def test_sessions_hold_no_token_and_lapse(tmp_path: Path, monkeypatch: pytest.Mo
 
 @pytest.mark.parametrize("host", ["localhost", "localhost:8000", "127.0.0.1:8000", "[::1]:8000", "LOCALHOST.", "127.5.5.5"])
 def test_names_of_this_machine(host: str) -> None:
-    require_own_host(host, own_names("127.0.0.1"), everywhere=False)
+    assert require_own_host(host, own_names("127.0.0.1"), everywhere=False) is None
 
 
 @pytest.mark.parametrize(
@@ -133,7 +133,7 @@ def test_names_that_lead_here_but_are_not_ours(host: str) -> None:
 def test_names_on_a_network() -> None:
     names = own_names("0.0.0.0", ("Plan.Lab",))
     for host in ("10.0.0.7:8000", "plan.lab", "localhost"):
-        require_own_host(host, names, everywhere=True)
+        assert require_own_host(host, names, everywhere=True) is None
     with pytest.raises(WrongHost, match=r"--name evil\.example"):
         require_own_host("evil.example", names, everywhere=True)
 
@@ -154,14 +154,13 @@ def test_pages_of_other_sites_change_nothing(headers: dict[str, str]) -> None:
     for method in ("POST", "DELETE", "WEBSOCKET", "PUT"):
         with pytest.raises(Forbidden):
             require_own_page(method, given)
-    require_own_page("GET", given)
+    assert require_own_page("GET", given) is None
 
 
 def test_our_own_pages_and_programs_may_ask() -> None:
-    require_own_page("POST", {"host": "localhost:8000"})
-    require_own_page(
-        "WEBSOCKET", {"host": "localhost:8000", "origin": "http://localhost:8000", "sec-fetch-site": "same-origin"}
-    )
+    ours = {"host": "localhost:8000", "origin": "http://localhost:8000", "sec-fetch-site": "same-origin"}
+    assert require_own_page("POST", {"host": "localhost:8000"}) is None
+    assert require_own_page("WEBSOCKET", ours) is None
 
 
 # rates and bodies
