@@ -20,10 +20,11 @@ from verify.behaviour.apart.team_answers import Question
 from verify.behaviour.inclusion import DEFAULT_BUDGET, Broken, find_broken, holds_for_all, holds_loosely
 from verify.behaviour.lassos import BrokenRun, find_broken_run, search_run
 from verify.behaviour.mending_waits import mending_waits
-from verify.behaviour.reading_times import all_read, held_times, when, when_read
+from verify.behaviour.reading_times import all_read, when, when_read
 from verify.behaviour.robot_letters import RobotBehaviour, cut_timeline, from_timeline, merged
 from verify.behaviour.summed_timelines import summed
 from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph, WithOthers
+from verify.behaviour.team_laps import Lap, TeamWords, alone, team_words
 from verify.behaviour.timeline import Relations, Timeline
 from verify.behaviour.transitions import judge_transitions
 from verify.data.errors import BadInput, InternalError
@@ -36,7 +37,7 @@ from verify.logic.explanation import Reason, Where, explain, show
 from verify.logic.normal_form import Normal, conjuncts, normal_form, to_formula
 from verify.logic.progression import OutOfBudget
 from verify.logic.semantics import satisfies
-from verify.logic.team_letters import TeamLetters
+from verify.logic.team_letters import TeamLetters, Together
 from verify.logic.vacuity import implications
 from verify.logic.verdict import TEAM, Verdict
 
@@ -96,10 +97,10 @@ def judge_formula(
         raise BadInput(
             f"The mission's trace is {mission.spec.trace}, so its flights must {'' if asked else 'not '}have a cycle."
         )
-    if asked and len(timelines) != 1:
-        raise BadInput("An infinite trace belongs to one robot; a team needs a finite trace.")
     if clock_error < 0:
         raise BadInput(f"clock_error must not be negative, not {float(clock_error):g} s.")
+    if asked and len(timelines) > 1:
+        _require_common_laps(timelines, times)
     formula = mission.formula
     if len(formula.names()) > _MANY:  # of a thousand regions a flight comes to a few
         formula = formula.substitute(dict.fromkeys(_never_shown(timelines), FALSE))
@@ -108,6 +109,19 @@ def judge_formula(
     except OutOfBudget as error:
         verdict = Verdict("undecided", f"The formula could not be decided: {error}.")
     return [verdict]
+
+
+def _require_common_laps(timelines: Mapping[str, Timeline], times: Times) -> None:
+    """Refuse a team whose laps do not begin and end together, or whose times are not to count."""
+    first = next(iter(timelines.values()))
+    for name, timeline in timelines.items():
+        if (timeline.cycle, timeline.duration) != (first.cycle, first.duration):
+            raise BadInput(
+                f"{name}'s lap is not {first.robot}'s: the laps of a team begin and end together, whoever has arrived waiting for the "
+                "others."
+            )
+    if times == "parallel":
+        raise BadInput("Laps that begin together are judged by their times; `parallel` is for finite traces.")
 
 
 def _shown(timeline: Timeline) -> frozenset[str]:
@@ -160,7 +174,10 @@ class _Judge:
     def _part(self, part: Normal) -> Verdict:
         """Decide one conjunct: first on what it can see, which suffices for a yes, then on whole letters."""
         try:
-            if not self.atoms.keys().isdisjoint(part.propositions):
+            counts = not self.atoms.keys().isdisjoint(part.propositions)
+            if self.mission.spec.trace == "infinite" and (counts or len(self.timelines) > 1):
+                return self._of_laps(part, counts=counts)
+            if counts:
                 return self._counted(part)
             if self._many_together and self._holds_of_sums(part, TeamLetters.of(part, {})):
                 return Verdict("holds", "")
@@ -202,6 +219,38 @@ class _Judge:
         if self.detail == "answer":
             return Verdict("fails", "")
         return self._failure(followed, [(TEAM, observation) for observation in broken.observations], part)
+
+    def _of_laps(self, part: Normal, *, counts: bool) -> Verdict:
+        """Decide a conjunct of a team that flies laps: first on what it sees of the letters, then, but for counts, on whole ones."""
+        letters = TeamLetters.of(part, self.atoms)
+        cut = [from_timeline(cut_timeline(t, letters.names_of(name)), self.relations) for name, t in self.timelines.items()]
+        seen = [_seen(robot, letters) for robot in cut]
+        words, run = self._lap_run(seen, part, letters if counts else None)
+        if run is not None:
+            robots = self._whole()
+            if counts:
+                robots = [_seen(robot, letters) for robot in robots]
+            words, run = self._lap_run(robots, part, letters if counts else None)
+        if run is None:
+            return Verdict("holds", "")
+        return Verdict("fails", "") if self.detail == "answer" else self._run_failure(words, run, part)
+
+    def _lap_run(
+        self, robots: Sequence[RobotBehaviour], part: Normal, counted: TeamLetters | None
+    ) -> tuple[TeamWords, BrokenRun | None]:
+        """Return the team's words over all laps, and one that breaks a conjunct, if any."""
+        joint = self.mission.spec.team == "joint"
+        together = None if counted is None else counted.together
+        if joint:  # who shows one thing for ever changes no letter of the team
+            followed = [robot for robot in robots if len(set(robot.letters)) > 1] or list(robots[:1])
+            always = [robot.letters[0] for robot in robots if robot not in followed]
+            union = Together(()) if together is None else together
+            together, robots = union.beside(always), followed
+        timeline = next(iter(self.timelines.values()))
+        assert timeline.cycle is not None
+        lap = Lap(timeline.cycle, timeline.duration, self.clock_error)
+        words = team_words(robots, lap, self.mission.spec.team, self.budget, together=together)
+        return words, find_broken_run(words.behaviour, part, self.budget)
 
     def _holds_of_sums(self, part: Normal, letters: TeamLetters) -> bool:
         """Try to prove a conjunct from how many robots surely show what; no is no answer."""
@@ -287,7 +336,7 @@ class _Judge:
         if self.detail == "answer":
             return Verdict("fails", "")
         if isinstance(broken, BrokenRun):
-            return self._run_failure(robots[0], broken)
+            return self._run_failure(alone(robots[0]), broken, part)
         return self._failure(followed, all_read(robots, followed, broken.observations), part)
 
     def _that_show(self, robots: list[RobotBehaviour], part: Normal) -> list[RobotBehaviour]:
@@ -328,22 +377,24 @@ class _Judge:
             return JointGraph(robots, timed=timed, clock_error=self.clock_error)
         return OwnGraph(robots, timed=timed, clock_error=self.clock_error)
 
-    def _run_failure(self, robot: RobotBehaviour, run: BrokenRun) -> Verdict:
-        held = held_times(robot)
-        spans = [held[node] for node in run.nodes]
+    def _run_failure(self, words: TeamWords, run: BrokenRun, part: Normal) -> Verdict:
+        read = [words.readings[node] for node in run.nodes]
+        names = [words.names[reading.robot] if reading.robot is not None else TEAM for reading in read]
 
         def where(position: int) -> str:
-            return f"{robot.robot}'s {show_letter(run.word.letters[position])} ({when(spans[position])})"
+            name, shown = names[position], self._said(run.word.letters[position])
+            return f"{'the team' if name == TEAM else name}'s {shown} ({when(read[position].span)})"
 
-        reason = self._explain(run.word, where)
+        reason = explain(to_formula(part), run.word, where) if self.atoms else self._explain(run.word, where)
+        at = reason.position
         return Verdict(
             "fails",
             reason.sentence,
             run.word,
-            None if reason.position is None else float(spans[reason.position][0]),
-            robot=robot.robot,
-            region=self._region(reason, None if reason.position is None else run.word.letters[reason.position]),
-            times=tuple((float(low), float(high)) for low, high in spans),
+            None if at is None else float(read[at].span[0]),
+            robot=words.names[0] if len(self.timelines) == 1 else None if at is None or names[at] == TEAM else names[at],
+            region=self._region(reason, None if at is None else run.word.letters[at]),
+            times=tuple((float(reading.span[0]), float(reading.span[1])) for reading in read),
         )
 
     def _failure(self, robots: Sequence[RobotBehaviour], read: Sequence[tuple[str, Observation]], part: Normal) -> Verdict:
@@ -432,6 +483,12 @@ def _marked(name: str, robot: RobotBehaviour, letters: TeamLetters) -> RobotBeha
     if len(set(seen)) == 1:  # whatever it does, it shows one thing
         span = robot.spans[0][0], max(high for _, high in robot.spans)
         return RobotBehaviour(name, seen[:1], (span,), ((),), (0,), frozenset({0}), actions=(0,))
+    return merged(replace(robot, letters=seen, actions=(0,) * len(robot)))
+
+
+def _seen(robot: RobotBehaviour, letters: TeamLetters) -> RobotBehaviour:
+    """Return a robot that flies laps with what a conjunct sees of its letters."""
+    seen = tuple(letters.own(robot.robot, letter) for letter in robot.letters)
     return merged(replace(robot, letters=seen, actions=(0,) * len(robot)))
 
 

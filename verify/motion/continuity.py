@@ -43,7 +43,7 @@ class Jump:
 
 @np.errstate(all="ignore")
 def jumps(paths: TeamPaths, *, ends: bool = True) -> list[Jump]:
-    """Bound every jump of every robot, the seam of a cycle included.
+    """Bound every jump of every robot, the seam of a cycle included; laps of a team begin and end at rest.
 
     Args:
         paths: The team.
@@ -51,6 +51,7 @@ def jumps(paths: TeamPaths, *, ends: bool = True) -> list[Jump]:
     """
     derivatives = [paths.derivative(order) for order in range(4)]
     result: list[Jump] = []
+    together = len(paths.robots) > 1  # laps of a team begin and end at rest
     offset = 0
     for robot, name in enumerate(paths.robots):
         trajectory = paths.trajectories[robot]
@@ -73,8 +74,9 @@ def jumps(paths: TeamPaths, *, ends: bool = True) -> list[Jump]:
             else:
                 start, goal = rest, rest
             goal_error = np.zeros((1, 4)) if order else before_error[-1:]
-            if trajectory.cycle is not None:
-                goal, goal_error = after[trajectory.cycle][None], after_error[trajectory.cycle][None]
+            cycle = trajectory.cycle
+            if cycle is not None and (order == 0 or not together):
+                goal, goal_error = after[cycle][None], after_error[cycle][None]
             left, left_error = np.concatenate([start, before]), np.concatenate([np.zeros((1, 4)), before_error])
             right, right_error = np.concatenate([after, goal]), np.concatenate([after_error, goal_error])
             gap = np.abs(right - left)
@@ -86,12 +88,24 @@ def jumps(paths: TeamPaths, *, ends: bool = True) -> list[Jump]:
                 open_ends = [0] if trajectory.cycle is not None else [0, -1]
                 gap[open_ends], error[open_ends] = 0.0, 0.0
             worst = _worse(worst, name, paths.knots[robot], order, gap, error)
+            if cycle is not None and together and order:
+                begins = np.abs(after[cycle])[None], after_error[cycle][None] * (1 + 2.0**-40) + 1e-290
+                worst = _worse(worst, name, (paths.knots[robot][cycle],), order, *begins, where="where a lap begins")
         assert worst is not None
         result.append(worst)
     return result
 
 
-def _worse(worst: Jump | None, name: str, knots: tuple[Fraction, ...], order: int, gap: Floats, error: Floats) -> Jump | None:
+# seven parameters: the joints' sizes, and what a sentence about them says
+def _worse(
+    worst: Jump | None,
+    name: str,
+    knots: tuple[Fraction, ...],
+    order: int,
+    gap: Floats,
+    error: Floats,
+    where: str = "",
+) -> Jump | None:
     allowed = JUMPS[order]
     sizes = [(np.sqrt(((gap[:, :3] + error[:, :3]) ** 2).sum(1)) * (1 + 2.0**-40), (gap[:, :3] - error[:, :3]).max(1))]
     labels = [QUANTITIES[order]]
@@ -103,10 +117,14 @@ def _worse(worst: Jump | None, name: str, knots: tuple[Fraction, ...], order: in
         at = int(np.argmax(high))
         share = float(np.nextafter(high[at] / allowed, np.inf))
         if worst is None or share > worst.share:
-            where = "at the start" if at == 0 else "at the end" if at == len(high) - 1 else f"between pieces {at - 1} and {at}"
+            place = where or _named(at, len(high) - 1)
             sure = float(np.nextafter(low[at] / allowed, -np.inf))
-            worst = Jump(name, share, sure, knots[at], f"{label} {where}", float(high[at]), allowed)
+            worst = Jump(name, share, sure, knots[at], f"{label} {place}", float(high[at]), allowed)
     return worst
+
+
+def _named(joint: int, last: int) -> str:
+    return "at the start" if joint == 0 else "at the end" if joint == last else f"between pieces {joint - 1} and {joint}"
 
 
 def _modulo_turns(angle: float) -> float:

@@ -155,8 +155,8 @@ def read_team(mission: Mission, team: Mapping[str, Trajectory]) -> TeamPaths:
     """Read a team's trajectories for judging.
 
     Raises:
-        BadInput: The robots are not the mission's agents, a cycle is missing or not wanted, or a number is too
-            large to be a flight.
+        BadInput: The robots are not the mission's agents, a cycle is missing or not wanted, laps do not begin and end together,
+            or a number is too large to be a flight.
     """
     robots = tuple(mission.agents)
     team = check_trajectories(team)
@@ -171,6 +171,8 @@ def read_team(mission: Mission, team: Mapping[str, Trajectory]) -> TeamPaths:
             raise BadInput(f"{name}: the mission's trace is finite, so its trajectory cannot have a cycle.")
     trajectories = tuple(team[name] for name in robots)
     knots = tuple(tuple(accumulate(map(Fraction, t.durations.tolist()), initial=Fraction(0))) for t in trajectories)
+    if lasso:
+        _require_common_laps(robots, trajectories, knots)
     end = max(k[-1] for k in knots)
     segments: list[Segment] = []
     for robot, (trajectory, times) in enumerate(zip(trajectories, knots, strict=True)):
@@ -182,3 +184,16 @@ def read_team(mission: Mission, team: Mapping[str, Trajectory]) -> TeamPaths:
         elif times[-1] < end:
             segments.append(Segment(robot, "hover", len(trajectory) - 1, -1, times[-1], end))
     return TeamPaths(mission, robots, trajectories, knots, end, tuple(segments))
+
+
+def _require_common_laps(
+    robots: tuple[str, ...], trajectories: tuple[Trajectory, ...], knots: tuple[tuple[Fraction, ...], ...]
+) -> None:
+    """Refuse laps of a team that do not begin and end at the same exact times."""
+    laps = [(times[t.cycle or 0], times[-1]) for t, times in zip(trajectories, knots, strict=True)]
+    for name, (start, stop) in zip(robots, laps, strict=True):
+        if (start, stop) != laps[0]:
+            raise BadInput(
+                f"{name}'s lap lasts from {float(start):.9g} to {float(stop):.9g} s, {robots[0]}'s from {float(laps[0][0]):.9g} to "
+                f"{float(laps[0][1]):.9g} s. The laps of a team begin and end together, to the last bit: let whoever has arrived hover."
+            )

@@ -267,10 +267,6 @@ def test_bad_calls():
         judge_formula(mission("F a"), {"q0": timeline("q0", cycle=1)}, APART)
     with pytest.raises(BadInput, match="must have a cycle"):
         judge_formula(mission("F a", trace="infinite"), {"q0": timeline("q0")}, APART)
-    with pytest.raises(BadInput, match="one robot"):
-        judge_formula(
-            mission("F a", robots=2, trace="infinite"), {f"q{i}": timeline(f"q{i}", cycle=1) for i in range(2)}, APART
-        )
 
 
 def test_an_unknown_instant_of_an_action_is_any_within_its_window():
