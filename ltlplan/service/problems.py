@@ -138,7 +138,7 @@ _EXIT_CODES: dict[int, type[LtlplanError]] = {
     6: DoesNotFit,
 }
 _ELSEWHERE = {
-    "formula-error": "verify.data.language.formula_reader:FormulaError",
+    "formula-error": "verify.data.language.formula_error:FormulaError",
     "sequence-error": "verify.data.language.sequence:SequenceError",
     "too-large": "ltlplan.logic.budget:TooLarge",
     "no-plan": "ltlplan.search.refusals.unsatisfiable_cores:NoPlan",

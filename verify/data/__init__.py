@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     )
     from verify.data.files.mission_file import load_mission_file, mission_to_yaml, parse_mission
     from verify.data.language.formula import Formula
-    from verify.data.language.formula_reader import FormulaError, parse_formula
+    from verify.data.language.formula_error import FormulaError
+    from verify.data.language.formula_reader import parse_formula
     from verify.data.language.sequence import Passage, Sequence, SequenceError, parse_sequence
     from verify.data.language.word import Letter, Word
     from verify.data.mission import Mission, check_mission
@@ -87,7 +88,8 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
                 "Unsatisfiable",
             ),
             "verify.data.language.formula": ("Formula",),
-            "verify.data.language.formula_reader": ("FormulaError", "parse_formula"),
+            "verify.data.language.formula_error": ("FormulaError",),
+            "verify.data.language.formula_reader": ("parse_formula",),
             "verify.data.language.sequence": ("Passage", "Sequence", "SequenceError", "parse_sequence"),
             "verify.data.language.word": ("Letter", "Word"),
             "verify.data.mission": ("Mission", "check_mission"),

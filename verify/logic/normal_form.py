@@ -8,7 +8,8 @@ from functools import lru_cache
 from typing import Literal
 
 from verify.data.language.formula import NAME, Formula
-from verify.data.language.formula_reader import FormulaError, parse_formula
+from verify.data.language.formula_error import FormulaError
+from verify.data.language.formula_reader import parse_formula
 
 NodeKind = Literal["true", "false", "name", "not", "and", "or", "F", "G", "U", "W", "R", "M", "X", "X[!]"]
 

@@ -9,7 +9,8 @@ from typing import Any
 
 from ltlplan.service.page.mission_text import span_of, with_edges, with_value
 from verify.data import BadInput, Mission, MissionError, parse_mission
-from verify.data.language.formula_reader import FormulaError, parse_formula
+from verify.data.language.formula_error import FormulaError
+from verify.data.language.formula_reader import parse_formula
 from verify.data.progress import Progress
 
 Json = dict[str, Any]  # of any type: JSON nests

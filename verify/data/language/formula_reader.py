@@ -11,78 +11,23 @@ Whoever passes a formula on to Spot uses `Formula.quoted`.
 
 from __future__ import annotations
 
-import itertools
 import re
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
 
 from verify.data.errors import BadInput, did_you_mean
-from verify.data.language.formula import (
-    COUNTING,
-    INFIX,
-    NAME,
-    PREFIX,
-    PREFIX_POWER,
-    RESERVED_NAMES,
-    TEMPORAL,
-    Comparison,
-    Formula,
-)
+from verify.data.language.formula import COUNTING, INFIX, NAME, PREFIX, PREFIX_POWER, TEMPORAL, Comparison, Formula
+from verify.data.language.formula_error import FormulaError
+from verify.data.language.formula_tokens import GLUED, LATE, Token, tokenise, unreadable
 
 MAX_LENGTH = 100_000
 MAX_DEPTH = 200
 
-_TOKEN = re.compile(
-    r"""(?P<space>\s+)
-      | (?P<strong>X\[!\])
-      | (?P<name>[A-Za-z_][A-Za-z0-9_]*)
-      | (?P<quoted>"[^"\n]*")
-      | (?P<equiv><->|<=>|<-->)
-      | (?P<implies>->|=>|-->)
-      | (?P<and>&&?|/\\)
-      | (?P<or>\|\|?|\\/)
-      | (?P<xor>\^)
-      | (?P<not>!|~)
-      | (?P<always>\[\])
-      | (?P<eventually><>)
-      | (?P<open>\()
-      | (?P<close>\))
-      | (?P<one>[01](?![A-Za-z0-9_]))
-      | (?P<number>-?\d+(?![A-Za-z0-9_]))
-      | (?P<compare>>=|<=|==|<|>)
-      | (?P<dot>\.)
-    """,
-    re.VERBOSE,
-)
-_KIND_TO_OPERATOR: Mapping[str, str] = {
-    "strong": "X[!]", "equiv": "<->", "implies": "->", "and": "&", "or": "|", "xor": "xor", "not": "!",
-    "always": "G", "eventually": "F", "open": "(", "close": ")",
-}  # fmt: skip
 _WORDS: Mapping[str, str] = {
     "and": "&", "or": "|", "not": "!", "implies": "->", "until": "U", "always": "G", "globally": "G", "eventually": "F",
     "finally": "F", "f": "F", "g": "G", "u": "U", "w": "W", "r": "R", "m": "M",
 }  # fmt: skip
 """What people write for an operator, as a hint where a formula cannot be read."""
-_GLUED = re.compile("[FGX]+")
 _EXAMPLES = {"count": "count(dock) >= 2", "all": "all(dock)", "some": "some(dock)", "each": "each(F dock)"}
-_LATE = frozenset({"number", "compare", "dot"})
-"""Tokens that stand nowhere but in counts and after robots' names."""
-
-
-class FormulaError(BadInput):
-    """A formula that cannot be read.
-
-    Attributes:
-        formula: The text.
-        position: Offset of the first fault in it.
-        reasons: One sentence per fault.
-    """
-
-    def __init__(self, formula: str, faults: list[tuple[int, str]]) -> None:
-        self.formula = formula
-        self.position = faults[0][0]
-        self.reasons = tuple(reason for _, reason in faults)
-        super().__init__("\n".join(f"{reason}\n{_caret(formula, position)}" for position, reason in faults))
 
 
 def parse_formula(
@@ -111,7 +56,7 @@ def parse_formula(
         raise BadInput(f"A formula is a text, not {type(text).__name__}.")
     if len(text) > MAX_LENGTH:
         raise FormulaError(text[:60], [(0, f"The formula has {len(text)} characters; {MAX_LENGTH} is the most.")])
-    tokens = _tokenise(text)
+    tokens = tokenise(text)
     if not tokens:
         raise FormulaError(text, [(0, "The formula is empty; write `true` for no requirement.")])
     formula = _Parser(text, tokens).read()
@@ -182,7 +127,7 @@ def _strange_robots(text: str, formula: Formula, robots: Collection[str] | None)
 
 def _with_spaces(name: str, known: Collection[str]) -> str | None:
     """Return how a name that does not exist reads as operators without spaces, or None where that is far-fetched."""
-    cuts = [(name[:cut], name[cut:]) for cut in range(1, len(name)) if _GLUED.fullmatch(name[:cut])]
+    cuts = [(name[:cut], name[cut:]) for cut in range(1, len(name)) if GLUED.fullmatch(name[:cut])]
     for head, rest in cuts:
         if rest in known:
             return " ".join((*head, rest))
@@ -197,68 +142,10 @@ def _with_spaces(name: str, known: Collection[str]) -> str | None:
     return None
 
 
-@dataclass(frozen=True, slots=True)
-class _Token:
-    kind: str  # "name", "constant" or an operator's sign
-    text: str
-    position: int
-
-
-def _tokenise(text: str) -> list[_Token]:
-    tokens: list[_Token] = []
-    position = 0
-    while position < len(text):
-        match = _TOKEN.match(text, position)
-        if match is None:
-            raise FormulaError(text, [(position, _unreadable(text, position))])
-        kind, value = str(match.lastgroup), match.group()
-        if kind == "name" and value[-1] == "X" and text.startswith("[!]", match.end()) and _GLUED.fullmatch(value):
-            tokens += [_Token(letter, letter, position + i) for i, letter in enumerate(value[:-1])]
-            position = match.end() - 1  # what follows is `X[!]`
-            continue
-        if kind == "name":
-            token = {"true": "constant", "false": "constant", "V": "R"}.get(value)
-            tokens.append(_Token(token or (value if value in RESERVED_NAMES else "name"), value, position))
-        elif kind == "quoted":
-            if len(value) == 2:
-                raise FormulaError(text, [(position, "A quoted name is empty.")])
-            tokens.append(_Token("name", value[1:-1], position))
-        elif kind == "one":
-            tokens.append(_Token("constant", value, position))
-        elif kind in _LATE:
-            tokens.append(_Token(kind, value, position))
-        elif kind != "space":
-            tokens.append(_Token(_KIND_TO_OPERATOR[kind], value, position))
-        position = match.end()
-    return _parted(text, tokens)
-
-
-def _parted(text: str, tokens: list[_Token]) -> list[_Token]:
-    """Take names made of operator letters alone apart where an operand follows, for no name can stand there: `FG(a)`."""
-    result: list[_Token] = []
-    for token, after in itertools.zip_longest(tokens, tokens[1:]):
-        operand = after is not None and (after.kind in ("(", "name", "constant") or after.kind in PREFIX)
-        if token.kind == "name" and operand and _GLUED.fullmatch(token.text) and text[token.position] != '"':
-            result += [_Token(letter, letter, token.position + i) for i, letter in enumerate(token.text)]
-        else:
-            result.append(token)
-    return result
-
-
-def _unreadable(text: str, position: int) -> str:
-    if text[position] in "[{;:*#":
-        return (
-            f"`{text[position]}` begins a sequence (SERE) or bounded operator of Spot's, which is not supported; "
-            "use ! & | xor -> <-> F G U W R M and parentheses."
-        )
-    hint = " Equal numbers of robots are written `==`." if text[position] == "=" else ""
-    return f"`{text[position]}` is not part of a formula.{hint}"
-
-
 class _Parser:
     """Precedence climbing over the tokens; depth is bounded so that a hostile text cannot exhaust the stack."""
 
-    def __init__(self, text: str, tokens: list[_Token]) -> None:
+    def __init__(self, text: str, tokens: list[Token]) -> None:
         self.text = text
         self.tokens = tokens
         self.index = 0
@@ -300,15 +187,15 @@ class _Parser:
             return Formula(token.kind, (self._expression(PREFIX_POWER, depth + 1),), "", token.position)  # type: ignore[arg-type]  # a member of PREFIX
         if token.kind == "(":
             return self._in_parentheses(token, depth)
-        if token.kind in _LATE:
-            raise FormulaError(self.text, [(token.position, _unreadable(self.text, token.position))])
+        if token.kind in LATE:
+            raise FormulaError(self.text, [(token.position, unreadable(self.text, token.position))])
         hint = " Operator names cannot be names of regions." if token.text.isalpha() else ""
         raise FormulaError(
             self.text,
             [(token.position, f"`{token.text}` stands where a proposition is expected.{hint}")],
         )
 
-    def _in_parentheses(self, opened: _Token, depth: int) -> Formula:
+    def _in_parentheses(self, opened: Token, depth: int) -> Formula:
         """Read what stands between a parenthesis, which was read, and its partner."""
         inner = self._expression(0, depth + 1)
         if self.index >= len(self.tokens):
@@ -318,7 +205,7 @@ class _Parser:
         self.index += 1
         return inner
 
-    def _of_robot(self, robot: _Token) -> Formula:
+    def _of_robot(self, robot: Token) -> Formula:
         """Read `.p` after a robot's name."""
         self.index += 1
         token = self.tokens[self.index] if self.index < len(self.tokens) else None
@@ -329,7 +216,7 @@ class _Parser:
         self.index += 1
         return Formula("name", (), token.text, token.position, robot.text)
 
-    def _counted(self, token: _Token, depth: int) -> Formula:
+    def _counted(self, token: Token, depth: int) -> Formula:
         """Read `(B)` and, after a count, what it is compared with."""
         if not self._next_is("("):
             hint = (
@@ -342,7 +229,7 @@ class _Parser:
             return Formula(token.kind, arguments, "", token.position)  # type: ignore[arg-type]  # a member of COUNTING
         return Formula("count", arguments, "", token.position, bound=self._bound(token))
 
-    def _bound(self, count: _Token) -> tuple[Comparison, int]:
+    def _bound(self, count: Token) -> tuple[Comparison, int]:
         """Read what a count is compared with."""
         if not self._next_is("compare"):
             what = "`count(...)` is a number of robots; compare it, such as `count(...) >= 2`, or write `some(...)`."
@@ -362,8 +249,8 @@ class _Parser:
     def _unexpected(self) -> FormulaError:
         """Return what is wrong with a token after which a formula cannot go on."""
         token = self.tokens[self.index]
-        if token.kind in _LATE:
-            return FormulaError(self.text, [(token.position, _unreadable(self.text, token.position))])
+        if token.kind in LATE:
+            return FormulaError(self.text, [(token.position, unreadable(self.text, token.position))])
         hint = " A closing parenthesis has no partner." if token.kind == ")" else self._missing_operator()
         return FormulaError(self.text, [(token.position, f"`{token.text}` is not expected here.{hint}")])
 
@@ -376,14 +263,3 @@ class _Parser:
 
     def _position(self) -> int:
         return self.tokens[min(self.index, len(self.tokens) - 1)].position
-
-
-def _caret(text: str, position: int) -> str:
-    """Return the line of `text` that holds `position` with a caret under it, cut to a readable width."""
-    start = text.rfind("\n", 0, position) + 1
-    end = text.find("\n", position)
-    line = text[start : end if end >= 0 else len(text)]
-    column = position - start
-    if column > 60:
-        line, column = "..." + line[column - 50 :], 53
-    return f"  {line[:100]}\n  {' ' * column}^"

@@ -15,7 +15,8 @@ from verify.data.choices import COST_TERMS, PLANNING_METHODS
 from verify.data.errors import did_you_mean
 from verify.data.language.counting import first_count
 from verify.data.language.formula import FREE, NAME, RESERVED_NAMES
-from verify.data.language.formula_reader import FormulaError, parse_formula
+from verify.data.language.formula_error import FormulaError
+from verify.data.language.formula_reader import parse_formula
 from verify.data.language.sequence import SequenceError, parse_sequence
 from verify.data.rules.agents import broken_by_agents, unknown_region
 from verify.data.rules.faults import Finding, KeyPath

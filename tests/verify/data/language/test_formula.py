@@ -5,7 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from verify.data.language.formula import FALSE, Formula
-from verify.data.language.formula_reader import MAX_DEPTH, FormulaError, parse_formula
+from verify.data.language.formula_error import FormulaError
+from verify.data.language.formula_reader import MAX_DEPTH, parse_formula
 
 spot = pytest.importorskip("spot")
 
