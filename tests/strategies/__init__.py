@@ -1,4 +1,4 @@
-"""What hypothesis draws from: formulas, words and label timelines over the names a, b and c."""
+"""What hypothesis draws from: formulas, words and label timelines over the names a, b and c. Most of it is shipped."""
 
 from __future__ import annotations
 
@@ -7,40 +7,13 @@ from fractions import Fraction
 from hypothesis import strategies as st
 
 from verify.behaviour.timeline import Change, Enclosure, Timeline
-from verify.data import Formula, Word
+from verify.data import Word
+from verify.testing import formulas, lassos, letters
+from verify.testing import words as finite_words
+
+__all__ = ["NAMES", "finite_words", "formulas", "lassos", "letters", "timelines", "words"]
 
 NAMES = ("a", "b", "c")
-_UNARY = ("!", "F", "G")
-_BINARY = ("&", "|", "xor", "->", "<->", "U", "W", "R", "M")
-
-
-def formulas(*, with_next: bool = False, names: tuple[str, ...] = NAMES, size: int = 12) -> st.SearchStrategy[Formula]:
-    """Formulas, with X and X[!] or without."""
-    unary = (*_UNARY, "X", "X[!]") if with_next else _UNARY
-    leaves = st.sampled_from([Formula("name", (), name) for name in names] + [Formula("true"), Formula("false")])
-
-    def grow(inner: st.SearchStrategy[Formula]) -> st.SearchStrategy[Formula]:
-        return st.one_of(
-            st.builds(lambda op, x: Formula(op, (x,)), st.sampled_from(unary), inner),
-            st.builds(lambda op, x, y: Formula(op, (x, y)), st.sampled_from(_BINARY), inner, inner),
-        )
-
-    return st.recursive(leaves, grow, max_leaves=size)
-
-
-def letters(names: tuple[str, ...] = NAMES) -> st.SearchStrategy[frozenset[str]]:
-    """Letters, the empty one included."""
-    return st.frozensets(st.sampled_from(names))
-
-
-def finite_words(most: int = 5) -> st.SearchStrategy[Word]:
-    """Non-empty finite words."""
-    return st.lists(letters(), min_size=1, max_size=most).map(Word.of)
-
-
-def lassos() -> st.SearchStrategy[Word]:
-    """Infinite words with a short prefix and cycle."""
-    return st.builds(Word.of, st.lists(letters(), max_size=3), st.lists(letters(), min_size=1, max_size=3))
 
 
 def words() -> st.SearchStrategy[Word]:

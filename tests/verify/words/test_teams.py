@@ -73,7 +73,7 @@ def is_a_reading(words: Words, names: list[str], readings) -> bool:
     return tuple(len(w) - 1 for w in words) in reached
 
 
-teams = st.lists(finite_words(3), min_size=1, max_size=3) | st.lists(finite_words(2), min_size=4, max_size=4)
+teams = st.lists(finite_words(most=3), min_size=1, max_size=3) | st.lists(finite_words(most=2), min_size=4, max_size=4)
 readings = st.sampled_from(["own", "joint"])
 
 
@@ -129,7 +129,7 @@ def test_repeating_letters_changes_no_verdict(formula, team, reading, times):
 
 
 @settings(max_examples=40, deadline=None)
-@given(formulas(size=8), finite_words(4), readings)
+@given(formulas(size=8), finite_words(most=4), readings)
 def test_a_team_of_one_is_a_word(formula, alone, reading):
     found = check_team(formula, {"q0": alone}, reading)
     assert bool(found.sequential) == bool(found.parallel) == bool(check_word(formula, alone))

@@ -172,7 +172,7 @@ def test_as_a_plugin(tmp_path: Path):
         "def test_it():\n"
         "    assert_satisfies(([0, 1], [[0, 0, 1], [0.5, 0, 1]]), 'G !a', {'a': ((0, 0, 1), 0.2)}, max_speed=1)\n"
     )
-    root = str(Path(__file__).parents[2])
+    root = str(Path(__file__).parents[3])
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-p", "verify.testing", "-p", "no:cacheprovider", str(tmp_path)],
         capture_output=True, text=True, cwd=tmp_path, env={"PYTHONPATH": root, "PATH": "/usr/bin:/bin"}, check=False,

@@ -1,16 +1,4 @@
-"""For other people's tests: assertions about flights that hold for all times, not at samples.
-
-Import the assertions from here, or load the module as a pytest plugin (`-p verify.testing`, or
-`pytest_plugins = ["verify.testing"]`), which says in the header of a run what they rest on. A failure prints the
-sentence, the counterexample and the label timeline.
-
-    from verify.testing import assert_satisfies, assert_within_limits
-
-    def test_course():
-        trajectory = plan_my_course()
-        assert_satisfies(trajectory, "F a & G !b", {"a": ((1, 0, 1), 0.2), "b": ((0, 0, 1), 0.3)})
-        assert_within_limits(trajectory, vehicle="crazyflie-2.1", speed=1.0)
-"""
+"""Assertions about flights that hold for all times, not at samples. A failure prints sentence, counterexample and timeline."""
 
 from __future__ import annotations
 
@@ -52,11 +40,6 @@ Regions = Mission | Mapping[str, Region | tuple[ArrayLike, ArrayLike]]
 
 ROBOT = "robot"
 _FAR = 1e6
-
-
-def pytest_report_header() -> str:
-    """Say in the header of a test run what the assertions rest on."""
-    return "verify: flights are judged for all times; sampled paths need a speed bound"
 
 
 def assert_satisfies(

@@ -1,0 +1,60 @@
+"""For other people's tests: assertions about flights that hold for all times, and what hypothesis draws from.
+
+Import from here, or load the module as a pytest plugin (`-p verify.testing`, or `pytest_plugins = ["verify.testing"]`), which
+says in the header of a run what the assertions rest on. A failure prints the sentence, the counterexample and the label timeline.
+
+    from verify.testing import assert_satisfies, assert_within_limits
+
+    def test_course():
+        trajectory = plan_my_course()
+        assert_satisfies(trajectory, "F a & G !b", {"a": ((1, 0, 1), 0.2), "b": ((0, 0, 1), 0.3)})
+        assert_within_limits(trajectory, vehicle="crazyflie-2.1", speed=1.0)
+
+The strategies need hypothesis (`pip install 'ltlplan[hypothesis]'`); nothing of it is loaded before one of them is asked for.
+
+    from hypothesis import given
+    from verify.testing import formulas, team_words
+
+    @given(formulas(("dock",), robots=("quad0", "quad1")), team_words(("quad0", "quad1"), ("dock",)))
+    def test_my_judge_agrees(formula, words):
+        assert my_judge(formula, words) == verify.check_team(formula, words, "joint").parallel.outcome
+"""
+
+from __future__ import annotations
+
+from verify.data.loading import loaded_at_first_use
+from verify.testing.assertions import Regions, Samples, assert_satisfies, assert_within_limits
+
+TYPE_CHECKING = False  # type checkers take it for True
+if TYPE_CHECKING:
+    from verify.testing.drawn_missions import missions, plans
+    from verify.testing.drawn_words import formulas, lassos, letters, soft_parts, team_words, words
+
+__all__ = [
+    "Regions",
+    "Samples",
+    "assert_satisfies",
+    "assert_within_limits",
+    "formulas",
+    "lassos",
+    "letters",
+    "missions",
+    "plans",
+    "soft_parts",
+    "team_words",
+    "words",
+]
+
+if not TYPE_CHECKING:  # no `__dir__`: pytest looks at all names of a plugin, and would load what nobody has asked for
+    __getattr__, _ = loaded_at_first_use(
+        __name__,
+        {
+            "verify.testing.drawn_missions": ("missions", "plans"),
+            "verify.testing.drawn_words": ("formulas", "lassos", "letters", "soft_parts", "team_words", "words"),
+        },
+    )
+
+
+def pytest_report_header() -> str:
+    """Say in the header of a test run what the assertions rest on."""
+    return "verify: flights are judged for all times; sampled paths need a speed bound"
