@@ -40,14 +40,21 @@ def world(
     return parse_mission("\n".join(lines))
 
 
-def office_grid(formula: str) -> Mission:
-    """Return a mission of six robots on a grid of 112 places with walls, `n0_0` to `n13_7`."""
+def office_grid(
+    formula: str, *, named: Mapping[str, tuple[int, int]] | None = None, robot: str = "", team: str = "own"
+) -> Mission:
+    """Return a mission of six robots on a grid of 112 places with walls, `n0_0` to `n13_7` but for those that are `named`.
+
+    `robot` is YAML of its internal states and actions.
+    """
     width, height = 14, 8
-    places = {f"n{x}_{y}": (float(x), float(y)) for x in range(width) for y in range(height)}
-    edges = [f"[home, n{x}_0]" for x in range(0, width, 3)]
+    cells = {(x, y): f"n{x}_{y}" for x in range(width) for y in range(height)}
+    cells |= {cell: name for name, cell in (named or {}).items()}
+    places = {name: (float(x), float(y)) for (x, y), name in cells.items()}
+    edges = [f"[home, {cells[x, 0]}]" for x in range(0, width, 3)]
     for x, y in itertools.product(range(width), range(height)):
-        edges += [f"[n{x}_{y}, n{x + 1}_{y}]"] if x + 1 < width and not (x == 6 and y not in (0, 5)) else []
-        edges += [f"[n{x}_{y}, n{x}_{y + 1}]"] if y + 1 < height else []
+        edges += [f"[{cells[x, y]}, {cells[x + 1, y]}]"] if x + 1 < width and not (x == 6 and y not in (0, 5)) else []
+        edges += [f"[{cells[x, y]}, {cells[x, y + 1]}]"] if y + 1 < height else []
     starts = tuple((float(x), -1.0) for x in range(0, 18, 3))
-    extra = f"environment: {{start: home, edges: [{', '.join(edges)}]}}"
-    return world(formula, robots=6, regions=places, starts=starts, extra=extra)
+    extra = f"environment: {{start: home, edges: [{', '.join(edges)}]}}\n{robot}"
+    return world(formula, robots=6, regions=places, starts=starts, team=team, extra=extra)

@@ -1,0 +1,88 @@
+"""Formulas of published case studies for teams, as missions: places in the air are ours, the work is theirs.
+
+Bai: `bairuofei/sampling_ltl_planning`, its second case. Schillinger: Schillinger, Buerger, Dimarogonas, "Simultaneous task allocation and
+planning for temporal logic goals in heterogeneous multi-robot systems" (IJRR 2018), its second and third case. What they say by "until,
+and then not" (`F(p & carry & (carry U (d10 & !carry)))`) is said by actions here: what was picked up is put down where that is
+permitted and nowhere else, and the internal state after it, `left10`, is shown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from tests.helpers.worlds import office_grid, world
+from verify.data import Mission
+
+BAI_PLACES = {
+    "r_begin": (0.0, 0.0), "r_l1": (2.0, 2.0), "r_l2": (4.0, -1.0), "r_l3": (5.0, 2.5), "r_c1": (-2.0, 2.5), "r_u1": (1.5, -2.5),
+    "r_z": (3.0, 0.7),
+}  # fmt: skip
+BAI_SECOND = "F r_l1 & F r_l2 & F r_l3 & F r_c1 & G(r_begin -> F r_u1) & G !r_z"
+_PUBLIC = "(n6_5 | n7_5)"  # one of two doors in the wall
+_OFFICE = {
+    "m1": (0, 3), "m2": (4, 2), "m3": (5, 6), "m4": (8, 2), "m5": (12, 3), "m6": (12, 6),
+    "p": (1, 6), "d3": (2, 1), "d5": (9, 4), "d7": (12, 1), "d10": (10, 6), "d11": (4, 4),
+}  # fmt: skip
+_MEETING = "(m1 | m2 | m3 | m4 | m5 | m6)"
+SECOND = f"F left10 & F left7 & F left5 & G(carry -> !{_PUBLIC})"
+THIRD = (
+    f"F(m1 & photo) & F(m4 & photo) & F(m6 & photo) & G(!{_MEETING} -> !camera) & F left3 & G(carry -> !{_PUBLIC}) & F brought6"
+)
+
+
+def bai_second(team: str = "own") -> Mission:
+    """Return Bai's second case: two robots that begin in `r_begin`."""
+    radii = {"r_begin": 0.8, "r_u1": 0.6, "r_z": 0.6}
+    return world(BAI_SECOND, robots=2, regions=BAI_PLACES, radii=radii, starts=((-0.3, 0.0), (0.3, 0.0)), team=team)
+
+
+def _robot(begun: dict[str, str], ended: dict[str, str], more: str = "", switches: str = "") -> str:
+    """Return YAML of a robot: `begun` from a task's state to where it is begun, `ended` from what is shown then to "state place"."""
+    hands_free = ["idle", *ended]
+    actions = [f"{{from: {state}, to: {task}, at: {place}}}" for task, place in begun.items() for state in hands_free]
+    for shown, task_and_place in ended.items():
+        task, place = task_and_place.split()
+        actions.append(f"{{from: {task}, to: {shown}, at: {place}}}")
+    states = ["idle: []", *(f"{task}: [{task}]" for task in begun), *(f"{shown}: [{shown}]" for shown in ended)]
+    return f"robot:\n  initial: idle\n  states: {{{', '.join(states)}{more}}}\n  actions: [{', '.join(actions)}{switches}]\n"
+
+
+def schillinger_second() -> Mission:
+    """Return Schillinger's second case: three documents for three desks, which are not carried through public places."""
+    robot = _robot({"carry": "p"}, {f"left{desk}": f"carry d{desk}" for desk in (5, 7, 10)})
+    return office_grid(SECOND, named=_OFFICE, robot=robot)
+
+
+def schillinger_third() -> Mission:
+    """Return Schillinger's third case: photos in three rooms, a document, and a guest who is shown to a room."""
+    rooms = ("m1", "m4", "m6")
+    on = "".join(f", {{from: {free}, to: filming, at: {room}}}" for free in ("idle", "left3", "brought6") for room in rooms)
+    off = "".join(f", {{from: filming, to: idle, at: {room}}}" for room in rooms)
+    tasks, results = {"carry": "d5", "guide": "d11"}, {"left3": "carry d3", "brought6": "guide m6"}
+    return office_grid(THIRD, named=_OFFICE, robot=_robot(tasks, results, ", filming: [camera, photo]", on + off))
+
+
+def gathering() -> Mission:
+    """Return five robots that come together, and then home."""
+    starts = ((-2.0, 0.0), (2.0, 0.0), (0.0, 2.0), (0.0, -2.0), (2.0, 2.0))
+    places = {"meet": (0.0, 0.0), "home": (0.0, 4.0)}
+    formula = "F(count(meet) >= 5 & F all(home))"
+    return world(formula, robots=5, regions=places, radii={"meet": 1.0, "home": 1.0}, starts=starts, team="joint")
+
+
+def ten_meet() -> Mission:
+    """Return ten robots: half of them meet, few at a time pass by, and all come home."""
+    places = {"a": (-2.5, 0.0), "b": (2.5, 0.0), "home": (0.0, 3.5)}
+    starts = tuple((-4.5 + i, -3.0) for i in range(10))
+    formula = "F(count(a) >= 5) & G(count(b) <= 2) & F all(home)"
+    return world(formula, robots=10, regions=places, radii={"a": 1.0, "b": 0.8, "home": 1.6}, starts=starts, team="joint")
+
+
+CASES: dict[str, tuple[Callable[[], Mission], str]] = {
+    "Bai, second": (bai_second, "0.41 s by search, 3.7 s by sampling, discrete plan only"),
+    "Schillinger, second": (schillinger_second, "11.5 s, cost 88"),
+    "Schillinger, third": (schillinger_third, "21.1 s, cost 98"),
+    "five gather": (gathering, "-"),
+    "ten meet": (ten_meet, "-"),
+}
+"""By name: the mission, and the figures that their authors give."""

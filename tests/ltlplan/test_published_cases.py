@@ -1,0 +1,56 @@
+"""Published case studies for teams: their formulas on places of ours, planned to the cheapest words, flown and certified."""
+
+from __future__ import annotations
+
+import pytest
+
+import ltlplan
+from ltlplan.pipeline import certified_team
+from ltlplan.search.exact import Assignment, assign
+from tests.helpers.published_cases import CASES
+from verify import check_team
+from verify.data import Mission
+
+
+def planned(case: str) -> tuple[Mission, Assignment]:
+    """Return a case and its words, which hold in every order unless robots wait for each other."""
+    mission = CASES[case][0]()
+    plan = assign(mission)
+    words = {name: robot.word for name, robot in plan.robots.items()}
+    assert plan.meetings or check_team(mission.formula, words, reading=mission.spec.team).sequential
+    return mission, plan
+
+
+@pytest.mark.parametrize(
+    ("case", "cost"), [("Bai, second", 19.424), ("Schillinger, second", 84.0), ("Schillinger, third", 38.0)]
+)
+def test_published_cases_are_planned_to_the_cheapest_words(case: str, cost: float) -> None:
+    _, plan = planned(case)
+    assert plan.complete
+    assert plan.cost == pytest.approx(cost, abs=1e-3)
+
+
+def test_what_is_picked_up_is_carried_to_its_desk_around_public_places() -> None:
+    _, plan = planned("Schillinger, second")
+    carried: list[str] = []
+    for robot in plan.robots.values():
+        word = robot.word.prefix
+        assert not any("carry" in letter and letter & {"n6_5", "n7_5"} for letter in word)
+        carried += [name for letter in word for name in letter if name.startswith("left") and "d" + name[4:] in letter]
+    assert set(carried) == {"left5", "left7", "left10"}
+
+
+@pytest.mark.parametrize("case", ["five gather", "ten meet"])
+def test_gatherings_are_planned_with_a_bound(case: str) -> None:
+    mission, plan = planned(case)
+    assert plan.meetings
+    assert plan.lower_bound is not None
+    assert 0.9 * plan.cost <= plan.lower_bound <= plan.cost
+    assert mission.written.counts
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", sorted(CASES))
+def test_published_cases_are_flown_and_certified(case: str) -> None:
+    certificate = certified_team(ltlplan.plan(CASES[case][0]())).certificate
+    assert certificate.holds
