@@ -18,6 +18,7 @@ from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.task import Task
+from ltlplan.search.counts.capacities import small_rooms
 from ltlplan.search.counts.meetings import meetings_of
 from ltlplan.search.counts.planning import plan_counts
 from ltlplan.search.counts.refusals import no_counted_plan
@@ -184,7 +185,8 @@ def _assign_counted(
 ) -> Assignment:
     """Plan a formula that counts robots or names them: words, and who waits for whom."""
     kinds = [mission.alike_as(name) for name in mission.agents]
-    found = plan_counts(each, kinds, conjunct_automata(asked, "finite", budget=budget), known, budget)
+    automata = conjunct_automata(asked, "finite", budget=budget)
+    found = plan_counts(each, kinds, automata, known, budget, rooms=small_rooms(mission, each))
     if found is None:
         from ltlplan.search.refusals.relaxation import relaxed
 

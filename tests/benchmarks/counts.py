@@ -20,7 +20,8 @@ from verify.behaviour.timeline import Change, Enclosure, Relations, Timeline
 from verify.behaviour.word_claims import judge_formula
 from verify.data import Mission
 
-PLACES = {"a": (0.0, 0.0), "b": (3.0, 0.0), "home": (0.0, 4.0)}
+PLACES = {"a": (0.0, 0.0), "b": (6.0, 0.0), "home": (0.0, 8.0)}
+RADII = dict.fromkeys(PLACES, 2.0)
 STARTS = tuple((-8.0 + 1.6 * (i % 10), -6.0 - 1.6 * (i // 10)) for i in range(40))
 TEN = "F(count(a) >= 5) & G(count(b) <= 2) & F all(home)"
 THIRTY = "F(count(a) >= 15) & F(count(b) >= 2) & G(count(b) <= 2) & F all(home)"
@@ -28,7 +29,7 @@ THIRTY = "F(count(a) >= 15) & F(count(b) >= 2) & G(count(b) <= 2) & F all(home)"
 
 def team(formula: str, robots: int) -> Mission:
     """Return a mission of some robots over three places."""
-    return world(formula, robots=robots, regions=PLACES, starts=STARTS, team="joint")
+    return world(formula, robots=robots, regions=PLACES, radii=RADII, starts=STARTS, team="joint")
 
 
 def planned(formula: str, robots: int, runs: int = 3) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.search.joint.conjuncts import JointConjunct
@@ -15,6 +15,10 @@ States = tuple[int, ...]
 """The states of all conjuncts' automata."""
 
 
+NEVER = 1 << 30
+"""More robots than any team has."""
+
+
 class Marks:
     """The marks of a formula's propositions, and its conjuncts' automata over the propositions that sums make true.
 
@@ -23,12 +27,15 @@ class Marks:
         seen: For each conjunct the marks, by number, that it depends on.
     """
 
-    def __init__(self, automata: Sequence[Automaton], atoms: dict[str, Atom]) -> None:
+    def __init__(
+        self, automata: Sequence[Automaton], atoms: dict[str, Atom], between: Mapping[str, tuple[int, int]] | None = None
+    ) -> None:
         """Number the marks that automata ask for.
 
         Args:
             automata: One for each conjunct.
             atoms: The formula's propositions that are no plain names.
+            between: For texts of what is counted, how few and how many robots there is room for to show it: other counts are never true.
         """
         asked = sorted({name for automaton in automata for name in automaton.propositions})
         self._marks: list[tuple[str, Formula]] = []  # (whose alone, what its letter must satisfy)
@@ -43,7 +50,8 @@ class Marks:
             if key not in numbers:
                 numbers[key] = len(self._marks)
                 self._marks.append((robot, counted))
-            self._levels.append((numbers[key], least))
+            few, many = (between or {}).get(str(counted), (0, least)) if atom is not None and not robot else (0, least)
+            self._levels.append((numbers[key], NEVER if least > many else 0 if least <= few else least))
         bit = {name: 1 << i for i, name in enumerate(asked)}
         self.parts = tuple(JointConjunct(automaton, bit) for automaton in automata)
         self.seen = tuple(

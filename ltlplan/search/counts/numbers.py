@@ -49,6 +49,25 @@ class ClassMove:
 
 
 @dataclass(frozen=True, slots=True)
+class Crowd:
+    """Classes in which robots are in one small region.
+
+    Attributes:
+        classes: Their numbers.
+        most: How many robots the region holds.
+        passing: Whether one more may come while another one leaves.
+    """
+
+    classes: frozenset[int]
+    most: int
+    passing: bool
+
+    def excess(self, numbers: Numbers) -> int:
+        """Return by how many robots the region is too small."""
+        return sum(numbers[number] for number in self.classes) - self.most
+
+
+@dataclass(frozen=True, slots=True)
 class Course:
     """Moves in an order that does what is asked.
 
@@ -74,12 +93,20 @@ class NumberSearch:
         ends: For each class whether the flight may end there.
         moves: For each class the moves from it.
         begin: How many robots start in each class.
+        crowds: Small regions, none of which holds too many robots at rest.
     """
 
     def __init__(
-        self, marks: Marks, resting: Sequence[Sums], ends: Sequence[bool], moves: Sequence[Sequence[ClassMove]], begin: Numbers
+        self,
+        marks: Marks,
+        resting: Sequence[Sums],
+        ends: Sequence[bool],
+        moves: Sequence[Sequence[ClassMove]],
+        begin: Numbers,
+        crowds: Sequence[Crowd] = (),
     ) -> None:
         self.marks, self.resting, self.ends, self.moves, self.begin = marks, resting, ends, moves, begin
+        self._crowds = tuple(crowds)
 
     def sums(self, numbers: Numbers) -> Sums:
         """Return how many robots make each mark."""
@@ -105,6 +132,22 @@ class NumberSearch:
             states = found
         return states
 
+    def crowded(self, numbers: Numbers) -> bool:
+        """Tell whether a small region holds more robots than it can."""
+        return any(crowd.excess(numbers) > 0 for crowd in self._crowds)
+
+    def _leaves(self, numbers: Numbers) -> frozenset[int] | None:
+        """Return the classes from which one must leave next, as its region is too full; None where any may."""
+        return next((crowd.classes for crowd in self._crowds if crowd.excess(numbers) > 0), None)
+
+    def _fits(self, numbers: Numbers, move: ClassMove) -> bool:
+        """Tell whether a move's target has room: for one more only where that is passed on at once."""
+        return all(
+            crowd.excess(numbers) <= int(crowd.passing)
+            for crowd in self._crowds
+            if move.target in crowd.classes and move.source not in crowd.classes
+        )
+
     def cheapest(self, budget: Budget) -> Course | None:
         """Return the cheapest course, or any where the budget of states does not suffice for the cheapest; None where there is none.
 
@@ -129,14 +172,17 @@ class NumberSearch:
             at = -key
             states, numbers, sums = nodes[at]
             found: list[tuple[int, float]] = []
+            leaving = self._leaves(numbers)
             for place, count in enumerate(numbers):
-                for move in self.moves[place] if count else ():
+                for move in self.moves[place] if count and (leaving is None or place in leaving) else ():
                     after = self.after(states, sums, move)
                     if after is None:
                         continue
                     moved = list(numbers)
                     moved[place] -= 1
                     moved[move.target] += 1
+                    if self._crowds and not self._fits(tuple(moved), move):
+                        continue
                     place_of = after, tuple(moved)
                     target = index.get(place_of)
                     if target is None:
@@ -151,7 +197,8 @@ class NumberSearch:
         search = BestFirst([0], successors, lambda key: left(nodes[-key][0], nodes[-key][2]), weight=weight)
         for explored, (key, _, _) in enumerate(search, start=1):
             states, numbers, _ = nodes[-key]
-            if self.marks.accepting(states) and all(end or not count for end, count in zip(self.ends, numbers, strict=True)):
+            ended = all(end or not count for end, count in zip(self.ends, numbers, strict=True)) and not self.crowded(numbers)
+            if ended and self.marks.accepting(states):
                 path = [-at for at in search.path(key)]
                 moves = tuple(came[pair] for pair in itertools.pairwise(path))
                 return Course(moves, sum(move.cost for move in moves), weight == 1.0, len(nodes))

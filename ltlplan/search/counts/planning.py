@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import Counter, deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ltlplan.logic.automaton import Automaton
-from ltlplan.logic.budget import Budget
+from ltlplan.logic.budget import Budget, TooLarge
+from ltlplan.search.counts.capacities import most_that_show
 from ltlplan.search.counts.marks import Marks, Sums
 from ltlplan.search.counts.moves import Move, RobotMoves
-from ltlplan.search.counts.numbers import ClassMove, Course, NumberSearch, numbers_of
+from ltlplan.search.counts.numbers import ClassMove, Course, Crowd, NumberSearch, numbers_of
 from ltlplan.search.counts.stages import Turn, stages
 from ltlplan.systems.transition_systems import Node, TransitionSystem
-from verify.data import InternalError, Letter
+from verify.data import Formula, InternalError, Letter
 from verify.data.language.counting import Atom
 
 _Class = tuple[object, ...]
@@ -52,8 +53,13 @@ def plan_counts(
     automata: Sequence[Automaton],
     atoms: dict[str, Atom],
     budget: Budget,
+    *,
+    rooms: Mapping[str, int] | None = None,
 ) -> CountedPlan | None:
     """Return a cheapest plan for a formula that counts robots, or None where there is none.
+
+    Small regions hold no more robots at rest than they have room for. Where no such plan is found, and it is not sure either that there
+    is none, the plan is one without regard to that: refinement may find places where they were not expected.
 
     Args:
         systems: One for each robot.
@@ -61,16 +67,78 @@ def plan_counts(
         automata: One for each conjunct; their propositions are names and the texts of `atoms`.
         atoms: The formula's propositions of the whole team.
         budget: Bounds on the search.
+        rooms: How many robots small regions hold; others hold all.
 
     Raises:
         TooLarge: The budget was used up before any plan was found.
     """
+    marks = Marks(automata, atoms)
+    for passing in (True, False) if rooms else ():
+        try:
+            found = _plan(systems, kinds, marks, budget, _Rooms(rooms or {}, passing))
+        except TooLarge:
+            continue
+        if found is not None:  # where nobody may pass another one, a cheaper plan is not ruled out
+            return found if passing else replace(found, exact=False)
+    if rooms and not _any_course(systems, kinds, Marks(automata, atoms, _between(systems, atoms, rooms)), budget):
+        return None
+    return _plan(systems, kinds, marks, budget, _Rooms({}, passing=False))
+
+
+def _plan(
+    systems: Sequence[TransitionSystem], kinds: Sequence[str], marks: Marks, budget: Budget, rooms: _Rooms
+) -> CountedPlan | None:
+    """Return a cheapest plan in which no small region is too full where robots wait for others; None where none was found."""
     for outside in (False, True):  # to end just outside a region is seldom asked for, and doubles the places
-        task = _Task(systems, kinds, Marks(automata, atoms), hovers_outside=outside)
-        course = task.search().cheapest(budget)
+        task = _Task(systems, kinds, marks, hovers_outside=outside)
+        course = task.search(rooms).cheapest(budget)
         if course is not None:
-            return task.plan(course)
+            plan = task.plan(course)
+            return plan if _has_room(systems, plan, rooms.most) else None
     return None
+
+
+def _any_course(systems: Sequence[TransitionSystem], kinds: Sequence[str], marks: Marks, budget: Budget) -> bool:
+    """Tell whether there may be a course, whatever it costs."""
+    try:
+        return any(
+            _Task(systems, kinds, marks, hovers_outside=outside).search(_Rooms({}, passing=False)).cheapest(budget) is not None
+            for outside in (False, True)
+        )
+    except TooLarge:
+        return True
+
+
+def _between(
+    systems: Sequence[TransitionSystem], atoms: dict[str, Atom], rooms: Mapping[str, int]
+) -> dict[str, tuple[int, int]]:
+    """Return for what is counted, by its text, how few and how many robots show it at once, as far as small regions say so."""
+    found: dict[str, tuple[int, int]] = {}
+    for counted in (atom.counted for atom in atoms.values() if not atom.robot):
+        shown, not_shown = (most_that_show(asked, systems, rooms) for asked in (counted, Formula("!", (counted,))))
+        few = 0 if not_shown is None else max(0, len(systems) - not_shown[0])
+        found[str(counted)] = few, len(systems) if shown is None else shown[0]
+    return found
+
+
+def _has_room(systems: Sequence[TransitionSystem], plan: CountedPlan, rooms: Mapping[str, int]) -> bool:
+    """Tell whether small regions hold all robots that rest in them between two stages, and at the end."""
+    at = [path[0] for path in plan.paths]
+    for stage in plan.stages if rooms else ():
+        for robot, _, after in (plan.turns[turn] for turn in stage):
+            at[robot] = plan.paths[robot][after - 1]
+        resting = Counter(region for system, node in zip(systems, at, strict=True) for region in system.nodes[node].regions)
+        if any(resting[region] > most for region, most in rooms.items()):
+            return False
+    return True
+
+
+@dataclass(frozen=True, slots=True)
+class _Rooms:
+    """What small regions hold, and whether one robot may come to a full one while another one leaves it."""
+
+    most: Mapping[str, int]
+    passing: bool
 
 
 class _Task:
@@ -108,7 +176,7 @@ class _Task:
     def _target(self, robot: int, move: Move) -> Node:
         return self.systems[robot].nodes[move.target]
 
-    def search(self) -> NumberSearch:
+    def search(self, rooms: _Rooms) -> NumberSearch:
         """Return the search over all classes that can be reached."""
         costs: dict[tuple[int, object], float] = {}
         for robot, at in enumerate(self.start):
@@ -127,7 +195,14 @@ class _Task:
             moves.append(found)
         resting = [self._marks(robot, node) for robot, node in self.member]
         ends = [self.robots[robot].ends(node) for robot, node in self.member]
-        return NumberSearch(self.marks, resting, ends, moves, numbers_of(self.start, len(self.classes)))
+        within = {
+            region: frozenset(
+                number for number, (robot, node) in enumerate(self.member) if region in self.systems[robot].nodes[node].regions
+            )
+            for region in rooms.most
+        }
+        crowds = [Crowd(within[region], most, rooms.passing) for region, most in rooms.most.items()]
+        return NumberSearch(self.marks, resting, ends, moves, numbers_of(self.start, len(self.classes)), crowds)
 
     def _shown(self, robot: int, letters: Sequence[Letter]) -> tuple[Sums, ...]:
         return tuple(self.marks.of(self.systems[robot].robot, letter) for letter in letters)

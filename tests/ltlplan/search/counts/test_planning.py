@@ -115,8 +115,9 @@ def test_the_earlier_ones_wait_until_all_have_come():
 def test_counts_beyond_the_team_cannot_be_kept_and_are_said_to_be():
     with pytest.raises(NoPlan, match=r"`count\(a\) >= 3` asks for more robots than the mission has: 2"):
         assign(world("F(count(a) >= 3) & F b", robots=2, regions=PLACES, team="joint"))
+    roomy = dict.fromkeys(PLACES, 0.4)
     with pytest.raises(NoPlan) as error:
-        assign(world("F b & F(count(a) >= 2) & G(count(!a) >= 1)", robots=2, regions=PLACES, team="joint"))
+        assign(world("F b & F(count(a) >= 2) & G(count(!a) >= 1)", robots=2, regions=PLACES, radii=roomy, team="joint"))
     assert set(error.value.core) == {"F count(a) >= 2", "G count(!a) >= 1"}
 
 
@@ -188,10 +189,37 @@ def test_what_shares_tasks_in_flight_refuses_counts():
 
 
 def test_a_region_that_cannot_hold_so_many_gets_that_reason():
-    small = MEETING.replace("radii: [0.8, 0.8, 0.5]", "radii: [0.15, 0.15, 0.15]")
-    made = plan(parse_mission(small.replace("FORMULA", "F(count(dock) >= 2)")))
+    meeting = MEETING.replace("FORMULA", "F(count(dock) >= 2)")
+    says = r"`count\(dock\) >= 2` asks for 2 robots in 'dock' \(room for 1\): their centres are 0.4 m apart .* at least 1.67 times that"
+    with pytest.raises(NoPlan, match=says):
+        plan(parse_mission(meeting.replace("radii: [0.8, 0.8, 0.5]", "radii: [0.15, 0.15, 0.15]")))
+    tight = plan(parse_mission(meeting.replace("radii: [0.8, 0.8, 0.5]", "radii: [0.25, 0.25, 0.25]")))  # to the millimetre
     with pytest.raises(Infeasible, match=r"'dock' is too small: 2 robots are to be in it together \(quad0, quad1\)"):
-        certified_team(made)
+        certified_team(tight)
+
+
+def test_all_of_a_team_in_a_region_for_fewer_gets_that_reason():
+    with pytest.raises(NoPlan, match=r"`F all\(a\)` cannot hold. `count\(a\) >= 2` asks for 2 robots in 'a' \(room for 1\)"):
+        assign(world("F b & F all(a)", robots=2, regions=PLACES, team="joint"))
+    with pytest.raises(NoPlan, match=r"asks for 3 robots in 'a' \(room for 1\) or 'b' \(room for 1\).*Make one of them larger"):
+        assign(world("F(count(a | b) >= 3)", robots=3, regions=PLACES, team="joint"))
+    with pytest.raises(NoPlan) as error:  # one robot is in no more than one place, however large
+        assign(world("F(all(a & b))", robots=2, regions=PLACES, team="joint"))
+    assert "room for" not in str(error.value)
+
+
+def test_robots_spread_over_regions_that_are_too_small_for_all():
+    found = assign(world("F(count(a | b) >= 2)", robots=2, regions=PLACES, team="joint"))
+    assert {visit.region for robot in found.robots.values() for visit in robot.visits} == {"a", "b"}
+    one_by_one = assign(world("each(F a)", robots=2, regions=PLACES, team="joint"))
+    ends = [robot.visits[-1].region for robot in one_by_one.robots.values()]
+    assert ends.count("a") < 2, "both would hover there at the end"
+
+
+def test_robots_change_places_in_rooms_for_one():
+    starts = ((0.0, 0.0), (2.0, 0.0))
+    found = assign(world("F(quad0.b & quad1.a)", robots=2, regions=PLACES, starts=starts, team="joint"))
+    assert [[visit.region for visit in robot.visits] for robot in found.robots.values()] == [["a", "b"], ["b", "a"]]
 
 
 @pytest.mark.slow
