@@ -38,8 +38,9 @@ def command(
 ) -> None:
     """Serve the HTTP API and the page. Jobs that were accepted go on after a restart."""
     from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.service.data_folder import default_data, make_private
     from ltlplan.service.security.tokens import Tokens
-    from ltlplan.service.server import default_data, make_private, serve
+    from ltlplan.service.server import serve
     from ltlplan.service.settings import Settings
 
     folder = (data or default_data()).absolute()

@@ -146,9 +146,9 @@ _ELSEWHERE = {
     "spline-blocked": "ltlplan.paths.hoops.spline_blocked:SplineBlocked",
     "cost-error": "ltlplan.paths.costs:CostError",
     "solver-timeout": "refine.solvers.timeout:SolverTimeout",
-    "out-of-time": "ltlplan.service.computing.children:OutOfTime",
-    "out-of-memory": "ltlplan.service.computing.children:OutOfMemory",
-    "worker-died": "ltlplan.service.computing.children:WorkerDied",
+    "out-of-time": "ltlplan.service.computing.bounds:OutOfTime",
+    "out-of-memory": "ltlplan.service.computing.bounds:OutOfMemory",
+    "worker-died": "ltlplan.service.computing.bounds:WorkerDied",
     "no-room": "ltlplan.service.job_queue.store:NoRoom",
     "out-of-budget": "verify.logic.progression:OutOfBudget",
 }

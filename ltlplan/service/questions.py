@@ -1,31 +1,27 @@
-"""Questions that are answered at once: in a process of their own, with seconds and megabytes counted, apart from all jobs.
+"""Questions that are answered at once, each in a process of its own (`asking`).
 
-`Questions.ask` does any function of a module there. The functions below are such questions; they take plain values and paths that the
-service itself has chosen, and return bytes that are ready to be sent, so that the serving process has nothing to compute.
+They take plain values and paths that the service itself has chosen, and return bytes that are ready to be sent, so that the serving
+process has nothing to compute.
 """
 
 from __future__ import annotations
 
-import asyncio
 import io
 import json
 import shutil
-import tempfile
 import zipfile
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ltlplan.service.models import ProblemFault
-from ltlplan.service.problems import Busy, NotFound, faults_of
+from ltlplan.service.problems import NotFound, faults_of
 from verify.data import BadInput, LtlplanError, Mission, MissionError, parse_mission
 from verify.data.progress import Progress
 
 if TYPE_CHECKING:
-    from concurrent.futures import Future
-
     from verify.data.sections import TeamReading
 
 Words = list[str] | dict[str, str]
@@ -34,64 +30,6 @@ Place = tuple[tuple[str, str], ...]
 
 _AT = (1980, 1, 1, 0, 0, 0)
 """The time in archives, so that the same files make the same bytes."""
-
-
-class Questions:
-    """Where questions are answered.
-
-    Attributes:
-        scratch: Folder for what an answer needs on disk meanwhile; emptied at the start.
-    """
-
-    def __init__(self, workers: Any, scratch: Path, *, most_waiting: int) -> None:  # workers: `LocalWorkers`, or like them
-        self._workers, self.scratch, self._most = workers, scratch, most_waiting
-        self._open = 0
-        shutil.rmtree(scratch, ignore_errors=True)
-        scratch.mkdir(mode=0o700, parents=True, exist_ok=True)
-
-    async def ask(self, work: Callable[..., Any], /, *arguments: Any) -> Any:  # work has its own arguments and answer
-        """Return what a function of a module returns, computed in a process.
-
-        Args:
-            work: It is given the arguments and, last, whom to tell its progress.
-            arguments: What it is given; must be picklable.
-
-        Raises:
-            Busy: Too many questions wait.
-            LtlplanError: What the function raised, or that it took more time or memory than a question may.
-        """
-        if self._open >= self._most + self._workers.count:
-            raise Busy(f"{self._open} questions are waiting already; try again soon.")
-        self._open += 1
-        try:
-            loop = asyncio.get_running_loop()
-            future: Future[Any] = await loop.run_in_executor(None, lambda: self._workers.submit(work, *arguments))
-            return await asyncio.wrap_future(future)
-        finally:
-            self._open -= 1
-
-    @contextmanager
-    def folder(self) -> Generator[Path]:
-        """Lend a folder that is gone afterwards, whatever happened in it."""
-        path = Path(tempfile.mkdtemp(dir=self.scratch))
-        try:
-            yield path
-        finally:
-            shutil.rmtree(path, ignore_errors=True)
-
-    async def ask_in_folder(self, work: Callable[..., Any], /, *arguments: Any) -> Any:  # as `ask`
-        """As `ask`, with a fresh folder as the first argument.
-
-        Args:
-            work: It is given a folder, the arguments and, last, whom to tell its progress.
-            arguments: What it is given.
-        """
-        with self.folder() as path:
-            return await self.ask(work, path, *arguments)
-
-    def close(self) -> None:
-        """End all that is being answered."""
-        self._workers.close()
 
 
 def as_json(data: object) -> bytes:

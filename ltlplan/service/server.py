@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import asyncio
 import errno
-import fcntl
 import gc
 import logging
 import os
@@ -23,6 +22,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from ltlplan.service.computing.scratch import drop_scratch, fresh_scratch
+from ltlplan.service.data_folder import own_folder
 from ltlplan.service.log import begin_log, note
 from ltlplan.service.security.origins import is_loopback, own_names
 from ltlplan.service.security.tokens import Tokens
@@ -57,7 +57,7 @@ def serve(settings: Settings, *, page: bool = True, announce: Announce = print) 
             served without tokens.
         MissingEngine: The extra `service` is not installed.
     """
-    with _own_folder(settings.data), _listening(settings) as listener, _keeping_all():
+    with own_folder(settings.data), _listening(settings) as listener, _keeping_all():
         try:
             sys.setswitchinterval(SWITCH)
             tokens = Tokens(settings.data)
@@ -92,9 +92,9 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
     """
     try:
         from ltlplan.service.api.application import application, end_routes
+        from ltlplan.service.asking import Questions
         from ltlplan.service.computing.workers import LocalWorkers
         from ltlplan.service.job_queue.jobs import Jobs
-        from ltlplan.service.questions import Questions
         from ltlplan.service.security.gate import Gate, Rules
         from ltlplan.service.service import Service
     except ModuleNotFoundError as error:
@@ -178,52 +178,6 @@ def _keeping_all() -> Generator[None]:
         yield
     finally:
         gc.enable()
-
-
-@contextmanager
-def _own_folder(folder: Path) -> Generator[None]:
-    """Have a data folder to ourselves; one service is enough for one folder.
-
-    Raises:
-        BadInput: It cannot be made or written, or another service has it.
-    """
-    make_private(folder)
-    path = folder / "lock"
-    try:
-        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
-    except OSError as error:
-        raise BadInput(f"{folder} cannot be written: {(error.strerror or str(error)).lower()}. {_ELSEWHERE}") from None
-    try:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            other = os.pread(handle, 20, 0).decode("ascii", "replace").strip()
-            who = f" (process {other})" if other.isdigit() else ""
-            raise BadInput(f"{folder} is in use by another `ltlplan serve`{who}. {_ELSEWHERE}") from None
-        os.ftruncate(handle, 0)
-        os.pwrite(handle, f"{os.getpid()}\n".encode(), 0)
-        yield
-    finally:
-        os.close(handle)
-
-
-_ELSEWHERE = "Name another folder with --data."
-
-
-def make_private(folder: Path) -> None:
-    """Make a data folder that only its owner may look into, where there is none.
-
-    Raises:
-        BadInput: It cannot be made, or is no folder.
-    """
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    except FileExistsError:
-        raise BadInput(f"{folder} is no folder. {_ELSEWHERE}") from None
-    except OSError as error:
-        raise BadInput(f"{folder} cannot be made: {(error.strerror or str(error)).lower()}. {_ELSEWHERE}") from None
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise BadInput(f"{folder} cannot be written: permission denied. {_ELSEWHERE}")
 
 
 @contextmanager
@@ -344,12 +298,3 @@ def _run(gate: Gate, service: Service, listener: socket.socket, ready: Callable[
             raise
     if failed.error is not None and not server.started:
         raise failed.error
-
-
-def default_data() -> Path:
-    """Return the folder of a service that is told no other, as systems have it for what programs keep."""
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", str(Path.home()))) / "ltlplan"
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Application Support" / "ltlplan"
-    return Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share") / "ltlplan"

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from ltlplan.service import questions as asked
+from ltlplan.service.asking import Questions
 from ltlplan.service.problems import Conflict
-from ltlplan.service.questions import Place, Questions
+from ltlplan.service.questions import Place
 from ltlplan.service.security.tokens import Tokens
 from ltlplan.service.settings import Settings
 

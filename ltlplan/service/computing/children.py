@@ -15,59 +15,18 @@ import sys
 import tempfile
 import threading
 import time
-import traceback
 from collections.abc import Callable
-from dataclasses import dataclass
 from multiprocessing import forkserver, resource_tracker
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, cast
 
-from verify.data import InternalError, LtlplanError
+from ltlplan.service.computing.at_work import do_and_answer, error_from
+from ltlplan.service.computing.bounds import MEGABYTE, Bounds, OutOfMemory, OutOfTime, WorkerDied
+from verify.data import LtlplanError
 from verify.data.progress import Progress
 
 TICK = 0.05
 """s between looks at a process."""
-NICE = 5
-"""How much workers give way to the service, whose readers wait for milliseconds."""
-
-_MEGABYTE = 1_000_000
-_PDEATHSIG = 1
-_LEAST_BETWEEN = 0.1
-"""s between two sentences of progress that are sent."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Bounds:
-    """What one piece of work may take.
-
-    Attributes:
-        seconds: s of processor time, of the process and of all that it starts.
-        megabytes: MB of memory, likewise.
-        wall: s on the clock, whoever else is computing.
-    """
-
-    seconds: float = 3600.0
-    megabytes: int = 4096
-    wall: float = 86_400.0
-
-
-class LimitReached(LtlplanError):
-    """A piece of work was ended because it took more than it may."""
-
-    exit_code = 4
-
-
-class OutOfTime(LimitReached):
-    """It took more time than it may."""
-
-
-class OutOfMemory(LimitReached):
-    """It took more memory than it may."""
-
-
-class WorkerDied(InternalError):
-    """A process was ended from outside, or by a fault of a library."""
 
 
 class Stopped(Exception):
@@ -149,7 +108,9 @@ class Child:
         with _starting():
             context.set_forkserver_preload(_PRELOADED)
             self._connection, far = context.Pipe(duplex=False)
-            self._process = context.Process(target=_work, args=(far, work, arguments, bounds, self._scratch), daemon=True)
+            self._process = context.Process(
+                target=do_and_answer, args=(far, work, arguments, bounds, self._scratch), daemon=True
+            )
             with _free_to_have_children(), _without_main():
                 self._process.start()
             far.close()
@@ -182,10 +143,10 @@ class Child:
         seconds, megabytes = _taken(self._process.pid or 0)
         self.seconds, self._megabytes = max(self.seconds, seconds), max(self._megabytes, megabytes)
         if self.seconds > self.bounds.seconds:
-            return OutOfTime(_TIME.format(f"{self.bounds.seconds:g} s of processor time"))
+            return OutOfTime.of(f"{self.bounds.seconds:g} s of processor time")
         if time.monotonic() - self._began > self.bounds.wall:
-            return OutOfTime(_TIME.format(f"{self.bounds.wall:g} s"))
-        return OutOfMemory(_MEMORY.format(self.bounds.megabytes)) if megabytes > self.bounds.megabytes else None
+            return OutOfTime.of(f"{self.bounds.wall:g} s")
+        return OutOfMemory.of(self.bounds.megabytes) if megabytes > self.bounds.megabytes else None
 
     def result(self) -> Any:
         """Return what the work returned, once it has ended, or raise what it raised.
@@ -200,16 +161,16 @@ class Child:
         if self._answer is None:
             code = self._process.exitcode
             if code == -signal.SIGXCPU:
-                raise OutOfTime(_TIME.format(f"{self.bounds.seconds:g} s of processor time"))
+                raise OutOfTime.of(f"{self.bounds.seconds:g} s of processor time")
             if code in (-signal.SIGABRT, -signal.SIGSEGV) and self._megabytes > self.bounds.megabytes / 2:
-                raise OutOfMemory(_MEMORY.format(self.bounds.megabytes))
+                raise OutOfMemory.of(self.bounds.megabytes)
             ended = f"signal {-code}" if code is not None and code < 0 else f"exit code {code}"
             raise WorkerDied(f"A worker process was ended before it answered ({ended}).")
         kind, value = self._answer
         if kind == "result":
             return value
         if kind == "memory":
-            raise OutOfMemory(_MEMORY.format(self.bounds.megabytes))
+            raise OutOfMemory.of(self.bounds.megabytes)
         raise error_from(value)
 
     def kill(self) -> None:
@@ -241,11 +202,6 @@ class Child:
 
 _STARTING = threading.Lock()
 _PRELOADED = ["ltlplan.service.computing.nursery"]
-_TIME = "This took more than the {} that a stage may take; ask for less, or run it yourself with `ltlplan run`."
-_MEMORY = (
-    "This took more than the {} MB of memory that a stage may take; simplify the formula, or take fewer robots and regions, or run it "
-    "yourself with `ltlplan run`."
-)
 
 
 @contextlib.contextmanager
@@ -299,103 +255,8 @@ def _taken(leader: int) -> tuple[float, float]:
             pids += map(int, Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii").split())
         except (OSError, ValueError, IndexError):
             continue
-    return seconds, pages * _PAGE / _MEGABYTE
+    return seconds, pages * _PAGE / MEGABYTE
 
 
 _TICKS = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
 _PAGE = os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 4096
-
-
-# In the worker
-
-
-def _work(
-    connection: Connection, work: Callable[..., Any], arguments: tuple[Any, ...], bounds: Bounds, scratch: str | None
-) -> None:
-    """Do the work and send its result; runs in the worker."""
-    os.setsid()
-    tempfile.tempdir = scratch
-    _let_go_of_nursery()
-    _die_with_parent()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    os.nice(NICE)
-    _limit(bounds)
-    last = 0.0
-
-    def report(sentence: str, share: float) -> None:
-        nonlocal last
-        now = time.monotonic()
-        if now - last >= _LEAST_BETWEEN:
-            last = now
-            _send(connection, ("progress", sentence, float(share)))
-
-    try:
-        answer: tuple[Any, ...] = ("result", work(*arguments, report))
-    except MemoryError:
-        answer = ("memory", None)
-    except LtlplanError as error:
-        answer = ("error", error_data(error))
-    except Exception as error:
-        traceback.print_exc()
-        memory = "bad_alloc" in str(error) or "allocate memory" in str(error)
-        told = InternalError(f"{type(error).__name__}: {error}")
-        answer = ("memory", None) if memory else ("error", error_data(told))
-    _send(connection, answer)
-    connection.close()
-
-
-def _send(connection: Connection, message: tuple[Any, ...]) -> None:
-    """Tell the process that waits for this one; where it has gone, nothing is left to do, and nobody to complain to."""
-    try:
-        connection.send(message)
-    except BrokenPipeError:
-        os._exit(1)
-
-
-def _limit(bounds: Bounds) -> None:
-    """Let the system refuse memory and time beyond the bounds, should this process outrun those who look at it."""
-    import resource
-
-    held = 0
-    with contextlib.suppress(OSError, ValueError):
-        lines = Path("/proc/self/status").read_text(encoding="ascii", errors="replace").splitlines()
-        held = next(int(line.split()[1]) * 1024 for line in lines if line.startswith("VmData"))
-    with contextlib.suppress(OSError, ValueError):
-        most = held + bounds.megabytes * _MEGABYTE
-        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
-        seconds = int(bounds.seconds) + 5
-        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
-
-
-def _let_go_of_nursery() -> None:
-    """Close this process's end of the pipe whose end tells the nursery that the service is gone; multiprocessing hands it to all."""
-    nursery: Any = forkserver._forkserver  # type: ignore[attr-defined]  # private: there is no other way to reach it
-    if nursery._forkserver_alive_fd is not None:
-        os.close(nursery._forkserver_alive_fd)
-        nursery._forkserver_alive_fd = None
-
-
-def _die_with_parent() -> None:
-    if sys.platform != "linux":
-        return
-    import ctypes
-
-    parent = os.getppid()
-    ctypes.CDLL(None, use_errno=True).prctl(_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
-    if os.getppid() != parent or parent == 1:
-        os._exit(1)
-
-
-def error_data(error: LtlplanError) -> tuple[type[LtlplanError], tuple[Any, ...], dict[str, Any]]:
-    """Return what an error is made of, to be sent: classes that take other arguments than their message do not survive pickling."""
-    return type(error), error.args, dict(error.__dict__)
-
-
-def error_from(data: tuple[type[LtlplanError], tuple[Any, ...], dict[str, Any]]) -> LtlplanError:
-    """Return the error again that `error_data` was given, class, words and all that it carries."""
-    kind, arguments, fields = data
-    error = kind.__new__(kind, *arguments)
-    error.args = arguments
-    error.__dict__.update(fields)
-    return error

@@ -9,7 +9,9 @@ import pickle
 import time
 from typing import TYPE_CHECKING, Any, Literal
 
-from ltlplan.service.computing.children import Bounds, Stopped, error_data, supervised, warm_up
+from ltlplan.service.computing.at_work import error_data
+from ltlplan.service.computing.bounds import Bounds
+from ltlplan.service.computing.children import Stopped, supervised, warm_up
 from ltlplan.service.versions import differences, here
 from verify.data import LtlplanError
 from verify.data.progress import Progress

@@ -21,7 +21,8 @@ from importlib import import_module
 from secrets import token_hex
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
-from ltlplan.service.computing.children import Bounds, WorkerDied, error_from
+from ltlplan.service.computing.at_work import error_from
+from ltlplan.service.computing.bounds import Bounds, WorkerDied
 from ltlplan.service.computing.cluster_tasks import TOPIC, Answer, do_supervised, join_in
 from ltlplan.service.versions import differences, here
 from verify.data import BadInput, MissingEngine

@@ -11,7 +11,7 @@ import pytest
 
 import flight
 from ltlplan.service.computing import clusters
-from ltlplan.service.computing.children import OutOfMemory
+from ltlplan.service.computing.bounds import OutOfMemory
 from ltlplan.service.computing.clusters import Cluster, ClusterError
 from ltlplan.service.computing.stages import Outcome, mission_bytes, run_stage
 from ltlplan.service.versions import here

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from ltlplan.service.computing.children import LimitReached, OutOfMemory, OutOfTime, WorkerDied
+from ltlplan.service.computing.bounds import LimitReached, OutOfMemory, OutOfTime, WorkerDied
 from ltlplan.service.computing.workers import LocalWorkers
 from tests.helpers import work_for_workers as work
 from tests.helpers.waiting import is_gone, pid_in, until
