@@ -30,6 +30,8 @@ VERSION = "ltlplan-1"
 the order of a job's steps ever does."""
 
 EXECUTOR = "service"
+POLL = 0.05
+"""s between looks of DBOS for messages, which we do not send: it is its own 1 s that an engine would wait for when it stops."""
 
 Found = TypeVar("Found")
 Data = dict[str, Any]  # of any type: JSON nests
@@ -110,6 +112,7 @@ class Engine:
             "log_level": "ERROR",
             "enable_otlp": False,
             "use_listen_notify": False,
+            "notification_listener_polling_interval_sec": POLL,
             "dbos_system_schema": SCHEMA,
         }
         logging.getLogger("dbos").setLevel(logging.ERROR)  # what it warns of is its daily work
