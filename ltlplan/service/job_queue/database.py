@@ -13,6 +13,7 @@ from pathlib import Path
 import sqlalchemy as sa
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, SQLAlchemyError
 
+from ltlplan.service.job_queue.store import no_room
 from verify.data import BadInput
 
 FORMAT = 1
@@ -134,3 +135,20 @@ def _reason(error: DBAPIError) -> str:
     if "readonly" in text or "unable to open" in text:
         return f"it cannot be written ({text}); look at who owns the folder."
     return f"{text[:300].rstrip('.?!')}."
+
+
+def folder_name(folder: Path) -> str:
+    """Return the data folder's own name, by which a database knows it; one is drawn for a new folder.
+
+    Raises:
+        NoRoom: The disk is full.
+    """
+    place = folder / "folder"
+    try:
+        if not place.exists():
+            beside = place.with_suffix(f".{uuid.uuid4().hex}")
+            beside.write_text(f"{uuid.uuid4().hex}\n", encoding="ascii")
+            beside.replace(place)
+        return place.read_text(encoding="ascii").strip()
+    except OSError as error:
+        raise no_room(folder, error) from None

@@ -15,6 +15,10 @@ from ltlplan.service.computing.workers import WorkFuture
 from ltlplan.service.job_queue.engine import Data, Record
 from ltlplan.service.job_queue.events import Feed, claim_events, stage_event, state_event
 from ltlplan.service.models import ENDED, Event, FileEntry, Job, Problem, Stage
+from verify.data import Mission
+
+TITLE = 120
+"""The most letters of a title."""
 
 
 @dataclass(slots=True)
@@ -71,6 +75,29 @@ def entry_of(record: Record) -> Entry:
     else:
         entry.feed.tell(state_event(job.model_copy(update={"state": "queued"})))
     return entry
+
+
+def record_of(mission: Mission, value: str, key: str) -> Data:
+    """Return what a job's workflow is begun with, now: of plain data, as the database keeps it.
+
+    Args:
+        mission: What is asked.
+        value: Its digest in the store.
+        key: What the same mission, seed and versions have in common.
+    """
+    return {
+        "mission": value,
+        "name": mission.name,
+        "title": _title(mission),
+        "seed": mission.planner.seed,
+        "key": key,
+        "submitted": utc_now(),
+    }
+
+
+def _title(mission: Mission) -> str:
+    text = mission.sequence or mission.spec.formula or ""
+    return text if len(text) <= TITLE else text[: TITLE - 1] + "…"
 
 
 def job_of(job_id: str, asked: Data) -> Job:

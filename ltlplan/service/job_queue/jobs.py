@@ -11,21 +11,19 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import uuid
 from collections.abc import AsyncIterator
-from pathlib import Path
 from typing import Any
 
-from ltlplan.service.job_queue.database import prepare, url_of, why
+from ltlplan.service.job_queue.database import folder_name, prepare, url_of, why
 from ltlplan.service.job_queue.engine import Data, Engine, Step, tables
-from ltlplan.service.job_queue.entries import Entry, entry_of, job_of, told_again, utc_now
+from ltlplan.service.job_queue.entries import Entry, entry_of, job_of, record_of, told_again
 from ltlplan.service.job_queue.events import state_event
 from ltlplan.service.job_queue.recent import Recent
+from ltlplan.service.job_queue.register import Register
 from ltlplan.service.job_queue.results import RESERVE, Results, StoredFile
 from ltlplan.service.job_queue.runner import Pool, Runner, end
-from ltlplan.service.job_queue.store import no_room
-from ltlplan.service.models import ENDED, Event, Health, Job, Problem, State
-from ltlplan.service.problems import Busy, Conflict, NotFound, TooManyRequests
+from ltlplan.service.models import ENDED, Event, Health, Job, State
+from ltlplan.service.problems import Busy, Conflict, TooManyRequests
 from ltlplan.service.settings import Settings
 from ltlplan.service.versions import key_of, software
 from verify.data import LtlplanError, Mission, check_mission
@@ -35,7 +33,6 @@ WATCH = 5.0
 """s between looks for jobs whose work was given up."""
 LOOK = 0.5
 """s for which the service's state is not looked for again."""
-TITLE = 120
 
 _log = logging.getLogger("ltlplan.service")
 
@@ -56,8 +53,7 @@ class Jobs:
         self._url = url_of(settings.data, settings.database)
         self._keys: Recent[tuple[str, Mission, Mission]] = Recent(200)
         self._health: Health | None = None
-        self._entries: dict[str, Entry] = {}
-        self._attempts: dict[str, list[str]] = {}
+        self._register = Register()
         self._submitting = asyncio.Lock()
         self._engine: Engine | None = None
         self._watching: asyncio.Task[None] | None = None
@@ -74,26 +70,23 @@ class Jobs:
     def _open(self) -> None:
         self._results.store.open()
         sqlite = self.settings.database is None
-        database = prepare(self._url, _folder_name(self.settings.data), tables=tables(sqlite=sqlite))
+        database = prepare(self._url, folder_name(self.settings.data), tables=tables(sqlite=sqlite))
         owned = self._results.store.is_owned(database)
         engine = Engine(self._url, self._do)
         records = engine.start()
         for record in sorted(records, key=lambda record: str(record.asked["submitted"])):
-            entry = entry_of(record)
-            self._entries[record.id] = entry
-            self._attempts.setdefault(entry.job.key, []).append(record.id)
+            self._register.add(entry_of(record))
         if owned:
-            self._results.collect(self._entries.values())
+            self._results.collect(self._register)
         self._engine = engine
         engine.open_gate()
-        going = sum(entry.job.state not in ENDED for entry in self._entries.values())
-        _log.info("%d jobs in %s, %d of them go on", len(records), self.settings.data, going)
+        _log.info("%d jobs in %s, %d of them go on", len(records), self.settings.data, len(self._register.going()))
 
     async def stop(self) -> None:
         """Let go of everything, the workers too; jobs that have not ended go on at the next start."""
         if self._watching is not None:
             self._watching.cancel()
-        for entry in self._entries.values():
+        for entry in self._register:
             entry.feed.close()
         if self._engine is not None:
             engine, self._engine = self._engine, None
@@ -120,7 +113,7 @@ class Jobs:
         """
         key, mission = await self._asked(mission, seed)
         async with self._submitting:
-            if (known := self._answer(key)) is not None:
+            if (known := self._register.answer(key)) is not None:
                 return known
             self._require_room()
             return await self._accept(key, mission)
@@ -136,44 +129,24 @@ class Jobs:
             self._keys.put((id(mission), seed), known)
         return known[:2]
 
-    def _answer(self, key: str) -> Job | None:
-        """Return the job of a key that need not be tried again, if there is one."""
-        for job_id in reversed(self._attempts.get(key, [])):
-            entry = self._entries[job_id]
-            if entry.job.state in ("queued", "running", "done") or (
-                entry.job.state == "failed" and _is_final(entry.job.problem)
-            ):
-                return None if entry.cancelled else entry.job.model_copy(update={"found": True})
-            return None
-        return None
-
     def _require_room(self) -> None:
-        waiting = sum(entry.job.state == "queued" for entry in self._entries.values())
+        waiting = self._register.count("queued")
         if waiting >= self.settings.limits.queued:
             raise TooManyRequests(f"{waiting} jobs are waiting already, the most there may be; submit this one later.", 30.0)
         self._results.require_room()
 
     async def _accept(self, key: str, mission: Mission) -> Job:
-        attempts = self._attempts.setdefault(key, [])
-        number = 1 + max((int(job_id.rpartition("-")[2]) for job_id in attempts), default=0)
-        job_id = f"{key[:16]}-{number}"
+        job_id = self._register.new_id(key)
         value = await asyncio.to_thread(self._results.ask, mission)
-        asked: Data = {
-            "mission": value,
-            "name": mission.name,
-            "title": _title(mission),
-            "seed": mission.planner.seed,
-            "key": key,
-            "submitted": utc_now(),
-        }
-        entry = self._entries[job_id] = Entry(job_of(job_id, asked), asked)
+        asked = record_of(mission, value, key)
+        entry = Entry(job_of(job_id, asked), asked)
+        self._register.add(entry)
         entry.feed.tell(state_event(entry.job))
         try:
             await self._in_engine(lambda engine: engine.begin(job_id, asked))
         except BaseException:
-            del self._entries[job_id]  # it is told of again at the next start, should the database have it after all
+            self._register.drop(entry)  # it is told of again at the next start, should the database have it after all
             raise
-        attempts.append(job_id)
         _log.info("job %s is accepted", job_id)
         return entry.job
 
@@ -185,15 +158,7 @@ class Jobs:
             limit: At most so many.
             before: Only those that were submitted before the job of this id.
         """
-        found: list[Job] = []
-        passed = before is None
-        for job_id in reversed(self._entries):
-            if passed and (state is None or self._entries[job_id].job.state == state):
-                found.append(self._entries[job_id].job)
-                if len(found) >= limit:
-                    break
-            passed = passed or job_id == before
-        return found
+        return self._register.newest(state=state, limit=limit, before=before)
 
     async def job(self, job_id: str) -> Job:
         """Return a job with all that its stages found so far.
@@ -201,7 +166,7 @@ class Jobs:
         Raises:
             NotFound: There is no such job.
         """
-        entry = self._entry(job_id)
+        entry = self._register.entry(job_id)
         if self._results.at_hand(entry):
             return self._results.whole(entry)
         return await asyncio.to_thread(self._results.whole, entry)
@@ -216,7 +181,7 @@ class Jobs:
         Raises:
             NotFound: There is no such job.
         """
-        entry = self._entry(job_id)
+        entry = self._register.entry(job_id)
         told = after
         if entry.records:
             for event in told_again(await self.job(job_id), ended=False):
@@ -237,7 +202,7 @@ class Jobs:
         Raises:
             NotFound: There is no such job.
         """
-        entry = self._entry(job_id)
+        entry = self._register.entry(job_id)
         if entry.job.state in ENDED:
             return entry.job
         entry.cancelled = True
@@ -261,14 +226,14 @@ class Jobs:
             NotFound: There is no such job.
             Conflict: It has not ended.
         """
-        entry = self._entry(job_id)
+        entry = self._register.entry(job_id)
         if entry.job.state not in ENDED:
             raise Conflict(f"Job {job_id} is {entry.job.state}; cancel it first, then delete it.")
         async with self._submitting:
+            self._register.entry(job_id)  # it may have been deleted while this waited
             await self._in_engine(lambda engine: engine.delete(job_id))
-            self._entries.pop(job_id, None)
-            self._attempts[entry.job.key].remove(job_id)
-            await asyncio.to_thread(self._results.drop, entry, list(self._entries.values()))
+            self._register.drop(entry)
+            await asyncio.to_thread(self._results.drop, entry, list(self._register))
         _log.info("job %s is deleted", job_id)
 
     async def file(self, job_id: str, name: str) -> StoredFile:
@@ -277,7 +242,7 @@ class Jobs:
         Raises:
             NotFound: There is no such job, or it has no such file.
         """
-        return self._results.file(self._entry(job_id), name)
+        return self._results.file(self._register.entry(job_id), name)
 
     async def plan(self, job_id: str) -> tuple[str, str] | None:
         """Return a job's mission.yaml and plan.json as soon as it is planned; None before.
@@ -285,7 +250,7 @@ class Jobs:
         Raises:
             NotFound: There is no such job.
         """
-        return await asyncio.to_thread(self._results.plan, self._entry(job_id))
+        return await asyncio.to_thread(self._results.plan, self._register.entry(job_id))
 
     async def mission(self, job_id: str) -> str:
         """Return the resolved mission of a job as YAML, in any of its states.
@@ -293,7 +258,7 @@ class Jobs:
         Raises:
             NotFound: There is no such job.
         """
-        return await asyncio.to_thread(self._results.mission, self._entry(job_id))
+        return await asyncio.to_thread(self._results.mission, self._register.entry(job_id))
 
     async def health(self) -> Health:
         """Return whether database and workers answer, and what waits; asked again within `LOOK` s, what was seen then."""
@@ -311,24 +276,17 @@ class Jobs:
             await self._in_engine(lambda engine: engine.answers())
         except LtlplanError as error:
             database = str(error)
-        states = [entry.job.state for entry in self._entries.values()]
         room = await asyncio.to_thread(self._results.store.free)
         return Health(
             ok=database == "answers" and room >= RESERVE,
             database=database,
             workers=self.workers.count,
             alive=self.workers.alive,
-            running=states.count("running"),
-            queued=states.count("queued"),
+            running=self._register.count("running"),
+            queued=self._register.count("queued"),
             room=room,
             versions=software(),
         )
-
-    def _entry(self, job_id: str) -> Entry:
-        entry = self._entries.get(job_id)
-        if entry is None:
-            raise NotFound(f"There is no job '{job_id[:80]}'.")
-        return entry
 
     async def _in_engine(self, what: Any) -> Any:  # a function of the engine that returns a coroutine
         """Have the engine do something in its own loop, and wait for it here, but not for ever."""
@@ -346,7 +304,7 @@ class Jobs:
     async def _do(self, job_id: str, asked: Data, step: Step) -> Data:
         """Do a job, in the engine's loop."""
         del asked  # known
-        entry = self._entries.get(job_id)
+        entry = self._register.find(job_id)
         if entry is None:
             raise InternalError(f"The database has a job {job_id} that is not known.")
         return await self._runner.do(entry, step)
@@ -359,7 +317,7 @@ class Jobs:
             engine = self._engine
             if engine is None:
                 return
-            idle = {job_id for job_id, entry in self._entries.items() if entry.job.state not in ENDED} - engine.running
+            idle = self._register.going() - engine.running
             for job_id in idle & missed:
                 try:
                     await self._in_engine(lambda engine, job_id=job_id: engine.resume(job_id))
@@ -376,29 +334,3 @@ def _asked(mission: Mission, seed: int | None) -> tuple[str, Mission]:
     mission = with_seed(check_mission(mission), seed)
     require_tube(mission.margin)
     return key_of(mission), mission
-
-
-_TRANSIENT = frozenset({"internal-error", "worker-died", "limit-reached", "out-of-time", "out-of-memory", "missing-engine"})
-
-
-def _is_final(problem: Problem | None) -> bool:
-    """Tell whether a job failed for a reason that is its mission's own, so that another try would fail alike."""
-    return problem is not None and problem.type.rpartition("/")[2] not in _TRANSIENT
-
-
-def _title(mission: Mission) -> str:
-    text = mission.sequence or mission.spec.formula or ""
-    return text if len(text) <= TITLE else text[: TITLE - 1] + "…"
-
-
-def _folder_name(folder: Path) -> str:
-    """Return the data folder's own name, by which a database knows it; one is drawn for a new folder."""
-    place = folder / "folder"
-    try:
-        if not place.exists():
-            beside = place.with_suffix(f".{uuid.uuid4().hex}")
-            beside.write_text(f"{uuid.uuid4().hex}\n", encoding="ascii")
-            beside.replace(place)
-        return place.read_text(encoding="ascii").strip()
-    except OSError as error:
-        raise no_room(folder, error) from None

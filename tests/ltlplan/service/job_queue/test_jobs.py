@@ -241,7 +241,8 @@ def test_deleting_is_explicit_and_leaves_nothing(tmp_path: Path) -> None:
                 await jobs.job(job.id)
             for file in other.files:
                 assert (await jobs.file(other.id, file.name)).path.exists()
-            await jobs.delete(other.id)
+            twice = await asyncio.gather(jobs.delete(other.id), jobs.delete(other.id), return_exceptions=True)
+            assert [type(answer) for answer in twice] == [type(None), NotFound]
             assert await jobs.jobs() == []
             assert Store(tmp_path / "data" / "values").digests() == set()
             assert not (await jobs.submit(SMALL)).found
