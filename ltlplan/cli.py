@@ -22,6 +22,7 @@ COMMANDS = {
     "plan": "Plan a mission: each robot's word, visits and cost.",
     "certify": "Prove a folder's trajectories, or judge a recorded flight.",
     "recheck": "Prove a folder's certificate again, from its files alone.",
+    "audit": "Judge, for all times, flights that others planned.",
     "fly": "Fly a certified mission once in simulation.",
     "campaign": "Fly a certified mission many times in simulation.",
     "online": "Share tasks while flying, in simulation.",

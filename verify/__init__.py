@@ -4,8 +4,8 @@
 `verify.data`.
 
 Read `certification` (the door; `certificate` is the value) and `claims`, then `motion` (polynomials), `behaviour` (words over time)
-and `logic` (what a formula says), over `arithmetic`. `words` judges words alone, `recordings` flights that were flown, `pieces`
-flights in changing worlds; `run_folder` proves again from files, `testing` is for other people's tests.
+and `logic` (what a formula says), over `arithmetic`. `words` judges words alone, `recordings` flights that were flown, `foreign` what
+other programs planned, `pieces` flights in changing worlds; `run_folder` proves again from files, `testing` is for other people's tests.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from verify.claims.claim import Claim
     from verify.claims.soft_claims import SoftClaim
     from verify.data import NotCertified, Trajectory, Witness
+    from verify.foreign.asked import AuditLimits
+    from verify.foreign.auditing import Audit, audit
     from verify.logic.verdict import TeamVerdict, Verdict
     from verify.recordings.asked import Asked, asked_of
     from verify.recordings.flight_log import Samples, load_flight_log
@@ -32,6 +34,8 @@ if TYPE_CHECKING:
 __all__ = [
     "ActionInstant",
     "Asked",
+    "Audit",
+    "AuditLimits",
     "Certificate",
     "Claim",
     "FlightVerdict",
@@ -43,6 +47,7 @@ __all__ = [
     "Verdict",
     "Witness",
     "asked_of",
+    "audit",
     "certify",
     "check_flight",
     "check_ordered",
@@ -64,6 +69,8 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "verify.claims.claim": ("Claim",),
             "verify.claims.soft_claims": ("SoftClaim",),
             "verify.data": ("NotCertified", "Trajectory", "Witness"),
+            "verify.foreign.asked": ("AuditLimits",),
+            "verify.foreign.auditing": ("Audit", "audit"),
             "verify.logic.verdict": ("TeamVerdict", "Verdict"),
             "verify.recordings.asked": ("Asked", "asked_of"),
             "verify.recordings.flight_log": ("Samples", "load_flight_log"),

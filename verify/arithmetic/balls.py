@@ -163,6 +163,17 @@ def restricted(a: Balls, starts: Sequence[Fraction], stops: Sequence[Fraction]) 
     """
     ahead = _parameters(starts, a)
     share = _parameters([(stop - start) / (1 - start) for start, stop in zip(starts, stops, strict=True)], a)
+    return restricted_by(a, ahead, share)
+
+
+def restricted_by(a: Balls, ahead: Balls, share: Balls) -> Balls:
+    """Return each polynomial on a part of [0, 1], as a polynomial on [0, 1] again.
+
+    Args:
+        a: Shape (k, ..., n + 1).
+        ahead: How much of [0, 1] lies before the part. Broadcasts against `a`.
+        share: How much of what lies after that the part takes. Broadcasts against `a`.
+    """
     kept = []
     row = a
     for _ in range(a.degree + 1):  # de Casteljau at `start`: the last coefficients of the rows are those of [start, 1]

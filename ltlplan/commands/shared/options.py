@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from verify.data import Mission
 
 
-def _missions_like(incomplete: str) -> list[str]:
+def missions_like(incomplete: str) -> list[str]:
     """Return what a shell may complete to: shipped missions, and mission files in the folder that is being typed."""
     from ltlplan.missions import shipped_missions
 
@@ -22,7 +22,7 @@ def _missions_like(incomplete: str) -> list[str]:
 
 MissionArgument = Annotated[
     str,
-    typer.Argument(help="A mission file, or the name of a shipped mission.", show_default=False, autocompletion=_missions_like),
+    typer.Argument(help="A mission file, or the name of a shipped mission.", show_default=False, autocompletion=missions_like),
 ]
 FolderArgument = Annotated[Path, typer.Argument(help="A folder that `ltlplan run` wrote.", show_default=False)]
 SeedOption = Annotated[int | None, typer.Option("--seed", min=0, help="Seed, instead of the mission's own.")]

@@ -1,0 +1,101 @@
+"""`ltlplan audit`: judge, for all times, flights that other programs planned."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ltlplan.commands.shared.options import JsonOption, missions_like
+
+if TYPE_CHECKING:
+    from verify import Audit
+
+SHOWN = 10
+"""Broken claims of each kind that are printed; a file or --json has all."""
+
+
+# as many parameters as there are limits, each by its own option
+def command(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            help="A folder of CSV files, ROBOT.csv each as crazyswarm2 has them, or such files.", show_default=False
+        ),
+    ],
+    mission: Annotated[
+        str | None,
+        typer.Option(
+            "--mission", help="A mission file or a shipped mission, whose agents they are.", autocompletion=missions_like
+        ),
+    ] = None,
+    vehicle: Annotated[
+        str | None, typer.Option("--vehicle", help="A shipped vehicle: its speed, acceleration and twice its radius.")
+    ] = None,
+    workspace: Annotated[
+        str | None, typer.Option("--workspace", help="Where all stay: x,y,z of the lower corner, then of the upper one, in m.")
+    ] = None,
+    separation: Annotated[float | None, typer.Option("--separation", help="Least distance between centres, m.")] = None,
+    speed: Annotated[float | None, typer.Option("--speed", help="Greatest speed, m/s.")] = None,
+    acceleration: Annotated[float | None, typer.Option("--acceleration", help="Greatest acceleration, m/s^2.")] = None,
+    min_height: Annotated[float | None, typer.Option("--min-height", help="Least z, m, take-off and landing included.")] = None,
+    margin: Annotated[
+        float | None, typer.Option("--margin", help="How far drones may be from their paths, m (default: the mission's, or 0).")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="A file for the whole audit, as JSON; one that is there is kept.")
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """Judge flights of other programs for all times, not for samples; exit code 5 where a claim is not proved."""
+    from ltlplan.commands.shared.progress import progress_bar
+    from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.missions import load_mission
+    from verify import AuditLimits, audit
+    from verify.data import NotCertified
+    from verify.data.storage.single_files import write_single
+
+    limits = AuditLimits(
+        vehicle=vehicle, workspace=None if workspace is None else workspace.split(","), separation=separation, speed=speed,
+        acceleration=acceleration, min_height=min_height, margin=margin,
+    )  # fmt: skip
+    asked = None if mission is None else load_mission(mission)
+    with progress_bar(quiet=json) as progress:
+        found = audit(files, asked, limits, progress=progress)
+    if out is not None:
+        write_single(out, found.to_json().encode())
+    if json:
+        print_json(found.to_dict())
+    else:
+        for line in audit_lines(found):
+            typer.echo(line)
+        if out is not None:
+            typer.echo(f"wrote {out}")
+    if not found:
+        raise typer.Exit(NotCertified.exit_code)
+
+
+def audit_lines(found: Audit) -> list[str]:
+    """Return what is said of an audit: each claim that holds, the worst of those that do not, and where limits are nearest."""
+    lines = [f"{found.source}: {found.drones} drones, {found.pieces} pieces, {found.duration:.3f} s"]
+    shown: dict[str, int] = {}
+    for claim in found.claims:
+        shown[claim.name] = shown.get(claim.name, 0) + 1
+        if shown[claim.name] <= SHOWN:
+            lines.append(f"{claim.name}: {claim.outcome}. {claim.sentence}")
+    lines += [
+        f"{name}: {count - SHOWN} more like these; --out FILE or --json has all."
+        for name, count in shown.items()
+        if count > SHOWN
+    ]
+    for name, instants in found.tightest.items():
+        rows = "; ".join(
+            f"{i.robot}{'' if i.other is None else ' and ' + i.other} {i.value:.5g} at {i.time:.3f} s" for i in instants
+        )
+        lines.append(f"nearest to the limit of {name}: {rows}")
+    if found.holds:
+        lines.append(f"every claim holds, for all times from 0 to {found.duration:.3f} s")
+    else:
+        lines.append(f"{len(found.broken)} of {len(found.claims)} claims are not proved")
+    return lines

@@ -1,0 +1,49 @@
+"""`ltlplan audit` from a fresh folder: what it prints, writes and ends with."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from typer import Typer
+from typer.testing import CliRunner
+
+from ltlplan.commands import audit
+from tests.helpers.fleets import csv_text
+
+app = Typer()
+app.command("audit")(audit.command)
+
+
+def run(folder: Path, *arguments: str):
+    shows = folder / "show"
+    shows.mkdir(exist_ok=True)
+    for name, y in (("cf1", 0.0), ("cf2", 0.5)):
+        (shows / f"{name}.csv").write_text(csv_text([(2.0, {"x": (0.0, 0.5), "y": (y,), "z": (1.0,)})]))
+    return CliRunner().invoke(app, [str(shows), *arguments])
+
+
+def test_a_sound_folder(tmp_path: Path) -> None:
+    done = run(tmp_path, "--separation", "0.4", "--speed", "0.5", "--workspace=-1,-1,0,2,2,2", "--min-height", "0.5")
+    assert done.exit_code == 0, done.output
+    assert "separation: holds. All 2 drones stay 0.5000 m apart at all times" in done.output
+    assert done.output.endswith("every claim holds, for all times from 0 to 2.000 s\n")
+
+
+def test_a_breach_ends_with_5_and_the_whole_audit_is_written_once(tmp_path: Path) -> None:
+    out = tmp_path / "audit.json"
+    done = run(tmp_path, "--separation", "0.6", "--out", str(out))
+    assert done.exit_code == 5
+    assert "separation: fails. cf1 and cf2 are nearer than 0.6000 m from 0.0000 s to 2.0000 s" in done.output
+    written = json.loads(out.read_text())
+    assert not written["holds"]
+    assert written["claims"][-1]["other"] == "cf2"
+    out.write_text("mine")
+    assert run(tmp_path, "--separation", "0.6", "--out", str(out)).exit_code != 5
+    assert out.read_text() == "mine"
+
+
+def test_json(tmp_path: Path) -> None:
+    done = run(tmp_path, "--separation", "0.4", "--json")
+    assert done.exit_code == 0
+    assert json.loads(done.stdout)["drones"] == 2

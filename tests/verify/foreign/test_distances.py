@@ -1,0 +1,143 @@
+"""Separation of fleets: the broad phase against the plain judge, the plain judge against a dense sampler, and planted breaches."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from tests.helpers.fleets import sampled, wandering
+from verify.arithmetic.balls import Floats
+from verify.foreign import near_pieces
+from verify.foreign.distances import Breach, Closest, Nearest, Separation, judge_distances
+from verify.foreign.fleet import Fleet, Flight, Indices, assemble
+
+
+def asking(limit: float, fleet: Fleet, weight: Fraction = Fraction(1)) -> Separation:
+    def limits(one: Indices, other: Indices) -> Floats:
+        return np.full(np.broadcast(one, other).shape, limit)
+
+    return Separation(limits, limit, weight, np.zeros(len(fleet)))
+
+
+def plainly(fleet: Fleet, asked: Separation) -> tuple[Nearest, list[Breach]]:
+    return judge_distances(fleet, asked, near_pieces.all_pieces(fleet), Closest())
+
+
+def quickly(fleet: Fleet, asked: Separation, monkeypatch: pytest.MonkeyPatch) -> tuple[Nearest, list[Breach]]:
+    monkeypatch.setattr(near_pieces, "FEW", 0)
+    closest = Closest()
+    return judge_distances(fleet, asked, near_pieces.near_pieces(fleet, asked, closest), closest)
+
+
+def spans(breaches: list[Breach]) -> list[tuple[int, int, float, float]]:
+    return sorted((b.one, b.other, round(b.start, 6), round(b.stop, 6)) for b in breaches)
+
+
+def same(one: tuple[Nearest, list[Breach]], other: tuple[Nearest, list[Breach]]) -> None:
+    assert spans(one[1]) == spans(other[1])
+    if not one[1]:
+        assert one[0].low == pytest.approx(other[0].low, abs=2e-6)
+        assert one[0].high == pytest.approx(other[0].high, abs=2e-6)
+
+
+@pytest.mark.parametrize("common", [True, False])
+@pytest.mark.parametrize("seed", range(4))
+def test_the_broad_phase_leaves_nothing_out(seed: int, common: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(seed)
+    fleet = wandering(int(rng.integers(2, 8)), 4, rng, common=common, size=float(rng.uniform(3, 9)))
+    weight = Fraction(1) if seed % 2 else Fraction(float(rng.uniform(0.3, 1.5)))
+    for limit in (0.05, 0.3, 0.8):
+        asked = asking(limit, fleet, weight)
+        same(plainly(fleet, asked), quickly(fleet, asked, monkeypatch))
+
+
+@pytest.mark.slow
+def test_the_broad_phase_leaves_nothing_out_of_many_teams(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Random teams, of few pieces and of many, whose clocks agree or do not."""
+    rng = np.random.default_rng(7)
+    for _ in range(300):
+        fleet = wandering(
+            int(rng.integers(2, 9)), int(rng.integers(1, 6)), rng, common=bool(rng.integers(2)), size=float(rng.uniform(2, 12))
+        )
+        asked = asking(float(rng.uniform(0.01, 1.0)), fleet)
+        same(plainly(fleet, asked), quickly(fleet, asked, monkeypatch))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_judge_agrees_with_a_dense_sampler(seed: int) -> None:
+    rng = np.random.default_rng(100 + seed)
+    fleet = wandering(3, 3, rng, common=seed != 1, size=4.0)
+    times = np.linspace(0.0, float(fleet.end), 2001)
+    paths = [sampled(fleet, drone, times) for drone in range(3)]
+    seen = {(a, b): np.linalg.norm(paths[a] - paths[b], axis=1) for a in range(3) for b in range(a + 1, 3)}
+    nearest, breaches = plainly(fleet, asking(0.7, fleet))
+    for pair, distances in seen.items():
+        for time in times[distances < 0.7 - 1e-9]:
+            assert any((b.one, b.other) == pair and b.start - 1e-9 <= time <= b.stop + 1e-9 for b in breaches)
+        for breach in breaches:
+            if (breach.one, breach.other) == pair:
+                assert breach.distance <= distances[(times >= breach.start) & (times <= breach.stop)].min(initial=np.inf) + 1e-6
+    nearest, breaches = plainly(fleet, asking(0.0, fleet))
+    assert not breaches
+    least = min(distances.min() for distances in seen.values())
+    assert nearest.low <= least
+    assert least - 0.02 < nearest.low
+
+
+def passing(offset: float) -> Fleet:
+    """Return two drones that pass each other at 10 m/s, at that distance at the nearest, at 0.5 s."""
+    knots = np.array([[0.0, 0.0], [1.0, 0.0]])
+    straight = [np.array([[[-5.0, 5.0], [0.0, 0.0], [1.0, 1.0]]]), np.array([[[5.0, -5.0], [offset, offset], [1.0, 1.0]]])]
+    return assemble("show", "bernstein", [Flight(f"d{i}", knots, v, np.ones(1, np.int8)) for i, v in enumerate(straight)])
+
+
+def test_ties_are_decided_exactly(monkeypatch: pytest.MonkeyPatch) -> None:
+    fleet = passing(0.25)
+    for judge in (plainly, lambda f, a: quickly(f, a, monkeypatch)):
+        nearest, breaches = judge(fleet, asking(0.25, fleet))
+        assert not breaches
+        assert nearest.low <= 0.25 <= nearest.high + 1e-9
+        _, breaches = judge(fleet, asking(float(np.nextafter(0.25, 1)), fleet))
+        assert [(b.one, b.other) for b in breaches] == [(0, 1)]
+
+
+def test_a_breach_says_when_it_begins_and_ends() -> None:
+    fleet = passing(0.3)
+    _, (breach,) = plainly(fleet, asking(0.5, fleet))
+    assert (breach.start, breach.stop) == (pytest.approx(0.48, abs=1e-6), pytest.approx(0.52, abs=1e-6))
+    assert breach.distance == pytest.approx(0.3, abs=1e-6)
+    assert breach.sure
+
+
+def formation(side: int, seconds: int) -> np.ndarray:
+    """Return control points of drones on a grid of 2 m that drift together. Shape (drones, seconds, 3, 4)."""
+    grid = 2.0 * np.stack(np.meshgrid(np.arange(side), np.arange(side), [0.0]), -1).reshape(-1, 3)
+    times = np.arange(seconds + 1.0)
+    drift = np.stack([3 * np.sin(times / 4), 2 * np.cos(times / 5), 5 + 0 * times], -1)
+    slope = np.stack([0.75 * np.cos(times / 4), -0.4 * np.sin(times / 5), 0 * times], -1)
+    cubic = np.stack([drift[:-1], drift[:-1] + slope[:-1] / 3, drift[1:] - slope[1:] / 3, drift[1:]], -1)
+    return grid[:, None, :, None] + cubic[None]
+
+
+def test_every_planted_breach_is_found() -> None:
+    rng = np.random.default_rng(3)
+    side, seconds, depth = 12, 20, 0.01
+    values = formation(side, seconds)
+    planted: set[tuple[int, int, int]] = set()
+    knots = np.stack([np.arange(seconds + 1.0), np.zeros(seconds + 1)], -1)
+    while (
+        len(planted) < 30
+    ):  # a drone's one second is bent towards its neighbour by as much as brings it 1 cm nearer than 1.6 m
+        drone, piece = int(rng.integers(side * side)), int(rng.integers(1, seconds - 1))
+        if drone % side == side - 1 or any(abs(drone - a) < 2 * side + 2 and abs(piece - p) < 2 for a, _, p in planted):
+            continue
+        values[drone, piece, 0, 1:3] += (0.4 + depth) * 4 / 3
+        planted.add((drone, drone + 1, piece))
+    degrees = np.full(seconds, 3, np.int8)
+    fleet = assemble("show", "bernstein", [Flight(f"d{i}", knots, v, degrees) for i, v in enumerate(values)])
+    asked, closest = asking(1.6, fleet), Closest()
+    _, breaches = judge_distances(fleet, asked, near_pieces.near_pieces(fleet, asked, closest), closest)
+    assert {(b.one, b.other, int(b.time)) for b in breaches} == planted
+    assert all(b.distance == pytest.approx(1.59, abs=1e-6) for b in breaches)

@@ -1,0 +1,303 @@
+"""How near drones come to each other, for all times: bounds on polynomials first, exact arithmetic where those leave it open.
+
+With `weight` k the distance in z counts k times. Where a drone's pieces do not join exactly it is nowhere between them for an instant;
+the longest such step of each is taken off what is proved, as for planned flights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+from flint import fmpq_poly
+
+from verify.arithmetic import exact
+from verify.arithmetic.balls import Balls, Floats, dot, restricted_by
+from verify.arithmetic.bounds import Peaks, peaks
+from verify.foreign.fleet import Fleet, Indices, length_between
+
+BLOCK = 16_384
+"""Pairs of pieces whose distances are computed at once, which bounds the memory."""
+
+MOST_BREACHES = 200_000
+"""Pairs of pieces that are too near; of more the rest is not listed."""
+
+NEAR = 1e-6
+"""m; how nearly the least distance of all is told where it is no breach."""
+
+_WIDTH = Fraction(1, 10**9)
+"""s; how nearly it is told when a breach begins and ends."""
+
+PiecePairs = Iterable[tuple[Indices, Indices]]
+"""Rows of one drone's pieces and of another one's that share some time, block by block."""
+
+
+@dataclass(frozen=True, slots=True)
+class Breach:
+    """Two drones nearer than they may be.
+
+    Attributes:
+        one: Index of a drone.
+        other: Index of another one, above it.
+        limit: What was asked, in m.
+        distance: Reached at `time`, up to rounding, in m.
+        time: When they are nearest, about, in s.
+        start: From when they are too near, in s.
+        stop: Until when, in s.
+        sure: Whether it is refuted that they keep the limit; otherwise only steps between pieces stand against it.
+    """
+
+    one: int
+    other: int
+    limit: float
+    distance: float
+    time: float
+    start: float
+    stop: float
+    sure: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Nearest:
+    """The least distance of all pairs.
+
+    Attributes:
+        low: Proved for all pairs and times, in m.
+        high: Reached at `time`, up to rounding, in m.
+        one: Index of a drone; -1 where there is no pair.
+        other: Index of the other one.
+        time: In s.
+    """
+
+    low: float
+    high: float
+    one: int
+    other: int
+    time: float
+
+
+@dataclass(slots=True)
+class Closest:
+    """What is known of the least distance so far: mutable, as the search for near pieces goes by it.
+
+    Attributes:
+        high: Some pair comes so near, in m.
+        one: Index of a drone of that pair.
+        other: Index of the other one.
+        time: When, in s.
+        low: No pair of pieces that was put aside comes nearer, in m.
+    """
+
+    high: float = np.inf
+    one: int = -1
+    other: int = -1
+    time: float = 0.0
+    low: float = np.inf
+
+    def put_aside(self, squares: Floats) -> None:
+        """Take note of squared distances that pieces are proved to keep."""
+        if len(squares):
+            self.low = min(self.low, _root_down(float(squares.min())))
+
+    def come_to(self, fleet: Fleet, one: Indices, other: Indices, least: Peaks) -> None:
+        """Take note of the least distance that pairs of pieces reach.
+
+        Args:
+            fleet: The drones.
+            one: Rows of one drone's pieces.
+            other: Rows of the other one's.
+            least: Greatest values of their negated squared distances, in m^2.
+        """
+        k = int(np.argmax(least.lower))
+        if (distance := _root_up(-float(least.lower[k]))) < self.high:
+            start, stop = common_time(fleet, int(one[k]), int(other[k]))
+            self.high, self.one, self.other = distance, int(fleet.owner[one[k]]), int(fleet.owner[other[k]])
+            self.time = float(start + (stop - start) * Fraction(float(least.place[k])))
+
+
+@dataclass(frozen=True, eq=False)
+class Separation:
+    """What is asked of pairs.
+
+    Attributes:
+        limits: Least distances of drones given by two arrays of indices, in m.
+        most: The greatest of them all, in m.
+        weight: By which distances in z are multiplied.
+        steps: Bound on each drone's longest step between pieces, weighted, in m. Shape (drones,).
+    """
+
+    limits: Callable[[Indices, Indices], Floats]
+    most: float
+    weight: Fraction
+    steps: Floats
+
+
+@np.errstate(all="ignore")
+def judge_distances(fleet: Fleet, asked: Separation, pairs: PiecePairs, closest: Closest) -> tuple[Nearest, list[Breach]]:
+    """Find every breach and the least distance.
+
+    Args:
+        fleet: The drones.
+        asked: What pairs must keep.
+        pairs: Pieces that may hold a breach or the least distance; of all others it is proved that they do not.
+        closest: What is known of the least distance; it is brought up to date while `pairs` is gone through.
+    """
+    found: list[Breach] = []
+    for one, other in pairs:
+        for low in range(0, len(one), BLOCK):
+            found += _judge(fleet, asked, one[low : low + BLOCK], other[low : low + BLOCK], closest)
+        if len(found) > MOST_BREACHES:
+            closest.low = 0.0  # nothing is claimed of what was not looked at
+            break
+    low = min(closest.low, closest.high)
+    steps = np.sort(asked.steps)[-2:].sum() if len(fleet) > 1 else 0.0
+    low = float(np.nextafter(low - steps * (1 + 2.0**-40), -np.inf)) if steps else low
+    return Nearest(max(low, 0.0), closest.high, closest.one, closest.other, closest.time), _joined(found)
+
+
+def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closest: Closest) -> Iterator[Breach]:
+    """Judge pairs of pieces over the times that both last."""
+    first, second = fleet.owner[one], fleet.owner[other]
+    limits = asked.limits(first, second)
+    steps = asked.steps[first] + asked.steps[second]
+    needed = np.where(steps > 0, np.nextafter(limits + steps * (1 + 2.0**-40), np.inf), limits)
+    level = needed * needed * (1 + 2.0**-50)
+    squares = _squares(fleet, one, other, asked.weight)
+    low = squares.low.min(-1)
+    aside = low >= np.maximum(level, max(closest.high - NEAR, 0.0) ** 2)  # what is not known is looked at
+    closest.put_aside(low[aside])
+    open_ = np.flatnonzero(~aside)
+    if not len(open_):
+        return
+    one, other = one[open_], other[open_]
+    limits, needed, level = limits[open_], needed[open_], level[open_]
+    slack = np.maximum(1e-9 * level, 1e-9)
+    least = peaks(-squares[open_], np.arange(len(open_)), len(open_), slack=slack, critical=-level)
+    closest.come_to(fleet, one, other, least)
+    apart = -least.upper >= level
+    closest.put_aside(-least.upper[apart])
+    for k in np.flatnonzero(~apart).tolist():
+        a, b, limit = int(one[k]), int(other[k]), Fraction(float(limits[k]))
+        start, stop = common_time(fleet, a, b)
+        gap = _gap(fleet, asked.weight, (a, b), (start, stop), Fraction(float(needed[k])))
+        if _nonnegative(gap):
+            closest.low = min(closest.low, max(_root_down(-float(least.upper[k])), float(needed[k])))
+            continue
+        closest.put_aside(-least.upper[k : k + 1])
+        sure = needed[k] == limit or not _nonnegative(_gap(fleet, asked.weight, (a, b), (start, stop), limit))
+        begin, end = _breach_times(gap, start, stop)
+        time = float(start + (stop - start) * Fraction(float(least.place[k])))
+        drones = int(fleet.owner[a]), int(fleet.owner[b])
+        distance = _root_up(-float(least.lower[k]))
+        yield Breach(*drones, float(limit), distance, time, float(begin), float(end), sure)
+
+
+def _squares(fleet: Fleet, one: Indices, other: Indices, weight: Fraction) -> Balls:
+    """Return squared distances during the times that both pieces last. Shape (pairs, 2 degree + 1)."""
+    first, second = fleet.knot[one], fleet.knot[other]
+    begin = _later(fleet.knots[first], fleet.knots[second])
+    end = _sooner(fleet.knots[first + 1], fleet.knots[second + 1])
+    offset = _during(fleet, one, begin, end) - _during(fleet, other, begin, end)
+    if weight != 1:
+        number = float(weight)
+        offset = offset.scaled(np.array([1.0, 1.0, number])[:, None], np.array([0.0, 0.0, abs(number) * 2.0**-52])[:, None])
+    return dot(offset, offset)
+
+
+def _during(fleet: Fleet, rows: Indices, begin: Floats, end: Floats) -> Balls:
+    """Return positions on the parts of pieces between times. Shape (rows, 3, degree + 1)."""
+    positions = fleet.positions(rows)
+    start, stop = fleet.knots[fleet.knot[rows]], fleet.knots[fleet.knot[rows] + 1]
+    cut = np.flatnonzero((start != begin).any(-1) | (stop != end).any(-1))
+    if not len(cut):
+        return positions
+    ahead = _quotient(length_between(start[cut], begin[cut]), length_between(start[cut], stop[cut]))
+    share = _quotient(length_between(begin[cut], end[cut]), length_between(begin[cut], stop[cut]))
+    part = restricted_by(positions[cut], ahead, share)
+    positions.mid[cut], positions.rad[cut] = part.mid, part.rad
+    return positions
+
+
+def _quotient(over: tuple[Floats, Floats], under: tuple[Floats, Floats]) -> Balls:
+    """Return quotients of positive numbers known up to errors, for pieces of three coordinates. Shape (k, 1, 1)."""
+    (a, da), (b, db) = over, under
+    value = a / b
+    off = ((da + value * db) / (b - db) + 2.0**-52 * value) * (1 + 2.0**-40) + 1e-290
+    return Balls(value[:, None, None], off[:, None, None])
+
+
+def _later(a: Floats, b: Floats) -> Floats:
+    """Return the later of exact times, each the sum of two floats."""
+    return np.where(((a[:, 0] > b[:, 0]) | ((a[:, 0] == b[:, 0]) & (a[:, 1] > b[:, 1])))[:, None], a, b)
+
+
+def _sooner(a: Floats, b: Floats) -> Floats:
+    return np.where(((a[:, 0] < b[:, 0]) | ((a[:, 0] == b[:, 0]) & (a[:, 1] < b[:, 1])))[:, None], a, b)
+
+
+def common_time(fleet: Fleet, a: int, b: int) -> tuple[Fraction, Fraction]:
+    """Return from when until when two pieces both last, exact, in s.
+
+    Args:
+        fleet: The drones.
+        a: Row of a piece.
+        b: Row of another one.
+    """
+    return max(fleet.start(a), fleet.start(b)), min(fleet.stop(a), fleet.stop(b))
+
+
+def _gap(fleet: Fleet, weight: Fraction, rows: tuple[int, int], times: tuple[Fraction, Fraction], limit: Fraction) -> fmpq_poly:
+    """Return the squared distance less the squared limit, exactly, on [0, 1] over the common time."""
+    start, stop = times
+    parts: list[list[fmpq_poly]] = []
+    for row in rows:
+        begin, length = fleet.start(row), fleet.stop(row) - fleet.start(row)
+        parts.append([exact.on_unit_interval(p, (start - begin) / length, (stop - begin) / length) for p in fleet.exactly(row)])
+    offset = [p - q for p, q in zip(*parts, strict=True)]
+    offset[2] *= exact.rational(weight)
+    return sum((p * p for p in offset), fmpq_poly([0])) - exact.rational(limit * limit)
+
+
+def _breach_times(gap: fmpq_poly, start: Fraction, stop: Fraction) -> tuple[Fraction, Fraction]:
+    """Return from when until when a polynomial on [0, 1] is below zero at some time, outermost."""
+    length = stop - start
+    places = [
+        Fraction(0),
+        *((r.low + r.high) / 2 for r in exact.roots(gap, Fraction(0), Fraction(1), _WIDTH / length)),
+        Fraction(1),
+    ]
+    below = [(low, high) for low, high in pairwise(places) if low < high and gap(exact.rational((low + high) / 2)) < 0]
+    if not below:
+        return start, stop
+    return start + length * below[0][0], start + length * below[-1][1]
+
+
+def _nonnegative(p: fmpq_poly) -> bool:
+    return exact.nonnegative(p, Fraction(0), Fraction(1))
+
+
+def _joined(found: list[Breach]) -> list[Breach]:
+    """Put together what goes on from one piece to the next, worst breach first."""
+    result: list[Breach] = []
+    for breach in sorted(found, key=lambda b: (b.one, b.other, b.start)):
+        last = result[-1] if result else None
+        if last is not None and (last.one, last.other) == (breach.one, breach.other) and breach.start <= last.stop + 1e-9:
+            worst = min(last, breach, key=lambda b: b.distance)
+            result[-1] = replace(
+                worst, start=min(last.start, breach.start), stop=max(last.stop, breach.stop), sure=last.sure or breach.sure
+            )
+        else:
+            result.append(breach)
+    result.sort(key=lambda b: (b.distance - b.limit, b.start))
+    return result
+
+
+def _root_down(value: float) -> float:
+    return float(np.nextafter(np.sqrt(value), -np.inf)) if value > 0 else 0.0
+
+
+def _root_up(value: float) -> float:
+    return float(np.nextafter(np.sqrt(max(value, 0.0)), np.inf))
