@@ -24,7 +24,7 @@ import refine
 import verify
 from tests.helpers.flights import small_mission, wandering
 from tests.helpers.timelines import APART, mission, timeline
-from verify.behaviour import team_answers
+from verify.behaviour.apart import team_answers
 from verify.behaviour.word_claims import judge_formula
 from verify.data import Mission, parse_mission
 from verify.motion.paths import read_team
