@@ -254,7 +254,9 @@ def _assignment(
     if mission.planner.objective == "sum" or len(robots) == 1:
         return Assignment(robots, total, least, found.stopped is None, found.tried, tuple(notes))
     if not exhausted:
-        notes.append("Finding the cheapest dearest robot takes too many states; the plan has the smallest sum of costs.")
+        notes.append(
+            "Finding the cheapest dearest robot takes too many states; a plan whose dearest robot costs less may exist."
+        )
     return Assignment(robots, bottleneck, bottleneck if exhausted else bound, exhausted, found.tried, tuple(notes))
 
 

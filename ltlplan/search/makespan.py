@@ -17,6 +17,7 @@ from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoid
 from ltlplan.search.bounds.heuristic import UNREACHABLE
+from ltlplan.search.insertion import share_by_insertion
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
 from ltlplan.search.team_search import PlanningOutcome, TeamRun, moves, plan_team
 from ltlplan.search.team_states import SearchStates, TeamStates
@@ -76,6 +77,9 @@ class Rule:
         return max(reached, own, (own + rest) / left) if self.longest else reached + rest
 
 
+MANY = 10
+"""Robots from which on tasks are shared by insertion before any search: where its bound is met there is nothing to search for."""
+
 _MAKESPAN = Rule()
 _SLACK = 1e-6
 """What the tiny amounts that break ties may add to a robot's cost."""
@@ -84,7 +88,8 @@ _SLACK = 1e-6
 def plan_makespan(team: Team, task: Task, budget: Budget, rule: Rule = _MAKESPAN) -> tuple[PlanningOutcome, float, bool]:
     """Return the best plan by a rule, a lower bound on its objective, and whether the search was exhausted.
 
-    Where a tenth of the budget of states does not suffice, the plan with the smallest sum is returned instead, if the rule allows it.
+    Many robots' tasks are shared by `insertion` first, which ends the matter where its bound is met. Where a tenth of the budget of
+    states does not suffice for a search, that stands, or else the plan with the smallest sum, if the rule allows it.
 
     Args:
         team: Whose graph.
@@ -100,6 +105,19 @@ def plan_makespan(team: Team, task: Task, budget: Budget, rule: Rule = _MAKESPAN
     def elements_of(run: TeamRun) -> list[Element]:
         return [everything.of(letters) for letters in team.letters_of(run.paths)]
 
+    def inserted() -> tuple[PlanningOutcome, float, bool] | None:
+        shared = share_by_insertion(graph, task, rule.allows, budget.states // 10) if rule.longest else None
+        if shared is None:
+            return None
+        run = TeamRun(shared.paths, sum(shared.costs), 0, shared.reached)
+        if check.failing_parts(elements_of(run)):
+            return None
+        bound = max(shared.bound, _spread(graph, task, rule))
+        return PlanningOutcome(run, run, 1, None, bound), bound, max(shared.costs) <= bound + _SLACK
+
+    first = inserted() if len(team) >= MANY else None
+    if first is not None and first[-1]:
+        return first
     found, exhausted = best_by_rule(
         graph,
         lambda tracked: TeamStates(graph, task, tracked),
@@ -108,7 +126,19 @@ def plan_makespan(team: Team, task: Task, budget: Budget, rule: Rule = _MAKESPAN
         budget,
         rule,
     )
-    return (found if exhausted else _by_sum(team, task, budget, rule)), found.bound, exhausted
+    if exhausted:
+        return found, found.bound, True
+    shared = first or inserted()
+    if shared is not None:
+        return shared[0], max(found.bound, shared[1]), False
+    return _by_sum(team, task, budget, rule), found.bound, False
+
+
+def _spread(graph: ReducedGraph, task: Task, rule: Rule) -> float:
+    """Return a lower bound on the objective: what is surely to be flown in all, spread evenly over all robots."""
+    states = TeamStates(graph, task)
+    begin = states.after(states.initial, graph.label[0][graph.start[0]])
+    return 0.0 if begin == DEAD else rule.bound(0.0, 0.0, states.rest(begin, 0, graph.start[0]), len(graph.start)) - _SLACK
 
 
 def best_by_rule(  # as many as a search and its checks have: see `refined_until_kept`, and the rule

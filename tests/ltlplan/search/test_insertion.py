@@ -1,0 +1,116 @@
+"""Tasks shared by auctions and exchanges, held against exact searches on any graphs and against what many alike robots need."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
+from ltlplan.logic.conjunction import conjunct_automata
+from ltlplan.logic.task import Task
+from ltlplan.search.exact import assign
+from ltlplan.search.insertion import share_by_insertion
+from ltlplan.search.makespan import MANY, plan_makespan
+from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
+from ltlplan.systems.transition_systems import TransitionSystem
+from tests.helpers.graphs import systems, tasks
+from verify import check_team
+from verify.data import Formula, Mission, Word, parse_formula, parse_mission
+
+
+def shared(each: list[TransitionSystem], formula: Formula, *, most: float = math.inf, states: int = 10_000):
+    team = Team(each)
+    task = Task(conjunct_automata(formula, "finite"), team.letters)
+    return share_by_insertion(ReducedGraph(team, *letter_classes(task)), task, lambda _, cost: cost <= most, states)
+
+
+VISITS = st.sampled_from(
+    ["F a", "F b & F c", "F a & F b & F c", "F(a & F b) & F c", "F a & G !(a & b)", "F(a | b) & F c & G !(b & c)"]
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(systems(), min_size=1, max_size=3), st.one_of(VISITS.map(parse_formula), tasks(with_next=False)))
+def test_its_paths_do_the_tasks_and_its_bound_is_one(each: list[TransitionSystem], formula: Formula) -> None:
+    found = shared(each, formula)
+    if found is None:
+        return
+    for system, path, cost in zip(each, found.paths, found.costs, strict=True):
+        assert path[0] == system.initial
+        steps = [min(c for node, c in system.edges[a] if node == b) for a, b in itertools.pairwise(path)]
+        ending = 0.0 if system.final is None else system.final[path[-1]]
+        assert cost == pytest.approx(sum(steps) + ending, abs=1e-6)
+    team = Team(each)
+    best, bound, exhausted = plan_makespan(team, Task(conjunct_automata(formula, "finite"), team.letters), DEFAULT_BUDGET)
+    words = {f"r{i}": Word(tuple(each[i].labels[node] for node in path)) for i, path in enumerate(found.paths)}
+    if exhausted and best.run is not None:
+        assert found.bound <= bound + 1e-6
+        assert not check_team(formula, words).sequential or max(found.costs) >= bound - 1e-6
+
+
+def test_one_robot_for_each_of_two_visits_that_it_alone_can_make() -> None:
+    free, a, b = frozenset[str](), frozenset({"a"}), frozenset({"b"})
+    left = TransitionSystem(labels=(free, a, b), edges=(((1, 1.0), (2, 5.0)), ((0, 1.0),), ((0, 5.0),)), initial=0)
+    right = TransitionSystem(labels=(free, a, b), edges=(((1, 5.0), (2, 2.0)), ((0, 5.0),), ((0, 2.0),)), initial=0)
+    found = shared([left, right], parse_formula("F a & F b"))
+    assert found is not None
+    assert found.costs == pytest.approx((1.0, 2.0), abs=1e-6)
+    assert found.bound == pytest.approx(2.0, abs=1e-5)
+    assert shared([left, right], parse_formula("F a & F b"), most=1.5) is None
+    assert shared([left, right], parse_formula("!a U b")) is None  # what can be lost is no task
+
+
+def test_what_was_found_until_the_states_are_used_up_stands() -> None:
+    free = frozenset[str]()
+    names = [frozenset({name}) for name in "abc"]
+    labels = (free, *names)
+    edges = tuple(tuple((j, abs(i - j) + 0.5) for j in range(4) if j != i) for i in range(4))
+    each = [TransitionSystem(labels=labels, edges=edges, initial=0) for _ in range(2)]
+    formula = parse_formula("F a & F b & F c")
+    assert shared(each, formula, states=3) is None
+    found = shared(each, formula)
+    assert found is not None
+    assert found.reached < 10_000
+
+
+def grid(robots: int, *, goals: int | None = None, extra: str = "") -> Mission:
+    """Robots in rows of 1.5 m, each with a goal as far ahead as everyone's rows are deep."""
+    side = math.ceil(math.sqrt(robots))
+    places = [(i % side * 1.5, i // side * 1.5) for i in range(robots)]
+    formula = " & ".join(f"F g{i}" for i in range(robots if goals is None else goals)) + extra
+    lines = [f"format: 1\nname: grid\nspec: {{formula: {formula!r}}}\nregions:"]
+    lines += [f"  g{i}: {{center: [{x}, {y + side * 1.5 + 2}, 1], radii: [0.2, 0.2, 0.2]}}" for i, (x, y) in enumerate(places)]
+    lines += ["agents:", *(f"  q{i}: {{start: [{x}, {y}, 1]}}" for i, (x, y) in enumerate(places))]
+    lines += [f"vehicle: crazyflie-2.1\nworkspace: {{min: [-3, -3, 0.2], max: [{side * 1.5 + 3}, {side * 3 + 6}, 4]}}"]
+    return parse_mission("\n".join([*lines, "planner: {objective: longest}\n"]))
+
+
+@pytest.mark.parametrize("robots", [MANY, 30])
+def test_many_alike_robots_each_take_one_goal_and_none_can_take_less(robots: int) -> None:
+    found = assign(grid(robots))
+    assert found.complete
+    assert [len(does.visits) for does in found.robots.values()] == [1] * robots
+    assert len({does.visits[0].region for does in found.robots.values()}) == robots
+    ahead = math.ceil(math.sqrt(robots)) * 1.5 + 2
+    assert found.cost == pytest.approx(ahead, abs=1e-4)
+    assert found.lower_bound == pytest.approx(ahead, abs=1e-4)
+
+
+def test_more_tasks_than_robots_are_shared_within_the_bound_that_is_told() -> None:
+    mission = grid(16)
+    few = dict(list(mission.agents.items())[:10])
+    found = assign(mission.model_copy(update={"agents": few}), budget=Budget(states=20_000))
+    words = {name: does.word for name, does in found.robots.items()}
+    assert check_team(mission.formula, words).sequential
+    assert found.lower_bound is not None
+    assert 8.0 - 1e-4 <= found.lower_bound <= found.cost <= 1.3 * found.lower_bound
+
+
+def test_visits_that_must_not_meet_are_kept_apart_by_whoever_makes_them() -> None:
+    mission = grid(12, extra=" & G(g0 -> !F g1)")
+    found = assign(mission, budget=Budget(states=20_000))
+    assert check_team(mission.formula, {name: does.word for name, does in found.robots.items()}).sequential
