@@ -46,3 +46,27 @@ def random_timeline(rng: Random, robot: str, *, busy: float, cycle: bool = False
     actions = (fill(rng.randint(1, _END - 1)),) if rng.random() < 0.2 else ()
     lap = Fraction(rng.randint(0, _END - 1)) if cycle else None
     return Timeline(robot, initial, tuple(changes), Fraction(_END), actions=actions, cycle=lap)
+
+
+SHORT = 5
+
+
+def short_timeline(rng: Random, robot: str, *, touching: bool) -> Timeline:
+    """Regions a and b over 5 s, with up to two changes each, at the very ends too; `touching`: whether enclosures may share an end."""
+    initial: dict[str, Status] = {"c": "no"}
+    changes: list[Change] = []
+    for name in "ab":
+        status: Status = rng.choice(["no", "no", "may", "must"])
+        initial[name] = status
+        time = rng.randint(0, 3)
+        for _ in range(rng.choice([0, 1, 1, 2])):
+            width = rng.choice([0, 0, 1, 2])
+            if time + width > SHORT:
+                break
+            others: list[Status] = [s for s in ("no", "may", "must") if s != status]
+            status = rng.choice(others)
+            changes.append(Change(Enclosure(Fraction(time), Fraction(time + width)), name, status))
+            time += width + rng.randint(0 if touching else 1, 3)
+    changes.sort(key=lambda change: change.time.low)
+    actions = (fill(rng.randint(1, SHORT - 1)),) if rng.random() < 0.2 else ()
+    return Timeline(robot, initial, tuple(changes), Fraction(SHORT), actions=actions)

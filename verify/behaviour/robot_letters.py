@@ -231,7 +231,8 @@ class _Unfolding:
     def _initial(self) -> Iterator[_Key]:
         modes = self.slots[0].modes
         fixed = frozenset(region for region, mode in modes.items() if mode in ("must", "fall"))
-        for extra in _subsets([region for region, mode in modes.items() if mode == "may"], empty=True):
+        # regions are closed: one that is entered at time 0 may hold the robot there from the beginning
+        for extra in _subsets([region for region, mode in modes.items() if mode in ("may", "rise")], empty=True):
             if self.relations.allows(fixed | extra):
                 yield 0, fixed | extra, 0, self.timeline.internal
 
@@ -267,10 +268,8 @@ class _Unfolding:
         slot, inside, done, _ = key
         if slot != self.last or done != len(self.timeline.actions):
             return False
-        return all(
-            not (mode == "rise" and region not in inside) and not (mode == "fall" and region in inside)
-            for region, mode in self.slots[slot].modes.items()
-        )
+        # regions are closed: one that is left at the very end may hold the robot until then
+        return all(region in inside for region, mode in self.slots[slot].modes.items() if mode == "rise")
 
 
 def _window(action: InternalChange) -> tuple[Fraction, Fraction]:

@@ -1,0 +1,109 @@
+"""The judge of words against brute force: random formulas, counts included, and teams; words alone, and flights over time.
+
+Both answers must be equal, for every formula and every team; where they differ, one of the two is wrong.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from random import Random
+
+import pytest
+
+from tests.helpers.brute_force import Timed, Together, is_word, outcomes
+from tests.helpers.plain_team_words import holds, in_turn
+from tests.helpers.random_counts import random_counting_formula
+from tests.helpers.random_teams import random_formula, short_timeline
+from tests.helpers.timelines import at, mission
+from verify import check_team
+from verify.behaviour.timeline import Change, Relations, Timeline
+from verify.behaviour.word_claims import judge_formula
+from verify.data import Formula, parse_formula
+from verify.logic.verdict import TeamVerdict
+
+NAMES = ("quad0", "quad1", "quad2")
+
+
+def asked(rng: Random, robots: tuple[str, ...], size: int) -> tuple[Formula, str]:
+    """Return a formula and how the team is read."""
+    if rng.random() < 0.45:
+        return random_counting_formula(rng, rng.randint(1, size), robots), "joint"
+    return random_formula(rng, rng.randint(1, size)), rng.choice(["own", "joint"])
+
+
+def words_agree(rng: Random) -> str:
+    robots = NAMES[: rng.randint(1, 3)]
+    formula, reading = asked(rng, robots, 7)
+    words = {
+        robot: tuple(frozenset(name for name in "abc" if rng.random() < 0.4) for _ in range(rng.randint(1, 3)))
+        for robot in robots
+    }
+    verdict = check_team(formula, words, reading)
+    everywhere = Together(words, reading)
+    case = str(formula), reading, words
+    assert verdict.parallel.outcome == ("holds" if outcomes(formula, robots, everywhere) == {True} else "fails"), case
+    if reading == "joint":
+        assert bool(verdict.sequential) == all(holds(formula, word) for word in in_turn(words)), case
+    _shows_a_word(verdict, formula, everywhere, reading)
+    return verdict.parallel.outcome
+
+
+def _shows_a_word(verdict: TeamVerdict, formula: Formula, words: Together, reading: str) -> None:
+    """A counterexample is a word of the team, and breaks the formula."""
+    if verdict.parallel or formula.counts:
+        return
+    letters = [letter for _, letter in verdict.parallel.readings()]
+    assert not holds(formula, [{"": letter} for letter in letters]), str(formula)
+    assert is_word(letters, words, lambda held: frozenset().union(*held.values())), (str(formula), letters)
+
+
+def flights_agree(rng: Random) -> tuple[str, bool]:
+    robots = tuple(f"q{i}" for i in range(rng.choice([1, 2, 2, 3])))
+    formula, reading = asked(rng, robots, 6)
+    touching = rng.random() < 0.3
+    lines = {robot: short_timeline(rng, robot, touching=touching) for robot in robots}
+    error = rng.choice([0, 0, 0, 1]) if len(robots) == 2 else 0
+    given = mission(str(formula), team=reading, robots=len(robots))
+    (verdict,) = judge_formula(given, lines, Relations(), clock_error=Fraction(error), detail="answer")
+    mine = outcomes(formula, robots, Timed(lines, reading, error)) == {True}
+    if touching:  # where enclosures meet the judge leaves the region open
+        assert mine or not verdict, (str(formula), reading, error, lines)
+    else:
+        assert verdict.outcome == ("holds" if mine else "fails"), (str(formula), reading, error, lines)
+    return verdict.outcome, mine
+
+
+@pytest.mark.parametrize(("seed", "number"), [(1, 150), *(pytest.param(s, 4000, marks=pytest.mark.slow) for s in (2, 3, 4))])
+def test_words_of_teams(seed: int, number: int) -> None:
+    rng = Random(seed)
+    assert {words_agree(rng) for _ in range(number)} == {"holds", "fails"}
+
+
+@pytest.mark.parametrize(("seed", "number"), [(1, 12), *(pytest.param(s, 1000, marks=pytest.mark.slow) for s in (2, 3, 4))])
+def test_flights_of_teams(seed: int, number: int) -> None:
+    rng = Random(seed)
+    found = {flights_agree(rng) for _ in range(number)}
+    assert found >= {("holds", True), ("fails", False)}
+
+
+@pytest.mark.parametrize(
+    ("formula", "status", "changes", "holds"),
+    [
+        ("F !a", "must", [(4, 5, "no")], False),
+        ("F !a", "must", [(4, 4.5, "no")], True),
+        ("F(!a & F a)", "no", [(4, 5, "must")], True),
+        ("!a", "no", [(0, 1, "must")], False),
+        ("!a", "no", [(0.5, 1, "must")], True),
+        ("a", "must", [(0, 0, "no")], True),
+    ],
+)
+def test_regions_are_closed_at_the_very_ends_of_a_flight(
+    formula: str, status: str, changes: list[tuple[float, float, str]], holds: bool
+) -> None:
+    found = tuple(Change(at(low, high), "a", after) for low, high, after in changes)
+    line = Timeline("q0", {"a": status, "b": "no", "c": "no"}, found, Fraction(5))
+    assert bool(judge_formula(mission(formula), {"q0": line}, Relations())[0]) == holds
+    mine = (
+        outcomes(parse_formula(formula), ("q0",), Timed({"q0": line}, "own")) if float(changes[0][1]).is_integer() else {holds}
+    )
+    assert (mine == {True}) == holds
