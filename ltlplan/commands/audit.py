@@ -21,7 +21,8 @@ def command(
     files: Annotated[
         list[Path],
         typer.Argument(
-            help="A folder of CSV files, ROBOT.csv each as crazyswarm2 has them, or such files.", show_default=False
+            help="A Skybrush show (.skyc), or a folder of ROBOT.csv files as crazyswarm2 has them, or such files.",
+            show_default=False,
         ),
     ],
     mission: Annotated[

@@ -128,7 +128,7 @@ def audit(
     """Judge what others planned, for all times.
 
     Args:
-        files: A folder of CSV files, each of one robot as crazyswarm2 has them, or the files.
+        files: A Skybrush show (`.skyc`), or a folder of CSV files, each of one robot as crazyswarm2 has them, or the files.
         mission: Whose agents they are: its workspace, separation, vehicles' limits and margin are asked.
         limits: Single limits, in place of the mission's or beside it.
         progress: Called with what is being done and the share that is done.

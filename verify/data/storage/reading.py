@@ -83,12 +83,13 @@ def decoded(data: bytes, source: str, what: str) -> str:
         raise BadInput(f"{source} is not UTF-8 text (byte {error.start}); a {what} is text.") from None
 
 
-def parse_json(text: str | bytes, source: str) -> Any:  # of any type: what JSON may hold
+def parse_json(text: str | bytes, source: str, *, finite: bool = True) -> Any:  # of any type: what JSON may hold
     """Read JSON in which every name and number has one meaning.
 
     Args:
         text: The text, or its bytes in UTF-8.
         source: Names it in messages.
+        finite: Whether numbers that no float holds are refused here, one by one; False for a reader of millions that looks itself.
 
     Raises:
         BadInput: It is no JSON, a key stands twice in one object, a number is none or too large for a float, a text
@@ -100,7 +101,7 @@ def parse_json(text: str | bytes, source: str) -> Any:  # of any type: what JSON
         value = json.loads(
             text,
             parse_constant=_refuse_constant,
-            parse_float=_finite,
+            parse_float=_finite if finite else None,
             parse_int=_integer,
             object_pairs_hook=_no_duplicates,
         )
