@@ -67,6 +67,9 @@ EQUIVALENT: dict[str, str] = {
     "np.abs(corners @ body.normals.T - body.distances) < _ON * (1 + np.abs(corners).max(initial=0.0))": (
         "a corner lies on a face but for rounding, or much farther away"
     ),
+    "_at_sample: level[0] + slack <= (1 - reach) ** 2 -> level[0] + slack < (1 - reach) ** 2": (
+        "a sample that is inside by just the slack is no longer said to be: one float, on the side that says less"
+    ),
     "moved: True -> False": "points of three coordinates are paired, always",
 }
 """By the fault's name."""

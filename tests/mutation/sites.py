@@ -78,8 +78,12 @@ _Found = tuple[ast.expr, str, bool, Callable[[ast.expr], None]]
 
 
 def draw(count: int, seed: int, package: str = "verify") -> list[Fault]:
-    """Draw faults at random: the same ones for a seed wherever the code around them is the same."""
-    found = [fault for path in sorted((ROOT / package).rglob("*.py")) for fault in faults(path)]
+    """Draw faults at random: the same ones for a seed wherever the code around them is the same.
+
+    Strategies (`verify.testing.drawn_*`) are left out: they judge nothing, and what they draw may be other things as well.
+    """
+    paths = [path for path in sorted((ROOT / package).rglob("*.py")) if not path.name.startswith("drawn_")]
+    found = [fault for path in paths for fault in faults(path)]
     found.sort(key=lambda fault: (hashlib.sha256(f"{seed}:{fault.name}".encode()).digest(), fault.path))
     return found[:count]
 

@@ -45,6 +45,17 @@ def test_each_agent_sees_the_mission_with_its_own():
     assert alike.seen_by("r0") is alike
 
 
+def test_without_edges_a_kind_goes_from_everywhere_to_every_region_that_is_open_to_it():
+    mission = mixed("F smoke", desk=", only: [scout]").changed(environment=None)
+    assert mission.seen_by("fast").environment is None
+    open_to_slow = mission.seen_by("slow").environment
+    assert open_to_slow is not None
+    assert open_to_slow.directed
+    assert sorted(open_to_slow.edges) == sorted(
+        (a, b) for b in ("water", "smoke") for a in (open_to_slow.start, "water", "smoke", "desk") if a != b
+    )
+
+
 def test_a_mission_of_one_kind_is_written_as_before():
     resolved = small_mission().resolved()
     assert "robots" not in resolved
