@@ -16,7 +16,7 @@ import numpy as np
 from numpy.random import Generator
 
 from verify.data import Mission, RobotPlan, Visit, Word
-from verify.data.plan import Meeting
+from verify.data.plan import Meeting, Precedence
 from verify.data.progress import Progress, silent
 from verify.data.shapes.inequalities import Point
 
@@ -71,6 +71,7 @@ class Allocation:
         complete: Whether the method has ruled out cheaper ones.
         notes: Sentences for a person.
         meetings: Arrivals that others wait for before they set out.
+        precedences: Waits under which the words satisfy the formula, where they do not in every order of the robots.
     """
 
     robots: Mapping[str, Itinerary]
@@ -81,6 +82,7 @@ class Allocation:
     complete: bool = False
     notes: tuple[str, ...] = ()
     meetings: tuple[Meeting, ...] = ()
+    precedences: tuple[Precedence, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

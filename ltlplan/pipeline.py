@@ -64,6 +64,7 @@ def plan(
         InternalError: The words of one of our methods fail in the checker.
     """
     from verify import check_team, check_word
+    from verify.words.planned_order import check_planned_order
 
     mission = as_mission(mission)
     if mission.soft_parts and mission.passages is None:
@@ -80,6 +81,8 @@ def plan(
         verdict = check_word(mission.formula, word.prefix, word.cycle)
     elif made.meetings:
         return made  # its words hold in the order of its meetings alone, which the certificate proves of the flight
+    elif made.precedences:
+        verdict = check_planned_order(made)
     else:
         verdict = check_team(mission.formula, words, reading=mission.spec.team).sequential
     if verdict.outcome == "fails" and made.method == SEQUENCE:

@@ -73,7 +73,8 @@ def make_plan(
     if first.paths is not None:
         from ltlplan.search.shared_walls import open_wall
 
-        if (wall := open_wall(mission, {name: does.word for name, does in first.robots.items()})) is not None:
+        words = {name: does.word for name, does in first.robots.items()}
+        if not first.precedences and (wall := open_wall(mission, words)) is not None:
             raise wall
         return plan_of(mission, first, first.paths, method=name)
     from ltlplan.paths.nominal import nominal_paths
@@ -113,8 +114,13 @@ def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotP
         cost=team_cost(mission, costs),
         lower_bound=allocation.lower_bound,
         complete=allocation.complete,
+        precedences=allocation.precedences,
         meetings=allocation.meetings,
-        notes=allocation.notes if minimised is None else (*allocation.notes, f"Minimised: {minimised}."),
+        notes=(
+            *allocation.notes,
+            *(f"Precedence: {each.sentence(paths)}." for each in allocation.precedences),
+            *([] if minimised is None else [f"Minimised: {minimised}."]),
+        ),
     )
 
 

@@ -49,12 +49,11 @@ def feedback_of(plan: Plan, witnesses: tuple[Witness, ...]) -> Feedback:
             precedences += [Precedence(first=first, then=then) for first, then in witness.order]
         else:
             clearance.update(dict.fromkeys(names, 1))
-    unique = tuple(dict.fromkeys((p.first, p.then) for p in precedences))
     return Feedback(
         limits,
         {name: 5e-3 * count for name, count in clearance.items()},
         distance,
-        (*(Precedence(first=f, then=t) for f, t in unique), *plan.meetings),
+        (*dict.fromkeys(precedences), *plan.meetings),
     )
 
 

@@ -82,7 +82,8 @@ def nominal_paths(
             paths: dict[str, RobotPlan] = {}
             notes: list[str] = []
             try:
-                if (wall := open_wall(mission, {name: does.word for name, does in found.robots.items()})) is not None:
+                words = {name: does.word for name, does in found.robots.items()}
+                if not found.precedences and (wall := open_wall(mission, words)) is not None:
                     blocked_robot[_key(found)] = wall.robot
                     raise wall
                 for name, does in found.robots.items():

@@ -49,8 +49,8 @@ def exact(mission: Mission, context: Context) -> Allocation:
         TooLarge: A budget was used up before an answer was found.
     """
     by_metres = exact_by_legs(mission, context)
-    if is_counted_by_legs(mission):
-        return by_metres
+    if is_counted_by_legs(mission) or by_metres.meetings or by_metres.precedences:
+        return by_metres  # robots that wait for each other fly the words that were planned together
     prices = _Prices(mission)
     priced = _compared(mission, context, prices, by_metres)
     last = [found for price, _, found in sorted(priced, key=itemgetter(0, 1)) if math.isfinite(price)][:_IMPROVED]
@@ -105,7 +105,7 @@ def _compared(mission: Mission, context: Context, prices: _Prices, first: Alloca
             return
         legs = (leg for name, does in other.robots.items() for leg in does.legs(mission, name))
         key = _key(other)
-        if key not in keys and not any(map(shut.forbids, legs)):
+        if key not in keys and not (other.meetings or other.precedences or any(map(shut.forbids, legs))):
             keys.add(key)
             allocation = Allocation(robots=other.robots, cost=other.cost, notes=other.notes)
             found.append((prices.of(allocation), len(found), allocation))

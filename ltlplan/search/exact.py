@@ -23,6 +23,7 @@ from ltlplan.search.counts.meetings import meetings_of
 from ltlplan.search.counts.planning import plan_counts
 from ltlplan.search.counts.refusals import no_counted_plan
 from ltlplan.search.endurance import over_endurance, require_endurance
+from ltlplan.search.interleavings.ordered_plans import plan_ordered
 from ltlplan.search.joint.team_words import joint_possible, plan_joint, plan_joint_makespan
 from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso
 from ltlplan.search.lassos.word_lasso import closes_at_once, improve_lasso
@@ -38,7 +39,7 @@ from verify.data import Formula, Infeasible, InternalError, Mission, Unsatisfiab
 from verify.data.language.counting import Atom, atoms
 from verify.data.language.formula import FALSE
 from verify.data.language.word import stutter_free
-from verify.data.plan import Meeting
+from verify.data.plan import Meeting, Precedence
 from verify.data.shapes.inequalities import Point
 
 TIES = 1e-6  # m, more than the tiny amounts that break ties between equally dear plans add up to
@@ -58,6 +59,7 @@ class Assignment:
         tried: Complete plans that were checked in every order.
         notes: Sentences for a person.
         meetings: Arrivals that others wait for before they set out.
+        precedences: Waits under which the words satisfy the formula, where they do not in every order of the robots.
     """
 
     robots: dict[str, Itinerary]
@@ -67,6 +69,7 @@ class Assignment:
     tried: int
     notes: tuple[str, ...] = ()
     meetings: tuple[Meeting, ...] = ()
+    precedences: tuple[Precedence, ...] = ()
 
 
 def assign(
@@ -169,6 +172,10 @@ def _assign(mission: Mission, cost: Cost | None, metre: Mapping[str, float] | No
         else:
             found = plan_team(team, task, budget)
     if found.run is None:
+        ordered = None if len(each) == 1 else _assign_ordered(mission, systems, each, automata, atoms(asked))
+        if ordered is not None:
+            require_endurance(mission, systems, ordered.robots)
+            return ordered
         raise _NoWords(lambda: _no_plan(mission, systems, each, found, joint=joint))
     plan = _assignment(mission, each, found, bound, exhausted)
     require_endurance(mission, systems, plan.robots)
@@ -208,6 +215,29 @@ def _assign_counted(
         notes.append("With counts the plan has the smallest sum of costs; its dearest robot may not be the cheapest.")
         total, least = max(robot.cost for robot in robots.values()), least / len(robots)
     return Assignment(robots, total, least, complete and not longest, 1, (*notes, *systems.unclear()), tuple(waits))
+
+
+def _assign_ordered(
+    mission: Mission, systems: Systems, each: list[TransitionSystem], automata: Sequence[Automaton], known: dict[str, Atom]
+) -> Assignment | None:
+    """Plan words that hold under precedences between events, where none hold in every order of the robots; None where none do."""
+    found = plan_ordered(each, automata, known, joint=mission.spec.team == "joint")
+    if found is None:
+        return None
+    robots = {name: itinerary(system, path) for name, system, path in zip(mission.agents, each, found.paths, strict=True)}
+    total = sum(robot.cost for robot in robots.values())
+    notes = [
+        "No words hold in every order of the robots; these hold under the plan's precedences: every team word that keeps them satisfies "
+        f"the formula. The search reached {found.reached:,} states of all robots together."
+    ]
+    if mission.planner.objective == "sum":
+        return Assignment(
+            robots, total, max(0.0, total - TIES), True, 1, (*notes, *systems.unclear()), precedences=found.precedences
+        )
+    notes.append("With precedences the plan has the smallest sum of costs; its dearest robot may not be the cheapest.")
+    dearest = max(robot.cost for robot in robots.values())
+    least = max(0.0, total / len(robots) - TIES)
+    return Assignment(robots, dearest, least, False, 1, (*notes, *systems.unclear()), precedences=found.precedences)
 
 
 def _asked(mission: Mission, systems: Sequence[TransitionSystem]) -> Formula:

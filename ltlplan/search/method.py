@@ -44,6 +44,7 @@ def exact(mission: Mission, context: Context) -> Allocation:
         complete=found.complete,
         notes=found.notes,
         meetings=found.meetings,
+        precedences=found.precedences,
     )
 
 

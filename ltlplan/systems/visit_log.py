@@ -40,6 +40,10 @@ class VisitLog:
                 self._left[visit] = len(self._left)
         return new
 
+    def current(self, region: str) -> int:
+        """Return which visit of the way, as begun, the robot is making in a region; `numbers` says its place among all."""
+        return self._current[region]
+
     def stop(self, region: str) -> None:
         """Take note that the robot rests in a region that it is in: where it starts, or in its middle."""
         self._stops.append(self._current[region])
@@ -57,8 +61,13 @@ class VisitLog:
     @property
     def stops(self) -> tuple[int, ...]:
         """Index of the visit that each stop belongs to, in order; a start inside regions is the first stop."""
-        place = {visit: index for index, visit in enumerate(self._order)}
+        place = self.numbers
         return tuple(place[visit] for visit in self._stops)
+
+    @property
+    def numbers(self) -> dict[int, int]:
+        """For each visit, as begun, its index among the visits."""
+        return {visit: index for index, visit in enumerate(self._order)}
 
     @property
     def _order(self) -> list[int]:

@@ -43,9 +43,11 @@ class ScheduledPath:
         name: The robot's.
         path: From its departure; before and after it hovers. At least three axes.
         visits: (enter, leave) of each visit in s after departure.
+        earliest: Least departure, s.
         arrives: When it has come to each visit's place, or deep into its region where it flies on, s after departure; only for meetings.
         sets_out: When it sets out for visits for which it waits for others to arrive, s after departure.
-        earliest: Least departure, s.
+        inside: For each visit from when to when it is inside for sure, s after departure; only where precedences ask for it.
+        acts: For each visit with actions, when it makes the first and the last of them, s after departure; likewise.
     """
 
     name: str
@@ -54,16 +56,26 @@ class ScheduledPath:
     earliest: float
     arrives: tuple[float, ...] = ()
     sets_out: Mapping[int, float] = field(default_factory=dict[int, float])
+    inside: tuple[tuple[float, float], ...] = ()
+    acts: Mapping[int, tuple[float, float]] = field(default_factory=dict[int, tuple[float, float]])
 
     def done(self, wait: Wait) -> float:
         """Return when it has done what others wait for, in s after departure."""
         visit = wait.first[1]
-        return self.arrives[visit] + GRID if isinstance(wait, Meeting) else self.visits[visit][1]
+        if isinstance(wait, Meeting):
+            return self.arrives[visit] + GRID
+        if wait.done == "left":
+            return self.visits[visit][1]
+        return (self.inside[visit][0] if wait.done == "entered" else self.acts[visit][1]) + GRID
 
     def due(self, wait: Wait) -> float:
         """Return when it does what waits for others, in s after departure."""
         visit = wait.then[1]
-        return self.sets_out[visit] if isinstance(wait, Meeting) else self.visits[visit][0]
+        if isinstance(wait, Meeting):
+            return self.sets_out[visit]
+        if wait.due == "enters":
+            return self.visits[visit][0]
+        return (self.inside[visit][1] if wait.due == "leaves" else self.acts[visit][0]) - GRID
 
 
 @dataclass(frozen=True, eq=False)

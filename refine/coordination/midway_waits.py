@@ -14,7 +14,7 @@ from refine.single.flight import robot_flight
 from refine.single.values import NOWHERE, Problem, RobotFlight
 from refine.spline.values import Spline
 from verify.data import Infeasible, Witness
-from verify.data.plan import Precedence
+from verify.data.plan import Meeting, Precedence
 
 
 def with_waits(problem: Problem, robots: dict[str, RobotFlight]) -> dict[str, RobotFlight]:
@@ -31,7 +31,7 @@ def with_waits(problem: Problem, robots: dict[str, RobotFlight]) -> dict[str, Ro
     rests: dict[str, frozenset[int]] = dict.fromkeys(robots, NOWHERE)
     for precedence in precedences:
         if isinstance(precedence, Precedence):  # where it waits for a meeting it rests anyway
-            name, visit = precedence.then
+            name, visit = _halt(precedence)
             rests[name] |= {visit}
     resting = (
         robots
@@ -42,12 +42,12 @@ def with_waits(problem: Problem, robots: dict[str, RobotFlight]) -> dict[str, Ro
         }
     )
     waits: dict[tuple[str, int], float] = {}
-    for _ in range(4 * len(precedences) ** 2 + 4):
+    for _ in range(4 * len(precedences) ** 2 + 8):
         held = {name: _holding(robot, waits) for name, robot in resting.items()}
         flights = {name: flight_of(plan, robot) for name, robot in held.items()}
         late = False
         for precedence in precedences:
-            (first, _), then = precedence.first, precedence.then
+            (first, _), then = precedence.first, _halt(precedence)
             short = flights[first].done(precedence) + GRID - flights[then[0]].due(precedence)
             if short > 0.0:
                 waits[then] = waits.get(then, 0.0) + float(np.ceil(short / GRID) * GRID)
@@ -59,6 +59,12 @@ def with_waits(problem: Problem, robots: dict[str, RobotFlight]) -> dict[str, Ro
         "that it is to have left by then."
     )
     raise Infeasible(sentence, Witness(claim="formula", sentence=sentence))
+
+
+def _halt(wait: Precedence | Meeting) -> tuple[str, int]:
+    """Return who waits, and the visit that it sets out for afterwards; one more than its last where it flies to its end."""
+    name, visit = wait.then
+    return name, visit + (isinstance(wait, Precedence) and wait.due == "leaves")
 
 
 def _holding(robot: RobotFlight, waits: dict[tuple[str, int], float]) -> RobotFlight:

@@ -79,8 +79,30 @@ def flight_of(plan: Plan, robot: RobotFlight) -> ScheduledPath:
         waits = {meeting.then[1] for meeting in plan.meetings if meeting.then[0] == robot.name}
         sets_out = {visit: float(robot.path.knots[robot.halts.get(visit, 0)]) for visit in waits}
         arrives = tuple(_arrival(robot, index, stay, deep) for index, stay in enumerate(found))
+    inside: tuple[tuple[float, float], ...] = ()
+    acts: dict[int, tuple[float, float]] = {}
+    if any((wait.done, wait.due) != ("left", "enters") for wait in plan.precedences):
+        deep = stays(robot.path, plan.mission.all_regions, -plan.mission.margin)
+        sure = [_surely(stay, deep) for stay in found]
+        inside = tuple((those[0].start, those[-1].end) for those in sure)
+        acts = {
+            index: _acting(max(sure[index], key=lambda stay: stay.end - stay.start), len(visit.actions))
+            for index, visit in enumerate(robot.plan.visits[: len(sure)])
+            if visit.actions
+        }
     visits = tuple((stay.start, stay.end) for stay in found)
-    return ScheduledPath(robot.name, robot.path, visits, robot.plan.hold, arrives, sets_out)
+    return ScheduledPath(robot.name, robot.path, visits, robot.plan.hold, arrives, sets_out, inside, acts)
+
+
+def _surely(stay: SampledStay, deep: Sequence[SampledStay]) -> list[SampledStay]:
+    """Return the parts of a stay in which the robot is inside for sure, or the whole where samples show none."""
+    return [o for o in deep if o.region == stay.region and stay.start <= o.start and o.end <= stay.end] or [stay]
+
+
+def _acting(stay: SampledStay, actions: int) -> tuple[float, float]:
+    """Return when the first and the last of a visit's actions are made: they are spread evenly."""
+    step = (stay.end - stay.start) / (actions + 1)
+    return stay.start + step, stay.end - step
 
 
 def _arrival(robot: RobotFlight, visit: int, stay: SampledStay, deep: Sequence[SampledStay]) -> float:

@@ -32,12 +32,17 @@ def with_rests(
         mission: Gives regions and hoops.
         visits: For which it waits; numbers in its plan.
         stays: For some of these the region in which it waits, the one that it visits before: others come there. None: its start.
+            One more than the last visit: it waits there before it flies to its end.
     """
     if not visits:
         return corridor, {}
     bodies = bodies_of(mission, corridor.robot, CLEARANCE)
     outside = (*bodies.regions.values(), *bodies.rings.values())
-    first = {visit: next((i for i, leg in enumerate(corridor.legs) if leg.visit == visit), 0) for visit in visits}
+    last = max((leg.visit for leg in corridor.legs if leg.visit is not None), default=-1)
+    first = {
+        visit: next((i for i, leg in enumerate(corridor.legs) if leg.visit == visit), 0) for visit in visits if visit <= last
+    }
+    first |= {visit: len(corridor) - 1 for visit in visits if visit > last}  # it waits before its way to the end
     stops: dict[int, int] = {}
     for visit, region in (stays or {}).items():
         first[visit] = 0 if region is None else _deepest(corridor, region, first[visit])

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -95,11 +96,32 @@ class RobotPlan(Value):
         return len({waypoint.position for waypoint in self.waypoints}) == 1
 
 
+Done = Literal["left", "entered", "acted"]
+Due = Literal["enters", "leaves", "acts"]
+
+
 class Precedence(Value):
-    """`first` must have left its visit before `then` enters its own. Each is (robot, index of visit)."""
+    """An event of one robot that is over before one of another robot happens.
+
+    Attributes:
+        first: (robot, index of visit): whose visit is waited for.
+        then: (robot, index of visit): who waits.
+        done: What `first` must have done: left its visit, entered it, or made all of its actions there.
+        due: What `then` does only afterwards: enter its visit, leave it, or make the first of its actions there.
+    """
 
     first: tuple[str, int]
     then: tuple[str, int]
+    done: Done = "left"
+    due: Due = "enters"
+
+    def sentence(self, robots: Mapping[str, RobotPlan]) -> str:
+        """Return the precedence in words, such as "quad1 enters b only when quad0 has left a"."""
+        (first, i), (then, j) = self.first, self.then
+        what, where = robots[first].visits[i].region, robots[then].visits[j].region
+        done = {"left": "left", "entered": "entered", "acted": "acted in"}[self.done]
+        due = {"enters": "enters", "leaves": "leaves", "acts": "acts in"}[self.due]
+        return f"{then} {due} {where} only when {first} has {done} {what}"
 
 
 class Meeting(Value):
@@ -115,7 +137,7 @@ class Plan(Value):
     Attributes:
         mission: What was asked.
         robots: One entry for each of the mission's agents, in the mission's order.
-        precedences: Waits that the `timed` claim needs.
+        precedences: Waits under which the words satisfy the formula, or that the `timed` claim needs.
         meetings: Arrivals that others wait for where they are, so that stays overlap.
         method: Which planner made it.
         seed: The seed it was made with.
@@ -154,6 +176,9 @@ class Plan(Value):
         """Return plan.json: everything but the mission, which is written beside it and named by digest."""
         data: dict[str, Any] = {"format": PLAN_FORMAT, "mission": self.mission.digest()}
         data.update(self.model_dump(mode="json", exclude={"mission"} if self.meetings else {"mission", "meetings"}))
+        data["precedences"] = [
+            {key: value for key, value in each.items() if value not in ("left", "enters")} for each in data["precedences"]
+        ]
         for robot in data["robots"].values():
             word = robot["word"]
             word["prefix"] = [sorted(letter) for letter in word["prefix"]]
@@ -259,3 +284,7 @@ def _check(plan: Plan, source: str) -> None:
                 raise BadInput(
                     f"{source}: a {type(precedence).__name__.lower()} names visit {visit} of {robot}, which has {count} visits, so it does not exist."
                 )
+    for wait in plan.precedences:
+        for (robot, visit), acts in ((wait.first, wait.done == "acted"), (wait.then, wait.due == "acts")):
+            if acts and not plan.robots[robot].visits[visit].actions:
+                raise BadInput(f"{source}: a precedence waits for an action of {robot} in visit {visit}, which has none.")

@@ -56,12 +56,6 @@ def reasons_against(inquiry: Inquiry, core: list[Formula]) -> list[str]:
         reasons.append("One robot alone could do it; the letters of the others at their starts break it.")
     if reasons:
         return reasons
-    over_time = all(any(node.operator in "FGUWRM" for node in part.nodes()) for part in core)
-    if inquiry.mission.spec.team == "joint" and len(inquiry.worlds) > 1 and over_time:
-        return [
-            "Under `team: joint` robots fly one at a time, while the others hold their first or last letters: what several "
-            "robots would have to do in turns, or at once, is not planned."
-        ]
     if len(core) > 1:
         return ["Each part of this can hold without the others, but no order of visits serves them all."]
     return ["Some words satisfy this, but none that can be flown from these starts along these edges."]

@@ -98,16 +98,9 @@ def refused_in_some_order(mission: Mission, order: Sequence[tuple[str, Word]]) -
         order: The order, with words, that breaks the cheapest plan.
     """
     shown = ", then ".join(f"{robot} {word}" for robot, word in order)
-    if mission.spec.team == "joint" and len(mission.agents) > 1:
-        reason = (
-            "Under `team: joint` robots fly one at a time, whichever of them is first, while the others hold their first or last "
-            "letters. Plans exist that hold where one certain robot flies first, but none that holds whoever does. The cheapest one "
-            f"fails, for instance, where {shown} is flown. Let the formula hold while the other robot is still where it starts, or "
-            "one robot do it all."
-        )
-        return NoPlan([mission.spec.formula or "true"], [reason])
     reason = (
-        "Plans exist that hold in one order of the robots, but none that holds in every order. "
+        "Plans exist that hold in one order of the robots, but none that holds in every order, and none that holds under precedences: a "
+        "letter that a robot holds may be read at any time, again and again. "
         f"The cheapest one fails, for instance, when they are read one after another as {shown}."
     )
     return NoPlan([mission.spec.formula or "true"], [reason])

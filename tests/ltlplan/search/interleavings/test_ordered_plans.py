@@ -1,0 +1,77 @@
+"""Plans that hold under precedences, where none holds in every order of the robots."""
+
+from __future__ import annotations
+
+import pytest
+
+import ltlplan
+from ltlplan.pipeline import certified_team
+from tests.helpers.own_places import own_places
+from tests.helpers.worlds import world
+from verify import check_team
+from verify.data import Plan, Unsatisfiable
+from verify.words.planned_order import check_planned_order
+
+
+def waits(plan: Plan) -> list[str]:
+    return [each.sentence(plan.robots) for each in plan.precedences]
+
+
+@pytest.mark.parametrize(
+    ("formula", "may_enter", "own", "joint"),
+    [
+        (
+            "F b & (!b U a)",
+            {"quad0": "a", "quad1": "b"},
+            ["quad1 enters b only when quad0 has left a"],
+            ["quad1 enters b only when quad0 has entered a"],
+        ),
+        ("G(a -> F b) & F a", {"quad0": "a", "quad1": "b"}, ["quad1 enters b only when quad0 has left a"], []),
+        (
+            "(!(a | b) U c) & F a & F b",
+            {"quad0": "a", "quad1": "bc"},
+            ["quad0 enters a only when quad1 has left c"],
+            ["quad0 enters a only when quad1 has left c"],
+        ),
+    ],
+)
+@pytest.mark.parametrize("team", ["own", "joint"])
+def test_robots_wait_for_each_other_where_no_words_hold_in_every_order(
+    formula: str, may_enter: dict[str, str], own: list[str], joint: list[str], team: str
+) -> None:
+    plan = ltlplan.plan(own_places(formula, may_enter, team=team))
+    expected = own if team == "own" else joint
+    assert waits(plan) == expected
+    sequential = check_team(plan.mission.formula, plan.words, plan.mission.spec.team).sequential
+    assert (sequential.outcome == "holds") == (not expected)
+    assert check_planned_order(plan).outcome == "holds" or not expected
+    assert check_planned_order(plan.model_copy(update={"precedences": ()})).outcome == "fails" or not expected
+    done = certified_team(plan)
+    assert done.certificate.holds
+    assert done.rounds == 1
+
+
+def test_two_robots_change_partners_without_ever_being_alone() -> None:
+    mission = world("F(a & b) & F(b & c) & F(c & a)", robots=2, team="joint")
+    plan = ltlplan.plan(mission)
+    assert any("leaves" in wait for wait in waits(plan))
+    assert check_planned_order(plan).outcome == "holds"
+    assert certified_team(plan).certificate.holds
+
+
+def test_words_that_hold_in_every_order_come_first() -> None:
+    plan = ltlplan.plan(own_places("F b & (!b U a)", {"quad0": "a", "quad1": "ab"}))
+    assert not plan.precedences
+
+
+@pytest.mark.parametrize(
+    ("formula", "team"), [("F(a & b)", "own"), ("a R b", "joint"), ("G !a & F a", "joint"), ("G(a -> b) & F a", "own")]
+)
+def test_what_no_precedences_mend_stays_impossible(formula: str, team: str) -> None:
+    with pytest.raises(Unsatisfiable):
+        ltlplan.plan(own_places(formula, {"quad0": "a", "quad1": "b"}, team=team))
+
+
+def test_what_is_waited_for_is_said() -> None:
+    plan = ltlplan.plan(own_places("F b & (!b U a)", {"quad0": "a", "quad1": "b"}))
+    assert "Precedence: quad1 enters b only when quad0 has left a." in plan.notes
