@@ -108,7 +108,13 @@ def cheapest_course(
 
 
 def is_event(system: TransitionSystem, here: int, target: int) -> bool:
-    """Tell whether a robot that goes from one node to another comes to another letter."""
+    """Tell whether a robot that goes from one node to another comes to another letter.
+
+    Args:
+        system: The robot's.
+        here: The node that it leaves.
+        target: The one that it comes to.
+    """
     return system.labels[target] != system.labels[here]
 
 
