@@ -26,6 +26,7 @@ from ltlplan.search.endurance import over_endurance, require_endurance
 from ltlplan.search.interleavings.ordered_plans import plan_ordered
 from ltlplan.search.joint.team_words import joint_possible, plan_joint, plan_joint_makespan
 from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso
+from ltlplan.search.lassos.resting_actions import acts_at_rest, comes_anew
 from ltlplan.search.lassos.word_lasso import closes_at_once, improve_lasso
 from ltlplan.search.makespan import Rule, plan_makespan
 from ltlplan.search.reduced_graph import Team
@@ -377,11 +378,17 @@ def _assign_lasso(mission: Mission, systems: Systems, system: TransitionSystem, 
 
         raise _NoWords(lambda: relaxed(mission, explain(mission, systems, [system], feasible=possible), _cheapest))
     laps = mission.spec.repeat
-    exact = run.bound >= run.prefix_cost + laps * run.cycle_cost - TIES
-    certain = exact and all(map(closes_at_once, automata))
-    if not certain:
-        run, certain = improve_lasso(system, automata, run, weight=laps, states=min(budget.states, WORD_STATES))
-        certain = certain and exact
+    run, exact, certain = _improved(system, automata, run, laps, budget)
+    if acts_at_rest(system, run.cycle):
+        automata = [*automata, *conjunct_automata(comes_anew(system), "infinite", budget=budget)]
+        run = cheapest_lasso(system, automata, weight=laps, budget=budget)
+        if run is None:
+            raise Unsatisfiable(
+                "The formula can be kept for ever only by actions to and fro inside one region, where the robot would rest. A lap is "
+                "flown: it comes to its regions anew. Let the formula allow the robot to leave the region in each lap, or make the "
+                "actions in two regions."
+            )
+        run, exact, certain = _improved(system, automata, run, laps, budget)
     (name,) = mission.agents
     robot = lasso_itinerary(system, run.prefix, run.cycle, laps)
     if certain:
@@ -389,6 +396,18 @@ def _assign_lasso(mission: Mission, systems: Systems, system: TransitionSystem, 
     note = "The cheapest round of the planning automaton" if exact else "The best round found within the budget of states"
     least = _least_lasso(system, automata, run, laps, budget)
     return Assignment({name: robot}, robot.cost, least, False, 1, (f"{note}; a cheaper word was not ruled out.",))
+
+
+def _improved(
+    system: TransitionSystem, automata: Sequence[Automaton], run: LassoRun, laps: int, budget: Budget
+) -> tuple[LassoRun, bool, bool]:
+    """Return a lasso that is as cheap or cheaper, whether the first was the cheapest round, and whether this is the cheapest word."""
+    exact = run.bound >= run.prefix_cost + laps * run.cycle_cost - TIES
+    certain = exact and all(map(closes_at_once, automata))
+    if not certain:
+        run, certain = improve_lasso(system, automata, run, weight=laps, states=min(budget.states, WORD_STATES))
+        certain = certain and exact
+    return run, exact, certain
 
 
 def _least_lasso(

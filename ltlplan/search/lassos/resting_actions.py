@@ -1,0 +1,78 @@
+"""Laps that only change internal states to and fro inside one region: no flight has such a lap, whose visits are made anew each time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import reduce
+
+import networkx
+
+from ltlplan.systems.transition_systems import TransitionSystem
+from verify.data.language.formula import TRUE, Formula, Operator
+
+
+def acts_at_rest(system: TransitionSystem, cycle: Iterable[int]) -> bool:
+    """Tell whether a cycle comes to no region and yet changes what the robot shows.
+
+    Args:
+        system: What the robot can do.
+        cycle: Nodes of one lap.
+    """
+    nodes = [system.nodes[node] for node in cycle]
+    return not any(node.flying for node in nodes) and len({node.internal for node in nodes}) > 1
+
+
+def comes_anew(system: TransitionSystem) -> Formula:
+    """Return what words with such laps break, and no others: who changes something for ever leaves its region for ever, too.
+
+    Args:
+        system: What the robot can do.
+    """
+    asked = TRUE
+    for region in sorted({action.at for action in system.actions}):
+        if changing := _to_and_fro(system, region):
+            beside = {name for label in system.labels if region in label for name in label} - {region}
+            beside &= {name for node in system.nodes for name in node.regions}
+            moves = [_again(_no(_name(region))), *(_pair("&", _again(_name(s)), _again(_no(_name(s)))) for s in sorted(beside))]
+            settled = [_pair("|", _at_last(_name(p)), _at_last(_no(_name(p)))) for p in sorted(changing)]
+            clause = _all("|", [*moves, _all("&", settled)])
+            asked = clause if asked == TRUE else _pair("&", asked, clause)
+    return asked
+
+
+def _to_and_fro(system: TransitionSystem, region: str) -> set[str]:
+    """Return the propositions that can change for ever inside one region."""
+    graph = networkx.DiGraph((action.source, action.target) for action in system.actions if action.at == region)
+    shown: dict[str, frozenset[str]] = {}
+    for node, label in zip(system.nodes, system.labels, strict=True):
+        shown.setdefault(node.internal, label - node.regions)
+    changing = set[str]()
+    for states in networkx.strongly_connected_components(graph):
+        labels = [shown[state] for state in states if state in shown]
+        if len(labels) > 1:
+            changing |= frozenset[str]().union(*labels) - frozenset[str].intersection(*labels)
+    return changing
+
+
+def _name(name: str) -> Formula:
+    return Formula("name", (), name)
+
+
+def _no(formula: Formula) -> Formula:
+    return Formula("!", (formula,))
+
+
+def _again(formula: Formula) -> Formula:
+    return Formula("G", (Formula("F", (formula,)),))
+
+
+def _at_last(formula: Formula) -> Formula:
+    return Formula("F", (Formula("G", (formula,)),))
+
+
+def _pair(operator: Operator, one: Formula, other: Formula) -> Formula:
+    return Formula(operator, (one, other))
+
+
+def _all(operator: Operator, parts: Iterable[Formula]) -> Formula:
+    return reduce(lambda one, other: _pair(operator, one, other), parts)
