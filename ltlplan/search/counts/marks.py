@@ -58,6 +58,7 @@ class Marks:
             tuple(sorted({self._levels[i][0] for i, name in enumerate(asked) if bit[name] & part.mask})) for part in self.parts
         )
         self._letters: dict[Sums, int] = {}
+        self._after: dict[tuple[States, int], States | None] = {}
         self._own: dict[tuple[str, Letter], Sums] = {}
         self._named = {robot for robot, _ in self._marks if robot}
 
@@ -88,9 +89,11 @@ class Marks:
 
     def read(self, states: States, sums: Sums) -> States | None:
         """Return the states after one more letter; None where the task is lost."""
-        letter = self.letter(sums)
-        found = tuple(part.step(state, letter) for part, state in zip(self.parts, states, strict=True))
-        return None if DEAD in found else found
+        key = states, self.letter(sums)
+        if key not in self._after:
+            found = tuple(part.step(state, key[1]) for part, state in zip(self.parts, states, strict=True))
+            self._after[key] = None if DEAD in found else found
+        return self._after[key]
 
     def accepting(self, states: States) -> bool:
         """Tell whether everything is done."""

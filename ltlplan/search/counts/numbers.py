@@ -15,6 +15,7 @@ import itertools
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import add, sub
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import Budget, TooLarge
@@ -107,6 +108,7 @@ class NumberSearch:
     ) -> None:
         self.marks, self.resting, self.ends, self.moves, self.begin = marks, resting, ends, moves, begin
         self._crowds = tuple(crowds)
+        self._ways = [[(move, self._changes(move)) for move in found] for found in moves]
 
     def sums(self, numbers: Numbers) -> Sums:
         """Return how many robots make each mark."""
@@ -116,17 +118,16 @@ class NumberSearch:
                 total = [t + count * m for t, m in zip(total, marks, strict=True)]
         return tuple(total)
 
-    def after(self, states: States, sums: Sums, move: ClassMove) -> States | None:
-        """Return the states after one robot's move while the others rest; None where it loses the task.
+    def _changes(self, move: ClassMove) -> tuple[Sums, ...]:
+        """Return what each letter of a move changes in the sums that are there before it."""
+        resting = self.resting[move.source]
+        return tuple(tuple(map(sub, marks, resting)) for marks in move.marks)
 
-        Args:
-            states: Before it.
-            sums: How many robots make each mark before it.
-            move: From one class to another.
-        """
-        others = [s - m for s, m in zip(sums, self.resting[move.source], strict=True)]
-        for marks in move.marks:
-            found = self.marks.read(states, tuple(o + m for o, m in zip(others, marks, strict=True)))
+    def _after(self, states: States, sums: Sums, changes: Sequence[Sums]) -> States | None:
+        """Return the states after one robot's move while the others rest; None where it loses the task."""
+        read = self.marks.read
+        for change in changes:
+            found = read(states, tuple(map(add, sums, change)))
             if found is None:
                 return None
             states = found
@@ -174,8 +175,8 @@ class NumberSearch:
             found: list[tuple[int, float]] = []
             leaving = self._leaves(numbers)
             for place, count in enumerate(numbers):
-                for move in self.moves[place] if count and (leaving is None or place in leaving) else ():
-                    after = self.after(states, sums, move)
+                for move, changes in self._ways[place] if count and (leaving is None or place in leaving) else ():
+                    after = self._after(states, sums, changes)
                     if after is None:
                         continue
                     moved = list(numbers)
