@@ -76,6 +76,8 @@ def plan(
         return plan_with_soft_parts(mission, planned, progress or silent)
     made = make_plan(mission, method=method, seed=seed, progress=progress)
     words = made.words
+    if mission.spec.trace == "infinite" and len(words) > 1:
+        return made  # its words are laps that begin together, which the certificate proves of the flight
     if mission.spec.trace == "infinite":
         (word,) = words.values()
         verdict = check_word(mission.formula, word.prefix, word.cycle)

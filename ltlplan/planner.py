@@ -78,8 +78,13 @@ def make_plan(
             raise wall
         return plan_of(mission, first, first.paths, method=name)
     from ltlplan.paths.nominal import nominal_paths
+    from ltlplan.paths.team_laps import lay_laps
 
-    nominal = nominal_paths(mission, lambda blocked: allocation(blocked) if blocked else first, progress=say)
+    laps = mission.spec.trace == "infinite" and len(mission.agents) > 1
+    lay = lay_laps if laps else None
+    nominal = nominal_paths(mission, lambda blocked: allocation(blocked) if blocked else first, lay=lay, progress=say)
+    if laps:
+        return plan_of(mission, nominal.allocation, nominal.paths, method=name)
     if mission.written.counts and len(mission.agents) > 1 and not mission.hoops:
         return plan_of(mission, nominal.allocation, nominal.paths, method=name)  # refinement gives each robot places of its own
     return plan_of(mission, nominal.allocation, _improved(mission, nominal.paths, rng, say), method=name)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from ltlplan.logic.budget import DEFAULT_BUDGET, TooLarge
 from ltlplan.search.exact import assign
 from ltlplan.search.refusals.most_weight import Kept, MostWeight, Parts
 from verify.data import Infeasible, Mission, Plan, Unsatisfiable, Word
+from verify.data.plan import Meeting
 from verify.data.progress import Progress, part_of, silent
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ def plan_with_soft_parts(mission: Mission, planned: Callable[[Mission, Progress]
     if best is None:  # whoever plans the formula alone says why it cannot be kept, or finds out what was too large here
         best = Kept(frozenset(), math.inf, certain=False)
     made = _planned(mission, best.parts, planned, part_of(progress, 0.2, 1.0))
-    kept = best.parts if made.meetings else kept_by_words(mission, made.words)
+    kept = best.parts if _is_timed(mission, made.meetings) else kept_by_words(mission, made.words)
     notes = (*made.notes, *_said(mission, kept, best, choices))
     return made.model_copy(update={"mission": made.mission.model_copy(update={"spec": mission.spec}), "notes": notes})
 
@@ -66,9 +67,9 @@ def _planned(mission: Mission, parts: Parts, planned: Callable[[Mission, Progres
         with contextlib.suppress(TooLarge):  # without them; with them it was not
             found = assign(_asking(mission, frozenset()))
             words = {name: does.word for name, does in found.robots.items()}
-            demanded = parts if found.meetings else parts - kept_by_words(mission, words)
+            demanded = parts if _is_timed(mission, found.meetings) else parts - kept_by_words(mission, words)
     made = planned(_asking(mission, demanded), progress)
-    if demanded != parts and (made.meetings or not parts <= kept_by_words(mission, made.words)):
+    if demanded != parts and (_is_timed(mission, made.meetings) or not parts <= kept_by_words(mission, made.words)):
         made = planned(_asking(mission, parts), progress)
     return made
 
@@ -80,7 +81,7 @@ def less_wished(made: Plan) -> Iterator[Mission]:
         made: The plan.
     """
     parts = made.mission.soft_parts
-    kept = range(len(parts)) if made.meetings else sorted(kept_by_words(made.mission, made.words))
+    kept = range(len(parts)) if _is_timed(made.mission, made.meetings) else sorted(kept_by_words(made.mission, made.words))
     lightest = sorted(kept, key=lambda index: (parts[index].weight, index))
     for index in lightest[:_RELIEFS] if len(lightest) > 1 else ():
         fewer = tuple(part for i, part in enumerate(parts) if i != index)
@@ -88,6 +89,11 @@ def less_wished(made: Plan) -> Iterator[Mission]:
         yield made.mission.model_copy(update={"spec": spec})
     if kept:
         yield made.mission.asking(made.mission.spec.formula)
+
+
+def _is_timed(mission: Mission, meetings: Sequence[Meeting]) -> bool:
+    """Tell whether what planned words keep depends on their times: robots wait for each other, or fly laps together."""
+    return bool(meetings) or (mission.spec.trace == "infinite" and len(mission.agents) > 1)
 
 
 def kept_by_words(mission: Mission, words: Mapping[str, Word]) -> Parts:

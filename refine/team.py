@@ -14,6 +14,7 @@ import numpy as np
 
 from refine.coordination.team_flights import together
 from refine.feedback import feedback_of
+from refine.laps import team_laps
 from refine.single.values import Pace, RefinementOptions, RobotFlight, TooLong
 from refine.spline.rounding import quantise
 from refine.spline.values import Spline
@@ -66,11 +67,15 @@ def refine(
         DoesNotFit: A flight needs more than `max_pieces` pieces, and is not to rest.
     """
     plan = _checked(plan, pace, weight, max_pieces, too_long)
-    feedback = feedback_of(plan, tuple(witnesses))
+    witnesses = tuple(witnesses)
+    feedback = feedback_of(plan, witnesses)
     tell, options = progress or silent, RefinementOptions(pace, weight, max_pieces, too_long)
-    robots, starts = together(plan, feedback, options, tell)
-    tell("rounding to the vehicle's numbers", 0.95)
-    flights = {name: _assemble(robot, plan.mission.agents[name].yaw, starts[name]) for name, robot in robots.items()}
+    if plan.mission.spec.trace == "infinite" and len(plan.robots) > 1:
+        flights = team_laps(plan, witnesses, options, tell, together)
+    else:
+        robots, starts = together(plan, feedback, options, tell)
+        tell("rounding to the vehicle's numbers", 0.95)
+        flights = {name: _assemble(robot, plan.mission.agents[name].yaw, starts[name]) for name, robot in robots.items()}
     laps = plan.mission.spec.repeat
     for name, flight in flights.items():
         flown = len(flight.flattened(laps))

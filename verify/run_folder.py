@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -105,8 +106,8 @@ def proved_run(folder: str | Path) -> ProvedRun:
 def read_folder(folder: str | Path) -> tuple[Plan, dict[str, Trajectory]]:
     """Read a folder's plan (with its mission) and trajectories.
 
-    Where the mission has a cycle its start is taken from certificate.json, if there is one, or found as the piece at
-    which the last laps begin to repeat and that the path's end joins smoothly.
+    Where the mission has a cycle its start is found as the first piece at which the last laps begin to repeat and that the path's
+    end joins smoothly; of a team, all robots at the same time.
 
     Raises:
         BadInput: A file is missing or unreadable, or no cycle can be found.
@@ -114,14 +115,31 @@ def read_folder(folder: str | Path) -> tuple[Plan, dict[str, Trajectory]]:
     folder = Path(folder)
     mission = load_mission_file(folder / MISSION_FILE, installed=False, alone=True)
     plan = load_plan(folder / PLAN_FILE, mission)
-    team: dict[str, Trajectory] = {}
-    for name in mission.agents:
-        flown = load_csv(_csv(folder, name))
-        if mission.spec.trace == "infinite":
-            team[name] = _with_found_cycle(flown, mission.spec.repeat, _csv(folder, name))
-        else:
-            team[name] = flown
+    team = {name: load_csv(_csv(folder, name)) for name in mission.agents}
+    if mission.spec.trace == "infinite":
+        team = _with_found_cycles(folder, mission, team)
     return plan, team
+
+
+def _with_found_cycles(folder: Path, mission: Mission, flown: Mapping[str, Trajectory]) -> dict[str, Trajectory]:
+    """Return flights with their laps; those of a team begin at the first time at which all robots' laps can."""
+    laps = mission.spec.repeat
+    found = {name: list(_possible_cycles(path, laps)) for name, path in flown.items()}
+    begins = {
+        name: {sum(map(Fraction, path.durations[: path.cycle].tolist()), Fraction(0)): path for path in paths}
+        for name, paths in found.items()
+    }
+    for name, times in begins.items():
+        if not times:
+            raise BadInput(
+                f"{_csv(folder, name)}: no piece was found at which a cycle of {laps} laps begins; the mission's trace is infinite."
+            )
+    common = set[Fraction].intersection(*(set(times) for times in begins.values()))
+    if not common:
+        raise BadInput(
+            f"{folder}: no time was found at which the laps of all robots begin; the laps of a team begin and end together."
+        )
+    return {name: times[min(common)] for name, times in begins.items()}
 
 
 def _csv(folder: Path, robot: str) -> Path:
@@ -160,7 +178,8 @@ def _with_cycle(flown: Trajectory, cycle: int, laps: int) -> Trajectory | None:
     return Trajectory(flown.durations[:end], flown.coefficients[:end], cycle=cycle)
 
 
-def _with_found_cycle(flown: Trajectory, laps: int, path: Path) -> Trajectory:
+def _possible_cycles(flown: Trajectory, laps: int) -> Iterator[Trajectory]:
+    """Yield prefix and one lap for each piece at which laps may begin."""
     for cycle in range(len(flown)):
         found = _with_cycle(flown, cycle, laps)
         if found is None:
@@ -168,8 +187,7 @@ def _with_found_cycle(flown: Trajectory, laps: int, path: Path) -> Trajectory:
         start = np.stack([found.evaluate(found.knots[cycle], order)[:3] for order in range(4)])
         ends = np.stack([_end_value(found, order) for order in range(4)])
         if np.all(np.abs(ends - start) <= np.array(JUMPS)[:, None]):
-            return found
-    raise BadInput(f"{path}: no piece was found at which a cycle of {laps} laps begins; the mission's trace is infinite.")
+            yield found
 
 
 def _end_value(trajectory: Trajectory, order: int) -> np.ndarray:

@@ -215,11 +215,21 @@ def _product(request: Request) -> Product:
     return upload_files(request, compressed_bytes, _KIND)
 
 
+def _without_team_laps(team: Mapping[str, Trajectory]) -> Mapping[str, Trajectory]:
+    """Refuse laps of several robots: they begin together to the last bit, and sums of whole milliseconds are no sums of float32."""
+    if len(team) > 1 and any(path.cycle is not None for path in team.values()):
+        raise DoesNotFit(
+            "The laps of a team begin together to the last bit, which the compressed format's milliseconds do not keep. Use the format "
+            "`crazyflie`, or stream them (`px4`, `ros2`)."
+        )
+    return team
+
+
 COMPRESSED = ExportTarget(
     name="crazyflie-compressed",
     make=_product,
     options=OPTIONS,
     voids=VOIDS,
-    prepare=lambda team, _laps: quantised(team),
+    prepare=lambda team, _laps: quantised(_without_team_laps(team)),
     send=upload,
 )

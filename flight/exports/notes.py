@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from flight.exports.target import ExportTarget, Request
 
+_LAPS = "laps follow one another by each robot's own clock, which must keep to the others' as certified until the last one ends"
 _VOIDS = (
     "changing any number of these files, or flying them on another airframe than the one named here",
     "starting further than the margin from the planned start, or any robot's clock running late or early",
@@ -42,6 +43,7 @@ def readme(request: Request, target: ExportTarget, notes: tuple[str, ...]) -> st
         *airframes,
         f"margin: {request.margin:g} m",
         *([f"laps of the cycle: {request.laps}"] if any(path.cycle is not None for path in request.team.values()) else []),
+        *([_LAPS] if len(mission.agents) > 1 and mission.spec.trace == "infinite" else []),
         "",
         "Every robot hovers at its start at time 0, and all start at the same instant:",
         *starts,

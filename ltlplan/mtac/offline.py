@@ -117,7 +117,7 @@ def share_tasks(
         BadInput: The trace is infinite.
     """
     if mission.spec.trace == "infinite":
-        raise BadInput("MTAC-E shares tasks that end; an infinite trace belongs to one robot: use `method: exact`.")
+        raise BadInput("MTAC-E shares tasks that end; laps for ever are planned by `method: exact`.")
     world = World(mission)
     starts = {robot: world.start(robot) for robot in mission.agents}
     reader = Reader(world)

@@ -33,6 +33,7 @@ from verify.data.shapes.inequalities import Point
 _PRICED = 24  # allocations along which paths are laid, about
 _IMPROVED = 4  # of these, the cheapest ones, whose paths are improved
 _BRANCHES = 30  # sets of legs without which some are looked for
+_LAPS = "A team's laps were chosen by their lengths; other costs are of their paths, and a cheaper lap was not ruled out."
 _FEW = 6  # robots up to which each is tried alone, and all without each
 
 
@@ -51,6 +52,8 @@ def exact(mission: Mission, context: Context) -> Allocation:
     by_metres = exact_by_legs(mission, context)
     if is_counted_by_legs(mission) or by_metres.meetings or by_metres.precedences:
         return by_metres  # robots that wait for each other fly the words that were planned together
+    if mission.spec.trace == "infinite" and len(mission.agents) > 1:
+        return replace(by_metres, lower_bound=None, complete=False, notes=(*by_metres.notes, _LAPS))
     prices = _Prices(mission)
     priced = _compared(mission, context, prices, by_metres)
     last = [found for price, _, found in sorted(priced, key=itemgetter(0, 1)) if math.isfinite(price)][:_IMPROVED]

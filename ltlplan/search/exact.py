@@ -25,9 +25,13 @@ from ltlplan.search.counts.refusals import no_counted_plan
 from ltlplan.search.endurance import over_endurance, require_endurance
 from ltlplan.search.interleavings.ordered_plans import plan_ordered
 from ltlplan.search.joint.team_words import joint_possible, plan_joint, plan_joint_makespan
+from ltlplan.search.lassos.forgetful import closes_at_once
 from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso
 from ltlplan.search.lassos.resting_actions import acts_at_rest, comes_anew
-from ltlplan.search.lassos.word_lasso import closes_at_once, improve_lasso
+from ltlplan.search.lassos.team_itineraries import team_itineraries, team_meetings
+from ltlplan.search.lassos.team_lassos import plan_team_lasso, team_lasso_exists
+from ltlplan.search.lassos.team_readers import reads_letters
+from ltlplan.search.lassos.word_lasso import improve_lasso
 from ltlplan.search.makespan import Rule, plan_makespan
 from ltlplan.search.reduced_graph import Team
 from ltlplan.search.relevant_places import FEW, places_that_matter
@@ -107,7 +111,7 @@ def assign(
 class _NoWords(Unsatisfiable):
     """There is no plan; why is found out where it is asked."""
 
-    def __init__(self, why: Callable[[], Unsatisfiable]) -> None:
+    def __init__(self, why: Callable[[], Unsatisfiable | Infeasible]) -> None:
         super().__init__("No plan satisfies the formula.")
         self.why = why
 
@@ -140,7 +144,11 @@ def _assign(mission: Mission, cost: Cost | None, metre: Mapping[str, float] | No
     systems = Systems(mission, cost, places=places_that_matter(mission, layout), layout=layout, metre=metre)
     each = [systems.of(name) for name in mission.agents]
     if mission.spec.trace == "infinite":
-        lasso = _assign_lasso(mission, systems, each[0], budget)
+        lasso = (
+            _assign_team_laps(mission, systems, each, budget)
+            if len(each) > 1
+            else _assign_lasso(mission, systems, each[0], budget)
+        )
         require_endurance(mission, systems, lasso.robots)
         return lasso
     asked = _asked(mission, each)
@@ -408,6 +416,56 @@ def _improved(
         run, certain = improve_lasso(system, automata, run, weight=laps, states=min(budget.states, WORD_STATES))
         certain = certain and exact
     return run, exact, certain
+
+
+def _assign_team_laps(mission: Mission, systems: Systems, each: list[TransitionSystem], budget: Budget) -> Assignment:
+    """Plan a team's laps; as many count as are flown."""
+    asked = _asked(mission, each)
+    found = plan_team_lasso(mission, each, asked, budget)
+    if found is None:
+        raise _NoWords(lambda: _no_team_laps(mission, systems, each, budget))
+    robots = team_itineraries(each, found, mission.spec.repeat)
+    waits = team_meetings(each, found)
+    notes = [f"The search reached {found.reached:,} places of the team's product, in which one robot flies at a time."]
+    if waits:
+        notes.append("Robots wait for each other within each lap, as the formula asks.")
+    total, least = sum(robot.cost for robot in robots.values()), found.least
+    complete = least is not None and total <= least + TIES
+    if not complete:
+        notes.append(
+            "The cheapest laps of robots that fly one at a time." if found.exact else "A cheaper lap was not ruled out."
+        )
+    if mission.planner.objective == "longest":
+        notes.append("Laps have the smallest sum of costs; the dearest robot may not be the cheapest.")
+        total, complete = max(robot.cost for robot in robots.values()), False
+        least = None if least is None else least / len(robots)
+    return Assignment(robots, total, least, complete, 1, (*notes, *systems.unclear()), tuple(waits))
+
+
+def _no_team_laps(
+    mission: Mission, systems: Systems, each: list[TransitionSystem], budget: Budget
+) -> Unsatisfiable | Infeasible:
+    """Return the error that says why there are no laps."""
+    from ltlplan.search.refusals.relaxation import relaxed
+    from ltlplan.search.refusals.unsatisfiable_cores import explain
+
+    def possible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
+        try:
+            return team_lasso_exists(mission, worlds, _all_of(parts), budget, together=False)
+        except TooLarge:
+            return True  # not known to be impossible
+
+    try:
+        waits = team_lasso_exists(mission, each, _asked(mission, each), budget, together=True)
+    except TooLarge:
+        waits = True
+    if waits or not reads_letters(mission, _asked(mission, each)):
+        return Infeasible(
+            "No laps were found in which one robot flies at a time while the others rest, in regions or at their starts. Others may exist, "
+            "in which robots hover outside all regions for one another, or are read in a lap where they only rest: these are not planned. Give such "
+            "a place a region of its own, or let the formula come true in flight."
+        )
+    return relaxed(mission, explain(mission, systems, each, feasible=possible), _cheapest)
 
 
 def _least_lasso(

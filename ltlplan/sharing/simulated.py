@@ -58,7 +58,7 @@ def online_mtac_e(mission: Mission, context: Context) -> Allocation:
         Infeasible: No way between the hoops was found, or robots had no way past each other.
     """
     if mission.spec.trace == "infinite":
-        raise BadInput("MTAC-E shares tasks that end; an infinite trace belongs to one robot: use `method: exact`.")
+        raise BadInput("MTAC-E shares tasks that end; laps for ever are planned by `method: exact`.")
     say = context.progress
     say("sharing the tasks", 0.05)
     try:

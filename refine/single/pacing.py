@@ -77,7 +77,8 @@ def slowed(task: Task, path: Spline, rest: frozenset[int]) -> Motion:
         Infeasible: No pace keeps the limits.
     """
     agent, cycle = task.mission.agents[task.name], task.corridor.cycle
-    yaw = heading_spline(path, agent.heading, agent.yaw, cycle=cycle, rest=rest)
+    lap = 0 if task.options.closes else cycle
+    yaw = heading_spline(path, agent.heading, agent.yaw, cycle=lap, rest=rest)
     factor = stretch_to_limits(path, yaw, task.limits)
     factor *= float(np.max(slow_legs(task.mission, task.robot, task.corridor, path.stretched(factor)), initial=1.0))
     if cycle is None:

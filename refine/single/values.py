@@ -32,6 +32,7 @@ class RefinementOptions:
         too_long: What becomes of a finite flight of more pieces.
         even: Whether other shares of a flight's time are tried where the plan's own would slow it much.
         rests: Whether the flight rests at every point.
+        closes: Whether it is a lap, which ends with the heading that it began with.
     """
 
     pace: Pace
@@ -40,6 +41,7 @@ class RefinementOptions:
     too_long: TooLong = "refuse"
     even: bool = True
     rests: bool = False
+    closes: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -6,8 +6,8 @@ long as they like. A state is the node of every robot and who is a lap ahead of 
 spans, moved by the length of a lap for those who are ahead, overlap. A wait adds no state: whoever rests is at the instant at
 which its lap ends, and may be there together with all others whose laps end then.
 
-Under the reading `own` a robot is read at least once in each of its letters *and in each lap*, so that one that rests in `a`
-for ever shows `a` again and again.
+Under the reading `own` a robot is read at least once in each of its letters, and a letter that is held over the end of a lap counts
+anew in the next, so that a robot that rests in `a` for ever shows `a` again and again.
 """
 
 from __future__ import annotations

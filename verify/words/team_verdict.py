@@ -57,7 +57,7 @@ def check_team(
 
     Raises:
         FormulaError: The text is no formula.
-        BadInput: No robots, an empty word, a lasso in a team of several robots, or a formula under "own" that counts robots.
+        BadInput: No robots, an empty word, a lasso in a team of several robots (laps are judged with their times), or a formula under "own" that counts robots.
         MissingEngine: Spot, which gives the second opinion, is absent.
     """
     if reading not in ("own", "joint"):
@@ -73,7 +73,9 @@ def check_team(
         formula = written_out(formula, tuple(given))
     lassos = [name for name, word in given.items() if word.cycle is not None]
     if lassos and len(given) > 1:
-        raise BadInput(f"{lassos[0]}'s word has a cycle; an infinite trace belongs to one robot, a team's words are finite.")
+        raise BadInput(
+            f"{lassos[0]}'s word has a cycle. What laps of a team show depends on their times: certify the flight. Words by themselves are finite, or one robot's."
+        )
     if lassos:
         verdict = check_word(formula, given[lassos[0]])
         return TeamVerdict(verdict, verdict)

@@ -1,4 +1,6 @@
-"""The cheapest way to satisfy a formula for ever: a prefix and a cycle.
+"""The cheapest way to satisfy a formula for ever: a prefix and a cycle, of one robot or of a team whose laps begin together.
 
 Read `lasso`; `rounds` finds the cheapest cycle that shows every mark, and `word_lasso` is for automata that choose.
+For teams read `team_lassos`: the product of all robots (`team_system`), how it is read (`team_readers`), and what may be done at the same
+time (`team_stages`).
 """

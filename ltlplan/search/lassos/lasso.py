@@ -9,25 +9,49 @@ costs one round, in whichever order is shorter.
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.search.best_first import BestFirst
 from ltlplan.search.lassos.rounds import Rounds
-from ltlplan.systems.transition_systems import TransitionSystem
+from ltlplan.search.lassos.team_readers import Reader
 from verify.data import Letter
 
 State = tuple[int, ...]
 
 TIE = 1e-7  # m; less than this are the tiny amounts that break ties, and what they add up to
 _STEP, _HOVER = 1e-10, 1e-11
+
+
+class Walkable(Protocol):
+    """What is asked of a system: one robot's, or a team's that is made as it is walked."""
+
+    @property
+    def labels(self) -> Sequence[Letter]:
+        """The letter that each node shows."""
+        ...
+
+    @property
+    def edges(self) -> Sequence[Sequence[tuple[int, float]]]:
+        """For each node, pairs (target, cost)."""
+        ...
+
+    @property
+    def initial(self) -> int:
+        """Where it begins."""
+        ...
+
+    @property
+    def final(self) -> Mapping[int, float] | None:
+        """Nodes where it may stay, each with a tiny preference; None: anywhere."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +76,7 @@ class LassoRun:
 class _Product:
     """The product of a system and Büchi automata, made as it is walked. A hover repeats a node at next to no cost."""
 
-    def __init__(self, system: TransitionSystem, automata: Sequence[Automaton], budget: Budget) -> None:
+    def __init__(self, system: Walkable, automata: Sequence[Reader], budget: Budget) -> None:
         self.system = system
         self.automata = automata
         self._most = min(budget.states, budget.lasso)
@@ -128,7 +152,7 @@ class _Walked:
 
 
 def cheapest_lasso(
-    system: TransitionSystem, automata: Sequence[Automaton], *, weight: float = 1.0, budget: Budget = DEFAULT_BUDGET
+    system: Walkable, automata: Sequence[Reader], *, weight: float = 1.0, budget: Budget = DEFAULT_BUDGET
 ) -> LassoRun | None:
     """Return a lasso for which prefix cost + weight * cycle cost is smallest, or None.
 
@@ -166,7 +190,7 @@ def cheapest_lasso(
     return None if best is None else replace(best, bound=min(bound, best_cost))
 
 
-def lasso_exists(system: TransitionSystem, automata: Sequence[Automaton], *, budget: Budget = DEFAULT_BUDGET) -> bool:
+def lasso_exists(system: Walkable, automata: Sequence[Reader], *, budget: Budget = DEFAULT_BUDGET) -> bool:
     """Tell whether there is any lasso that all these Büchi automata accept.
 
     Args:

@@ -112,7 +112,7 @@ def test_what_the_exact_search_cannot_fly_mtac_e_cannot_either():
 def test_an_infinite_trace_is_refused_before_anything_is_planned(method):
     given = mission_of("in the outer one", method)
     endless = given.model_copy(update={"spec": given.spec.model_copy(update={"trace": "infinite"})})
-    with pytest.raises(BadInput, match="infinite trace belongs to one robot"):
+    with pytest.raises(BadInput, match="laps for ever are planned"):
         plan(endless)
 
 

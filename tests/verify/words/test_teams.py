@@ -256,7 +256,7 @@ def test_many_alike_are_counted_and_not_permuted():
         ({"q0": []}, "own", "at least one letter"),
         ({"q0": "ab"}, "own", "q0's word is a text"),
         ({"q0": [["a"]]}, "both", '"own" or "joint"'),
-        ({"q0": Word.of([], [["a"]]), "q1": [["a"]]}, "own", "belongs to one robot"),
+        ({"q0": Word.of([], [["a"]]), "q1": [["a"]]}, "own", "certify the flight"),
     ],
 )
 def test_bad_input(words, reading, says):

@@ -144,11 +144,6 @@ def _formula(values: Mapping[str, Any], data: Mapping[str, Any], names: set[str]
                 raise FormulaError(formula, [(count.position, f"`{count}` {_OWN}")])
         except FormulaError as error:
             yield keys, str(error)
-    if spec.trace == "infinite" and len(_keys(data.get("agents"))) > 1:
-        yield (
-            ("spec", "trace"),
-            "an infinite trace belongs to one robot for now; a team needs `trace: finite`.",
-        )
     if spec.trace == "finite" and spec.repeat != 1:
         yield ("spec", "repeat"), "a finite trace has no cycle to repeat; use `trace: infinite` or leave repeat out."
 

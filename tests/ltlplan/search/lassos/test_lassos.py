@@ -13,8 +13,9 @@ from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.translation import translate
 from ltlplan.search.lassos import rounds
+from ltlplan.search.lassos.forgetful import closes_at_once
 from ltlplan.search.lassos.lasso import cheapest_lasso, lasso_exists
-from ltlplan.search.lassos.word_lasso import closes_at_once, improve_lasso
+from ltlplan.search.lassos.word_lasso import improve_lasso
 from ltlplan.systems.transition_systems import TransitionSystem
 from tests.strategies import formulas, letters
 from verify.data import Formula, Word

@@ -227,8 +227,11 @@ def test_unreadable_files(tmp_path: Path) -> None:
         load_mission(binary)
 
 
-def test_a_team_has_no_infinite_trace() -> None:
-    assert "one robot" in faults(GOOD.replace("F a & G !b}", "G F a, trace: infinite}"))
+def test_a_team_that_flies_for_ever_has_no_end() -> None:
+    endless = GOOD.replace("F a & G !b}", "G F a, trace: infinite}")
+    assert parse_mission(endless).spec.trace == "infinite"
+    ends = endless.replace("quad1: {start: [1.2, 0.8, 0.8]}", "quad1: {start: [1.2, 0.8, 0.8], end: [1.2, 0.8, 0.8]}")
+    assert "never ends" in faults(ends)
 
 
 def test_limits_only_tighten() -> None:

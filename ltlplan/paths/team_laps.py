@@ -1,0 +1,55 @@
+"""Nominal paths of a team's laps: the way to where each robot rests, and the way of one lap from there back to there."""
+
+from __future__ import annotations
+
+from ltlplan.allocation import Itinerary
+from ltlplan.paths.final_hover import then_hovering
+from ltlplan.paths.nominal import lay_path
+from verify.data import Mission, RobotPlan, Visit, Word
+from verify.data.laps import before_laps, one_lap, rest_after
+
+
+def lay_laps(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, tuple[str, ...]]:
+    """Lay one robot's prefix and its lap, each from rest to rest.
+
+    Args:
+        mission: Hoops, regions, workspace and margin.
+        name: Of the robot.
+        does: Its visits and word, with where the cycle begins.
+
+    Raises:
+        Infeasible: There is no way.
+    """
+    begins, word = does.cycle_visit or 0, does.word
+    cycle = word.cycle or ()
+    stays = begins == len(does.visits)
+    reached = Word((*word.prefix, *cycle) if stays else word.prefix)
+    once, notes = lay_path(before_laps(mission), name, Itinerary(does.visits[:begins], reached))
+    if stays:
+        plan = then_hovering(once)
+        return plan.model_copy(update={"word": word}), notes
+    rest = rest_after(mission, name, then_hovering(once))
+    here = sorted(reached.letters[-1] & mission.all_regions.keys())
+    visits = (*(Visit(region=region) for region in here), *does.visits[begins:])
+    lap, more = lay_path(one_lap(mission, {name: rest}), name, Itinerary(visits, Word((reached.letters[-1], *cycle))))
+    return _joined(mission, once, lap, len(here), word), (*notes, *more)
+
+
+def _joined(mission: Mission, once: RobotPlan, lap: RobotPlan, begun: int, word: Word) -> RobotPlan:
+    """Return prefix and lap as one plan; of the lap's visits the first `begun` are under way when it begins."""
+    shift = len(once.visits) - begun
+    waypoints = [
+        waypoint if waypoint.visit is None else waypoint.model_copy(update={"visit": waypoint.visit + shift})
+        for waypoint in lap.waypoints[1:]
+    ]
+    return once.model_copy(
+        update={
+            "word": word,
+            "visits": (*once.visits, *lap.visits[begun:]),
+            "waypoints": (*once.waypoints, *waypoints),
+            "times": (*once.times, *(once.times[-1] + time for time in lap.times[1:])),
+            "cycle_visit": len(once.visits),
+            "cycle_waypoint": len(once.waypoints) - 1,
+            "cost": once.cost + mission.spec.repeat * lap.cost,
+        }
+    )
