@@ -21,7 +21,7 @@ PATIENCE = 600
 """s."""
 _SERVER = """
 import gc, json, os, sys
-import ltlplan.cli, ltlplan.pipeline, ltlplan.report.run_page, flight, refine, verify
+import ltlplan.cli, ltlplan.online.flight, ltlplan.service.computing.nursery  # a worker's libraries are those of commands
 from ltlplan.start import main
 
 gc.freeze()  # what is loaded stays shared

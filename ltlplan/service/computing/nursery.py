@@ -21,9 +21,12 @@ for _name in (
     "ltlplan.service.computing.stages",
     "ltlplan.pipeline",
     "ltlplan.search.exact",
+    "ltlplan.search.method",
+    "ltlplan.search.refusals.most_weight",
     "ltlplan.mtac.offline",
     "ltlplan.paths.nominal",
     "ltlplan.paths.improvement",
+    "ltlplan.paths.priced_words",
     "ltlplan.report.run_page",
     "ltlplan.output",
     "ltlplan.recorded",
@@ -34,7 +37,9 @@ for _name in (
     "refine.team",
     "flight.flights",
     "flight.exports.crazyswarm",
+    "flight.model.compiled",
     "verify.certification",
+    "verify.words.team_verdict",
     "verify.logic.spot_opinion",
 ):
     importlib.import_module(_name)
@@ -47,6 +52,9 @@ with contextlib.suppress(Exception):  # plotly and ruamel.yaml load much at firs
     from ltlplan.service.page.checking import check_text
 
     check_text(shipped_mission_text("firefighting"), lambda _sentence, _share: None)
+
+with contextlib.suppress(Exception):  # every report carries it, packed, which takes longer than the rest of a small one
+    importlib.import_module("ltlplan.report.inline").plotly_script()
 
 gc.freeze()  # workers then look for garbage among what they made themselves, and leave these pages shared
 gc.enable()
