@@ -5,9 +5,11 @@ Tests run in several processes; what is made here is made by the first that asks
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import functools
 import gc
+import importlib
 import os
 import pickle
 import sys
@@ -28,9 +30,26 @@ sys.dont_write_bytecode = False
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
+gc.disable()  # nearly all that is made until the tests begin stays to the end
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection(session: pytest.Session) -> None:
+    """Have each process of a whole run load the tests from another place on: what one has compiled the others need not compile."""
+    process, of = (os.environ.get(f"PYTEST_XDIST_WORKER{end}", "") for end in ("", "_COUNT"))
+    if process and session.config.args == session.config.getini("testpaths"):
+        tests = Path(__file__).parent
+        names = [".".join(path.relative_to(tests.parent).with_suffix("").parts) for path in sorted(tests.rglob("test_*.py"))]
+        first = len(names) * int(process.removeprefix("gw")) // int(of)
+        for name in names[first:] + names[:first]:
+            with contextlib.suppress(Exception, pytest.skip.Exception):  # told when it is collected
+                importlib.import_module(name)
+
+
 def pytest_collection_finish() -> None:
     """Let the garbage collector pass over what was collected and imported, which stays to the end: it is looked through no more."""
     gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(scope="session")
