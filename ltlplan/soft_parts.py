@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from verify.data.sections import SoftPart
 
 _COUNTED = "count(free) >= 0"  # holds always
-_STATES = 200_000  # of one search for a set of parts
+_STATES = {"own": 200_000, "joint": 60_000}  # of one search for a set of parts; joint ones take longer the more they are
 _RELIEFS = 3  # soft parts without which a plan is tried that no flight kept
 _EXPLAINED = 8  # parts that are given up of which it is said what keeping them would have cost
 
@@ -42,7 +42,7 @@ def plan_with_soft_parts(mission: Mission, planned: Callable[[Mission, Progress]
         Infeasible: A word exists, but no way between the hoops was found.
     """
     progress("choosing among soft parts", 0.0)
-    budget = replace(DEFAULT_BUDGET, states=_STATES)
+    budget = replace(DEFAULT_BUDGET, states=_STATES[mission.spec.team])
 
     def cost_of(parts: Parts) -> float | None:
         try:

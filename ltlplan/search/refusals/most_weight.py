@@ -58,6 +58,7 @@ class MostWeight:
         self.weights = comparable(weights)
         self._cost_of, self._left, self._sets = cost_of, searches, _SETS
         self._known: dict[Parts, float | None] = {}
+        self._too_large: set[Parts] = set()
         self._cores: list[Parts] = []
         self._doubts = False
 
@@ -131,6 +132,8 @@ class MostWeight:
     def _cost(self, kept: Parts) -> float | None:
         if any(core <= kept for core in self._cores):
             self._known[kept] = None
+        if kept in self._too_large:
+            return None  # not known
         if kept not in self._known:
             if self._left <= 0:
                 raise _Spent
@@ -138,7 +141,8 @@ class MostWeight:
             try:
                 self._known[kept] = self._cost_of(kept)
             except TooLarge:
-                return None  # not known
+                self._too_large.add(kept)
+                return None
         return self._known[kept]
 
     def _greedily(self, forced: Parts) -> Kept | None:

@@ -64,13 +64,18 @@ def test_few_searches_leave_a_choice_that_is_possible_and_said_to_be_uncertain(s
 
 
 def test_what_is_too_large_to_search_is_not_taken_for_impossible() -> None:
+    asked: list[Parts] = []
+
     def cost_of(kept: Parts) -> float | None:
+        asked.append(kept)
         if len(kept) == 2:
             raise TooLarge("The search needs", 2, "states", 1)
         return 1.0
 
     choices = MostWeight([1.0, 2.0], cost_of)
     found = choices.choose()
+    choices.choose(frozenset({0}))
+    assert asked.count(frozenset({0, 1})) == 1  # not again
     assert found is not None
     assert found.parts == {1}
     assert not found.certain
