@@ -276,13 +276,13 @@ def _with_fewer_soft_parts(draft: Draft, why: str) -> Draft | None:
 
 def _with_waits_for_soft_parts(refused: Refused) -> Plan | None:
     """Return the plan with waits that may keep soft parts which its words keep and its flight may not; None where there are none."""
-    from ltlplan.soft_parts import kept_by_words
+    from ltlplan.soft_parts import kept_by_plan
 
     made = refused.draft.plan
     lost = [part.outcome != "holds" for part in refused.certificate.soft]
     if not any(lost) or made.method == SEQUENCE:
         return None
-    meant = range(len(lost)) if made.meetings else kept_by_words(made.mission, made.words)
+    meant = range(len(lost)) if made.meetings else kept_by_plan(made.mission, made)
     witnesses = [p.witness for i, p in enumerate(refused.certificate.soft) if lost[i] and i in meant and p.witness is not None]
     try:
         waiting = with_waits(made, witnesses)

@@ -55,7 +55,7 @@ def plan_with_soft_parts(mission: Mission, planned: Callable[[Mission, Progress]
     if best is None:  # whoever plans the formula alone says why it cannot be kept, or finds out what was too large here
         best = Kept(frozenset(), math.inf, certain=False)
     made = _planned(mission, best.parts, planned, part_of(progress, 0.2, 1.0))
-    kept = best.parts if _is_timed(mission, made.meetings) else kept_by_words(mission, made.words)
+    kept = best.parts if _is_timed(mission, made.meetings) else kept_by_plan(mission, made)
     notes = (*made.notes, *_said(mission, kept, best, choices))
     return made.model_copy(update={"mission": made.mission.model_copy(update={"spec": mission.spec}), "notes": notes})
 
@@ -67,9 +67,11 @@ def _planned(mission: Mission, parts: Parts, planned: Callable[[Mission, Progres
         with contextlib.suppress(TooLarge):  # without them; with them it was not
             found = assign(_asking(mission, frozenset()))
             words = {name: does.word for name, does in found.robots.items()}
-            demanded = parts if _is_timed(mission, found.meetings) else parts - kept_by_words(mission, words)
+            demanded = (
+                parts if found.precedences or _is_timed(mission, found.meetings) else parts - kept_by_words(mission, words)
+            )
     made = planned(_asking(mission, demanded), progress)
-    if demanded != parts and (_is_timed(mission, made.meetings) or not parts <= kept_by_words(mission, made.words)):
+    if demanded != parts and (_is_timed(mission, made.meetings) or not parts <= kept_by_plan(mission, made)):
         made = planned(_asking(mission, parts), progress)
     return made
 
@@ -81,7 +83,7 @@ def less_wished(made: Plan) -> Iterator[Mission]:
         made: The plan.
     """
     parts = made.mission.soft_parts
-    kept = range(len(parts)) if _is_timed(made.mission, made.meetings) else sorted(kept_by_words(made.mission, made.words))
+    kept = range(len(parts)) if _is_timed(made.mission, made.meetings) else sorted(kept_by_plan(made.mission, made))
     lightest = sorted(kept, key=lambda index: (parts[index].weight, index))
     for index in lightest[:_RELIEFS] if len(lightest) > 1 else ():
         fewer = tuple(part for i, part in enumerate(parts) if i != index)
@@ -94,6 +96,23 @@ def less_wished(made: Plan) -> Iterator[Mission]:
 def _is_timed(mission: Mission, meetings: Sequence[Meeting]) -> bool:
     """Tell whether what planned words keep depends on their times: robots wait for each other, or fly laps together."""
     return bool(meetings) or (mission.spec.trace == "infinite" and len(mission.agents) > 1)
+
+
+def kept_by_plan(mission: Mission, made: Plan) -> Parts:
+    """Return the soft parts, by index, that a plan's words keep in every order of the robots; or under its precedences, where the formula needs them.
+
+    Args:
+        mission: Whose parts.
+        made: A plan for it, without meetings.
+    """
+    from verify import check_team
+    from verify.words.planned_order import check_planned_order
+
+    hard = mission.asking(mission.spec.formula).formula
+    if not made.precedences or check_team(hard, made.words, reading=mission.spec.team).sequential:
+        return kept_by_words(mission, made.words)
+    asked = (mission.asking(part.formula) for part in mission.soft_parts)
+    return frozenset(i for i, part in enumerate(asked) if check_planned_order(made.model_copy(update={"mission": part})))
 
 
 def kept_by_words(mission: Mission, words: Mapping[str, Word]) -> Parts:

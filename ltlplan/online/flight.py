@@ -28,6 +28,7 @@ from ltlplan.online.certified import CertifiedTeam
 from ltlplan.online.online_flight import CERTIFIED, NOT_ALL_CERTIFIED, NOT_CERTIFIED, OnlineFlight
 from ltlplan.planner import with_seed
 from ltlplan.sharing.events import falls_on, in_order
+from ltlplan.sharing.sharing_out import NEEDS_WAITS
 from ltlplan.sharing.team import OnlineTeam
 from ltlplan.sharing.team_in_flight import PERIOD, Desired
 from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
@@ -109,7 +110,8 @@ def fly_online(
     except Unsatisfiable:
         from ltlplan.search.exact import assign
 
-        assign(mission)  # says which parts cannot hold together
+        if assign(mission).precedences:  # or it says which parts cannot hold together
+            raise Unsatisfiable(NEEDS_WAITS) from None
         raise
     loop = _Loop(mission, team, ordered)
     return loop.fly(used_seed, conditions, max_seconds, progress)

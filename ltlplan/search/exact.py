@@ -23,8 +23,8 @@ from ltlplan.search.counts.meetings import meetings_of
 from ltlplan.search.counts.planning import plan_counts
 from ltlplan.search.counts.refusals import no_counted_plan
 from ltlplan.search.endurance import over_endurance, require_endurance
-from ltlplan.search.interleavings.ordered_plans import plan_ordered
-from ltlplan.search.joint.team_words import joint_possible, plan_joint, plan_joint_makespan
+from ltlplan.search.interleavings.ordered_plans import MOST_STATES, plan_ordered
+from ltlplan.search.joint.team_words import plan_joint, plan_joint_makespan
 from ltlplan.search.lassos.forgetful import closes_at_once
 from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso
 from ltlplan.search.lassos.resting_actions import acts_at_rest, comes_anew
@@ -34,6 +34,7 @@ from ltlplan.search.lassos.team_readers import reads_letters
 from ltlplan.search.lassos.word_lasso import improve_lasso
 from ltlplan.search.makespan import Rule, plan_makespan
 from ltlplan.search.reduced_graph import Team
+from ltlplan.search.refusals.requirements import all_of
 from ltlplan.search.relevant_places import FEW, places_that_matter
 from ltlplan.search.team_search import PlanningOutcome, plan_team
 from ltlplan.systems.region_labels import Layout
@@ -181,11 +182,11 @@ def _assign(mission: Mission, cost: Cost | None, metre: Mapping[str, float] | No
         else:
             found = plan_team(team, task, budget)
     if found.run is None:
-        ordered = None if len(each) == 1 else _assign_ordered(mission, systems, each, automata, atoms(asked))
+        ordered = None if len(each) == 1 else _assign_ordered(mission, systems, each, automata, atoms(asked), budget)
         if ordered is not None:
             require_endurance(mission, systems, ordered.robots)
             return ordered
-        raise _NoWords(lambda: _no_plan(mission, systems, each, found, joint=joint))
+        raise _NoWords(lambda: _no_plan(mission, systems, each, asked, found))
     plan = _assignment(mission, each, found, bound, exhausted)
     require_endurance(mission, systems, plan.robots)
     return replace(plan, notes=(*plan.notes, *_sizes(each, automata, found), *systems.unclear()))
@@ -227,10 +228,16 @@ def _assign_counted(
 
 
 def _assign_ordered(
-    mission: Mission, systems: Systems, each: list[TransitionSystem], automata: Sequence[Automaton], known: dict[str, Atom]
+    mission: Mission,
+    systems: Systems,
+    each: list[TransitionSystem],
+    automata: Sequence[Automaton],
+    known: dict[str, Atom],
+    budget: Budget,
 ) -> Assignment | None:
     """Plan words that hold under precedences between events, where none hold in every order of the robots; None where none do."""
-    found = plan_ordered(each, automata, known, joint=mission.spec.team == "joint")
+    most = min(MOST_STATES, budget.states // 50)
+    found = plan_ordered(each, automata, known, joint=mission.spec.team == "joint", most=most)
     if found is None:
         return None
     robots = {name: itinerary(system, path) for name, system, path in zip(mission.agents, each, found.paths, strict=True)}
@@ -300,33 +307,16 @@ def _assignment(
 
 
 def _no_plan(
-    mission: Mission, systems: Systems, each: list[TransitionSystem], found: PlanningOutcome, *, joint: bool
+    mission: Mission, systems: Systems, each: list[TransitionSystem], asked: Formula, found: PlanningOutcome
 ) -> Unsatisfiable:
     """Return the error that says why there is no plan."""
-    from ltlplan.search.refusals.relaxation import relaxed
-    from ltlplan.search.refusals.unsatisfiable_cores import explain, refused_in_some_order
+    from ltlplan.search.refusals.no_plan import no_plan
 
+    order: list[tuple[str, Word]] = []
     if found.first is not None:
         names, words = tuple(mission.agents), [word_along(s, p) for s, p in zip(each, found.first.paths, strict=True)]
         order = [(names[i], words[i]) for i in found.refused or range(len(names))]
-        return relaxed(mission, refused_in_some_order(mission, order), _cheapest)
-    if joint:
-        return relaxed(mission, explain(mission, systems, each, feasible=_joint_feasible), _cheapest)
-    return relaxed(mission, explain(mission, systems, each), _cheapest)
-
-
-def _joint_feasible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
-    try:
-        return joint_possible(worlds, conjunct_automata(_all_of(parts), "finite"), Budget(states=50_000))
-    except TooLarge:
-        return True  # not known to be impossible
-
-
-def _all_of(parts: Sequence[Formula]) -> Formula:
-    formula = parts[0]
-    for part in parts[1:]:
-        formula = Formula("&", (formula, part))
-    return formula
+    return no_plan(mission, systems, each, asked, order, _cheapest)
 
 
 def itinerary(system: TransitionSystem, path: tuple[int, ...]) -> Itinerary:
@@ -451,7 +441,7 @@ def _no_team_laps(
 
     def possible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
         try:
-            return team_lasso_exists(mission, worlds, _all_of(parts), budget, together=False)
+            return team_lasso_exists(mission, worlds, all_of(parts), budget, together=False)
         except TooLarge:
             return True  # not known to be impossible
 
@@ -486,7 +476,7 @@ def _lasso_exists(parts: Sequence[Formula], system: TransitionSystem, budget: Bu
     from ltlplan.search.lassos.lasso import lasso_exists
 
     try:
-        return lasso_exists(system, conjunct_automata(_all_of(parts), "infinite", budget=budget), budget=budget)
+        return lasso_exists(system, conjunct_automata(all_of(parts), "infinite", budget=budget), budget=budget)
     except TooLarge:
         return True  # not known to be impossible
 

@@ -30,6 +30,11 @@ if TYPE_CHECKING:
 MOST_WALKED = 512
 """States of the automaton, times sets of robots that may still go on, up to which a run is made by walks: their heuristic knows each."""
 
+NEEDS_WAITS = (
+    "No words of these robots hold in every order of the robots, as words do whose tasks are shared in flight. Words that hold while robots "
+    "wait for each other are planned before the flight: `planner.method: exact`, with `ltlplan run`."
+)
+
 WIDTH = 8
 """Walks side by side; by straight lines they cost next to nothing."""
 
@@ -84,7 +89,10 @@ def _by_exact_search(team: PilotedTeam, blocked: set[tuple[str, tuple[Move, ...]
 
     problem: LtlplanError | None = None
     try:
-        found = assign(check_mission(team.left()) if team.steps else team.mission).robots
+        assigned = assign(check_mission(team.left()) if team.steps else team.mission)
+        if assigned.precedences:
+            raise Unsatisfiable(NEEDS_WAITS)
+        found = assigned.robots
         tasks = {name: _part(team.world, team.pilots[name], itinerary) for name, itinerary in found.items()}
         if _holds(team, tasks) and not any((name, task.moves) in blocked for name, task in tasks.items()):
             return tasks

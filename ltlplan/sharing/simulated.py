@@ -25,6 +25,7 @@ from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.sampling.path_problem import PathProblem
 from ltlplan.paths.sampling.word_filter import word_filter
 from ltlplan.sharing.pilot import Pilot
+from ltlplan.sharing.sharing_out import NEEDS_WAITS
 from ltlplan.sharing.team import OnlineTeam
 from ltlplan.sharing.team_in_flight import PERIOD
 from ltlplan.systems.visit_log import VisitLog
@@ -66,7 +67,8 @@ def online_mtac_e(mission: Mission, context: Context) -> Allocation:
     except Unsatisfiable:
         from ltlplan.search.exact import assign
 
-        assign(mission)  # says which parts cannot hold together
+        if assign(mission).precedences:  # or it says which parts cannot hold together
+            raise Unsatisfiable(NEEDS_WAITS) from None
         raise
     flown = {name: _Flown(mission.agents[name].start) for name in mission.agents}
     switched: list[str] = []

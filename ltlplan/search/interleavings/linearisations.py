@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import TooLarge
@@ -24,6 +25,22 @@ At = tuple[int, ...]
 MOST_STEPS = 400_000
 """Steps of looking for a team word that breaks one conjunct."""
 
+
+@dataclass(frozen=True, slots=True)
+class BreakingWord:
+    """A team word that keeps some precedences and breaks a conjunct.
+
+    Attributes:
+        part: Which conjunct, by index.
+        way: Where robots are, one event after another or several at once.
+        reader: Whose letter was read last: a robot, or 0 for the whole team under `joint`.
+    """
+
+    part: int
+    way: tuple[At, ...]
+    reader: int
+
+
 _Node = tuple[At, int, int]
 """Where robots are, the conjunct's state, and the readers (robots, or the team) not yet read, as bits."""
 
@@ -42,8 +59,8 @@ class Linearisations:
         self.ends = tuple(len(word) - 1 for word in self.words)
         self._reading = Reading(marks, joint=joint)
 
-    def broken(self, pairs: Sequence[Pair]) -> list[At] | None:
-        """Return where robots are, one event after another or several at once, in a team word that breaks the formula; None where all satisfy it.
+    def broken(self, pairs: Sequence[Pair]) -> BreakingWord | None:
+        """Return a team word that keeps precedences and breaks the formula; None where all of them satisfy it.
 
         Args:
             pairs: The precedences that are kept.
@@ -54,36 +71,39 @@ class Linearisations:
         before: dict[Event, list[Event]] = {}
         for first, then in pairs:
             before.setdefault(then, []).append(first)
-        return next((way for part in self.marks.parts if (way := self._broken(part, before)) is not None), None)
+        found = (self._broken(index, part, before) for index, part in enumerate(self.marks.parts))
+        return next((word for word in found if word is not None), None)
 
-    def _broken(self, part: JointConjunct, before: Mapping[Event, Sequence[Event]]) -> list[At] | None:
+    def _broken(self, index: int, part: JointConjunct, before: Mapping[Event, Sequence[Event]]) -> BreakingWord | None:
         start, readers = (0,) * len(self.words), 1 if self.joint else len(self.words)
         first = start, part.initial, (1 << readers) - 1
-        came: dict[_Node, _Node | None] = {first: None}
+        came: dict[_Node, tuple[_Node, int | None] | None] = {first: None}
         queue = deque([first])
         steps = 0
         while queue:
             node = queue.popleft()
             at, state, unread = node
             if state == DEAD or (at == self.ends and not unread and not part.accepting(state)):
-                return self._way(came, node)
+                return _word(index, came, node)
             if part.finished(state):
                 continue
-            for following in self._following(part, node, before):
+            for reader, following in self._following(part, node, before):
                 steps += 1
                 if following not in came:
-                    came[following] = node
+                    came[following] = node, reader
                     queue.append(following)
             if steps > MOST_STEPS:
                 raise TooLarge("Trying all orders of some robots' events takes", steps, "steps", MOST_STEPS)
         return None
 
-    def _following(self, part: JointConjunct, node: _Node, before: Mapping[Event, Sequence[Event]]) -> Iterator[_Node]:
+    def _following(
+        self, part: JointConjunct, node: _Node, before: Mapping[Event, Sequence[Event]]
+    ) -> Iterator[tuple[int | None, _Node]]:
         at, state, unread = node
         letters = self._reading.letters(tuple(word[place] for word, place in zip(self.words, at, strict=True)))
         for reader, own in enumerate(letters):
             for letter in own:
-                yield at, part.step(state, letter), unread & ~(1 << reader)
+                yield reader, (at, part.step(state, letter), unread & ~(1 << reader))
         ready = [
             robot
             for robot, place in enumerate(at)
@@ -93,21 +113,23 @@ class Linearisations:
         ]
         if not self.joint:
             for robot in ready:
-                yield (*at[:robot], at[robot] + 1, *at[robot + 1 :]), state, unread | 1 << robot
+                yield None, ((*at[:robot], at[robot] + 1, *at[robot + 1 :]), state, unread | 1 << robot)
             return
         for choice in itertools.product((0, 1), repeat=len(ready)):  # any of them at one instant
             if any(choice):
                 moved = list(at)
                 for robot, moves in zip(ready, choice, strict=True):
                     moved[robot] += moves
-                yield tuple(moved), state, 1
+                yield None, (tuple(moved), state, 1)
 
-    @staticmethod
-    def _way(came: Mapping[_Node, _Node | None], node: _Node) -> list[At]:
-        way: list[At] = []
-        step: _Node | None = node
-        while step is not None:
-            if not way or way[-1] != step[0]:
-                way.append(step[0])
-            step = came[step]
-        return way[::-1]
+
+def _word(part: int, came: Mapping[_Node, tuple[_Node, int | None] | None], node: _Node) -> BreakingWord:
+    """Return the word that has led to a node."""
+    way, reader = [node[0]], None
+    at = node
+    while (step := came[at]) is not None:
+        reader = step[1] if reader is None else reader
+        at = step[0]
+        if way[-1] != at[0]:
+            way.append(at[0])
+    return BreakingWord(part, tuple(reversed(way)), reader or 0)

@@ -35,8 +35,8 @@ def needed_orders(words: Linearisations, order: Sequence[Event], price: Price) -
     ]
     offered.sort()
     pairs: list[Pair] = []
-    while (way := words.broken(pairs)) is not None:
-        missing = next((pair for _, _, pair in offered if _breaks(way, pair)), None)
+    while (broken := words.broken(pairs)) is not None:
+        missing = next((pair for _, _, pair in offered if _breaks(broken.way, pair)), None)
         if missing is None:
             return None
         pairs.append(missing)

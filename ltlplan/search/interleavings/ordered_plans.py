@@ -23,7 +23,7 @@ from verify.data import Infeasible
 from verify.data.language.counting import Atom
 from verify.data.plan import Precedence
 
-MOST_STATES = 30_000
+MOST_STATES = 10_000
 """States of a search over interleavings that are expanded before it says that it cannot tell."""
 
 
@@ -67,26 +67,72 @@ def plan_ordered(
     """
     marks = Marks(automata, atoms)
     reading = Reading(marks, joint=joint)
-    shown = [[shown_at(marks, system, node) for node in range(len(system.labels))] for system in systems]
+    shown = shown_by(marks, systems)
     if not _may_be_possible(systems, shown, reading, most):
         return None
     course = cheapest_course(systems, shown, reading, most)
     if course is None:
         return None
-    paths, order = _paths(systems, course)
-    found = _precedences(marks, systems, paths, order, joint=joint)
+    found = _precedences(marks, systems, course, joint=joint)
     if found is None:
         raise Infeasible(
             "Words satisfy the formula where one robot's event follows another's, but these events are between two actions of one "
             "visit, which no wait can part."
         )
-    return OrderedPlan(paths, found, course.cost, course.reached)
+    return OrderedPlan(_paths(systems, course), found, course.cost, course.reached)
+
+
+def ordered_possible(
+    systems: Sequence[TransitionSystem], automata: Sequence[Automaton], *, joint: bool, most: int = MOST_STATES
+) -> bool:
+    """Tell whether there are words whose team words all satisfy a formula without counts under some precedences.
+
+    Args:
+        systems: One for each robot.
+        automata: One for each conjunct.
+        joint: Whether it reads the letter of the whole team.
+        most: States that may be expanded.
+
+    Raises:
+        TooLarge: The budget was used up; nothing is known.
+    """
+    marks = Marks(automata, {})
+    reading, shown = Reading(marks, joint=joint), shown_by(marks, systems)
+    if not _may_be_possible(systems, shown, reading, most):
+        return False
+    return cheapest_course(systems, shown, reading, most) is not None
+
+
+def shown_by(marks: Marks, systems: Sequence[TransitionSystem]) -> list[list[Shown]]:
+    """Return what each robot shows at each node of its system."""
+    return [[shown_at(marks, system, node) for node in range(len(system.labels))] for system in systems]
+
+
+def words_and_order(marks: Marks, systems: Sequence[TransitionSystem], course: Course) -> tuple[list[list[Shown]], list[Event]]:
+    """Return what each robot shows, letter by letter, along a course, and its events in their order.
+
+    Args:
+        marks: What the formula sees.
+        systems: One for each robot.
+        course: Steps of the robots.
+    """
+    words = [[shown_at(marks, system, system.initial)] for system in systems]
+    at = [system.initial for system in systems]
+    order: list[Event] = []
+    for robot, node in course.steps:
+        if is_event(systems[robot], at[robot], node):
+            words[robot].append(shown_at(marks, systems[robot], node))
+            order.append((robot, len(words[robot]) - 1))
+        at[robot] = node
+    return words, order
 
 
 def _may_be_possible(
     systems: Sequence[TransitionSystem], shown: Sequence[Sequence[Shown]], reading: Reading, most: int
 ) -> bool:
     """Tell whether smaller systems that can do more can do it; True where that takes too long to find out."""
+    if not reading.some_word(shown):
+        return False
     merged = [alike_merged(system, own, reading.is_idle) for system, own in zip(systems, shown, strict=True)]
     try:
         return cheapest_course([system for system, _ in merged], [own for _, own in merged], reading, most) is not None
@@ -95,34 +141,17 @@ def _may_be_possible(
 
 
 def _precedences(
-    marks: Marks,
-    systems: Sequence[TransitionSystem],
-    paths: Sequence[Sequence[int]],
-    order: Sequence[Event],
-    *,
-    joint: bool,
+    marks: Marks, systems: Sequence[TransitionSystem], course: Course, *, joint: bool
 ) -> tuple[Precedence, ...] | None:
-    words = [
-        [shown_at(marks, system, node) for i, node in enumerate(path) if _is_new(system, path, i)]
-        for system, path in zip(systems, paths, strict=True)
-    ]
-    names = Names(systems, paths)
+    words, order = words_and_order(marks, systems, course)
+    names = Names(systems, _paths(systems, course))
     pairs = needed_orders(Linearisations(marks, words, joint=joint), order, names.price)
     return None if pairs is None else tuple(dict.fromkeys(map(names.precedence, pairs)))
 
 
-def _paths(systems: Sequence[TransitionSystem], course: Course) -> tuple[tuple[tuple[int, ...], ...], list[Event]]:
-    """Return each robot's nodes, and the events in their order."""
+def _paths(systems: Sequence[TransitionSystem], course: Course) -> tuple[tuple[int, ...], ...]:
+    """Return each robot's nodes."""
     paths = [[system.initial] for system in systems]
-    letters = [0] * len(systems)
-    order: list[Event] = []
     for robot, node in course.steps:
         paths[robot].append(node)
-        if _is_new(systems[robot], paths[robot], len(paths[robot]) - 1):
-            letters[robot] += 1
-            order.append((robot, letters[robot]))
-    return tuple(map(tuple, paths)), order
-
-
-def _is_new(system: TransitionSystem, path: Sequence[int], index: int) -> bool:
-    return index == 0 or is_event(system, path[index - 1], path[index])
+    return tuple(map(tuple, paths))

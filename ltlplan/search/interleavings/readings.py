@@ -9,12 +9,16 @@ coming to a letter.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable, Sequence
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.search.counts.marks import Marks, Sums
 from ltlplan.search.joint.conjuncts import JointConjunct
 from ltlplan.systems.transition_systems import TransitionSystem
+
+_MOST_LETTERS = 4_000
+"""Letters of a team, or states of the formula, that are looked at to find out whether any word satisfies it."""
 
 Shown = tuple[Sums, ...]
 """The marks that a robot's letter makes; at a wall that rooms share those of each letter that it may show."""
@@ -82,6 +86,30 @@ class Reading:
     def accepting(self, known: Known) -> bool:
         """Tell whether every team word that ends here satisfies the formula."""
         return all(part.accepting(at) for part, at in zip(self._parts, known, strict=True))
+
+    def some_word(self, shown: Sequence[Sequence[Shown]]) -> bool:
+        """Tell whether letters that robots can show satisfy the formula in some order, wherever robots are; True where there are many.
+
+        Args:
+            shown: For each robot what it shows at each node.
+        """
+        distinct = [list(dict.fromkeys(own)) for own in shown]
+        if self.joint and math.prod(map(len, distinct)) > _MOST_LETTERS:
+            return True
+        teams = itertools.product(*distinct) if self.joint else ((each,) for own in distinct for each in own)
+        letters = {letter for team in teams for own in self.letters(team) for letter in own}
+        first = tuple(part.initial for part in self.marks.parts)
+        found, waiting = {first}, [first]
+        for states in waiting:  # grows while it is walked
+            for letter in letters:
+                after = tuple(part.step(state, letter) for part, state in zip(self.marks.parts, states, strict=True))
+                if DEAD in after or after in found:
+                    continue
+                if self.marks.accepting(after) or len(found) > _MOST_LETTERS:
+                    return True
+                found.add(after)
+                waiting.append(after)
+        return False
 
     def is_idle(self, shown: Shown) -> bool:
         """Tell whether it makes no difference that a robot which goes on showing the same is read again."""

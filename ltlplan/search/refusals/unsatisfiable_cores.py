@@ -71,7 +71,7 @@ def explain(mission: Mission, systems: Systems, worlds: Worlds, *, feasible: Fea
         feasible: Whether some requirements can be met in some worlds; by default on finite words, each robot's letters
             by themselves.
     """
-    inquiry = Inquiry(mission, systems, worlds, feasible or _feasible)
+    inquiry = Inquiry(mission, systems, worlds, feasible or in_one_order)
     core = _core(inquiry)
     robots = [world.robot for world in worlds]
 
@@ -99,14 +99,19 @@ def refused_in_some_order(mission: Mission, order: Sequence[tuple[str, Word]]) -
     """
     shown = ", then ".join(f"{robot} {word}" for robot, word in order)
     reason = (
-        "Plans exist that hold in one order of the robots, but none that holds in every order, and none that holds under precedences: a "
-        "letter that a robot holds may be read at any time, again and again. "
+        "Plans exist that hold in one order of the robots, but none that holds in every order, and none under precedences. "
         f"The cheapest one fails, for instance, when they are read one after another as {shown}."
     )
     return NoPlan([mission.spec.formula or "true"], [reason])
 
 
-def _feasible(parts: Sequence[Formula], worlds: Worlds) -> bool:
+def in_one_order(parts: Sequence[Formula], worlds: Worlds) -> bool:
+    """Tell whether some requirements can be met, each robot's letters by themselves, where robots fly one after another.
+
+    Args:
+        parts: The requirements.
+        worlds: One system for each robot, in the order in which they fly.
+    """
     team = Team(worlds)
     try:
         task = Task(conjunct_automata(all_of(parts), "finite"), team.letters, team.walls)

@@ -5,7 +5,11 @@ from __future__ import annotations
 import pytest
 
 import ltlplan
+from ltlplan.logic.budget import TooLarge
+from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.pipeline import certified_team
+from ltlplan.search.interleavings.ordered_plans import plan_ordered
+from ltlplan.systems.robot_systems import Systems
 from tests.helpers.own_places import own_places
 from tests.helpers.worlds import world
 from verify import check_team
@@ -75,3 +79,20 @@ def test_what_no_precedences_mend_stays_impossible(formula: str, team: str) -> N
 def test_what_is_waited_for_is_said() -> None:
     plan = ltlplan.plan(own_places("F b & (!b U a)", {"quad0": "a", "quad1": "b"}))
     assert "Precedence: quad1 enters b only when quad0 has left a." in plan.notes
+
+
+def test_the_letter_that_breaks_every_interleaving_is_said_and_joint_is_offered() -> None:
+    starts = ((-0.5, 0.0), (2.0, 0.0))  # quad1 stands in b, and may be read there at once
+    with pytest.raises(Unsatisfiable, match=r"A single interleaving satisfies it.*quad1's letter \{b\} breaks `!b W a`"):
+        ltlplan.plan(world("F a & (!b W a)", robots=2, starts=starts))
+    with pytest.raises(Unsatisfiable, match=r"quad0's letter \{\} breaks `F \(b & G b\)`.*Under `team: joint`.*a plan exists"):
+        ltlplan.plan(own_places("F(b & G b)", {"quad0": "a", "quad1": "b"}))
+
+
+def test_what_takes_too_many_states_is_not_called_impossible() -> None:
+    mission = own_places("F b & (!b U a)", {"quad0": "a", "quad1": "b"})
+    systems = Systems(mission)
+    with pytest.raises(TooLarge, match="precedences"):
+        plan_ordered(
+            [systems.of(name) for name in mission.agents], conjunct_automata(mission.formula, "finite"), {}, joint=False, most=5
+        )
