@@ -23,16 +23,22 @@ def alike_merged(
         shown: For each node what the formula sees there.
         is_idle: Whether it makes no difference that something is read again.
     """
-    order = list(dict.fromkeys([shown[system.initial], *shown]))
+    reached = [system.initial]
+    seen = {system.initial}
+    for node in reached:  # grows while it is walked
+        fresh = [target for target, _ in system.edges[node] if target not in seen]
+        seen.update(fresh)
+        reached += dict.fromkeys(fresh)
+    order = list(dict.fromkeys(shown[node] for node in reached))
     number = {own: 2 * i for i, own in enumerate(order)}
     edges: list[dict[int, float]] = [{} for _ in range(2 * len(order))]
 
     def lower(source: int, target: int, cost: float) -> None:
         edges[source][target] = min(cost, edges[source].get(target, cost))
 
-    for node, going in enumerate(system.edges):
+    for node in reached:
         here = number[shown[node]]
-        for target, cost in going:
+        for target, cost in system.edges[node]:
             there = number[shown[target]]
             if here != there:
                 for twin in (0, 1):
@@ -43,7 +49,7 @@ def alike_merged(
     ends: dict[int, float] | None = None
     if system.final is not None:
         ends = {}
-        for node in system.final:
+        for node in seen & system.final.keys():
             ends |= {number[shown[node]] + twin: 0.0 for twin in (0, 1)}
     labels = tuple(frozenset({f"{i}"}) for i in range(2 * len(order)))
     merged = replace(

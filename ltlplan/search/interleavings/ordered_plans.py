@@ -131,11 +131,12 @@ def _may_be_possible(
     systems: Sequence[TransitionSystem], shown: Sequence[Sequence[Shown]], reading: Reading, most: int
 ) -> bool:
     """Tell whether smaller systems that can do more can do it; True where that takes too long to find out."""
-    if not reading.some_word(shown):
-        return False
     merged = [alike_merged(system, own, reading.is_idle) for system, own in zip(systems, shown, strict=True)]
+    reachable = [own for _, own in merged]
+    if not reading.some_word(reachable):
+        return False
     try:
-        return cheapest_course([system for system, _ in merged], [own for _, own in merged], reading, most) is not None
+        return cheapest_course([system for system, _ in merged], reachable, reading, most) is not None
     except TooLarge:
         return True
 
