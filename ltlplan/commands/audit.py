@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ltlplan.commands.shared.options import JsonOption, missions_like
+from ltlplan.commands.shared.options import FormulaOption, JsonOption, missions_like, read_mission
 
 if TYPE_CHECKING:
     from verify import Audit
@@ -31,6 +31,7 @@ def command(
             "--mission", help="A mission file or a shipped mission, whose agents they are.", autocompletion=missions_like
         ),
     ] = None,
+    formula: FormulaOption = None,
     vehicle: Annotated[
         str | None, typer.Option("--vehicle", help="A shipped vehicle: its speed, acceleration and twice its radius.")
     ] = None,
@@ -52,16 +53,17 @@ def command(
     """Judge flights of other programs for all times, not for samples; exit code 5 where a claim is not proved."""
     from ltlplan.commands.shared.progress import progress_bar
     from ltlplan.commands.shared.terminal import print_json
-    from ltlplan.missions import load_mission
     from verify import AuditLimits, audit
-    from verify.data import NotCertified
+    from verify.data import BadInput, NotCertified
     from verify.data.storage.single_files import write_single
 
     limits = AuditLimits(
         vehicle=vehicle, workspace=None if workspace is None else workspace.split(","), separation=separation, speed=speed,
         acceleration=acceleration, min_height=min_height, margin=margin,
     )  # fmt: skip
-    asked = None if mission is None else load_mission(mission)
+    if formula is not None and mission is None:
+        raise BadInput("--formula speaks of a mission's regions; give --mission as well.")
+    asked = None if mission is None else read_mission(mission, formula=formula)
     with progress_bar(quiet=json) as progress:
         found = audit(files, asked, limits, progress=progress)
     if out is not None:

@@ -2,5 +2,5 @@
 
 Read `auditing` (the door: what is asked, what is claimed), `fleet` (every piece of every drone in a few arrays), then how files become one:
 `reading`, `crazyswarm_folders`, `skybrush_shows` over `show_archives`. `distances` judges separation on what `near_pieces` cannot prove to
-be apart, `extremes` everything that one drone does by itself, `joints` how pieces join, `letters` a formula.
+be apart, `extremes` everything that one drone does by itself, `joints` how pieces join, `letters` a mission's formula and obstacles.
 """

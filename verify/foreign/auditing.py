@@ -26,6 +26,7 @@ from verify.foreign.distances import Breach, Closest, Separation, judge_distance
 from verify.foreign.extremes import Extreme, rate_extremes, wall_extremes
 from verify.foreign.fleet import Fleet
 from verify.foreign.joints import Joints, home_jumps, jumps
+from verify.foreign.letters import check_words, word_claims
 from verify.foreign.near_pieces import near_pieces
 from verify.foreign.reading import read_fleet
 
@@ -129,13 +130,18 @@ def audit(
 
     Args:
         files: A Skybrush show (`.skyc`), or a folder of CSV files, each of one robot as crazyswarm2 has them, or the files.
-        mission: Whose agents they are: its workspace, separation, vehicles' limits and margin are asked.
+        mission: Whose agents they are: its workspace, separation, vehicles' limits, margin, obstacles and rims are asked, and its formula
+            where it has one.
         limits: Single limits, in place of the mission's or beside it.
         progress: Called with what is being done and the share that is done.
 
     Raises:
-        BadInput: A file is at fault, nothing is asked, or the drones are not the mission's agents.
+        BadInput: A file is at fault, nothing is asked, the drones are not the mission's agents, or its trace is infinite.
+        InternalError: Two independent answers to the formula disagree: a bug of ours.
+        MissingEngine: The mission has a formula, and Spot is absent.
     """
+    if mission is not None:
+        check_words(mission)
     progress("reading", 0.0)
     fleet = read_fleet(files)
     if mission is not None:
@@ -144,7 +150,12 @@ def audit(
             (*homes, ("start", 0, mission.agents[name].start)) for name, homes in zip(fleet.names, fleet.homes, strict=True)
         )
         fleet = replace(fleet, homes=tuple(starts))
-    return judge_fleet(fleet, resolve(fleet, mission, limits), progress)
+    asked = resolve(fleet, mission, limits)
+    found = judge_fleet(fleet, asked, progress)
+    if mission is None:
+        return found
+    progress("the mission's words", 0.9)
+    return replace(found, claims=(*found.claims, *word_claims(mission, fleet, asked)))
 
 
 def judge_fleet(fleet: Fleet, asked: Asked, progress: Progress = silent) -> Audit:

@@ -185,9 +185,10 @@ class _Search:
                 self._note(tree, points, middle, closest)
             one, other = self._pairs(tree, points, radius, max(self.reach, closest.high), middle)
             offset, drift = points[one] - points[other], velocities[one] - velocities[other]
-            along = -(offset * drift).sum(-1) / (drift * drift).sum(-1)
+            along = -_dot(offset, drift) / _dot(drift, drift)
             along = np.clip(np.where(np.isnan(along), 0.0, along), -half, half)
-            least = np.sqrt(((offset + along[:, None] * drift) ** 2).sum(-1)) * (1 - _SLACK) - bend[one] - bend[other]
+            offset += along[:, None] * drift
+            least = np.sqrt(_dot(offset, offset)) * (1 - _SLACK) - bend[one] - bend[other]
             apart = (least >= self.reach) & (least >= closest.high - NEAR)  # what is not known is kept
             if apart.any():
                 closest.low = min(closest.low, float(least[apart].min()))
@@ -234,7 +235,8 @@ class _Search:
             )
         pairs = tree.query_pairs(reach, output_type="ndarray")
         one, other = pairs[:, 0], pairs[:, 1]
-        gap = np.sqrt(((points[one] - points[other]) ** 2).sum(-1)) * (1 - _SLACK) - radius[one] - radius[other]
+        offset = points[one] - points[other]
+        gap = np.sqrt(_dot(offset, offset)) * (1 - _SLACK) - radius[one] - radius[other]
         near = ~(gap > goal)
         return one[near], other[near]
 
@@ -253,6 +255,11 @@ class _Search:
                         found.append((a, b))
         rows = np.array(found, dtype=np.intp).reshape(-1, 2)
         return self._codes(rows[:, 0], rows[:, 1])
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    """Return the inner products of rows. Shape (k,)."""
+    return np.einsum("ij,ij->i", a, b)
 
 
 def _most(fleet: Fleet, rows: Indices, order: int, weights: Floats) -> Floats:

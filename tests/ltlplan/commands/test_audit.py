@@ -47,3 +47,17 @@ def test_json(tmp_path: Path) -> None:
     done = run(tmp_path, "--separation", "0.4", "--json")
     assert done.exit_code == 0
     assert json.loads(done.stdout)["drones"] == 2
+
+
+def test_a_formula_over_a_mission_s_regions(tmp_path: Path) -> None:
+    mission = tmp_path / "hall.yaml"
+    mission.write_text(
+        "format: 1\nname: hall\nregions: {a: {center: [0.5, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}}\n"
+        "agents: {cf1: {start: [0.0, 0.0, 1.0]}, cf2: {start: [0.0, 0.5, 1.0]}}\n"
+        "vehicle: crazyflie-2.1\nworkspace: {min: [-1, -1, 0], max: [2, 2, 2]}\nspec: {formula: F a}\nmargin: 0.01\n"
+    )
+    asked = ("--mission", str(mission), "--acceleration", "9")
+    held, broken = run(tmp_path, *asked), run(tmp_path, *asked, "--formula", "G !a")
+    assert "formula: holds." in held.output
+    assert "formula: fails." in broken.output
+    assert "--mission" in str(run(tmp_path, "--formula", "F a").exception)

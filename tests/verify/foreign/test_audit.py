@@ -116,3 +116,42 @@ def test_a_mission_says_what_is_asked_and_who_must_be_there(folder: Path) -> Non
     (folder / "r1.csv").rename(folder / "r2.csv")
     with pytest.raises(BadInput, match=r"has no flight of 'r1', an agent .* Its flights: r0, r2"):
         verify.audit(folder, mission)
+
+
+HOP = "a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}\nb: {center: [1.0, 0.5, 1.0], radii: [0.2, 0.2, 0.2]}"
+
+
+@pytest.mark.parametrize(
+    ("formula", "outcome"),
+    [
+        ("F a & F b", "holds"),
+        ("F a & G !b", "fails"),
+        ("F (a & F b)", "fails"),
+        ("G (a -> F !a)", "holds"),
+    ],
+)
+@pytest.mark.parametrize("margin", [0.0, 0.02])
+def test_the_mission_s_formula_is_judged(folder: Path, formula: str, outcome: str, margin: float) -> None:
+    for old, new in (("cf1", "r0"), ("cf2", "r1")):
+        (folder / f"{old}.csv").rename(folder / f"{new}.csv")
+    mission = small_mission(formula, regions=HOP, starts=((0.0, 0.0, 1.0), (0.0, 0.5, 1.0)), margin=margin)
+    found = verify.audit(folder, mission, verify.AuditLimits(velocity_jump=1.01))
+    assert outcomes(found)["formula"] == outcome
+    assert bool(found) == (outcome == "holds")
+
+
+def test_obstacles_of_the_mission_are_judged(folder: Path) -> None:
+    (folder / "cf1.csv").rename(folder / "r0.csv")
+    (folder / "cf2.csv").unlink()
+    post = "obstacles: {post: {center: [1.2, 0.3, 1.0], size: [0.2, 0.2, 2.0]}}"
+    near = small_mission("F a", regions=HOP, extra=post)
+    limits = verify.AuditLimits(velocity_jump=1.01)
+    assert outcomes(verify.audit(folder, near, limits))["obstacles"] == "holds"
+    met = small_mission("F a", regions=HOP, extra=post.replace("0.3, 1.0", "0.15, 1.0"))
+    assert outcomes(verify.audit(folder, met, limits))["obstacles"] == "fails"
+
+
+def test_an_infinite_trace_is_refused(folder: Path) -> None:
+    mission = small_mission("G F a", trace="infinite")
+    with pytest.raises(BadInput, match="asks for an infinite trace, and these flights end"):
+        verify.audit(folder, mission)
