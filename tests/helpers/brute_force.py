@@ -149,11 +149,19 @@ def _silently(words: Words, begin: Iterable[Hashable]) -> set[Hashable]:
     return seen
 
 
-class Together:
-    """Robots with one word each, under `own` (one robot is read at a time) or `joint` (all are), in any interleaving."""
+Event = tuple[str, int]
+"""A robot, and the index of the letter of its word that it comes to."""
 
-    def __init__(self, words: Mapping[str, Sequence[Letter]], reading: str) -> None:
+
+class Together:
+    """Robots with one word each, under `own` (one robot is read at a time) or `joint` (all are), in any interleaving.
+
+    Of a pair of events in `before` the first is over before the second happens.
+    """
+
+    def __init__(self, words: Mapping[str, Sequence[Letter]], reading: str, before: Iterable[tuple[Event, Event]] = ()) -> None:
         self.names, self.words, self.reading = list(words), list(words.values()), reading
+        self.before = [((self.names.index(a), i), (self.names.index(b), j)) for (a, i), (b, j) in before]
         self._known: dict[Hashable, list[Edge]] = {}
 
     def initial(self) -> Iterator[Hashable]:
@@ -172,16 +180,22 @@ class Together:
         for r, name in enumerate(self.names):
             word, place = self.words[r], places[r]
             yield {name: word[place]}, (places, _set(read, r, True))
-            if read[r] and place + 1 < len(word):
+            if read[r] and self._may_go_on(places, r):
                 yield None, (_set(places, r, place + 1), _set(read, r, False))
 
     def _joint(self, places: tuple[int, ...], read: bool) -> Iterator[Edge]:
         held = {name: word[place] for name, word, place in zip(self.names, self.words, places, strict=True)}
         yield held, (places, True)
         if read:
-            choices = [(p, p + 1) if p + 1 < len(word) else (p,) for p, word in zip(places, self.words, strict=True)]
+            choices = [(p, p + 1) if self._may_go_on(places, r) else (p,) for r, p in enumerate(places)]
             for after in itertools.product(*choices):
                 yield None, (after, False)
+
+    def _may_go_on(self, places: tuple[int, ...], r: int) -> bool:
+        coming = r, places[r] + 1
+        return coming[1] < len(self.words[r]) and all(
+            places[other] >= letter for (other, letter), then in self.before if then == coming
+        )
 
     def is_final(self, at: Hashable) -> bool:
         places, read = at  # type: ignore[misc]

@@ -20,6 +20,10 @@ from ltlplan.systems.transition_systems import Node, TransitionSystem
 from verify.data import Formula, InternalError, Letter
 from verify.data.language.counting import Atom
 
+_TIES = 1e-6  # m
+_STATES_OUTSIDE = 8_000
+"""Of the search whether a plan would be cheaper in which robots end just outside regions, which is seldom so."""
+
 _Class = tuple[object, ...]
 """What robots at rest have in common that can do the same and are not told apart."""
 
@@ -92,10 +96,32 @@ def _plan(
     for outside in (False, True):  # to end just outside a region is seldom asked for, and doubles the places
         task = _Task(systems, kinds, marks, hovers_outside=outside)
         course = task.search(rooms).cheapest(budget)
-        if course is not None:
-            plan = task.plan(course)
-            return plan if _has_room(systems, plan, rooms.most) else None
+        if course is None:
+            continue
+        plan = task.plan(course)
+        if not _has_room(systems, plan, rooms.most):
+            return None
+        return plan if outside else _beside_leaving(plan, _Task(systems, kinds, marks, hovers_outside=True), rooms)
     return None
+
+
+def _beside_leaving(plan: CountedPlan, task: _Task, rooms: _Rooms) -> CountedPlan:
+    """Return a plan whose bound holds of plans, too, in which robots end just outside regions, or such a one that is cheaper.
+
+    One in which nobody waits for another, and no region is too small, that is: where to hover outside regions beside others, and to
+    wait there, is not planned. `task` has these plans.
+    """
+    try:
+        other = task.search(rooms).cheapest(Budget(states=min(_STATES_OUTSIDE, 4 * plan.reached + 1_000)))
+    except TooLarge:
+        return replace(plan, exact=False)
+    if other is None or not other.exact:
+        return replace(plan, exact=False)
+    if other.cost < plan.bound - _TIES and not rooms.most:
+        cheaper = task.plan(other)
+        if cheaper.cost < plan.cost - _TIES and len(cheaper.stages) == 1:
+            return cheaper
+    return replace(plan, bound=min(plan.bound, other.cost))
 
 
 def _any_course(systems: Sequence[TransitionSystem], kinds: Sequence[str], marks: Marks, budget: Budget) -> bool:
