@@ -70,6 +70,7 @@ EQUIVALENT: dict[str, str] = {
     "_at_sample: level[0] + slack <= (1 - reach) ** 2 -> level[0] + slack < (1 - reach) ** 2": (
         "a sample that is inside by just the slack is no longer said to be: one float, on the side that says less"
     ),
+    "_apart: 1 -> 2 #1": "a share is 1 at most, and less than that after something is taken from it",
     "moved: True -> False": "points of three coordinates are paired, always",
 }
 """By the fault's name."""

@@ -136,6 +136,7 @@ def test_no_stop_leads_into_a_region_that_is_closed_to_the_robot(flown):
     refused = [claim for claim in judge_stop(shut, team, Fraction(1, 2)) if claim.outcome != "holds"]
     there = [name for name in team if closed.level(team[name].evaluate(team[name].duration)[:3]) <= 1]
     assert [(claim.name, claim.robot) for claim in refused] == [("transitions", name) for name in there]
+    assert [claim.sentence for claim in refused] == [f"{name} can enter b, which is open to carrier only." for name in there]
     assert there
 
 

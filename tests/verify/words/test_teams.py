@@ -207,6 +207,7 @@ def test_docks_are_not_shared():
     assert found.sequential
     assert found.parallel.outcome == "fails"
     assert len(found.parallel.readings()) == 3
+    assert found.parallel.robot is None, "the letter that breaks it is the team's"
     assert check_team("G !(dock_a & dock_b)", team, "own")
 
 
