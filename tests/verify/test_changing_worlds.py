@@ -272,6 +272,18 @@ def test_what_appears_and_moves_is_written_and_read_again(tmp_path: Path):
     assert [world.obstacles.get("crate") for world in worlds] == [None, CRATE, CRATE.changed(center=(0.0, 2.0, 1.0))]
 
 
+def test_a_solid_body_counts_as_long_as_it_stands_there():
+    """The robot is where the crate may stand at 6 s. From when the first world is does not matter."""
+    mission = small_mission("F a")
+    crate = CRATE.changed(center=(2.0, 1.0, 1.0))
+    solid = mission.changed(obstacles={"crate": crate})
+    for since in (0.0, 7.0):
+        assert claims(check_flight(flown(), Asked((World(since, solid),)), max_speed=0.8))["obstacles"] == {"fails"}
+    for time, outcome in ((5.0, "fails"), (7.0, "holds")):
+        found = verdict(mission, ObstacleAppears(time=time, name="crate", obstacle=crate))
+        assert claims(found)["obstacles"] == {outcome}
+
+
 @pytest.mark.parametrize(
     ("event", "says"),
     [

@@ -156,6 +156,10 @@ def test_a_second_dip_that_is_not_deep_enough_to_be_sure_is_on_the_way():
     )
     straight = joined(legs([[0, 0, 1], [1.1, 0, 1]], speed=0.1), legs([[1.1, 0, 1], [2, 0, 1]], speed=0.8))
     assert judged(limited_plan(world(A, "a: {speed: 0.5}"), "a"), {"r0": straight}).holds
+    slow = legs([[0, 0, 1], [1.1, 0, 1], [1.22, 0, 1], [1.195, 0, 1]], speed=0.03)
+    within = legs([[1.195, 0, 1], [1.18, 0, 1]], speed=0.06)  # in a hurry where it is back already, but not for sure
+    team = {"r0": joined(slow, within, legs([[1.18, 0, 1], [2, 0, 1]], speed=0.03))}
+    assert [kept(limited_plan(world(A, f"a: {{speed: {most}}}"), "a"), team) for most in (0.1, 0.14)] == [False, True]
 
 
 def test_who_starts_in_a_region_is_not_on_the_way_there():
