@@ -116,6 +116,7 @@ def test_a_region_that_jumps_while_another_edge_is_near_leaves_the_order_open(fl
     verdicts = whole(before, team, {}, 1.0, worlds=[before, after])
     assert verdicts[0].outcome == "undecided"
     assert "a jumps" in verdicts[0].sentence
+    assert "at 1.000 s" in verdicts[0].sentence
 
 
 def test_coming_to_rest_is_judged(flown):

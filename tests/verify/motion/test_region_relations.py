@@ -11,7 +11,9 @@ from scipy.optimize import linprog
 
 from tests.helpers.solids import Holds, random_solid
 from verify.behaviour.timeline import Relations
+from verify.data.shapes.inequalities import Inequality
 from verify.data.shapes.region import Region
+from verify.motion.convex_bodies import ConvexPart, are_apart
 from verify.motion.regions import relations
 
 
@@ -56,6 +58,20 @@ def test_polyhedra_are_apart_exactly_where_a_linear_programme_says_so() -> None:
         assert proved == (deep < 0)
         apart, together = apart + proved, together + (not proved)
     assert min(apart, together) > 4
+
+
+@pytest.mark.parametrize(("gap", "apart"), [(0.1, True), (0.001, True), (-0.001, False)])
+def test_round_parts_beside_each_other_are_told_apart_along_no_axis_and_not_from_centre_to_centre(
+    gap: float, apart: bool
+) -> None:
+    """Two alike ellipsoids, turned by 30 degrees: only planes between their nearest points hold them apart."""
+    turn = np.array([[np.sqrt(3), -1.0, 0.0], [1.0, np.sqrt(3), 0.0], [0.0, 0.0, 2.0]]) / 2
+    form = turn @ np.diag([1.0, 0.3**-2, 0.3**-2]) @ turn.T
+    x, y, z = (tuple(row) for row in ((form + form.T) / 2).tolist())
+    body = (Inequality(quadratic=(x, y, z)),)
+    beside = turn @ np.array([0.5, (0.3 + gap / 2) * np.sqrt(4 - 0.25), 0.0])  # they would touch there, but for the gap
+    first, second = ConvexPart((0.0, 0.0, 1.0), body), ConvexPart((float(beside[0]), float(beside[1]), 1.0), body)
+    assert are_apart(first, second) == are_apart(second, first) == apart
 
 
 def common_points(first: Holds, second: Holds, rng: np.random.Generator) -> float:

@@ -7,7 +7,7 @@ import pytest
 from flint import arb
 
 from tests.helpers.flights import legs, small_mission
-from verify.arithmetic.balls import constants
+from verify.arithmetic.balls import Balls, constants
 from verify.motion.paths import read_team
 from verify.motion.tilt import tilt_peaks
 
@@ -40,3 +40,13 @@ def test_obtuse_angles_lie_between_the_two_bounds(degrees):
     found = steady(math.sin(angle), 0.0, math.cos(angle))
     assert found.lower[0] - 1e-15 <= angle <= found.upper[0] + 1e-15
     assert found.upper[0] - found.lower[0] < 1e-9
+
+
+@pytest.mark.parametrize("limit", [2.0, 5.0, 50.0])
+def test_a_tilt_is_bounded_as_tightly_under_a_small_limit(limit: float) -> None:
+    """A force that swings to one side and back, at most half the limit from the vertical."""
+    side = 2 * math.tan(math.radians(limit / 2))  # a parabola reaches half its middle coefficient
+    force = Balls(np.array([[[0.0, side, 0.0], [0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]]), np.zeros((1, 3, 3)))
+    found = tilt_peaks(PATHS, force, [math.radians(limit)])
+    assert found.lower[0] - 1e-15 <= math.radians(limit / 2) <= found.upper[0] + 1e-15
+    assert found.upper[0] - found.lower[0] < 1e-4 * math.radians(limit)
