@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from ltlplan.missions import load_mission
 from ltlplan.planner import SEQUENCE, make_plan
-from ltlplan.precedences import with_waits
+from ltlplan.precedences import with_planned_waits, with_waits
 from ltlplan.result import Result
 from verify.data import (
     BadInput,
@@ -328,8 +328,20 @@ def _mended(refused: Refused) -> Draft:
     if refused.rounds >= refused.draft.last_round:
         sentences = " ".join(claim.sentence for claim in refused.claims)
         raise NotCertified(f"Not certified after {refused.rounds} rounds of refinement. {sentences}", latest)
-    waiting, witnesses = with_waits(refused.draft.plan, latest), (*refused.draft.witnesses, *latest)
-    return replace(refused.draft, plan=waiting, rounds=refused.rounds, witnesses=witnesses)
+    made, witnesses = refused.draft.plan, (*refused.draft.witnesses, *latest)
+    try:
+        waiting = with_waits(made, latest)
+    except NotCertified:
+        planned = with_planned_waits(made)
+        if planned is None:
+            raise
+    else:
+        broken = waiting is made and any(witness.claim == "formula" for witness in latest)
+        planned = with_planned_waits(made) if broken else None
+        if planned is None:
+            return replace(refused.draft, plan=waiting, rounds=refused.rounds, witnesses=witnesses)
+    others = tuple(witness for witness in witnesses if witness.claim != "formula")  # planning has ordered all events
+    return replace(refused.draft, plan=planned, rounds=refused.rounds, witnesses=others)
 
 
 def run(

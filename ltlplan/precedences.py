@@ -1,7 +1,7 @@
 """Waits between robots: taken from the counterexamples of a refused `timed` claim, kept in the plan.
 
 The assignment stays as it is; one robot's visit is put after another's. Waits that would go round in a circle are
-refused, because no schedule can keep them.
+refused, because no schedule can keep them. Where counterexamples name no waits, or only such, planning is asked for an order of all events.
 """
 
 from __future__ import annotations
@@ -35,6 +35,22 @@ def with_waits(plan: Plan, witnesses: Iterable[Witness]) -> Plan:
         named = " before ".join(f"{robot}'s visit of {plan.robots[robot].visits[visit].region}" for robot, visit in circle)
         raise NotCertified(f"The waits that the formula asks for go round in a circle: {named}.", witnesses)
     return plan.model_copy(update={"precedences": tuple(known)})
+
+
+def with_planned_waits(plan: Plan) -> Plan | None:
+    """Return the plan with precedences that planning finds for its words, in the place of those that it has; None where that changes nothing.
+
+    Args:
+        plan: The plan whose trajectories were refused, with no waits that mend them.
+    """
+    if plan.mission.spec.trace == "infinite" or len(plan.robots) < 2 or plan.meetings:
+        return None
+    from ltlplan.search.interleavings.planned_words import precedences_for
+
+    found = precedences_for(plan)
+    if not found or set(found) <= set(plan.precedences):
+        return None
+    return plan.model_copy(update={"precedences": found})
 
 
 def _circle(plan: Plan, precedences: Iterable[Precedence]) -> list[tuple[str, int]]:

@@ -117,11 +117,21 @@ class Precedence(Value):
 
     def sentence(self, robots: Mapping[str, RobotPlan]) -> str:
         """Return the precedence in words, such as "quad1 enters b only when quad0 has left a"."""
-        (first, i), (then, j) = self.first, self.then
-        what, where = robots[first].visits[i].region, robots[then].visits[j].region
+        (first, _), (then, _) = self.first, self.then
+        what, where = _place(robots, *self.first), _place(robots, *self.then)
         done = {"left": "left", "entered": "entered", "acted": "acted in"}[self.done]
         due = {"enters": "enters", "leaves": "leaves", "acts": "acts in"}[self.due]
         return f"{then} {due} {where} only when {first} has {done} {what}"
+
+
+def _place(robots: Mapping[str, RobotPlan], name: str, visit: int) -> str:
+    """Return where a visit is made; of several visits of a region also which one it is."""
+    regions = [each.region for each in robots[name].visits]
+    region = regions[visit]
+    if regions.count(region) == 1:
+        return region
+    number = regions[: visit + 1].count(region)
+    return f"{region} for the {('first', 'second', 'third')[number - 1] if number <= 3 else f'{number}th'} time"
 
 
 class Meeting(Value):

@@ -74,7 +74,7 @@ def _due(visits: tuple[_Visit, ...], number: int, wait: Precedence | Meeting) ->
 
 def _visits(plan: Plan, name: str, robot: RobotPlan) -> tuple[_Visit, ...] | None:
     """Return where in its word a robot's visits are; None where the word shows others."""
-    letters, regions = robot.word.letters, plan.mission.all_regions.keys()
+    letters, regions = robot.word.letters, frozenset(plan.mission.all_regions)
     stays = sorted(_stays([letter & regions for letter in letters]), key=lambda stay: _rank(*stay))
     planned = [visit.region for visit in robot.visits]
     if len(stays) == len(planned) + 1 and stays[0][1] == 0:

@@ -150,7 +150,7 @@ def _round(draft: Draft, progress: Progress) -> Outcome:
     except NotCertified as error:
         seen = watch_json(draft.plan, after.team, certificate)
         return Outcome(b"", found, files=((NAME, seen),), problem=problem_of(error))
-    found["precedences"] = [[list(wait.first), list(wait.then)] for wait in following.plan.precedences]
+    found["precedences"] = [wait.sentence(following.plan.robots) for wait in following.plan.precedences]
     return Outcome(to_bytes(following), found, f"{ROUND} {following.rounds + 1}")
 
 

@@ -210,8 +210,8 @@ def _round(found: Found) -> None:
             Words("li", f"{claim['name']}: {claim['sentence']}")
         if len(refused) > _REFUSALS:
             Words("li", f"and {len(refused) - _REFUSALS} more", "soft")
-    for (first, before), (then, after) in found.get("precedences", ()):
-        Words("p", f"From now on {first}'s visit {before + 1} is over before {then}'s visit {after + 1} begins.", "soft")
+    for sentence in found.get("precedences", ()):
+        Words("p", f"From now on {sentence}.", "soft")
 
 
 def _flight(found: Found) -> None:

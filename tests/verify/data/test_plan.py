@@ -4,7 +4,7 @@ import pytest
 
 from ltlplan.missions import load_mission
 from verify.data import BadInput, Plan, RobotPlan, Visit, Waypoint, Word
-from verify.data.plan import plan_from_json
+from verify.data.plan import Precedence, check_plan, plan_from_json
 from verify.data.sections import Action
 
 
@@ -108,3 +108,26 @@ def test_a_letter_is_a_set_and_names_each_once() -> None:
     letters[2] = ["water", "carrying", "water"]
     with pytest.raises(BadInput, match=r"robots\.quad0\.word\.prefix\.2: this is not written as a plan is"):
         plan_from_json(json.dumps(data), plan.mission)
+
+
+def test_a_plain_precedence_is_written_as_it_always_was_and_others_with_what_they_say() -> None:
+    plan = firefighting_plan()
+    visits = {name: robot.model_copy(update={"visits": (Visit(region="smoke"),) * 2}) for name, robot in plan.robots.items()}
+    plain = Precedence(first=("quad0", 0), then=("quad1", 1))
+    other = Precedence(first=("quad0", 1), then=("quad1", 0), done="entered", due="leaves")
+    made = plan.model_copy(update={"robots": visits, "precedences": (plain, other)})
+    written = json.loads(made.to_json())["precedences"]
+    assert written[0] == {"first": ["quad0", 0], "then": ["quad1", 1]}
+    assert plan_from_json(made.to_json(), made.mission).precedences == (plain, other)
+    assert (
+        other.sentence(made.robots)
+        == "quad1 leaves smoke for the first time only when quad0 has entered smoke for the second time"
+    )
+
+
+def test_a_precedence_waits_for_an_action_that_there_is() -> None:
+    plan = firefighting_plan()
+    visits = {name: robot.model_copy(update={"visits": (Visit(region="smoke"),)}) for name, robot in plan.robots.items()}
+    wait = Precedence(first=("quad0", 0), then=("quad1", 0), done="acted")
+    with pytest.raises(BadInput, match="an action of quad0 in visit 0, which has none"):
+        check_plan(plan.model_copy(update={"robots": visits, "precedences": (wait,)}))

@@ -96,3 +96,12 @@ def test_what_takes_too_many_states_is_not_called_impossible() -> None:
         plan_ordered(
             [systems.of(name) for name in mission.agents], conjunct_automata(mission.formula, "finite"), {}, joint=False, most=5
         )
+
+
+@pytest.mark.parametrize("team", ["own", "joint"])
+def test_what_counterexamples_cannot_mend_goes_back_to_planning(team: str) -> None:
+    """Under `joint` the robot that is waited for never leaves, so no wait that a counterexample names helps."""
+    plan = ltlplan.plan(own_places("F a & (!a U b)", {"quad0": "a", "quad1": "b"}, team=team))
+    done = certified_team(plan.model_copy(update={"precedences": ()}))
+    assert done.rounds == 2
+    assert done.plan.precedences == plan.precedences
