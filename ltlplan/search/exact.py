@@ -28,8 +28,9 @@ from ltlplan.search.joint.team_words import plan_joint, plan_joint_makespan
 from ltlplan.search.lassos.forgetful import closes_at_once
 from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso
 from ltlplan.search.lassos.resting_actions import acts_at_rest, comes_anew
+from ltlplan.search.lassos.shared_parts import parts_of, share_out
 from ltlplan.search.lassos.team_itineraries import team_itineraries, team_meetings
-from ltlplan.search.lassos.team_lassos import plan_team_lasso, team_lasso_exists
+from ltlplan.search.lassos.team_lassos import TeamLasso, plan_team_lasso, team_lasso_exists
 from ltlplan.search.lassos.team_readers import reads_letters
 from ltlplan.search.lassos.word_lasso import improve_lasso
 from ltlplan.search.makespan import Rule, plan_makespan
@@ -410,25 +411,34 @@ def _improved(
 
 def _assign_team_laps(mission: Mission, systems: Systems, each: list[TransitionSystem], budget: Budget) -> Assignment:
     """Plan a team's laps; as many count as are flown."""
-    asked = _asked(mission, each)
-    found = plan_team_lasso(mission, each, asked, budget)
-    if found is None:
-        raise _NoWords(lambda: _no_team_laps(mission, systems, each, budget))
-    robots = team_itineraries(each, found, mission.spec.repeat)
-    waits = team_meetings(each, found)
-    notes = [f"The search reached {found.reached:,} places of the team's product, in which one robot flies at a time."]
+    asked, longest = _asked(mission, each), mission.planner.objective == "longest"
+    parts = parts_of(mission, asked)
+    if parts is not None:
+        shared = share_out(mission, each, parts, budget, longest=longest)
+        if shared is None:
+            raise _NoWords(lambda: _no_team_laps(mission, systems, each, budget))
+        found = TeamLasso(shared.prefixes, shared.laps, None, shared.least, shared.least is not None, shared.lassos)
+        notes = [f"The parts of the formula were shared out, by {shared.lassos:,} lassos of single robots."]
+    else:
+        product = plan_team_lasso(mission, each, asked, budget)
+        if product is None:
+            raise _NoWords(lambda: _no_team_laps(mission, systems, each, budget))
+        found = product
+        notes = [f"The search reached {found.reached:,} places of the team's product, in which one robot flies at a time."]
+    robots, waits = team_itineraries(each, found, mission.spec.repeat), team_meetings(each, found)
     if waits:
         notes.append("Robots wait for each other within each lap, as the formula asks.")
     total, least = sum(robot.cost for robot in robots.values()), found.least
-    complete = least is not None and total <= least + TIES
-    if not complete:
+    if longest:
+        total = max(robot.cost for robot in robots.values())
+        if parts is None:
+            notes.append("Laps have the smallest sum of costs; the dearest robot may not be the cheapest.")
+            least = None if least is None else least / len(robots)
+    complete = least is not None and total <= least + 2 * TIES
+    if not complete and not longest:
         notes.append(
             "The cheapest laps of robots that fly one at a time." if found.exact else "A cheaper lap was not ruled out."
         )
-    if mission.planner.objective == "longest":
-        notes.append("Laps have the smallest sum of costs; the dearest robot may not be the cheapest.")
-        total, complete = max(robot.cost for robot in robots.values()), False
-        least = None if least is None else least / len(robots)
     return Assignment(robots, total, least, complete, 1, (*notes, *systems.unclear()), tuple(waits))
 
 
@@ -441,15 +451,19 @@ def _no_team_laps(
 
     def possible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
         try:
+            if (shared := parts_of(mission, all_of(parts))) is not None:
+                return share_out(mission, worlds, shared, budget, longest=False) is not None
             return team_lasso_exists(mission, worlds, all_of(parts), budget, together=False)
-        except TooLarge:
+        except (TooLarge, Infeasible):
             return True  # not known to be impossible
 
-    try:
-        waits = team_lasso_exists(mission, each, _asked(mission, each), budget, together=True)
-    except TooLarge:
-        waits = True
-    if waits or not reads_letters(mission, _asked(mission, each)):
+    asked, waits = _asked(mission, each), False
+    if parts_of(mission, asked) is None:
+        try:
+            waits = not reads_letters(mission, asked) or team_lasso_exists(mission, each, asked, budget, together=True)
+        except TooLarge:
+            waits = True
+    if waits:
         return Infeasible(
             "No laps were found in which one robot flies at a time while the others rest, in regions or at their starts. Others may exist, "
             "in which robots hover outside all regions for one another, or are read in a lap where they only rest: these are not planned. Give such "

@@ -34,7 +34,8 @@ def main(*wanted: str) -> None:
         certificate = certified_team(ltlplan.plan(mission)).certificate
         seconds = time.process_time() - begin
         assert certificate.holds
-        proved = "yes" if words.complete else f"no, at least {words.lower_bound:.1f} m"
+        least = "no" if words.lower_bound is None else f"no, at least {words.lower_bound:.1f} m"
+        proved = "yes" if words.complete else least
         print(
             f"{name} | {published} | {searched:.2f} s | {words.cost:.1f} m | {proved} | {seconds:.1f} s | {certificate.duration:.1f} s",
             flush=True,

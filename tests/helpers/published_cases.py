@@ -1,6 +1,6 @@
 """Formulas of published case studies for teams, as missions: places in the air are ours, the work is theirs.
 
-Bai: `bairuofei/sampling_ltl_planning`, its second case. Schillinger: Schillinger, Buerger, Dimarogonas, "Simultaneous task allocation and
+Bai: `bairuofei/sampling_ltl_planning`, both cases. LOMAP: `wasserfeder/lomap`, its example ijrr2013 with two robots. Schillinger: Schillinger, Buerger, Dimarogonas, "Simultaneous task allocation and
 planning for temporal logic goals in heterogeneous multi-robot systems" (IJRR 2018), its second and third case. What they say by "until,
 and then not" (`F(p & carry & (carry U (d10 & !carry)))`) is said by actions here: what was picked up is put down where that is
 permitted and nowhere else, and the internal state after it, `left10`, is shown.
@@ -34,6 +34,41 @@ def bai_second(team: str = "own") -> Mission:
     """Return Bai's second case: two robots that begin in `r_begin`."""
     radii = {"r_begin": 0.8, "r_u1": 0.6, "r_z": 0.6}
     return world(BAI_SECOND, robots=2, regions=BAI_PLACES, radii=radii, starts=((-0.3, 0.0), (0.3, 0.0)), team=team)
+
+
+BAI_FIRST = "G F f_b & G F f_h & G F f_n & (!(f_m | f_pg | f_n) U e_h)"
+BAI_ROOMS = {
+    "f_b": (-2.5, -2.0),
+    "f_h": (0.0, -2.2),
+    "f_n": (2.5, -2.0),
+    "f_m": (-2.5, 2.0),
+    "f_pg": (0.0, 0.5),
+    "e_h": (2.5, 2.0),
+}
+
+
+def bai_first() -> Mission:
+    """Return Bai's first case: two robots that come to three rooms again and again, and to some not before `e_h`."""
+    radii, starts = dict.fromkeys(BAI_ROOMS, 0.5), ((-1.0, -0.8), (1.0, 2.0))
+    return world(BAI_FIRST, robots=2, regions=BAI_ROOMS, radii=radii, starts=starts, trace="infinite")
+
+
+LOMAP_FIFTH = "G F gather1 & G F gather2 & G F gather3 & G F gather4"
+
+
+def lomap_fifth() -> Mission:
+    """Return LOMAP's fifth case: a patrol of two, of whom neither is to fly much more than the other."""
+    places = {"gather1": (-2.0, -2.0), "gather2": (2.0, -2.0), "gather3": (2.0, 2.0), "gather4": (-2.0, 2.0)}
+    radii, starts = dict.fromkeys(places, 0.4), ((-1.0, 0.0), (1.0, 0.0))
+    return world(LOMAP_FIFTH, robots=2, regions=places, radii=radii, starts=starts, trace="infinite", objective="longest")
+
+
+def meeting_in_each_lap() -> Mission:
+    """Return two robots that meet again and again, and come to a place of their own in between."""
+    places = {"post": (0.0, 0.0), "west": (-2.0, 0.0), "east": (2.0, 0.0)}
+    formula = "G F(count(post) >= 2) & G F quad0.west & G F quad1.east"
+    radii, starts = {"post": 0.6, "west": 0.4, "east": 0.4}, ((-1.0, 1.5), (1.0, 1.5))
+    return world(formula, robots=2, regions=places, radii=radii, starts=starts, trace="infinite", team="joint")
 
 
 def _robot(begun: dict[str, str], ended: dict[str, str], more: str = "", switches: str = "") -> str:
@@ -79,9 +114,12 @@ def ten_meet() -> Mission:
 
 
 CASES: dict[str, tuple[Callable[[], Mission], str]] = {
+    "Bai, first": (bai_first, "225 product states, 10.6 s"),
     "Bai, second": (bai_second, "0.41 s by search, 3.7 s by sampling, discrete plan only"),
     "Schillinger, second": (schillinger_second, "11.5 s, cost 88"),
     "Schillinger, third": (schillinger_third, "21.1 s, cost 98"),
+    "LOMAP, fifth": (lomap_fifth, "-"),
+    "a meeting in each lap": (meeting_in_each_lap, "-"),
     "five gather": (gathering, "-"),
     "ten meet": (ten_meet, "-"),
 }

@@ -2,5 +2,5 @@
 
 Read `lasso`; `rounds` finds the cheapest cycle that shows every mark, and `word_lasso` is for automata that choose.
 For teams read `team_lassos`: the product of all robots (`team_system`), how it is read (`team_readers`), and what may be done at the same
-time (`team_stages`).
+time (`team_stages`); `shared_parts` needs no product where the formula's parts can be given to one robot each.
 """

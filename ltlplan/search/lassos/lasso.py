@@ -11,7 +11,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from ltlplan.search.lassos.team_readers import Reader
 from verify.data import Letter
 
 State = tuple[int, ...]
+_Node = TypeVar("_Node")
 
 TIE = 1e-7  # m; less than this are the tiny amounts that break ties, and what they add up to
 _STEP, _HOVER = 1e-10, 1e-11
@@ -188,6 +189,19 @@ def cheapest_lasso(
                     walked.way(lap[0])[:-1], tuple(walked.nodes[p] for p in lap), reached, (found.cost - reached) / weight
                 )
     return None if best is None else replace(best, bound=min(bound, best_cost))
+
+
+def begun_soonest(prefix: Sequence[_Node], cycle: Sequence[_Node]) -> tuple[list[_Node], list[_Node]]:
+    """Return the same infinite path with its cycle begun as soon as it can be.
+
+    Args:
+        prefix: Nodes before the cycle.
+        cycle: Nodes that are repeated.
+    """
+    once, again = list(prefix), list(cycle)
+    while once and once[-1] == again[-1]:
+        again = [once.pop(), *again[:-1]]
+    return once, again
 
 
 def lasso_exists(system: Walkable, automata: Sequence[Reader], *, budget: Budget = DEFAULT_BUDGET) -> bool:

@@ -52,6 +52,8 @@ def team_meetings(each: Sequence[TransitionSystem], lasso: TeamLasso) -> list[Me
     Raises:
         Infeasible: A robot would have to wait where it visits nothing, or with an action.
     """
+    if lasso.course is None:
+        return []
     prefixes = [len(_visits(system, prefix)) for system, prefix in zip(each, lasso.prefixes, strict=True)]
     begun = [len(system.nodes[lap[0]].regions) for system, lap in zip(each, lasso.laps, strict=True)]
     found = [

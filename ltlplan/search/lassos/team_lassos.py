@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from ltlplan.logic.budget import Budget, TooLarge
-from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso, lasso_exists
+from ltlplan.search.lassos.lasso import LassoRun, begun_soonest, cheapest_lasso, lasso_exists
 from ltlplan.search.lassos.team_readers import team_readers
 from ltlplan.search.lassos.team_stages import Course, Move, Stage, staged
 from ltlplan.search.lassos.team_system import Nodes, TeamSystem
@@ -32,15 +32,15 @@ class TeamLasso:
     Attributes:
         prefixes: Each robot's nodes up to where its lap begins, that one included.
         laps: Each robot's nodes in a lap, from where it begins back to there; one node where it rests.
-        course: The same in stages.
+        course: The same in stages; None where no robot waits for another.
         least: No laps cost less in sum; None where that is not known.
         exact: Whether no laps of robots that fly one at a time cost less.
-        reached: Places of the product that were walked over.
+        reached: Places of the product that were walked over, or lassos of single robots.
     """
 
     prefixes: tuple[tuple[int, ...], ...]
     laps: tuple[tuple[int, ...], ...]
-    course: Course
+    course: Course | None
     least: float | None
     exact: bool
     reached: int
@@ -120,8 +120,7 @@ def _too_large(robots: int, error: TooLarge) -> TooLarge:
 
 def _turned(mission: Mission, system: TeamSystem, run: LassoRun) -> tuple[list[Nodes], list[Nodes]]:
     """Return what the team goes through before and in a lap, which begins and ends where all robots rest."""
-    prefix = [system.nodes(place) for place in run.prefix]
-    cycle = [system.nodes(place) for place in run.cycle]
+    prefix, cycle = begun_soonest([system.nodes(place) for place in run.prefix], [system.nodes(place) for place in run.cycle])
     turns = [turn for turn, nodes in enumerate(cycle) if _can_begin(mission, system, nodes)]
     if not turns:
         raise Infeasible(

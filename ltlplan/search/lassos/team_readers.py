@@ -211,6 +211,16 @@ def reads_letters(mission: Mission, asked: Formula) -> bool:
     return mission.spec.team == "joint" or all(_operators(part)[1] is not None for part in conjuncts(asked))
 
 
+def temporal_operators(formula: Formula) -> str | None:
+    """Return the temporal operators around a condition on one letter, the last two that differ at the most; None for other formulas.
+
+    Args:
+        formula: A conjunct.
+    """
+    operators, condition = _operators(formula)
+    return None if condition is None else operators
+
+
 def _operators(formula: Formula) -> tuple[str, Formula | None]:
     """Return a formula as operators around a condition on one letter; no condition where it is not of that form."""
     operators, negated = "", False

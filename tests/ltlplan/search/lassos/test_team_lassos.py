@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
+from ltlplan.search.lassos.shared_parts import parts_of, share_out
 from ltlplan.search.lassos.team_lassos import plan_team_lasso
 from ltlplan.search.lassos.team_stages import Stage
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -105,7 +106,7 @@ def test_every_order_within_a_stage_does_what_is_asked(each, formula: str, team:
         found = plan_team_lasso(asked, each, asked.formula, DEFAULT_BUDGET)
     except BadInput:  # the conjunct has to guess under `own`
         return
-    if found is None:
+    if found is None or found.course is None:
         return
     for _ in range(8):
         at = list(found.course.begin)
@@ -146,10 +147,12 @@ def test_robots_wait_only_for_what_the_formula_asks():
     asked = mission("G F q0.b & G F q0.a & G F q1.b & G(!q0.b | !q1.b)", team="joint", robots=2, trace="infinite")
     found = plan_team_lasso(asked, (TWO_PLACES, TWO_PLACES), asked.formula, DEFAULT_BUDGET)
     assert found is not None
+    assert found.course is not None
     assert len(found.course.lap) > 1
     free = mission("G F q0.b & G F q0.a & G F q1.b", team="joint", robots=2, trace="infinite")
     found = plan_team_lasso(free, (TWO_PLACES, TWO_PLACES), free.formula, DEFAULT_BUDGET)
     assert found is not None
+    assert found.course is not None
     assert len(found.course.lap) == 1
 
 
@@ -162,3 +165,33 @@ def test_what_is_too_large_says_for_what_laps_are_planned():
     asked = mission("G F a & F b", robots=2, trace="infinite")
     with pytest.raises(TooLarge, match="product of all 2 robots"):
         plan_team_lasso(asked, (TWO_PLACES, TWO_PLACES), asked.formula, Budget(lasso=3))
+
+
+PARTS = ("G F a", "G F b", "G F c", "F a", "F b")
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.tuples(systems(), systems()), st.lists(st.sampled_from(PARTS), min_size=1, max_size=3, unique=True), st.booleans())
+def test_parts_are_shared_out_at_the_least_cost(each, parts: list[str], longest: bool):
+    """Against every way to give the parts to the two, each robot's laps tried by hand."""
+    asked = mission(" & ".join(parts), robots=2, trace="infinite")
+    split = parts_of(asked, asked.formula)
+    assert split is not None
+    found = share_out(asked, each, split, DEFAULT_BUDGET, longest=longest)
+    ways = []
+    for chosen in itertools.product((0, 1), repeat=len(parts)):
+        costs = [
+            cheapest_by_hand([s], " & ".join(["true", *(p for p, who in zip(parts, chosen, strict=True) if who == robot)]), 5)
+            for robot, s in enumerate(each)
+        ]
+        if None not in costs:
+            ways.append(max(costs) if longest else sum(costs))
+    if found is None:
+        assert not ways
+    elif ways and found.least is not None:
+        assert found.least <= min(ways) + 1e-5
+        priced = [
+            sum(min(c for n, c in s.edges[a] if n == b) for way in (p, lap) for a, b in itertools.pairwise(way))
+            for s, p, lap in zip(each, found.prefixes, found.laps, strict=True)
+        ]
+        assert (max(priced) if longest else sum(priced)) <= min(ways) + 1e-5
