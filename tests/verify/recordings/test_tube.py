@@ -79,3 +79,16 @@ def test_at_the_margin_itself_rounding_leaves_it_open():
         still = track("r0", times, positions, Bounds(speed=1e-14, error=0.0), start=0.1, stop=0.2)
         outcomes.append(tube_claim(still, path, Alignment(0.0, 0.0, None, True), 1000.0, 10.0).outcome)
     assert outcomes == ["undecided", "holds"]
+
+
+@pytest.mark.parametrize("speed", [1.0, 4.0])
+@pytest.mark.parametrize("stop", [0.7, 0.9])
+def test_a_plan_that_moves_away_from_a_robot_that_stands_is_followed_to_the_last_instant(stop, speed):
+    """It is farthest at the end of the judged time, which lies between two samples: at the margin to a part in 10^8."""
+    knots, coefficients = np.array([0.0, 10.0]), np.zeros((1, 3, 8))
+    coefficients[0, 0, 1] = speed
+    path = PlannedPath("r0", knots, coefficients, speed, 0.0, knots, np.zeros(2), np.zeros(2))
+    still = track("r0", np.array([0.0, 1.0]), np.zeros((2, 3)), Bounds(speed=1e-14, error=0.0), start=0.0, stop=stop)
+    margins = (speed * stop - 1e-8, speed * stop + 1e-8)
+    found = [tube_claim(still, path, Alignment(0.0, 0.0, None, True), margin, 10.0).outcome for margin in margins]
+    assert found == ["undecided", "holds"]
