@@ -61,7 +61,9 @@ def test_laps_keep_their_order():
 def test_who_is_late_meets_who_is_in_the_next_lap(error: Fraction, outcome: str):
     """q0 is in the gate at a lap's begin, q1 at its end: with clocks that differ by more than what is between, both at once."""
     lines = timeline("q0", ("a", 3, 4), cycle=2), timeline("q1", ("b", 17, 18), cycle=2)
-    assert judged("G !(a & b)", *lines, team="joint", error=error).outcome == outcome
+    verdict = judged("G !(a & b)", *lines, team="joint", error=error)
+    assert verdict.outcome == outcome
+    assert verdict.time == (17.0 if outcome == "fails" else None), "in the lap of who is late"
 
 
 @pytest.mark.parametrize(("formula", "outcome"), [("G(count(a) <= 1)", "holds"), ("G F(count(a) >= 2)", "fails")])
