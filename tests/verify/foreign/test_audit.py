@@ -52,6 +52,9 @@ def test_every_claim_of_a_sound_folder_holds(folder: Path) -> None:
         ({"workspace": (-1, -1, 0, 1.5, 3, 2)}, "workspace", "passes the wall x max at 1.5 m: it is at 2 m at"),
         ({"min_height": 1.0001}, "height", "comes down to z = 1 m"),
         ({"separation": 0.5, "margin": 0.001}, "separation", "cf1 and cf2 are nearer than 0.5020 m"),
+        ({"min_height": 0.9995, "margin": 0.001}, "height", "comes down to z = 1 m"),
+        ({"workspace": (-0.0005, -1, 0, 3, 3, 2), "margin": 0.001}, "workspace", "passes the wall x min at"),
+        ({"workspace": (-1, -1, 0, 2.0005, 3, 2), "margin": 0.001}, "workspace", "passes the wall x max at"),
     ],
 )
 def test_what_a_limit_refuses(folder: Path, limit: dict[str, Any], name: str, sentence: str) -> None:
