@@ -71,6 +71,15 @@ EQUIVALENT: dict[str, str] = {
         "a sample that is inside by just the slack is no longer said to be: one float, on the side that says less"
     ),
     "_apart: 1 -> 2 #1": "a share is 1 at most, and less than that after something is taken from it",
+    "_Search.of: 16.0 -> 32.0": "only by how much longer than the flights the time is by which drones' keys lie apart",
+    "_Search._state: -1 -> 1 #2": "of two coefficients, all but the last are the first",
+    "_Search._state: time - starts[:, 0] - starts[:, 1] -> time - starts[:, 0] + starts[:, 1]": (
+        "the second part of a start is what a float loses of it, and times may be off by more than that there"
+    ),
+    "_Search.during: speed * half -> speed / half": (
+        "half a part is a second at the most: within a larger radius more pairs are looked at, and none less"
+    ),
+    "_quotient: 1e-290 -> 2e-290": "so small a number is there only where all others are zero",
     "moved: True -> False": "points of three coordinates are paired, always",
 }
 """By the fault's name."""
