@@ -27,6 +27,7 @@ from verify.data import (
     NotCertified,
     Plan,
     Trajectory,
+    Unsatisfiable,
     Witness,
     check_mission,
     check_plan,
@@ -328,20 +329,42 @@ def _mended(refused: Refused) -> Draft:
     if refused.rounds >= refused.draft.last_round:
         sentences = " ".join(claim.sentence for claim in refused.claims)
         raise NotCertified(f"Not certified after {refused.rounds} rounds of refinement. {sentences}", latest)
-    made, witnesses = refused.draft.plan, (*refused.draft.witnesses, *latest)
+    draft, witnesses = refused.draft, (*refused.draft.witnesses, *latest)
     try:
-        waiting = with_waits(made, latest)
+        waiting = with_waits(draft.plan, latest)
+        mends = waiting is not draft.plan or all(witness.claim != "formula" for witness in latest)
     except NotCertified:
-        planned = with_planned_waits(made)
-        if planned is None:
+        replanned = _replanned(refused)
+        if replanned is None:
             raise
-    else:
-        broken = waiting is made and any(witness.claim == "formula" for witness in latest)
-        planned = with_planned_waits(made) if broken else None
-        if planned is None:
-            return replace(refused.draft, plan=waiting, rounds=refused.rounds, witnesses=witnesses)
-    others = tuple(witness for witness in witnesses if witness.claim != "formula")  # planning has ordered all events
-    return replace(refused.draft, plan=planned, rounds=refused.rounds, witnesses=others)
+        return replanned
+    replanned = None if mends else _replanned(refused)
+    return replanned or replace(draft, plan=waiting, rounds=refused.rounds, witnesses=witnesses)
+
+
+def _replanned(refused: Refused) -> Draft | None:
+    """Return the draft with precedences that planning finds for its words, or with other words that have some; None where it finds none."""
+    draft = refused.draft
+    others = tuple(witness for witness in draft.witnesses if witness.claim != "formula")  # planning orders all events
+    try:
+        planned = with_planned_waits(draft.plan)
+    except Unsatisfiable:
+        planned = _with_other_words(draft.plan)
+    return None if planned is None else replace(draft, plan=planned, rounds=refused.rounds, witnesses=others)
+
+
+def _with_other_words(made: Plan) -> Plan | None:
+    """Return a plan whose words hold under precedences, in the place of one that holds in every order of whole words and in no flight."""
+    from ltlplan.search.method import under_precedences
+
+    if made.method == SEQUENCE or made.mission.soft_parts:
+        return None
+    try:
+        other = plan(made.mission, method=under_precedences)
+    except (BadInput, Unsatisfiable, Infeasible, NotCertified):
+        return None
+    why = "Words that hold in every order of the robots were given up: they hold under no precedences, as a flight asks."
+    return other.model_copy(update={"method": made.method, "notes": (*other.notes, why)})
 
 
 def run(

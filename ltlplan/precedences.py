@@ -42,6 +42,9 @@ def with_planned_waits(plan: Plan) -> Plan | None:
 
     Args:
         plan: The plan whose trajectories were refused, with no waits that mend them.
+
+    Raises:
+        Unsatisfiable: The words satisfy the formula under no precedences, so that other words are needed.
     """
     if plan.mission.spec.trace == "infinite" or len(plan.robots) < 2 or plan.meetings:
         return None

@@ -199,6 +199,7 @@ def _read(evidence: Evidence, margin: Fraction) -> _Readings:
             internal=plan.mission.initial_letter(robot),
             actions=actions,
             cycle=knot,
+            unplanned=matching.extra is not None,
         )
         visits.append(visit_claim(robot, matching, fault))
         passages.append(passage_claim(evidence, robot, matching, spans[robot], passed[robot], margin))

@@ -110,6 +110,35 @@ def assign(
     return in_units_of(mission, found) if cost is None else found
 
 
+def assign_under_precedences(
+    mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAULT_BUDGET
+) -> Assignment | None:
+    """Share a finite mission by the cheapest words that hold under precedences, also where dearer or other words hold in every order.
+
+    Args:
+        mission: Of several robots.
+        cost: Cost of a leg, as for `assign`.
+        budget: Bounds on the search.
+
+    Returns:
+        None where there are no such words.
+
+    Raises:
+        Infeasible: It brings not all back before a vehicle's endurance ends.
+        TooLarge: A budget was used up before an answer was found.
+    """
+    layout = Layout(mission)
+    systems = Systems(mission, cost, places=places_that_matter(mission, layout), layout=layout)
+    each = [systems.of(name) for name in mission.agents]
+    asked = _asked(mission, each)
+    automata = conjunct_automata(asked, "finite", budget=budget)
+    found = _assign_ordered(mission, systems, each, automata, atoms(asked), budget)
+    if found is None:
+        return None
+    require_endurance(mission, systems, found.robots)
+    return in_units_of(mission, found) if cost is None else found
+
+
 class _NoWords(Unsatisfiable):
     """There is no plan; why is found out where it is asked."""
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ltlplan.allocation import Allocation, Context, Leg
-from ltlplan.search.exact import assign, in_units_of
+from ltlplan.search.exact import Assignment, assign, assign_under_precedences, in_units_of
 from ltlplan.systems.robot_systems import Systems
-from verify.data import Mission
+from verify.data import Mission, Unsatisfiable
 
 if TYPE_CHECKING:
     from ltlplan.systems.transition_systems import Cost, Point
@@ -37,6 +37,29 @@ def exact(mission: Mission, context: Context) -> Allocation:
         found = in_units_of(mission, assign(mission, cost=_avoiding(mission, context.blocked)))
     else:
         found = assign(mission)
+    return _allocation(found)
+
+
+def under_precedences(mission: Mission, context: Context) -> Allocation:
+    """Share a finite mission by the cheapest words that hold under precedences, for words that hold in every order and cannot be flown.
+
+    Args:
+        mission: Of several robots.
+        context: Progress, and legs that are blocked; draws nothing.
+
+    Raises:
+        Unsatisfiable: There are no such words.
+        Infeasible: No way to share it brings all back before a vehicle's endurance ends.
+        TooLarge: A budget was used up before an answer was found.
+    """
+    context.progress("searching words and who waits for whom", 0.05)
+    found = assign_under_precedences(mission, cost=_avoiding(mission, context.blocked) if context.blocked else None)
+    if found is None:
+        raise Unsatisfiable("No words satisfy the formula under any precedences between the robots' events.")
+    return _allocation(in_units_of(mission, found) if context.blocked else found)
+
+
+def _allocation(found: Assignment) -> Allocation:
     return Allocation(
         robots=found.robots,
         cost=found.cost,

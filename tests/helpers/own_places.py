@@ -8,13 +8,21 @@ from tests.helpers.worlds import PLACES, STARTS
 from verify.data import Mission, parse_mission
 
 
-def own_places(formula: str, may_enter: Mapping[str, str], *, team: str = "own", extra: str = "") -> Mission:
+def own_places(
+    formula: str,
+    may_enter: Mapping[str, str],
+    *,
+    team: str = "own",
+    starts: tuple[tuple[float, float], ...] = STARTS,
+    extra: str = "",
+) -> Mission:
     """Return a mission in a plane.
 
     Args:
         formula: Over a, b, c, d.
         may_enter: For each robot the regions that it may enter, in one string.
         team: How it is read.
+        starts: Where robots start, x and y in m.
         extra: YAML for further keys.
     """
     used = [place for place in PLACES if any(place in places for places in may_enter.values())]
@@ -24,7 +32,7 @@ def own_places(formula: str, may_enter: Mapping[str, str], *, team: str = "own",
         x, y = PLACES[place]
         lines.append(f"  {place}: {{center: [{x}, {y}, 1.0], radii: [0.2, 0.2, 0.2], only: [{', '.join(kinds)}]}}")
     lines += ["robots:", *(f"  k{i}: {{initial: idle, states: {{idle: []}}}}" for i in range(len(may_enter))), "agents:"]
-    for i, (name, (x, y)) in enumerate(zip(may_enter, STARTS, strict=False)):
+    for i, (name, (x, y)) in enumerate(zip(may_enter, starts, strict=False)):
         lines.append(f"  {name}: {{start: [{x}, {y}, 1.0], robot: k{i}}}")
     lines += [
         "vehicle: crazyflie-2.1",

@@ -274,7 +274,7 @@ def _nominal(timeline: Timeline) -> _Robot:
             inside.discard(region)
             closed.setdefault(region, []).append(len(letters))
         letters.append(frozenset(inside) | internal)
-    offset = 1 if stays and stays[0][0] <= 0 and not any(a.visit == 0 and a.at == stays[0][2] for a in timeline.actions) else 0
+    offset = 1 if timeline.unplanned else 0
     visits: list[_Visit] = []
     for number, (start, stop, region) in enumerate(stays):
         first = opened[region].pop(0)

@@ -65,6 +65,7 @@ class Timeline:
         internal: Internal propositions at time 0.
         actions: Changes of the internal state, sorted by time.
         cycle: Time at which the cycle begins, for a lasso; None for a finite flight.
+        unplanned: Whether the stay in which the flight begins is no visit of the plan.
     """
 
     robot: str
@@ -74,6 +75,7 @@ class Timeline:
     internal: frozenset[str] = frozenset()
     actions: tuple[InternalChange, ...] = ()
     cycle: Fraction | None = None
+    unplanned: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,17 +11,20 @@ from ltlplan.search.interleavings.event_names import event_names
 from ltlplan.search.interleavings.ordered_plans import plan_ordered
 from ltlplan.systems.transition_systems import Node, TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
-from verify.data import Infeasible, Letter, Plan, RobotPlan
+from verify.data import Infeasible, Letter, Plan, RobotPlan, Unsatisfiable
 from verify.data.language.counting import atoms
 from verify.data.plan import Precedence
 from verify.data.sections import Action
 
 
 def precedences_for(plan: Plan) -> tuple[Precedence, ...] | None:
-    """Return few precedences under which every team word of a plan's words satisfies the formula; None where none were found.
+    """Return few precedences under which every team word of a plan's words satisfies the formula; None where that is not known.
 
     Args:
         plan: Of a finite trace.
+
+    Raises:
+        Unsatisfiable: These words satisfy it under no precedences.
     """
     systems = [_chain(plan, name, robot) for name, robot in plan.robots.items()]
     known = [system for system in systems if system is not None]
@@ -34,7 +37,9 @@ def precedences_for(plan: Plan) -> tuple[Precedence, ...] | None:
         )
     except (TooLarge, Infeasible):
         return None
-    return None if found is None else found.precedences
+    if found is None:
+        raise Unsatisfiable("These words satisfy the formula under no precedences between their events.")
+    return found.precedences
 
 
 def _chain(plan: Plan, name: str, robot: RobotPlan) -> TransitionSystem | None:

@@ -105,3 +105,16 @@ def test_what_counterexamples_cannot_mend_goes_back_to_planning(team: str) -> No
     done = certified_team(plan.model_copy(update={"precedences": ()}))
     assert done.rounds == 2
     assert done.plan.precedences == plan.precedences
+
+
+def test_words_that_only_whole_words_in_turn_keep_are_given_up_for_others() -> None:
+    """Each order of the robots does it; but b may be read late, so no flight of these words does unless quad0 leaves b."""
+    asked = "F a & F c & G(a -> (!c U b)) & G(c -> (!a U d)) & F b & F d"
+    mission = own_places(asked, {"quad0": "ab", "quad1": "cd"}, starts=((0.0, 0.0), (3.0, 3.0)))
+    plan = ltlplan.plan(mission)
+    assert not plan.precedences
+    done = certified_team(plan)
+    assert done.rounds == 2
+    assert waits(done.plan) == ["quad1 enters c only when quad0 has left b"]
+    assert any("given up" in note for note in done.plan.notes)
+    assert done.plan.method == plan.method
