@@ -67,13 +67,6 @@ def test_what_a_limit_refuses(folder: Path, limit: dict[str, Any], name: str, se
         assert all(claim.margin == -abs(claim.bound - claim.limit) for claim in broken)
 
 
-@pytest.mark.parametrize(("least", "outcome"), [(0.5, "holds"), (0.51, "fails")])
-def test_a_flight_may_be_over_in_a_hundredth_of_a_second(tmp_path: Path, least: float, outcome: str) -> None:
-    for name, y in (("cf1", 0.0), ("cf2", 0.5)):
-        (tmp_path / f"{name}.csv").write_text(csv_text([(0.01, {"x": (0.0, 1.0), "y": (y,)})]))
-    assert outcomes(verify.audit(tmp_path, limits=verify.AuditLimits(separation=least)))["separation"] == outcome
-
-
 def test_acceleration_is_not_claimed_of_velocities_that_jump(folder: Path) -> None:
     found = verify.audit(folder, limits=verify.AuditLimits(acceleration=5.0))
     assert not found

@@ -53,6 +53,16 @@ def test_the_broad_phase_leaves_nothing_out(seed: int, common: bool, monkeypatch
         same(plainly(fleet, asked), quickly(fleet, asked, monkeypatch))
 
 
+@pytest.mark.parametrize("seed", [80, 237, 353])
+def test_pairs_are_kept_of_which_one_drone_changes_pieces_meanwhile(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 400 teams those in which a breach is near a joint of one drone's path alone."""
+    rng = np.random.default_rng(seed)
+    pieces = {"drones": int(rng.integers(2, 9)), "pieces": int(rng.integers(1, 3))}
+    fleet = wandering(**pieces, rng=rng, common=False, size=float(rng.uniform(2, 12)))
+    asked = asking(float(rng.uniform(0.01, 1.0)), fleet)
+    same(plainly(fleet, asked), quickly(fleet, asked, monkeypatch))
+
+
 @pytest.mark.slow
 def test_the_broad_phase_leaves_nothing_out_of_many_teams(monkeypatch: pytest.MonkeyPatch) -> None:
     """Random teams, of few pieces and of many, whose clocks agree or do not."""
@@ -86,9 +96,9 @@ def test_the_judge_agrees_with_a_dense_sampler(seed: int) -> None:
     assert least - 0.02 < nearest.low
 
 
-def passing(offset: float) -> Fleet:
-    """Return two drones that pass each other at 10 m/s, at that distance at the nearest, at 0.5 s."""
-    knots = np.array([[0.0, 0.0], [1.0, 0.0]])
+def passing(offset: float, seconds: float = 1.0) -> Fleet:
+    """Return two drones that fly 10 m past each other in some seconds, at that distance at the nearest, half-way."""
+    knots = np.array([[0.0, 0.0], [seconds, 0.0]])
     straight = [np.array([[[-5.0, 5.0], [0.0, 0.0], [1.0, 1.0]]]), np.array([[[5.0, -5.0], [offset, offset], [1.0, 1.0]]])]
     return assemble("show", "bernstein", [Flight(f"d{i}", knots, v, np.ones(1, np.int8)) for i, v in enumerate(straight)])
 
@@ -101,6 +111,12 @@ def test_ties_are_decided_exactly(monkeypatch: pytest.MonkeyPatch) -> None:
         assert nearest.low <= 0.25 <= nearest.high + 1e-9
         _, breaches = judge(fleet, asking(float(np.nextafter(0.25, 1)), fleet))
         assert [(b.one, b.other) for b in breaches] == [(0, 1)]
+
+
+def test_a_flight_may_be_over_in_a_hundredth_of_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
+    fleet = passing(0.25, seconds=0.01)
+    _, breaches = quickly(fleet, asking(0.3, fleet), monkeypatch)
+    assert [(b.one, b.other) for b in breaches] == [(0, 1)]
 
 
 def test_a_breach_says_when_it_begins_and_ends() -> None:
