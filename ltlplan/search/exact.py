@@ -7,6 +7,7 @@ timed claim may still add waits.
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,7 +20,7 @@ from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.task import Task
 from ltlplan.search.counts.capacities import small_rooms
-from ltlplan.search.counts.meetings import meetings_of
+from ltlplan.search.counts.meetings import HoversOutside, meetings_of
 from ltlplan.search.counts.planning import plan_counts
 from ltlplan.search.counts.refusals import no_counted_plan
 from ltlplan.search.endurance import over_endurance, require_endurance
@@ -238,13 +239,20 @@ def _assign_counted(
         from ltlplan.search.refusals.relaxation import relaxed
 
         raise _NoWords(lambda: relaxed(mission, no_counted_plan(mission, each, kinds, asked), _cheapest))
+    try:
+        waits = meetings_of(each, found)
+    except HoversOutside:  # but flights may be timed so that nobody has to
+        with contextlib.suppress(TooLarge, Infeasible):
+            ordered = _assign_ordered(mission, systems, each, automata, known, budget)
+            if ordered is not None:
+                return ordered
+        raise
     robots = {name: itinerary(system, path) for name, system, path in zip(mission.agents, each, found.paths, strict=True)}
     total = sum(robot.cost for robot in robots.values())
     complete = found.exact and total <= found.bound + TIES
     notes = [f"The search reached {found.reached:,} states: how many robots rest where, and what is done."]
     if not complete:
         notes.append("A cheaper plan was not ruled out: who flies what was decided after how many fly where.")
-    waits = meetings_of(each, found)
     if waits:
         notes.append(
             f"Robots wait for each other: the plan has {len(found.stages)} stages, each begun when the one before has ended."

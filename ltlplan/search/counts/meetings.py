@@ -12,6 +12,10 @@ from verify.data import BadInput
 from verify.data.plan import Meeting
 
 
+class HoversOutside(BadInput):
+    """A robot would have to hover outside all regions while others are still to set out."""
+
+
 def meetings_of(systems: Sequence[TransitionSystem], plan: CountedPlan) -> list[Meeting]:
     """Return the waits between stages: each robot of a stage sets out when all others of the one before have arrived.
 
@@ -20,7 +24,7 @@ def meetings_of(systems: Sequence[TransitionSystem], plan: CountedPlan) -> list[
         plan: Its paths, turns and stages.
 
     Raises:
-        BadInput: A robot would have to come to rest in no region while others are still to set out.
+        HoversOutside: A robot would have to come to rest in no region while others are still to set out.
     """
     return list(dict.fromkeys(_meetings(systems, plan)))
 
@@ -39,13 +43,13 @@ def _meetings(systems: Sequence[TransitionSystem], plan: CountedPlan) -> Iterato
             _, before, after = plan.turns[turn]
             setting_out = visits(robot, before)
             if visits(robot, after) == setting_out:
-                raise BadInput(_OUTSIDE.format(name=systems[robot].robot))
+                raise HoversOutside(_OUTSIDE.format(name=systems[robot].robot))
             for other, other_turn in sorted(last.items()):
                 _, began, arrived = plan.turns[other_turn]
                 if other == robot:
                     continue
                 if visits(other, arrived) == visits(other, began) or not systems[other].labels[plan.paths[other][arrived - 1]]:
-                    raise BadInput(_OUTSIDE.format(name=systems[other].robot))
+                    raise HoversOutside(_OUTSIDE.format(name=systems[other].robot))
                 yield Meeting(
                     first=(systems[other].robot, visits(other, arrived) - 1), then=(systems[robot].robot, setting_out)
                 )

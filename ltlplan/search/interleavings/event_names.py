@@ -51,9 +51,11 @@ def event_names(system: TransitionSystem, path: Sequence[int]) -> list[EventName
                 acted.setdefault(log.current(at), []).append(len(found))
             found.append((done, due))
         label, regions, internal = system.labels[index], node.regions, node.internal
+    lasting = {log.current(region) for region in regions}
     for visit, events in acted.items():
         found[events[0]][1].append(("acts", visit))
-        found[events[-1]][0].append(("acted", visit))
+        if visit not in lasting:  # else its actions come later the longer the others fly
+            found[events[-1]][0].append(("acted", visit))
     place = log.numbers
     return [
         EventName(tuple((what, place[visit]) for what, visit in done), tuple((what, place[visit]) for what, visit in due))

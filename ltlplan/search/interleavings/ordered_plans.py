@@ -7,7 +7,7 @@ precedences do. Then few of the precedences of that course are kept, so that rob
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import TooLarge
@@ -70,16 +70,30 @@ def plan_ordered(
     shown = shown_by(marks, systems)
     if not _may_be_possible(systems, shown, reading, most):
         return None
-    course = cheapest_course(systems, shown, reading, most)
-    if course is None:
-        return None
-    found = _precedences(marks, systems, course, joint=joint)
-    if found is None:
+    refused = False
+    for robots in (systems, [_leaving_after_actions(system) for system in systems]):
+        course = cheapest_course(robots, shown, reading, most)
+        if course is None:
+            break
+        found = _precedences(marks, systems, course, joint=joint)
+        if found is not None:
+            return OrderedPlan(_paths(systems, course), found, course.cost, course.reached)
+        refused = True
+    if refused:
         raise Infeasible(
-            "Words satisfy the formula where one robot's event follows another's, but these events are between two actions of one "
-            "visit, which no wait can part."
+            "Words satisfy the formula where one robot's event follows another's, but it is an action that nobody can wait for: one of several "
+            "in its visit, or one of a visit that lasts to the end."
         )
-    return OrderedPlan(_paths(systems, course), found, course.cost, course.reached)
+    return None
+
+
+def _leaving_after_actions(system: TransitionSystem) -> TransitionSystem:
+    """Return the system without ends in regions where it acts: an action is over for sure when its region is left."""
+    acting = {action.at for action in system.actions}
+    if not acting:
+        return system
+    ends = dict.fromkeys(range(len(system.labels)), 0.0) if system.final is None else system.final
+    return replace(system, final={n: cost for n, cost in ends.items() if acting.isdisjoint(system.nodes[n].regions)})
 
 
 def ordered_possible(

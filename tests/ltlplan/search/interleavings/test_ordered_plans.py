@@ -13,7 +13,7 @@ from ltlplan.systems.robot_systems import Systems
 from tests.helpers.own_places import own_places
 from tests.helpers.worlds import world
 from verify import check_team
-from verify.data import Plan, Unsatisfiable
+from verify.data import Plan, Unsatisfiable, parse_mission
 from verify.words.planned_order import check_planned_order
 
 
@@ -118,3 +118,36 @@ def test_words_that_only_whole_words_in_turn_keep_are_given_up_for_others() -> N
     assert waits(done.plan) == ["quad1 enters c only when quad0 has left b"]
     assert any("given up" in note for note in done.plan.notes)
     assert done.plan.method == plan.method
+
+
+ACTING = """
+format: 1
+name: acts
+spec: {{formula: "{formula}", team: joint}}
+regions:
+  water: {{center: [-1.0, 0, 1.0], radii: [0.3, 0.3, 0.3], only: [tanker]}}
+  b: {{center: [1.0, 0, 1.0], radii: [0.3, 0.3, 0.3], only: [scout]}}
+robots:
+  tanker: {{initial: empty, states: {{empty: [], full: [carrying]}}, actions: [{{from: empty, to: full, at: water}}]}}
+  scout: {{initial: idle, states: {{idle: []}}}}
+agents:
+  slow: {{start: [-1.9, 0.8, 1.0], robot: tanker}}
+  fast: {{start: [1.9, 0.8, 1.0], robot: scout}}
+vehicle: crazyflie-2.1
+workspace: {{min: [-3, -3, 0.2], max: [3, 3, 2.0]}}
+margin: 0.05
+"""
+
+
+@pytest.mark.parametrize(
+    ("formula", "wait"),
+    [
+        ("F carrying & (!carrying U b)", "slow acts in water only when fast has entered b"),
+        ("F b & (!b U carrying)", "fast enters b only when slow has left water"),  # an action of a last visit has no early end
+    ],
+)
+def test_robots_wait_for_actions_and_with_them(formula: str, wait: str) -> None:
+    plan = ltlplan.plan(parse_mission(ACTING.format(formula=formula)))
+    assert waits(plan) == [wait]
+    assert check_planned_order(plan).outcome == "holds"
+    assert certified_team(plan).certificate.holds
