@@ -47,3 +47,10 @@ def desk(browser: Browser, page: Callable[[str], Path]) -> Callable[[str], Tab]:
         return tab
 
     return at_the_beginning
+
+
+@pytest.fixture(scope="module")
+def narrow(browser: Browser, page: Callable[[str], Path]) -> Callable[[str, bool], Tab]:
+    """Return a page in dark colours as it is seen on a phone or in a narrow window; it is opened once and left as it was found."""
+    opened = functools.cache(lambda name, phone: browser.open(page(name), width=390, phone=phone, dark=True))
+    return lambda name, phone: opened(name, phone).to_front()

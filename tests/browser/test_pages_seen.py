@@ -15,6 +15,7 @@ pytestmark = [
 
 Page = Callable[[str], Path]
 Desk = Callable[[str], Tab]
+Narrow = Callable[[str, bool], Tab]
 
 PAGES = ("report", "show", "campaign", "online")
 
@@ -79,10 +80,8 @@ def test_a_page_draws_from_its_file_alone_without_a_complaint(desk: Desk, name: 
     ],
     ids=[*(f"{name} on a phone" for name in PAGES), "campaign in a window", "online in a window"],
 )  # fmt: skip
-def test_nothing_scrolls_sideways_or_lies_over_words_on_a_narrow_screen(
-    browser: Browser, page: Page, name: str, phone: bool
-) -> None:
-    tab = browser.open(page(name), width=390, phone=phone)
+def test_nothing_scrolls_sideways_or_lies_over_words_on_a_narrow_screen(narrow: Narrow, name: str, phone: bool) -> None:
+    tab = narrow(name, phone)
     assert tab.run("document.documentElement.scrollWidth <= innerWidth")
     assert tab.run("document.documentElement.scrollWidth <= document.documentElement.clientWidth")
     for figure in tab.run(BOXES):
@@ -96,7 +95,6 @@ def test_nothing_scrolls_sideways_or_lies_over_words_on_a_narrow_screen(
             assert low <= figure["plot"][1] + 1, f"{figure['name']}: the legend lies over the picture"
     for scene in tab.run(SCENES):
         assert max(abs(part) for corner in scene["corners"] for part in corner) < ROOM, "axes are clipped"
-    tab.close()
 
 
 @pytest.mark.parametrize("name", ["report", "show", "online"])
@@ -173,11 +171,9 @@ def test_a_hoop_that_moved_is_seen_where_it_was_at_the_time(desk: Desk) -> None:
     assert re.search(r"3\.0 s: water moves to", text(tab, "happened"))
 
 
-def test_colours_follow_the_reader(browser: Browser, page: Page, desk: Desk) -> None:
+def test_colours_follow_the_reader(narrow: Narrow, desk: Desk) -> None:
     lightness = "getComputedStyle(document.querySelector('#errors .xtick text')).fill.match(/[0-9]+/g).map(Number)"
-    dark = browser.open(page("campaign"), dark=True)
-    assert sum(desk("campaign").run(lightness)) < 200 < 500 < sum(dark.run(lightness))
-    dark.close()
+    assert sum(desk("campaign").run(lightness)) < 200 < 500 < sum(narrow("campaign", False).run(lightness))
 
 
 @pytest.mark.parametrize("name", ["report", *(pytest.param(name, marks=pytest.mark.slow) for name in PAGES[1:])])

@@ -198,8 +198,11 @@ def _the_flight_plays(visitor: Visitor) -> None:
     assert visitor.page.locator(".todo b").all_inner_texts() == ["open", "open", "kept so far"]
     visitor.page.keyboard.press("+")
     assert visitor.page.locator(".speed").input_value() == "2"
+    for _ in range(3):
+        visitor.page.keyboard.press("-")
+    assert visitor.page.locator(".speed").input_value() == "0.25", "a flight that is over before it is stopped begins anew"
     visitor.page.keyboard.press("Space")
-    visitor.wait(f"{now} > 0.3")
+    visitor.wait(f"{now} > 0.05")
     visitor.page.keyboard.press("Space")
     stopped = visitor.page.evaluate(now)
     visitor.page.keyboard.press("ArrowRight")
