@@ -61,5 +61,11 @@ def _may_gain_without(formula: Formula, name: str, *, wanted: bool) -> bool:
             return _may_gain_without(first, name, wanted=not wanted) or _may_gain_without(second, name, wanted=wanted)
         case "<->" | "xor":
             return name in formula.names()
+        case "count":
+            sign = formula.bound[0] if formula.bound is not None else "=="
+            few = sign in ("<", "<=")
+            return (
+                name in formula.names() if sign == "==" else _may_gain_without(formula.arguments[0], name, wanted=wanted != few)
+            )
         case _:  # all others only gain where an argument becomes true
             return any(_may_gain_without(part, name, wanted=wanted) for part in formula.arguments)

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from random import Random
 from typing import Protocol
 
 from tests.helpers.plain_team_words import holds
@@ -73,6 +74,26 @@ class Vectors:
 
     def is_true(self, vector: int) -> bool:
         return bool(vector >> self.root & 1)
+
+
+def for_ever(formula: Formula, robots: Sequence[str], prefix: Sequence[Held], cycle: Sequence[Held]) -> bool:
+    """Tell what a formula is worth on an infinite word: each part by itself, as the least or greatest solution over all positions."""
+    vectors, word = Vectors(formula, robots), [*prefix, *cycle]
+    after = [*range(1, len(word)), len(prefix)]
+    worth: list[list[bool]] = []
+    for kind, parts, atom in vectors.nodes:
+        own = [worth[part] for part in parts]
+        if atom is not None:
+            worth.append([atom(held) for held in word])
+            continue
+        values = [kind in "GWR"] * len(word)
+        while True:
+            new = [_worth(kind, [part[i] for part in own], values[after[i]]) for i in range(len(word))]
+            if new == values:
+                break
+            values = new
+        worth.append(values)
+    return worth[vectors.root][0]
 
 
 def _worth(kind: str, own: Sequence[bool], later: bool | None) -> bool:
@@ -249,6 +270,7 @@ class OneTimeline:
             if changes and changes[0].time.low == 0:  # regions are closed: in one that is entered at time 0 a robot begins
                 each += {"must": [(1, True)], "may": [(1, False), (1, True)], "no": []}[changes[0].status]
         self.begin = [number((0, chosen, 0)) for chosen in itertools.product(*at_once)]
+        self.index, self.states = index, order
         for state in order:  # grows while it is walked
             time, regions, done = state
             internal = line.actions[done - 1].propositions if done else line.internal
@@ -367,3 +389,95 @@ class Timed:
         if self.reading == "own" and read != (1 << len(self.names)) - 1:
             return False
         return all(robot.final[state] for robot, state in zip(self.robots, states, strict=True))
+
+
+class Laps:
+    """Robots that fly laps which begin together: words are drawn, not all of them written down.
+
+    At the end of a lap a robot goes on as it stands at the lap's beginning; no change is under way at either. Under `own` each is
+    read at least once in each of its letters and in each lap.
+    """
+
+    def __init__(self, lines: Mapping[str, Timeline], reading: str, clock_error: int = 0) -> None:
+        self.names, self.reading, self.apart = list(lines), reading, 4 * clock_error
+        self.robots = [OneTimeline(line) for line in lines.values()]
+        self.length = self.robots[0].end - 2 * int(self.robots[0].line.cycle or 0)
+        self.again = [self._again(robot) for robot in self.robots]
+
+    @staticmethod
+    def _again(robot: OneTimeline) -> dict[int, int]:
+        """Return for states at the lap's end those at its beginning."""
+        begin = 2 * int(robot.line.cycle or 0)
+        over = [sum(2 * change.time.high < begin for change in changes) for changes in robot.changes]
+        found = {}
+        for at, (time, regions, done) in enumerate(robot.states):
+            if time == robot.end and robot.final[at]:
+                there = begin, tuple((k, inside) for k, (_, inside) in zip(over, regions, strict=True)), done
+                if there in robot.index:
+                    found[at] = robot.index[there]
+        return found
+
+    def word(self, rng: Random, laps: int = 4) -> tuple[list[Held], list[Held]] | None:
+        """Return a word that some flight gives, as prefix and cycle; None where the dice gave none."""
+        states, ahead, read = tuple(rng.choice(robot.begin) for robot in self.robots), 0, 0
+        letters: list[Held] = [] if self.reading == "own" else [self._held(states)]
+        seen: dict[tuple[tuple[int, ...], int, int], tuple[int, int]] = {}
+        rounds = 0
+        for _ in range(3_000):
+            options = list(self._options(states, ahead, read))
+            if not options:
+                return None
+            states, ahead, read, said, lapped = rng.choice(options)
+            letters += [] if said is None else [said]
+            if lapped:
+                rounds += 1
+                key = states, ahead, read
+                if key in seen and seen[key][1] < len(letters):
+                    return letters[: seen[key][1]], letters[seen[key][1] :]
+                seen.setdefault(key, (rounds, len(letters)))
+                if rounds > 8 * laps:
+                    return None
+        return None
+
+    def _held(self, states: tuple[int, ...]) -> Held:
+        return {name: robot.letters[at] for name, robot, at in zip(self.names, self.robots, states, strict=True)}
+
+    def _options(self, states: tuple[int, ...], ahead: int, read: int) -> Iterator[tuple]:
+        """Yield (states, who is a lap ahead, who was read, what is read now, whether all have begun a lap)."""
+        own, everyone = self.reading == "own", (1 << len(states)) - 1
+        for r, robot in enumerate(self.robots):
+            at, bit = states[r], 1 << r
+            letter = robot.letters[at]
+            if own:
+                yield states, ahead, read | bit, {self.names[r]: letter}, False
+            for after in robot.moves[at]:
+                moved, changed = _set(states, r, after), robot.letters[after] != letter
+                if own and (read & bit or not changed):
+                    yield moved, ahead, read & ~bit if changed else read, None, False
+                elif not own:
+                    yield moved, ahead, read, self._held(moved) if changed else None, False
+        if not own:  # several at one instant
+            for after in itertools.product(*([at, *robot.moves[at]] for robot, at in zip(self.robots, states, strict=True))):
+                if sum(a != b for a, b in zip(after, states, strict=True)) > 1:
+                    yield after, ahead, read, self._held(after), False
+        times = [
+            robot.times[at] + (self.length if ahead >> r & 1 else 0)
+            for r, (robot, at) in enumerate(zip(self.robots, states, strict=True))
+        ]
+        later = [robot.later[at] for robot, at in zip(self.robots, states, strict=True)]
+        may_lap = [
+            at in again and not ahead >> r & 1 and bool(not own or read >> r & 1)
+            for r, (at, again) in enumerate(zip(states, self.again, strict=True))
+        ]
+        if None not in later:
+            yield tuple(later), ahead, read, None, False
+        if all(may_lap):
+            held = None if own else self._held(states)
+            yield tuple(again[at] for at, again in zip(states, self.again, strict=True)), 0, 0, held, True
+        for r, after in enumerate(later) if self.apart else ():
+            if after is not None and times[r] + 1 - min(times) <= self.apart:
+                yield _set(states, r, after), ahead, read, None, False
+            if may_lap[r] and len(states) > 1:
+                now, rest = ahead | 1 << r, _set(states, r, self.again[r][states[r]])
+                done = now == everyone
+                yield rest, 0 if done else now, read & ~(1 << r), self._held(rest) if done and not own else None, done

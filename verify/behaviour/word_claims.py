@@ -28,9 +28,8 @@ from verify.behaviour.team_laps import Lap, TeamWords, alone, team_words
 from verify.behaviour.timeline import Relations, Timeline
 from verify.behaviour.transitions import judge_transitions
 from verify.data.errors import BadInput, InternalError
-from verify.data.language.counting import Atom, atoms
+from verify.data.language.counting import Atom, atoms, written_out
 from verify.data.language.formula import FALSE, FREE, Formula
-from verify.data.language.formula_reader import parse_formula
 from verify.data.language.word import Letter, Word, show_letter
 from verify.data.mission import Mission
 from verify.logic.explanation import Reason, Where, explain, show
@@ -443,10 +442,10 @@ class _Judge:
         return next(iter(held)) if len(held) == 1 else None
 
     def _explain(self, word: Word, where: Where) -> Reason:
-        """Explain with the formula as it was written: `free` is a name again."""
+        """Explain with the formula as it was written, counts aside: `free` is a name again."""
         if satisfies(self.mission.formula, word):
             raise InternalError("A counterexample satisfies the formula after all. This is a bug of ltlplan's.")
-        written = parse_formula(self.mission.spec.formula or "true", self.mission.propositions)
+        written = written_out(self.mission.written, tuple(self.mission.agents))
         regions = self.mission.all_regions.keys()
 
         def with_free(letters: tuple[Letter, ...]) -> tuple[Letter, ...]:

@@ -60,6 +60,22 @@ def test_words_and_costs_are_those_of_the_named_regions_alone(formula: str, name
     }
 
 
+@pytest.mark.parametrize(
+    ("formula", "named"),
+    [
+        ("F(count(free) <= 1 & r1)", None),
+        ("F(count(free) == 1 & r1)", None),
+        ("F !(count(free) > 1)", None),
+        ("F(count(free) >= 1 & r1)", {"r1"}),
+        ("F r1 & !(count(free) < 1)", {"r1"}),
+    ],
+)
+def test_where_few_may_be_free_any_region_makes_a_difference(formula: str, named: set[str] | None) -> None:
+    many = field(160, "true")
+    many = many.model_copy(update={"spec": many.spec.model_copy(update={"formula": formula, "team": "joint"})})
+    assert places_that_matter(many, Layout(many)) == named
+
+
 def test_regions_that_can_make_a_difference_are_kept() -> None:
     gains = field(60, "F(!free & !r1)")  # any region but r1 does: the nearest one to a robot
     assert places_that_matter(gains, Layout(gains)) is None

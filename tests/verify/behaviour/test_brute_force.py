@@ -14,7 +14,7 @@ from tests.helpers.brute_force import Timed, Together, is_word, outcomes
 from tests.helpers.plain_team_words import holds, in_turn
 from tests.helpers.random_counts import random_counting_formula
 from tests.helpers.random_teams import random_formula, short_timeline
-from tests.helpers.timelines import at, mission
+from tests.helpers.timelines import at, mission, timeline
 from verify import check_ordered, check_team
 from verify.behaviour.timeline import Change, Relations, Timeline
 from verify.behaviour.word_claims import judge_formula
@@ -111,3 +111,27 @@ def test_regions_are_closed_at_the_very_ends_of_a_flight(
         outcomes(parse_formula(formula), ("q0",), Timed({"q0": line}, "own")) if float(changes[0][1]).is_integer() else {holds}
     )
     assert (mine == {True}) == holds
+
+
+@pytest.mark.parametrize("trace", ["finite", "infinite"])
+@pytest.mark.parametrize(
+    ("formula", "says"),
+    [
+        ("G count(a) <= 0", "`G !a` fails at"),
+        ("G !q0.a", "`G !a` fails at"),
+        ("each(G !a)", "`G !a` fails at"),
+        ("F all(b)", "`b` never happens"),
+        ("F count(free & b) >= 1", "`free & b` never happens"),
+    ],
+)
+def test_one_robot_that_counts_itself_is_told_what_it_breaks(formula: str, says: str, trace: str) -> None:
+    line = timeline("q0", ("a", 4, 6), cycle=None if trace == "finite" else 2)
+    (verdict,) = judge_formula(mission(formula, team="joint", trace=trace), {"q0": line}, Relations())
+    assert verdict.outcome == "fails"
+    assert says in verdict.sentence
+
+
+def test_a_team_is_told_what_it_breaks_of_counts_that_come_to_plain_names() -> None:
+    lines = {"q0": timeline("q0", ("a", 4, 6)), "q1": timeline("q1", ("b", 4, 6))}
+    (verdict,) = judge_formula(mission("G !some(a)", team="joint", robots=2), lines, Relations())
+    assert "`G !a` fails at the team's {a" in verdict.sentence
