@@ -17,7 +17,7 @@ from flint import fmpq_poly
 from verify.arithmetic import exact
 from verify.arithmetic.balls import Balls, Floats, dot, restricted_by
 from verify.arithmetic.bounds import Peaks, peaks
-from verify.foreign.fleet import Fleet, Indices, length_between
+from verify.foreign.fleet import Fleet, Indices, is_before, length_between
 
 BLOCK = 16_384
 """Pairs of pieces whose distances are computed at once, which bounds the memory."""
@@ -231,11 +231,11 @@ def _quotient(over: tuple[Floats, Floats], under: tuple[Floats, Floats]) -> Ball
 
 def _later(a: Floats, b: Floats) -> Floats:
     """Return the later of exact times, each the sum of two floats."""
-    return np.where(((a[:, 0] > b[:, 0]) | ((a[:, 0] == b[:, 0]) & (a[:, 1] > b[:, 1])))[:, None], a, b)
+    return np.where(is_before(a, b)[:, None], b, a)
 
 
 def _sooner(a: Floats, b: Floats) -> Floats:
-    return np.where(((a[:, 0] < b[:, 0]) | ((a[:, 0] == b[:, 0]) & (a[:, 1] < b[:, 1])))[:, None], a, b)
+    return np.where(is_before(a, b)[:, None], a, b)
 
 
 def common_time(fleet: Fleet, a: int, b: int) -> tuple[Fraction, Fraction]:

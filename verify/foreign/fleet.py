@@ -185,6 +185,16 @@ def length_between(start: Floats, stop: Floats) -> tuple[Floats, Floats]:
     return total, (np.abs(large) + np.abs(small) + np.abs(total)) * 2.0**-52
 
 
+def is_before(one: Floats, other: Floats) -> NDArray[np.bool_]:
+    """Tell which times are before others, exactly.
+
+    Args:
+        one: Sums of two floats. Shape (k, 2).
+        other: The same.
+    """
+    return (one[:, 0] < other[:, 0]) | ((one[:, 0] == other[:, 0]) & (one[:, 1] < other[:, 1]))
+
+
 def two_floats(times: Sequence[Fraction], what: str) -> Floats:
     """Return exact times as sums of two floats. Shape (times, 2).
 

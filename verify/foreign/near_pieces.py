@@ -1,8 +1,8 @@
 """Which pieces of two drones can hold a breach or the least distance of all: the rest is proved to be apart and left out.
 
 Time is cut into short slices. During a slice of length w a drone is within V w / 2 of where it is at the slice's middle, V a bound on its
-speed then (the greatest control point of its velocity), and where one piece lasts for the whole slice, within A w^2 / 8 of the line
-that it would go on with its velocity at the middle, A a bound on its acceleration. A k-d tree over the middles gives the pairs whose balls
+speed then (the greatest control point of its velocity), and within A w^2 / 8 + J w / 2 of the line that it would go on with its velocity
+at the middle, A a bound on its acceleration and J on what its velocity jumps by where pieces join. A k-d tree over the middles gives the pairs whose balls
 can come within the distance that matters, and of those the lines tell which do: the least distance of two points that go along lines is
 that of a segment from a point. What is left out is farther apart for all of its times.
 
@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from verify.arithmetic.balls import Floats
+from verify.arithmetic.balls import Balls, Floats
 from verify.data.errors import BadInput
 from verify.foreign.distances import NEAR, Closest, Separation
-from verify.foreign.fleet import Fleet, Indices, length_between
+from verify.foreign.fleet import Fleet, Indices, is_before, length_between
 
 FEW = 6
 """Drones up to which no pair of pieces is left out."""
@@ -36,8 +36,8 @@ MOST_PAIRS = 20_000_000
 
 LONGEST = 2.0
 """s of a stretch of time that is cut into slices of one length."""
-SHORTEST = 0.02
-"""s of the shortest stretch."""
+MOST_STRETCHES = 10_000
+"""Such stretches; of longer flights each is longer. None is shorter than a hundredth of that."""
 FINEST = 64
 """Slices of a stretch."""
 
@@ -102,11 +102,14 @@ def _stretches(fleet: Fleet) -> Floats:
     most = int(np.argmax(np.diff(fleet.first)))
     knots = fleet.knots[fleet.first[most] + most : fleet.first[most + 1] + most + 1, 0]
     edges = [0.0]
+    longest = max(LONGEST, float(knots[-1]) / MOST_STRETCHES)
     for knot in knots[1:].tolist():
-        if knot - edges[-1] >= SHORTEST:
-            parts = int(np.ceil((knot - edges[-1]) / LONGEST))
+        if knot - edges[-1] >= longest / 100:
+            parts = int(np.ceil((knot - edges[-1]) / longest))
             edges += np.linspace(edges[-1], knot, parts + 1)[1:].tolist()
-    if edges[-1] != knots[-1]:
+    if len(edges) > 1 and knots[-1] - edges[-1] < longest / 100:
+        edges[-1] = float(knots[-1])
+    elif edges[-1] != knots[-1]:
         edges.append(float(knots[-1]))
     return np.array(edges)
 
@@ -121,8 +124,11 @@ class _Search:
         weights: By which x, y and z are multiplied. Shape (3,).
         speeds: Bound on each piece's speed, so weighted, in m/s. Shape (rows + 1,).
         accelerations: Bound on its acceleration, in m/s^2. Shape (rows + 1,).
+        turns: Bound on how far velocity jumps where a piece begins, in m/s. Shape (rows + 1,).
         keys: Start of each piece in s, moved by `span` for each drone, so that all are in order. Shape (rows,).
         span: s; longer than the flights.
+        starts: When each piece begins, up to rounding, in s. Shape (rows,).
+        stops: When it ends. Shape (rows,).
         late: What such a key can be off by, in s.
         slack: Of each drone: the longest step between its pieces and the rounding of its positions, in m. Shape (drones,).
     """
@@ -132,8 +138,11 @@ class _Search:
     weights: Floats
     speeds: Floats
     accelerations: Floats
+    turns: Floats
     keys: Floats
     span: float
+    starts: Floats
+    stops: Floats
     late: float
     slack: Floats
 
@@ -141,17 +150,33 @@ class _Search:
     def of(cls, fleet: Fleet, asked: Separation) -> _Search:
         weights = np.array([1.0, 1.0, float(asked.weight)])
         rows = len(fleet.values)
-        speeds, accelerations, sizes = np.zeros(rows + 1), np.zeros(rows + 1), np.zeros(rows)
+        speeds, accelerations, turns, sizes = (np.zeros(rows + 1) for _ in range(4))
         for low in range(0, rows, BLOCK):
             part = np.arange(low, min(low + BLOCK, rows))
-            speeds[part], accelerations[part], sizes[part] = (_most(fleet, part, order, weights) for order in (1, 2, 0))
+            speeds[part], accelerations[part], sizes[part] = (_most(fleet.derivative(part, k), weights) for k in (1, 2, 0))
+            part = np.arange(max(low - 1, 0), part[-1] + 1)
+            velocity = fleet.derivative(part, 1)
+            turns[part[1:]] = _most(velocity[1:, :, :1] - velocity[:-1, :, -1:], weights)
         starts = fleet.knots[fleet.knot, 0]
         span = float(fleet.knots[-1, 0]) + 16.0
         keys = starts + fleet.owner * span
         late = 4 * float(np.spacing(keys[-1] + span)) + _SLACK
-        rounding = _SLACK + 1e-12 * np.maximum.reduceat(sizes, fleet.first[:-1])
+        rounding = _SLACK + 1e-12 * np.maximum.reduceat(sizes[:-1], fleet.first[:-1])
         reach = asked.most + 2 * float(asked.steps.max(initial=0.0))
-        return cls(fleet, reach, weights, speeds, accelerations, keys, span, late, asked.steps * 2 + rounding)
+        return cls(
+            fleet,
+            reach,
+            weights,
+            speeds,
+            accelerations,
+            turns,
+            keys,
+            span,
+            starts,
+            fleet.knots[fleet.knot + 1, 0],
+            late,
+            asked.steps * 2 + rounding,
+        )
 
     def rows_at(self, time: float) -> Indices:
         """Return the piece of each drone at a time, up to `late`. Shape (drones,)."""
@@ -163,42 +188,49 @@ class _Search:
     def during(self, start: float, stop: float, closest: Closest) -> NDArray[np.int64]:
         """Return pairs of pieces that may matter between two times, each as one number, in order."""
         late = self.late
-        wide = self.rows_at(start - 2 * late), self.rows_at(stop + 2 * late)
         inner = self.rows_at(start + 2 * late), self.rows_at(stop - 2 * late)
         single = inner[0] == inner[1]
-        speed = _most_between(self.speeds, *wide)
         if not np.isfinite(closest.high):
-            self._meet(start, inner[0], closest)
-        goal = max(self.reach, closest.high)
-        parts = int(np.clip(np.ceil((stop - start) * float(speed.max()) / max(goal, 1e-3)), 1, FINEST))
+            self._note(KDTree(points := self._state(inner[0], start)[0]), points, start, closest)
+        speed = np.sort(_most_between(self.speeds, self.rows_at(start - 2 * late), self.rows_at(stop + 2 * late)))
+        usual, goal = float(speed[int(0.98 * (len(speed) - 1))]), max(self.reach, closest.high, 1e-3)
+        most = max(min(FINEST, int((stop - start) / (32 * late))), 1)  # a slice is longer than what its edges are widened by
+        parts = int(np.clip(np.ceil((stop - start) * usual / goal), 1, most))
         width = (stop - start) / parts
         found: list[NDArray[np.int64]] = []
         for part in range(parts):
-            middle = start + (part + 0.5) * width
-            rows = np.where(single, inner[0], self.rows_at(middle)) if not single.all() else inner[0]
-            points, velocities = self._state(rows, middle)
-            half = width / 2 + 3 * late
-            radius = speed * half + self.slack
-            bend = np.where(single, self.accelerations[rows] * half * half / 2 + 8 * late * speed + self.slack, np.inf)
-            tree = KDTree(points)
-            if part == 0:
-                self._note(tree, points, middle, closest)
-            one, other = self._pairs(tree, points, radius, max(self.reach, closest.high), middle)
-            offset, drift = points[one] - points[other], velocities[one] - velocities[other]
-            along = -_dot(offset, drift) / _dot(drift, drift)
-            along = np.clip(np.where(np.isnan(along), 0.0, along), -half, half)
-            offset += along[:, None] * drift
-            least = np.sqrt(_dot(offset, offset)) * (1 - _SLACK) - bend[one] - bend[other]
-            apart = (least >= self.reach) & (least >= closest.high - NEAR)  # what is not known is kept
-            if apart.any():
-                closest.low = min(closest.low, float(least[apart].min()))
-            one, other = one[~apart], other[~apart]
-            both = single[one] & single[other]
-            found.append(self._codes(rows[one[both]], rows[other[both]]))
-            if not both.all():
-                ends = self.rows_at(middle - half), self.rows_at(middle + half)
-                found.append(self._all_codes(one[~both], other[~both], ends))
+            begin, end = start + part * width, start + (part + 1) * width
+            lone = single if 0 < part < parts - 1 else np.zeros_like(single)
+            found.append(self._slice(begin, end, (inner[0], lone), closest, first=part == 0))
         return np.unique(np.concatenate(found))
+
+    def _slice(
+        self, begin: float, end: float, known: tuple[Indices, NDArray[np.bool_]], closest: Closest, *, first: bool
+    ) -> NDArray[np.int64]:
+        """Return pairs of pieces that may matter during one slice; `known` has pieces, and of which drones they last for all of it."""
+        late, half, middle = self.late, (end - begin) / 2 + 3 * self.late, (begin + end) / 2
+        low, high, rows = known[0], known[0], known[0]
+        if not known[1].all():
+            low, high, rows = self.rows_at(begin - 2 * late), self.rows_at(end + 2 * late), self.rows_at(middle)
+        points, velocities = self._state(rows, middle)
+        speed = _most_between(self.speeds, low, high)
+        radius = speed * half + self.slack
+        turning = (high - low) * _most_between(self.turns, np.minimum(low + 1, high), high)
+        bend = _most_between(self.accelerations, low, high) * half * half / 2 + turning * half + 8 * late * speed + self.slack
+        tree = KDTree(points)
+        if first:
+            self._note(tree, points, middle, closest)
+        one, other = self._pairs(tree, points, radius, max(self.reach, closest.high), middle)
+        offset, drift = points[one] - points[other], velocities[one] - velocities[other]
+        along = -_dot(offset, drift) / _dot(drift, drift)
+        along = np.clip(np.where(np.isnan(along), 0.0, along), -half, half)
+        offset += along[:, None] * drift
+        least = np.sqrt(_dot(offset, offset)) * (1 - _SLACK) - bend[one] - bend[other]
+        apart = (least >= self.reach) & (least >= closest.high - NEAR)  # what is not known is kept
+        if apart.any():
+            closest.low = min(closest.low, float(least[apart].min()))
+        one, other = one[~apart], other[~apart]
+        return self._codes((low[one], high[one]), (low[other], high[other]), (begin, end))
 
     def _state(self, rows: Indices, time: float) -> tuple[Floats, Floats]:
         """Return weighted positions and velocities at a time. Shape (drones, 3) each."""
@@ -212,10 +244,6 @@ class _Search:
             control = control[..., :-1] + place * (control[..., 1:] - control[..., :-1])
         return control[..., 0], step[..., 0] * (self.fleet.degree / length)[:, None]
 
-    def _meet(self, time: float, rows: Indices, closest: Closest) -> None:
-        points, _ = self._state(rows, time)
-        self._note(KDTree(points), points, time, closest)
-
     def _note(self, tree: KDTree, points: Floats, time: float, closest: Closest) -> None:
         """Take note of the two drones that are nearest to each other at a time."""
         distances, neighbours = (np.asarray(part) for part in tree.query(points, k=2))
@@ -227,34 +255,48 @@ class _Search:
 
     def _pairs(self, tree: KDTree, points: Floats, radius: Floats, goal: float, time: float) -> tuple[Indices, Indices]:
         """Return drones whose balls come within `goal` of each other."""
-        reach = (goal + 2 * float(radius.max())) * (1 + _SLACK)
-        if len(points) > 4000 and tree.count_neighbors(tree, reach) > 2 * MOST_PAIRS:
+        swift = np.flatnonzero(~(radius <= 2 * goal))
+        slow = np.flatnonzero(radius <= 2 * goal) if len(swift) else np.arange(len(points))
+        tree = KDTree(points[slow]) if len(swift) else tree
+        reach = (goal + 2 * float(radius[slow].max(initial=0.0))) * (1 + _SLACK)
+        if len(slow) > 4000 and tree.count_neighbors(tree, reach) > 2 * MOST_PAIRS:
             raise BadInput(
                 f"{self.fleet.source}: at {time:.2f} s more than {MOST_PAIRS // 1_000_000} million pairs of drones are within "
                 f"{reach:.4g} m of each other; ask for a smaller separation than {self.reach:g} m."
             )
-        pairs = tree.query_pairs(reach, output_type="ndarray")
-        one, other = pairs[:, 0], pairs[:, 1]
-        offset = points[one] - points[other]
-        gap = np.sqrt(_dot(offset, offset)) * (1 - _SLACK) - radius[one] - radius[other]
+        pairs = slow[tree.query_pairs(reach, output_type="ndarray")]
+        one, other = [pairs[:, 0]], [pairs[:, 1]]
+        for drone in swift.tolist():  # few: each is held against all
+            rest = np.setdiff1d(np.arange(len(points)), swift[swift <= drone])
+            one.append(np.full(len(rest), drone, dtype=np.intp))
+            other.append(rest)
+        first, second = np.concatenate(one), np.concatenate(other)
+        offset = points[first] - points[second]
+        gap = np.sqrt(_dot(offset, offset)) * (1 - _SLACK) - radius[first] - radius[second]
         near = ~(gap > goal)
-        return one[near], other[near]
+        return first[near], second[near]
 
-    def _codes(self, one: Indices, other: Indices) -> NDArray[np.int64]:
-        low, high = np.minimum(one, other).astype(np.int64), np.maximum(one, other).astype(np.int64)
-        return low * len(self.fleet.values) + high
+    def _codes(
+        self, one: tuple[Indices, Indices], other: tuple[Indices, Indices], during: tuple[float, float]
+    ) -> NDArray[np.int64]:
+        """Return pairs of pieces, from first to last of either drone, that share some time in the slice.
 
-    def _all_codes(self, one: Indices, other: Indices, ends: tuple[Indices, Indices]) -> NDArray[np.int64]:
-        """Return pairs of all pieces that two drones may be on during a slice and that share some time."""
-        begins, stops = self.fleet.knots[self.fleet.knot], self.fleet.knots[self.fleet.knot + 1]
-        found: list[tuple[int, int]] = []
-        for i, j in zip(one.tolist(), other.tolist(), strict=True):
-            for a in range(int(ends[0][i]), int(ends[1][i]) + 1):
-                for b in range(int(ends[0][j]), int(ends[1][j]) + 1):
-                    if max(tuple(begins[a]), tuple(begins[b])) < min(tuple(stops[a]), tuple(stops[b])):
-                        found.append((a, b))
-        rows = np.array(found, dtype=np.intp).reshape(-1, 2)
-        return self._codes(rows[:, 0], rows[:, 1])
+        What only touches the slice's edge, and lasts longer than that, is left to the slice beyond, whose bounds reach over the edge.
+        """
+        late, knots, starts, stops = self.late, self.fleet.knots, self.starts, self.stops
+        found: list[NDArray[np.int64]] = []
+        for i in range(int((one[1] - one[0]).max(initial=0)) + 1):
+            for j in range(int((other[1] - other[0]).max(initial=0)) + 1):
+                both = (one[0] + i <= one[1]) & (other[0] + j <= other[1])
+                a, b = (one[0] + i)[both], (other[0] + j)[both]
+                start, stop = np.maximum(starts[a], starts[b]), np.minimum(stops[a], stops[b])
+                kept = (stop - start >= 8 * late) & (stop > during[0] + 3 * late) & (start < during[1] - 3 * late)
+                short = np.flatnonzero(np.abs(stop - start) < 8 * late)
+                first, second = self.fleet.knot[a[short]], self.fleet.knot[b[short]]
+                kept[short] = is_before(knots[first], knots[second + 1]) & is_before(knots[second], knots[first + 1])
+                low, high = np.minimum(a, b)[kept].astype(np.int64), np.maximum(a, b)[kept].astype(np.int64)
+                found.append(low * len(self.fleet.values) + high)
+        return np.concatenate(found)
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
@@ -262,13 +304,14 @@ def _dot(a: Floats, b: Floats) -> Floats:
     return np.einsum("ij,ij->i", a, b)
 
 
-def _most(fleet: Fleet, rows: Indices, order: int, weights: Floats) -> Floats:
-    """Bound the length of a weighted derivative on pieces. Shape (rows,)."""
-    table = fleet.derivative(rows, order)
+def _most(table: Balls, weights: Floats) -> Floats:
+    """Bound the length of weighted vectors of polynomials. Shape (rows, 3, degree + 1) to (rows,)."""
     size = (np.abs(table.mid) + table.rad) * weights[:, None]
     return np.sqrt((size * size).sum(1)).max(-1) * (1 + 1e-12)
 
 
 def _most_between(values: Floats, first: Indices, last: Indices) -> Floats:
     """Return the greatest of values from each first to each last index, both included. Shape (k,)."""
+    if (last - first).max() <= 1:
+        return np.maximum(values[first], values[last])
     return np.maximum.reduceat(values, np.stack([first, last + 1], -1).ravel())[::2]
