@@ -174,7 +174,7 @@ def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closes
         return
     one, other = one[open_], other[open_]
     limits, needed, level = limits[open_], needed[open_], level[open_]
-    slack = np.maximum(1e-9 * level, 1e-9)
+    slack = np.maximum(1e-9 * level, NEAR * min(closest.high, 1.0) + 1e-9)
     least = peaks(-squares[open_], np.arange(len(open_)), len(open_), slack=slack, critical=-level)
     closest.come_to(fleet, one, other, least)
     apart = -least.upper >= level
