@@ -121,21 +121,38 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float) -> Plan:
             ]
             for name, robot in plan.robots.items()
         }
-        guests = [name for name, found in visits.items() if found]
-        if len(guests) < 2:
+        guests = {name: found[0] for name, found in visits.items() if found}
+        nearby = _visits_within(mission, region, moved)
+        if not guests or len({*guests, *nearby}) < 2:
             continue
         for wider, apart in itertools.product(_WIDER, (False, True)):
             kept = distance + wider, z_scale
-            places = _own_places(plan, region, {name: visits[name][0] for name in guests}, kept, apart=apart)
+            places = _own_places(plan, region, guests, kept, apart=apart, nearby=nearby)
             if places is not None:
                 for name, place in places.items():
                     for i in visits[name]:
                         moved[name][i] = moved[name][i].model_copy(update={"position": place})
                 break
         else:
-            _refuse_what_is_too_small(plan, region, {name: visits[name][0] for name in guests}, (distance, z_scale))
+            _refuse_what_is_too_small(plan, region, guests, (distance, z_scale))
     robots = {name: robot.model_copy(update={"waypoints": tuple(moved[name])}) for name, robot in plan.robots.items()}
     return plan.model_copy(update={"robots": robots})
+
+
+def _visits_within(mission: Mission, region: str, waypoints: Mapping[str, list[Waypoint]]) -> dict[str, list[Floats]]:
+    """Return for robots the points in a region at which they visit others: a room's in a house, a house's in a room."""
+    body = mission.regions[region]
+    return {
+        name: found
+        for name, points in waypoints.items()
+        if (
+            found := [
+                np.array(point.position)
+                for point in points
+                if point.role == "centre" and point.region != region and body.level(np.array(point.position)) <= 1.0
+            ]
+        )
+    }
 
 
 def _refuse_what_is_too_small(plan: Plan, region: str, guests: Mapping[str, int], kept: tuple[float, float]) -> None:
@@ -151,15 +168,25 @@ def _refuse_what_is_too_small(plan: Plan, region: str, guests: Mapping[str, int]
 
 
 def _own_places(
-    plan: Plan, region: str, guests: Mapping[str, int], kept: tuple[float, float], *, apart: bool
+    plan: Plan,
+    region: str,
+    guests: Mapping[str, int],
+    kept: tuple[float, float],
+    *,
+    apart: bool,
+    nearby: Mapping[str, list[Floats]] | None = None,
 ) -> dict[str, tuple[float, ...]] | None:
-    """Return a place in a region for each robot that visits it (by one of its waypoints there); None where they are too few."""
+    """Return a place in a region for each robot that visits it (by one of its waypoints there); None where they are too few.
+
+    `nearby` are points in it at which robots visit other regions.
+    """
     distance, z_scale = kept
     taken: list[Ball] = []
     found: dict[str, tuple[float, ...]] = {}
     middle = np.array(plan.mission.regions[region].center)
     for name, index in guests.items():
-        places = _places(plan.mission, name, plan.robots[name], plan.robots[name].waypoints[index], tuple(taken))
+        others = [keep_out(o, at, distance, z_scale) for o, points in (nearby or {}).items() if o != name for at in points]
+        places = _places(plan.mission, name, plan.robots[name], plan.robots[name].waypoints[index], (*taken, *others))
         if not len(places):
             return None
         away = np.linalg.norm(places - middle, axis=1)
@@ -274,12 +301,24 @@ def _places(mission: Mission, name: str, robot: RobotPlan, waypoint: Waypoint, t
     )
     for place in (*taken, *grown.solids):
         free &= place.signed_distance(points) > 0.0
-    others = {name: body.signed_distance(points) > 0.0 for name, body in bodies.items() if name != waypoint.region}
+    within = _also_visited(mission, robot, waypoint)
+    for other in within:  # by no point of its own, so it is by this one
+        body = mission.regions[other]
+        free &= body.level(points) <= (DEEP * max(0.0, 1.0 - grow / body.inner_radius)) ** 2
+    kept = {waypoint.region, *within}
+    others = {name: body.signed_distance(points) > 0.0 for name, body in bodies.items() if name not in kept}
     for names in (set(others), set(others) - visited):
         clear = free & np.all([others[name] for name in names], axis=0) if names else free
         if clear.any():
             return points[clear]
     return np.zeros((0, 3))
+
+
+def _also_visited(mission: Mission, robot: RobotPlan, waypoint: Waypoint) -> list[str]:
+    """Return other regions that a visit's point lies in, as in a room of a house, and that no point of their own makes visits of."""
+    own = {point.region for point in robot.waypoints}
+    names = dict.fromkeys(visit.region for visit in robot.visits if visit.region in mission.regions and visit.region not in own)
+    return [name for name in names if mission.regions[name].level(np.array(waypoint.position)) <= DEEP**2]
 
 
 def _cloud(region: Region, inner: float) -> Floats:
