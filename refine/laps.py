@@ -74,7 +74,7 @@ def team_laps(
     prefix = _prefix(plan)
     once = _flown(prefix, witnesses, options, part_of(tell, 0.0, 0.5), part)
     length, once = _common(once, {name: robot.waypoints[-1].position for name, robot in prefix.robots.items()}, prefix.mission)
-    ends = {name: _end(pieces) for name, pieces in once.items()}
+    ends = {name: _end(pieces) for name, pieces in once.items() if pieces.durations}
     rests = {
         name: replace(rest, place=tuple(float(value) for value in ends[name][:3])) if name in ends else rest
         for name, rest in rests.items()

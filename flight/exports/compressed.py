@@ -212,6 +212,7 @@ def _float32(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _product(request: Request) -> Product:
+    _without_team_laps(request.team)
     return upload_files(request, compressed_bytes, _KIND)
 
 

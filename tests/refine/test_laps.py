@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from flight import fly
+from flight import export, fly
 from ltlplan import plan
 from ltlplan.pipeline import certified_team
 from refine import refine
 from verify import Certificate, certify, judge
-from verify.data import BadInput, Mission, Plan, Trajectory
+from verify.data import BadInput, DoesNotFit, Mission, Plan, Trajectory, mission_to_yaml
+from verify.data.files.trajectory_csv import write_csv
+from verify.run_folder import read_folder
 
 PLACES = {"west": (-2.0, 0.0, 1.0), "east": (2.0, 0.0, 1.0), "post": (0.0, 0.0, 1.0), "north": (0.0, 2.0, 1.0)}
 
@@ -69,6 +72,11 @@ def test_a_meeting_in_every_lap():
     assert certified.certificate.margin == 0.05
     late = judge(certified.plan, certified.team, clock_error=1.0)
     assert outcome(late, "separation") != "holds"
+
+
+def test_laps_in_which_nobody_moves_have_no_prefix():
+    certified = certified_team(plan(patrol("G !west")))
+    assert {trajectory.cycle for trajectory in certified.team.values()} == {0}
 
 
 def test_laps_that_do_not_end_together_are_refused(flown):
@@ -130,3 +138,39 @@ def test_a_lap_ends_with_the_heading_that_it_began_with(heading):
     agents = {f"q{i}": {"start": (2.0 * i - 1, -1.5, 1.0), "heading": heading} for i in range(2)}
     made = plan(patrol("G F west & G F east & G F north", agents=agents))
     assert outcome(certified_team(made).certificate, "continuity") == "holds"
+
+
+def straight(durations: list[float], points: list[tuple[float, float]]) -> Trajectory:
+    """A lap of straight pieces at height 1 m, from its start on."""
+    pieces = np.zeros((len(durations), 4, 8))
+    for piece, (a, b) in enumerate(pairwise(points)):
+        pieces[piece, :3, 0] = (*a, 1.0)
+        pieces[piece, :2, 1] = (np.array(b) - a) / durations[piece]
+    return Trajectory(durations, pieces, cycle=0)
+
+
+@pytest.mark.parametrize(("error", "expected"), [(0.0, "holds"), (0.01, "holds"), (0.4, "fails")])
+def test_robots_that_are_near_each_other_only_over_the_seam_are_refused(error: float, expected: str):
+    """q0 flies through where q1 rests between laps, when q1 has left: unless q1 is late and still there."""
+    made = plan(patrol("G !west", agents={"q0": {"start": (0.0, 0.0, 1.0)}, "q1": {"start": (1.0, 0.0, 1.0)}}, places="west"))
+    team = {
+        "q0": straight([1.0, 3.0], [(0.0, 0.0), (2.0, 0.0), (0.0, 0.0)]),
+        "q1": straight([0.5, 2.5, 1.0], [(1.0, 0.0), (1.0, 2.5), (1.0, 2.5), (1.0, 0.0)]),
+    }
+    found = outcome(judge(made, team, clock_error=error), "separation")
+    assert found == expected or (expected == "fails" and found == "undecided")
+
+
+def test_the_compressed_format_keeps_no_laps_together(flown, tmp_path):
+    made, team = flown
+    with pytest.raises(DoesNotFit, match="begin together"):
+        export(team, certify(made, team), tmp_path, format="crazyflie-compressed")
+
+
+def test_where_laps_begin_is_found_in_files_too(flown, tmp_path):
+    made, team = flown
+    for name, trajectory in team.items():
+        (tmp_path / f"{name}.csv").write_text(write_csv(trajectory.flattened(2)))
+    (tmp_path / "mission.yaml").write_text(mission_to_yaml(made.mission))
+    (tmp_path / "plan.json").write_text(made.to_json())
+    assert read_folder(tmp_path)[1] == team
