@@ -281,7 +281,8 @@ def _with_waits_for_soft_parts(refused: Refused) -> Plan | None:
 
     made = refused.draft.plan
     lost = [part.outcome != "holds" for part in refused.certificate.soft]
-    if not any(lost) or made.method == SEQUENCE:
+    laps = made.mission.spec.trace == "infinite" and len(made.robots) > 1  # in which no waits are known that would help
+    if not any(lost) or made.method == SEQUENCE or laps:
         return None
     meant = range(len(lost)) if made.meetings else kept_by_plan(made.mission, made)
     witnesses = [p.witness for i, p in enumerate(refused.certificate.soft) if lost[i] and i in meant and p.witness is not None]

@@ -38,7 +38,7 @@ def resolve_encounters(
 
     Two robots in conflict meet in an encounter of their own, which is slowed as a whole until all of it keeps its limits and
     begins when the encounters before it allow; the robots that need none depart around them. A robot in conflict with an
-    encounter joins it. (A lasso belongs to a team of one, so none of this meets laps.)
+    encounter joins it. (A team's laps are refined as finite flights, so none of this meets laps.)
 
     Args:
         problem: What is refined.

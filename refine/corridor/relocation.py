@@ -75,7 +75,7 @@ def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
     plan's order. What cannot be moved stays.
 
     Args:
-        plan: No robot of it flies a lasso, unless it is alone.
+        plan: A finite one, or one robot's.
         distance: m that robots keep.
         z_scale: Distances in z count this many times.
     """

@@ -174,3 +174,11 @@ def test_where_laps_begin_is_found_in_files_too(flown, tmp_path):
     (tmp_path / "mission.yaml").write_text(mission_to_yaml(made.mission))
     (tmp_path / "plan.json").write_text(made.to_json())
     assert read_folder(tmp_path)[1] == team
+
+
+def test_soft_parts_of_laps_are_kept_by_weight():
+    asked = patrol("G F west", places="west east post")
+    soft = ({"formula": "G F east", "weight": 2.0}, {"formula": "G !east", "weight": 1.0})
+    spec = asked.spec.model_validate({**asked.spec.model_dump(), "soft": soft})
+    certified = certified_team(plan(asked.model_copy(update={"spec": spec})))
+    assert [part.outcome for part in certified.certificate.soft] == ["holds", "fails"]
