@@ -70,3 +70,32 @@ def short_timeline(rng: Random, robot: str, *, touching: bool) -> Timeline:
     changes.sort(key=lambda change: change.time.low)
     actions = (fill(rng.randint(1, SHORT - 1)),) if rng.random() < 0.2 else ()
     return Timeline(robot, initial, tuple(changes), Fraction(SHORT), actions=actions)
+
+
+LAP, LAPS_END = 4, 10
+
+
+def lap_timeline(rng: Random, robot: str) -> Timeline:
+    """Regions a and b over a prefix of 4 s and a lap of 6 s, at whose ends nothing changes and all is as at the lap's beginning."""
+    initial: dict[str, Status] = {"c": "no"}
+    changes: list[Change] = []
+    for name in "ab":
+        status: Status = rng.choice(["no", "no", "must", "may"])
+        initial[name] = status
+
+        def some(time: int, end: int, count: int, status: Status, name: str = name) -> Status:
+            for _ in range(count):
+                width = rng.choice([0, 0, 1])
+                if time + width >= end:
+                    break
+                others: list[Status] = [s for s in ("no", "may", "must") if s != status]
+                status = rng.choice(others)
+                changes.append(Change(Enclosure(Fraction(time), Fraction(time + width)), name, status))
+                time += width + rng.randint(1, 2)
+            return status
+
+        before = some(1, LAP, rng.choice([0, 0, 1]), status)
+        if some(LAP + 1, LAPS_END - 2, rng.choice([0, 1, 1, 2]), before) != before:
+            changes.append(Change(Enclosure(Fraction(LAPS_END - 1), Fraction(LAPS_END - 1)), name, before))
+    changes.sort(key=lambda change: change.time.low)
+    return Timeline(robot, initial, tuple(changes), Fraction(LAPS_END), cycle=Fraction(LAP))

@@ -10,15 +10,15 @@ from random import Random
 
 import pytest
 
-from tests.helpers.brute_force import Timed, Together, is_word, outcomes
+from tests.helpers.brute_force import Laps, Timed, Together, for_ever, is_word, outcomes
 from tests.helpers.plain_team_words import holds, in_turn
 from tests.helpers.random_counts import random_counting_formula
-from tests.helpers.random_teams import random_formula, short_timeline
+from tests.helpers.random_teams import lap_timeline, random_formula, short_timeline
 from tests.helpers.timelines import at, mission, timeline
 from verify import check_ordered, check_team
 from verify.behaviour.timeline import Change, Relations, Timeline
 from verify.behaviour.word_claims import judge_formula
-from verify.data import Formula, parse_formula
+from verify.data import Formula, Word, parse_formula
 from verify.logic.verdict import TeamVerdict
 
 NAMES = ("quad0", "quad1", "quad2")
@@ -77,6 +77,23 @@ def flights_agree(rng: Random) -> tuple[str, bool]:
     return verdict.outcome, mine
 
 
+def laps_agree(rng: Random, draws: int) -> tuple[bool, bool]:
+    """Return whether the judge said yes, and whether a word was drawn that breaks the formula."""
+    robots = tuple(f"q{i}" for i in range(rng.choice([1, 2, 2, 3])))
+    formula, reading = asked(rng, robots, 6)
+    lines = {robot: lap_timeline(rng, robot) for robot in robots}
+    error = rng.choice([0, 0, 0, 1]) if len(robots) > 1 else 0
+    given = mission(str(formula), team=reading, robots=len(robots), trace="infinite")
+    (verdict,) = judge_formula(given, lines, Relations(), clock_error=Fraction(error), detail="counterexample")
+    laps = Laps(lines, reading, error)
+    words = (laps.word(rng) for _ in range(draws))
+    broken = next((word for word in words if word is not None and not for_ever(formula, robots, *word)), None)
+    assert not (verdict and broken), (str(formula), reading, error, lines, broken)
+    if isinstance(word := verdict.counterexample, Word) and not formula.counts:
+        assert not for_ever(formula, ("",), *([{"": letter} for letter in part] for part in (word.prefix, word.cycle or ())))
+    return bool(verdict), broken is not None
+
+
 @pytest.mark.parametrize(("seed", "number"), [(1, 90), *(pytest.param(s, 4000, marks=pytest.mark.slow) for s in (2, 3, 4))])
 def test_words_of_teams(seed: int, number: int) -> None:
     rng = Random(seed)
@@ -88,6 +105,15 @@ def test_flights_of_teams(seed: int, number: int) -> None:
     rng = Random(seed)
     found = {flights_agree(rng) for _ in range(number)}
     assert found >= {("holds", True), ("fails", False)}
+
+
+@pytest.mark.parametrize(("seed", "number"), [(1, 6), *(pytest.param(s, 250, marks=pytest.mark.slow) for s in (2, 3))])
+def test_laps_of_teams(seed: int, number: int) -> None:
+    rng = Random(seed)
+    found = [laps_agree(rng, 3 if number < 10 else 8) for _ in range(number)]
+    assert {(True, False), (False, True)} <= set(found)
+    if number > 100:  # nearly all that is refused is broken by a word that was drawn
+        assert found.count((False, True)) > 3 * found.count((False, False))
 
 
 @pytest.mark.parametrize(
