@@ -37,6 +37,11 @@ _LAPS = "A team's laps were chosen by their lengths; other costs are of their pa
 _FEW = 6  # robots up to which each is tried alone, and all without each
 
 
+_BY_LENGTHS = (
+    "Robots wait for each other: their words are those of the least lengths, and cheaper ones by the mission's costs may exist."
+)
+
+
 def exact(mission: Mission, context: Context) -> Allocation:
     """Share a mission among its robots at the smallest cost.
 
@@ -50,8 +55,10 @@ def exact(mission: Mission, context: Context) -> Allocation:
         TooLarge: A budget was used up before an answer was found.
     """
     by_metres = exact_by_legs(mission, context)
-    if is_counted_by_legs(mission) or by_metres.meetings or by_metres.precedences:
-        return by_metres  # robots that wait for each other fly the words that were planned together
+    if is_counted_by_legs(mission):
+        return by_metres
+    if by_metres.meetings or by_metres.precedences:  # words of robots that wait for each other were planned together
+        return replace(by_metres, lower_bound=None, complete=False, notes=(*by_metres.notes, _BY_LENGTHS))
     if mission.spec.trace == "infinite" and len(mission.agents) > 1:
         return replace(by_metres, lower_bound=None, complete=False, notes=(*by_metres.notes, _LAPS))
     prices = _Prices(mission)

@@ -18,6 +18,13 @@ from verify.data import Formula, Letter, Plan, RobotPlan, Unsatisfiable
 from verify.data.language.formula_reader import parse_formula
 from verify.words.planned_order import check_planned_order
 
+TEAMS = (
+    {"quad0": "a", "quad1": "bc"},
+    {"quad0": "ab", "quad1": "bc"},
+    {"quad0": "ac", "quad1": "b"},
+    {"quad0": "a", "quad1": "b", "quad2": "c"},
+)
+
 
 def words_of(places: str, visits: int) -> Iterator[tuple[Letter, ...]]:
     """Yield the words of a robot that starts in free flight and makes up to some visits; it may end outside."""
@@ -64,7 +71,7 @@ def agrees(seed: int, visits: int) -> None:
     formula = random_formula(rng, rng.randint(3, 8))
     formula = parse_formula(str(formula).replace("water", "a"))
     team = rng.choice(["own", "joint"])
-    may_enter = rng.choice([{"quad0": "a", "quad1": "bc"}, {"quad0": "ab", "quad1": "bc"}, {"quad0": "ac", "quad1": "b"}])
+    may_enter = rng.choice(TEAMS)
     mission = own_places(str(formula), may_enter, team=team)
     try:
         found = assign(mission, explained=False)

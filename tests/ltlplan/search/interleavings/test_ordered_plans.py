@@ -151,3 +151,21 @@ def test_robots_wait_for_actions_and_with_them(formula: str, wait: str) -> None:
     assert waits(plan) == [wait]
     assert check_planned_order(plan).outcome == "holds"
     assert certified_team(plan).certificate.holds
+
+
+def test_costs_say_what_they_are_where_robots_wait() -> None:
+    may_enter = {"quad0": "a", "quad1": "b"}
+    by_effort = ltlplan.plan(own_places("F b & (!b U a)", may_enter, extra="planner: {cost: {effort: 1.0}}"))
+    assert by_effort.precedences
+    assert by_effort.lower_bound is None
+    assert any("least lengths" in note for note in by_effort.notes)
+    longest = ltlplan.plan(own_places("F b & (!b U a)", may_enter, extra="planner: {objective: longest}"))
+    assert longest.lower_bound is not None
+    assert longest.lower_bound <= longest.cost
+    assert not longest.complete
+
+
+def test_tasks_that_are_shared_in_flight_wait_for_nobody() -> None:
+    mission = own_places("F b & (!b U a)", {"quad0": "a", "quad1": "b"}, extra="planner: {method: online-mtac-e}")
+    with pytest.raises(Unsatisfiable, match="planned before the flight"):
+        ltlplan.plan(mission)
