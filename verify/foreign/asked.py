@@ -84,6 +84,8 @@ def resolve(fleet: Fleet, mission: Mission | None, limits: AuditLimits) -> Asked
     """
     _require_numbers(limits)
     vehicle = load_vehicle(limits.vehicle) if isinstance(limits.vehicle, str) else limits.vehicle
+    if not isinstance(vehicle, Vehicle | None):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
+        raise BadInput(f"vehicle must be a shipped profile's name or a Vehicle, not {type(vehicle).__name__}.")
     workspace = _box(limits.workspace) if limits.workspace is not None else mission.workspace if mission else None
     margin = Fraction(limits.margin if limits.margin is not None else mission.margin if mission else 0.0)
     radii, weight, separation = np.zeros(len(fleet)), Fraction(1), limits.separation

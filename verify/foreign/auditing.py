@@ -19,7 +19,8 @@ import numpy as np
 from verify.arithmetic.balls import Floats
 from verify.certificate import claim_data, payload_digest, versions
 from verify.claims.claim import Claim, claim_of
-from verify.data.mission import Mission
+from verify.data.errors import BadInput
+from verify.data.mission import Mission, check_mission
 from verify.data.progress import Progress, silent
 from verify.foreign.asked import Asked, AuditLimits, require_agents, resolve
 from verify.foreign.distances import Breach, Closest, Separation, judge_distances
@@ -140,7 +141,10 @@ def audit(
         InternalError: Two independent answers to the formula disagree: a bug of ours.
         MissingEngine: The mission has a formula, and Spot is absent.
     """
+    if not isinstance(limits, AuditLimits):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
+        raise BadInput(f"limits must be verify.AuditLimits(...), not {type(limits).__name__}.")
     if mission is not None:
+        mission = check_mission(mission, to_plan=False)
         check_words(mission)
     progress("reading", 0.0)
     fleet = read_fleet(files)
@@ -191,7 +195,10 @@ def judge_fleet(fleet: Fleet, asked: Asked, progress: Progress = silent) -> Audi
     if asked.accelerations is not None:
         progress("accelerations", 0.4)
         take("limits.acceleration", _told(fleet, "limits.acceleration", "m/s^2", rate_extremes(fleet, 2, asked.accelerations)))
-    if asked.least is not None and len(fleet) > 1:
+    if asked.least is not None and len(fleet) == 1:
+        sentence = f"There is one drone, {fleet.names[0]}, which has none to keep apart from."
+        claims.append(claim_of("separation", "holds", sentence, robot=fleet.names[0], unit="m", limit=asked.most))
+    elif asked.least is not None:
         progress("distances", 0.5)
         take("separation", _separation(fleet, asked, steps, progress))
     return Audit(

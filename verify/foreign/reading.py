@@ -20,7 +20,10 @@ def read_fleet(files: str | Path | Sequence[str | Path]) -> Fleet:
     Raises:
         BadInput: There is nothing to read, kinds of files are mixed, or a file is at fault.
     """
-    paths = [Path(files)] if isinstance(files, str | Path) else [Path(path) for path in files]
+    try:
+        paths = [Path(files)] if isinstance(files, str | Path) else [Path(path) for path in files]
+    except TypeError:
+        raise BadInput(f"files must be a path or a list of paths, not {files!r:.60}.") from None
     if not paths:
         raise BadInput("There is nothing to audit; name a folder of CSV files, the files, or a show file (.skyc).")
     source = str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"

@@ -64,7 +64,7 @@ def test_what_a_limit_refuses(folder: Path, limit: dict[str, Any], name: str, se
     assert sentence in broken[0].sentence
     assert all(claim.outcome == "fails" and claim.witness is not None for claim in broken)
     if name != "separation":
-        assert all(claim.margin == -abs(claim.bound - claim.limit) for claim in broken)
+        assert all(claim.margin == -abs((claim.bound or 0.0) - (claim.limit or 0.0)) for claim in broken)
 
 
 def test_acceleration_is_not_claimed_of_velocities_that_jump(folder: Path) -> None:
@@ -160,3 +160,24 @@ def test_an_infinite_trace_is_refused(folder: Path) -> None:
     mission = small_mission("G F a", trace="infinite")
     with pytest.raises(BadInput, match="asks for an infinite trace, and these flights end"):
         verify.audit(folder, mission)
+
+
+def test_what_is_no_limit_mission_or_path_is_refused_in_words(folder: Path) -> None:
+    calls: list[tuple[tuple[Any, ...], str]] = [
+        ((7,), "a path or a list of paths"),
+        (([],), "nothing to audit"),
+        ((folder, {"name": "hall"}), "A mission is a Mission"),
+        ((folder, None, {"speed": 1.0}), "limits must be verify.AuditLimits"),
+        ((folder, None, verify.AuditLimits(vehicle=3)), "vehicle must be"),  # type: ignore[arg-type]
+        ((folder, None, verify.AuditLimits(workspace="box")), "six numbers"),
+    ]
+    for arguments, message in calls:
+        with pytest.raises(BadInput, match=message):
+            verify.audit(*arguments)
+
+
+def test_one_drone_has_none_to_keep_apart_from(tmp_path: Path) -> None:
+    (tmp_path / "cf1.csv").write_text(hop(0.0, 0.0))
+    found = verify.audit(tmp_path, limits=verify.AuditLimits(separation=1.0))
+    assert found
+    assert "There is one drone, cf1" in found.claims[-1].sentence

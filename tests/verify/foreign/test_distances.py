@@ -8,10 +8,14 @@ import numpy as np
 import pytest
 
 from tests.helpers.fleets import sampled, wandering
+from tests.helpers.flights import legs, small_mission
 from verify.arithmetic.balls import Floats
 from verify.foreign import near_pieces
+from verify.foreign.crazyswarm_folders import flight_of
 from verify.foreign.distances import Breach, Closest, Nearest, Separation, judge_distances
-from verify.foreign.fleet import Fleet, Flight, Indices, assemble
+from verify.foreign.fleet import Fleet, Flight, Indices, assemble, two_floats
+from verify.motion.paths import read_team
+from verify.motion.separation import minimum_distances, pairwise_distances
 
 
 def asking(limit: float, fleet: Fleet, weight: Fraction = Fraction(1)) -> Separation:
@@ -157,3 +161,52 @@ def test_every_planted_breach_is_found() -> None:
     _, breaches = judge_distances(fleet, asked, near_pieces.near_pieces(fleet, asked, closest), closest)
     assert {(b.one, b.other, int(b.time)) for b in breaches} == planted
     assert all(b.distance == pytest.approx(1.59, abs=1e-6) for b in breaches)
+
+
+def test_a_swift_drone_is_held_against_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    values = formation(5, 3)
+    values[7, 1, :, 1:3] += np.array([[400.0, -400.0], [90.0, 10.0], [0.0, 30.0]])
+    fleet = grid_fleet(values, np.zeros(25))
+    asked = asking(1.5, fleet)
+    same(plainly(fleet, asked), quickly(fleet, asked, monkeypatch))
+
+
+def test_clocks_that_differ_by_roundings_leave_nothing_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(11)
+    values = formation(4, 4)
+    values[:, :, :, 1:3] += rng.uniform(-2.0, 2.0, (16, 4, 3, 2))
+    fleet = grid_fleet(values, rng.choice([0.1, 0.1 + 2.0**-52, 0.1 - 2.0**-54, 0.1 + 1e-9], 16))
+    for limit in (0.6, 1.3):
+        asked = asking(limit, fleet)
+        same(plainly(fleet, asked), quickly(fleet, asked, monkeypatch))
+
+
+def grid_fleet(values: np.ndarray, starts: Floats) -> Fleet:
+    """Return drones of one-second pieces, each of which begins at its own time; two-sums keep the times exact."""
+    drones, seconds = values.shape[:2]
+    flights: list[Flight] = []
+    for i in range(drones):
+        times = [Fraction(float(starts[i])) + k for k in range(seconds + 1)]
+        flights.append(Flight(f"d{i}", two_floats(times, f"d{i}"), values[i], np.full(seconds, 3, np.int8)))
+    return assemble("show", "bernstein", flights)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_folders_of_csv_files_are_judged_as_certificates_are(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(seed)
+    starts = [tuple(row) for row in rng.uniform(0, 2, (7, 3)).tolist()]
+    team = {
+        f"r{i}": legs([start, *rng.uniform(0, 2, (2, 3)).tolist()], speed=float(rng.uniform(0.3, 0.6)))
+        for i, start in enumerate(starts)
+    }
+    first = [tuple(t.coefficients[0, :3, 0].tolist()) for t in team.values()]
+    paths = read_team(small_mission(starts=first), team)
+    least = {(n.robot, n.other): n for n in minimum_distances(pairwise_distances(paths))}
+    nearest = min(least.values(), key=lambda n: n.high)
+    fleet = assemble("flights", "power", [flight_of(name, trajectory) for name, trajectory in team.items()])
+    judged, _ = quickly(fleet, asking(0.0, fleet), monkeypatch)
+    assert (fleet.names[judged.one], fleet.names[judged.other]) == (nearest.robot, nearest.other)
+    assert judged.high == pytest.approx(nearest.high, abs=1e-5)
+    limit = float(np.mean(sorted(n.high for n in least.values())[9:11]))  # between two pairs'
+    _, breaches = quickly(fleet, asking(limit, fleet), monkeypatch)
+    assert {(fleet.names[b.one], fleet.names[b.other]) for b in breaches} == {k for k, n in least.items() if n.high < limit}
