@@ -24,6 +24,7 @@ _OFFICE = {
     "p": (1, 6), "d3": (2, 1), "d5": (9, 4), "d7": (12, 1), "d10": (10, 6), "d11": (4, 4),
 }  # fmt: skip
 _MEETING = "(m1 | m2 | m3 | m4 | m5 | m6)"
+SECOND_TOGETHER = f"F some(left10) & F some(left7) & F some(left5) & G all(carry -> !{_PUBLIC})"
 SECOND = f"F left10 & F left7 & F left5 & G(carry -> !{_PUBLIC})"
 THIRD = (
     f"F(m1 & photo) & F(m4 & photo) & F(m6 & photo) & G(!{_MEETING} -> !camera) & F left3 & G(carry -> !{_PUBLIC}) & F brought6"
@@ -82,10 +83,15 @@ def _robot(begun: dict[str, str], ended: dict[str, str], more: str = "", switche
     return f"robot:\n  initial: idle\n  states: {{{', '.join(states)}{more}}}\n  actions: [{', '.join(actions)}{switches}]\n"
 
 
-def schillinger_second() -> Mission:
+def schillinger_second(formula: str = SECOND, team: str = "own") -> Mission:
     """Return Schillinger's second case: three documents for three desks, which are not carried through public places."""
     robot = _robot({"carry": "p"}, {f"left{desk}": f"carry d{desk}" for desk in (5, 7, 10)})
-    return office_grid(SECOND, named=_OFFICE, robot=robot)
+    return office_grid(formula, named=_OFFICE, robot=robot, team=team)
+
+
+def schillinger_second_together() -> Mission:
+    """Return it for a team that is read at once, with counts."""
+    return schillinger_second(SECOND_TOGETHER, "joint")
 
 
 def schillinger_third() -> Mission:
@@ -117,6 +123,7 @@ CASES: dict[str, tuple[Callable[[], Mission], str]] = {
     "Bai, first": (bai_first, "225 product states, 10.6 s"),
     "Bai, second": (bai_second, "0.41 s by search, 3.7 s by sampling, discrete plan only"),
     "Schillinger, second": (schillinger_second, "11.5 s, cost 88"),
+    "Schillinger, second, joint": (schillinger_second_together, "11.5 s, cost 88"),
     "Schillinger, third": (schillinger_third, "21.1 s, cost 98"),
     "LOMAP, fifth": (lomap_fifth, "-"),
     "a meeting in each lap": (meeting_in_each_lap, "-"),

@@ -52,6 +52,12 @@ def test_what_is_picked_up_is_carried_to_its_desk_around_public_places() -> None
     assert set(carried) == {"left5", "left7", "left10"}
 
 
+def test_with_counts_a_robot_that_acts_flies_on_and_all_else_costs_the_same() -> None:
+    _, plan = planned("Schillinger, second, joint")
+    assert plan.lower_bound is not None
+    assert plan.lower_bound <= 84.0 < plan.cost < 84.0 + 3.0
+
+
 @pytest.mark.parametrize("case", ["five gather", "ten meet"])
 def test_gatherings_are_planned_with_a_bound(case: str) -> None:
     mission, plan = planned(case)

@@ -171,13 +171,20 @@ def test_a_soft_part_that_no_flight_can_keep_is_reported_and_the_rest_is_certifi
 
 @pytest.mark.slow
 def test_soft_parts_for_which_there_is_no_room_in_the_air_are_given_up() -> None:
-    mission = wishing("F b", ("F(count(c) >= 2)", 1.0), ("F a", 2.0), robots=2, team="joint")
-    made = ltlplan.plan(mission)
+    places = {**SMALL, "d": (2.25, 1.5)}
+    plain = world("F b", robots=2, regions=places, radii={"c": 0.1, "d": 0.1}, team="joint")
+    soft = [{"formula": "F(c & d)", "weight": 1.0}, {"formula": "F a", "weight": 2.0}]
+    made = ltlplan.plan(plain.changed(spec={**plain.spec.model_dump(), "soft": soft}))
     assert "Planned words keep weight 3 of 3 of the soft parts." in made.notes
-    done = certified_team(made)  # two robots cannot be in c at their separation
+    done = certified_team(made)  # robots in c and d are nearer than their separation
     assert done.certificate.holds
     assert [part.outcome for part in done.certificate.soft] == ["fails", "holds"]
     assert any(note.startswith("A plan that keeps more of the soft parts was given up: ") for note in done.plan.notes)
+
+
+def test_soft_counts_for_which_a_region_is_too_small_are_not_planned() -> None:
+    made = ltlplan.plan(wishing("F b", ("F(count(c) >= 2)", 1.0), ("F a", 2.0), robots=2, team="joint"))
+    assert made.notes[-1] == "Given up: `F(count(c) >= 2)` (weight 1); it cannot be kept beside the formula."
 
 
 @pytest.mark.slow

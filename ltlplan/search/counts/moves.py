@@ -2,15 +2,19 @@
 
 Robots rest at their starts and in the middles of regions. An action happens at some time of a visit, so a robot that acts
 flies on within the same move: once it has come to rest again the action is done for sure.
+
+A rest of which the formula sees nothing that was not there before may be left out: whatever the others do while somebody rests there they can
+do while it still rests where it was. So on a grid of which a formula names few places only ways from one to the next are moves.
 """
 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
+from ltlplan.search.counts.marks import Sums
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
 
@@ -24,13 +28,13 @@ class Move:
 
     Attributes:
         target: Node of the robot's system at which it rests then.
-        letters: What it shows on the way, the letter at the target last, without repetitions; not the one that it holds before.
+        shown: The marks that it makes on the way, those at the target last, without repetitions; not those that it makes before.
         cost: Of the way.
         path: Nodes of the robot's system after the one it leaves.
     """
 
     target: int
-    letters: tuple[Letter, ...]
+    shown: tuple[Sums, ...]
     cost: float
     path: tuple[int, ...]
 
@@ -38,14 +42,20 @@ class Move:
 class RobotMoves:
     """One robot's moves, by the node at which it rests; made as they are asked for."""
 
-    def __init__(self, system: TransitionSystem, *, hovers_outside: bool) -> None:
+    def __init__(
+        self, system: TransitionSystem, marks_of: Callable[[Letter], Sums], *, hovers_outside: bool, skips: bool
+    ) -> None:
         """Look at a robot.
 
         Args:
             system: What it can do.
+            marks_of: The marks that its letters make.
             hovers_outside: Whether it may also come to rest, for good, just outside a region that it has left.
+            skips: Whether it flies on from rests at which it makes the marks that it has made all the way.
         """
         self.system = system
+        self.marks = tuple(marks_of(letter) for letter in system.labels)
+        self._skips = skips
         self._outside = hovers_outside
         self._known: dict[int, tuple[Move, ...]] = {}
 
@@ -81,34 +91,35 @@ class RobotMoves:
         )
 
     def _moves(self, start: int) -> Iterator[Move]:
-        """Yield the cheapest way to each rest, for each word on the way."""
+        """Yield the cheapest way to each rest, for all marks that are made on the way."""
         system = self.system
-        # cost, nodes on the way, letters, actions so far, whether the last step acted
-        heap: list[tuple[float, tuple[int, ...], tuple[Letter, ...], int, bool]] = [(0.0, (), (), 0, False)]
-        seen: set[tuple[int, tuple[Letter, ...]]] = set()
+        # cost, nodes on the way, marks, actions since the last rest, whether the last step acted
+        heap: list[tuple[float, tuple[int, ...], tuple[Sums, ...], int, bool]] = [(0.0, (), (), 0, False)]
+        seen: set[tuple[int, tuple[Sums, ...], bool]] = set()
         while heap:
-            cost, path, letters, acted, acting = heapq.heappop(heap)
+            cost, path, shown, acted, acting = heapq.heappop(heap)
             at = path[-1] if path else start
-            if (at, letters) in seen:
+            if (at, shown, acting) in seen:
                 continue
-            seen.add((at, letters))
-            arrived = bool(path) and self.rests(at)
-            if (arrived and not acting) or (path and not acting and self._outside and self._gone(at)):
-                yield Move(at, letters, cost, path)
-            if (arrived and not acting) or (not path):  # here it may act, and then must fly on
+            seen.add((at, shown, acting))
+            arrived = bool(path) and self.rests(at) and not acting
+            flies_on = self._skips and not shown and (self.ends(start) or not self.ends(at))
+            if not flies_on and (arrived or (path and not acting and self._outside and self._gone(at))):
+                yield Move(at, shown, cost, path)
+            if arrived or not path:  # here it may act, and then must fly on
+                acted = 0 if flies_on else acted
                 for target, step in self._acts[at] if acted < MOST_ACTIONS else ():
-                    heapq.heappush(heap, (cost + step, (*path, target), self._longer(start, letters, target), acted + 1, True))
-            if arrived and not acting:
+                    heapq.heappush(heap, (cost + step, (*path, target), self._longer(start, shown, target), acted + 1, True))
+            if arrived and not flies_on:
                 continue
             for target, step in system.edges[at]:
                 if target != start and (target, step) not in self._acts[at]:
-                    heapq.heappush(heap, (cost + step, (*path, target), self._longer(start, letters, target), acted, False))
+                    heapq.heappush(heap, (cost + step, (*path, target), self._longer(start, shown, target), acted, False))
 
     def _gone(self, node: int) -> bool:
         found = self.system.nodes[node]
         return found.flying and found.leg is None and self.ends(node) and node != self.system.initial
 
-    def _longer(self, start: int, letters: tuple[Letter, ...], target: int) -> tuple[Letter, ...]:
-        held = letters[-1] if letters else self.system.labels[start]
-        shown = self.system.labels[target]
-        return letters if shown == held else (*letters, shown)
+    def _longer(self, start: int, shown: tuple[Sums, ...], target: int) -> tuple[Sums, ...]:
+        made = shown[-1] if shown else self.marks[start]
+        return shown if self.marks[target] == made else (*shown, self.marks[target])

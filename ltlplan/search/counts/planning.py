@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -17,7 +19,7 @@ from ltlplan.search.counts.moves import Move, RobotMoves
 from ltlplan.search.counts.numbers import ClassMove, Course, Crowd, NumberSearch, numbers_of
 from ltlplan.search.counts.stages import Turn, stages
 from ltlplan.systems.transition_systems import Node, TransitionSystem
-from verify.data import Formula, InternalError, Letter
+from verify.data import Formula, InternalError
 from verify.data.language.counting import Atom
 
 _TIES = 1e-6  # m
@@ -76,25 +78,36 @@ def plan_counts(
     Raises:
         TooLarge: The budget was used up before any plan was found.
     """
-    marks = Marks(automata, atoms)
+    marks, anywhere = Marks(automata, atoms), _Rooms({}, passing=False)
+    found = None
+    with suppress(TooLarge):
+        found = _plan(systems, kinds, marks, budget, anywhere, skips=True)
+        if found is None or not rooms or _ways_are_free(systems, found, rooms):
+            return found
     for passing in (True, False) if rooms else ():
         try:
-            found = _plan(systems, kinds, marks, budget, _Rooms(rooms or {}, passing))
+            roomy = _plan(systems, kinds, marks, budget, _Rooms(rooms or {}, passing))
         except TooLarge:
             continue
-        if found is not None:  # where nobody may pass another one, a cheaper plan is not ruled out
-            return found if passing else replace(found, exact=False)
+        if roomy is not None:  # where nobody may pass another one, a cheaper plan is not ruled out
+            return roomy if passing else replace(roomy, exact=False)
     if rooms and not _any_course(systems, kinds, Marks(automata, atoms, _between(systems, atoms, rooms)), budget):
         return None
-    return _plan(systems, kinds, marks, budget, _Rooms({}, passing=False))
+    return found or _plan(systems, kinds, marks, budget, anywhere)
 
 
 def _plan(
-    systems: Sequence[TransitionSystem], kinds: Sequence[str], marks: Marks, budget: Budget, rooms: _Rooms
+    systems: Sequence[TransitionSystem],
+    kinds: Sequence[str],
+    marks: Marks,
+    budget: Budget,
+    rooms: _Rooms,
+    *,
+    skips: bool = False,
 ) -> CountedPlan | None:
     """Return a cheapest plan in which no small region is too full where robots wait for others; None where none was found."""
     for outside in (False, True):  # to end just outside a region is seldom asked for, and doubles the places
-        task = _Task(systems, kinds, marks, hovers_outside=outside)
+        task = _Task(systems, kinds, marks, hovers_outside=outside, skips=skips)
         course = task.search(rooms).cheapest(budget)
         if course is None:
             continue
@@ -127,10 +140,7 @@ def _beside_leaving(plan: CountedPlan, task: _Task, rooms: _Rooms) -> CountedPla
 def _any_course(systems: Sequence[TransitionSystem], kinds: Sequence[str], marks: Marks, budget: Budget) -> bool:
     """Tell whether there may be a course, whatever it costs."""
     try:
-        return any(
-            _Task(systems, kinds, marks, hovers_outside=outside).search(_Rooms({}, passing=False)).cheapest(budget) is not None
-            for outside in (False, True)
-        )
+        return _plan(systems, kinds, marks, budget, _Rooms({}, passing=False), skips=True) is not None
     except TooLarge:
         return True
 
@@ -159,6 +169,22 @@ def _has_room(systems: Sequence[TransitionSystem], plan: CountedPlan, rooms: Map
     return True
 
 
+def _ways_are_free(systems: Sequence[TransitionSystem], plan: CountedPlan, rooms: Mapping[str, int]) -> bool:
+    """Tell whether small regions hold all robots that rest in them, and nobody flies through one that those who wait fill."""
+    at = [path[0] for path in plan.paths]
+    for stage in plan.stages:
+        moving = {plan.turns[turn][0] for turn in stage}
+        waiting = Counter(
+            region for robot, node in enumerate(at) if robot not in moving for region in systems[robot].nodes[node].regions
+        )
+        for robot, before, after in (plan.turns[turn] for turn in stage):
+            on_the_way = {region for node in plan.paths[robot][before:after] for region in systems[robot].nodes[node].regions}
+            if any(waiting[region] >= rooms[region] for region in on_the_way & rooms.keys()):
+                return False
+            at[robot] = plan.paths[robot][after - 1]
+    return _has_room(systems, plan, rooms)
+
+
 @dataclass(frozen=True, slots=True)
 class _Rooms:
     """What small regions hold, and whether one robot may come to a full one while another one leaves it."""
@@ -171,10 +197,13 @@ class _Task:
     """The robots' moves, put into classes."""
 
     def __init__(
-        self, systems: Sequence[TransitionSystem], kinds: Sequence[str], marks: Marks, *, hovers_outside: bool
+        self, systems: Sequence[TransitionSystem], kinds: Sequence[str], marks: Marks, *, hovers_outside: bool, skips: bool
     ) -> None:
         self.systems, self.marks = tuple(systems), marks
-        self.robots = [RobotMoves(system, hovers_outside=hovers_outside) for system in systems]
+        self.robots = [
+            RobotMoves(system, partial(marks.of, system.robot), hovers_outside=hovers_outside, skips=skips)
+            for system in systems
+        ]
         self.kinds = [
             kind if system.robot not in marks.named else f"{kind} {system.robot}"
             for kind, system in zip(kinds, systems, strict=True)
@@ -190,7 +219,7 @@ class _Task:
         system = self.systems[robot]
         key: _Class = (self.kinds[robot], system.nodes[node])
         if node == system.initial:
-            ways = frozenset((self._target(robot, move), move.letters) for move in self.robots[robot].of(node))
+            ways = frozenset((self._target(robot, move), move.shown) for move in self.robots[robot].of(node))
             key = self.kinds[robot], system.labels[node], ways, self.robots[robot].ends(node)
         found = self._numbers.get(key)
         if found is None:
@@ -207,15 +236,15 @@ class _Task:
         costs: dict[tuple[int, object], float] = {}
         for robot, at in enumerate(self.start):
             for move in self.robots[robot].of(self.systems[robot].initial):
-                key = at, (self._target(robot, move), move.letters)
+                key = at, (self._target(robot, move), move.shown)
                 costs[key] = min(move.cost, costs.get(key, float("inf")))
         moves: list[list[ClassMove]] = []
         for number, (robot, node) in enumerate(self.member):  # grows while it is walked
             found: list[ClassMove] = []
             if not self.robots[robot].last(node):
                 for move in self.robots[robot].of(node):
-                    key = self._target(robot, move), move.letters
-                    marks = self._shown(robot, move.letters) or (self._marks(robot, move.target),)
+                    key = self._target(robot, move), move.shown
+                    marks = move.shown or (self._marks(robot, move.target),)
                     cost = costs.get((number, key), move.cost)
                     found.append(ClassMove(number, self._class(robot, move.target), marks, cost, key))
             moves.append(found)
@@ -230,11 +259,8 @@ class _Task:
         crowds = [Crowd(within[region], most, rooms.passing) for region, most in rooms.most.items()]
         return NumberSearch(self.marks, resting, ends, moves, numbers_of(self.start, len(self.classes)), crowds)
 
-    def _shown(self, robot: int, letters: Sequence[Letter]) -> tuple[Sums, ...]:
-        return tuple(self.marks.of(self.systems[robot].robot, letter) for letter in letters)
-
     def _marks(self, robot: int, node: int) -> Sums:
-        return self.marks.of(self.systems[robot].robot, self.systems[robot].labels[node])
+        return self.robots[robot].marks[node]
 
     def plan(self, course: Course) -> CountedPlan:
         """Return what each robot does in a course, and the stages.
@@ -249,7 +275,7 @@ class _Task:
         cost = 0.0
         for robot, step in zip(who, course.moves, strict=True):
             path, at = paths[robot], paths[robot][-1]
-            move = next(m for m in self.robots[robot].of(at) if (self._target(robot, m), m.letters) == step.key)
+            move = next(m for m in self.robots[robot].of(at) if (self._target(robot, m), m.shown) == step.key)
             before = len(path)
             path += move.path
             places.append((robot, before, len(path)))
@@ -296,4 +322,4 @@ class _Task:
 
     def _price(self, robot: int, step: ClassMove) -> float:
         moves = self.robots[robot].of(self.systems[robot].initial)
-        return min(move.cost for move in moves if (self._target(robot, move), move.letters) == step.key)
+        return min(move.cost for move in moves if (self._target(robot, move), move.shown) == step.key)
