@@ -81,7 +81,7 @@ def plan_counts(
     marks, anywhere = Marks(automata, atoms), _Rooms({}, passing=False)
     found = None
     with suppress(TooLarge):
-        found = _plan(systems, kinds, marks, budget, anywhere, skips=True)
+        found = _plan(systems, kinds, marks, budget, anywhere, skips=True, leaves=not rooms)
         if found is None or not rooms or _ways_are_free(systems, found, rooms):
             return found
     for passing in (True, False) if rooms else ():
@@ -104,7 +104,8 @@ def _plan(
     rooms: _Rooms,
     *,
     skips: bool = False,
-) -> CountedPlan | None:
+    leaves: bool = True,
+) -> CountedPlan | None:  # as many as a search has, and which of all moves and ends there are
     """Return a cheapest plan in which no small region is too full where robots wait for others; None where none was found."""
     for outside in (False, True):  # to end just outside a region is seldom asked for, and doubles the places
         task = _Task(systems, kinds, marks, hovers_outside=outside, skips=skips)
@@ -114,15 +115,18 @@ def _plan(
         plan = task.plan(course)
         if not _has_room(systems, plan, rooms.most):
             return None
-        return plan if outside else _beside_leaving(plan, _Task(systems, kinds, marks, hovers_outside=True), rooms)
+        if outside:
+            return plan
+        leaving = _Task(systems, kinds, marks, hovers_outside=True, skips=skips)
+        return _beside_leaving(plan, leaving, rooms, allowed=leaves and not rooms.most)
     return None
 
 
-def _beside_leaving(plan: CountedPlan, task: _Task, rooms: _Rooms) -> CountedPlan:
+def _beside_leaving(plan: CountedPlan, task: _Task, rooms: _Rooms, *, allowed: bool) -> CountedPlan:
     """Return a plan whose bound holds of plans, too, in which robots end just outside regions, or such a one that is cheaper.
 
     One in which nobody waits for another, and no region is too small, that is: where to hover outside regions beside others, and to
-    wait there, is not planned. `task` has these plans.
+    wait there, is not planned. `task` has these plans; they are taken where that is `allowed`.
     """
     try:
         other = task.search(rooms).cheapest(Budget(states=min(_STATES_OUTSIDE, 4 * plan.reached + 1_000)))
@@ -130,7 +134,7 @@ def _beside_leaving(plan: CountedPlan, task: _Task, rooms: _Rooms) -> CountedPla
         return replace(plan, exact=False)
     if other is None or not other.exact:
         return replace(plan, exact=False)
-    if other.cost < plan.bound - _TIES and not rooms.most:
+    if other.cost < plan.bound - _TIES and allowed:
         cheaper = task.plan(other)
         if cheaper.cost < plan.cost - _TIES and len(cheaper.stages) == 1:
             return cheaper
