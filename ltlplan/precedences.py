@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-import networkx as nx
-
 from verify.data import NotCertified, Plan, Witness
 from verify.data.plan import Precedence
 
@@ -58,6 +56,8 @@ def with_planned_waits(plan: Plan) -> Plan | None:
 
 def _circle(plan: Plan, precedences: Iterable[Precedence]) -> list[tuple[str, int]]:
     """Return visits that wait for each other, the first one repeated at the end; empty where there are none."""
+    import networkx as nx  # here: it takes long to load, and few plans need it
+
     order: nx.DiGraph[tuple[str, int]] = nx.DiGraph()
     for name, robot in plan.robots.items():
         order.add_edges_from(((name, i), (name, i + 1)) for i in range(len(robot.visits) - 1))

@@ -19,7 +19,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra, maximum_bipartite_matching
 
@@ -283,6 +282,8 @@ def _assigned(robots: _Robots) -> list[frozenset[int]] | None:
     """Give each robot at most one task so that the dearest costs least, and all together as little as then possible."""
     if len(robots.tasks) > len(robots):
         return None
+    from scipy.optimize import linear_sum_assignment  # here: it takes long to load, and few plans need it
+
     costs = robots.alone
     limits = np.unique(costs[np.isfinite(costs)])
     low, high = 0, len(limits)

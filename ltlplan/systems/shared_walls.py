@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import linprog
 
 from verify.data import Letter, Mission
 from verify.data.shapes.convex_parts import faces_around
@@ -86,6 +85,8 @@ def hold_a_ball(one: Region, other: Region, radius: float) -> bool:
     """
     if one.is_ellipsoid or other.is_ellipsoid:
         return True  # ways past their borders are offered only where the order of these is clear
+    from scipy.optimize import linprog  # here: it takes long to load, and few plans need it
+
     bodies = [[(*faces_around(body), np.array(region.center)) for body in region.measures.covers] for region in (one, other)]
     for faces, distances, centre in bodies[0]:
         for others, far, middle in bodies[1]:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-import networkx as nx
-
 from verify.data import Plan
 from verify.data.plan import Meeting
 
@@ -18,6 +16,8 @@ def one_at_a_time(plan: Plan) -> tuple[Meeting, ...]:
     Args:
         plan: Its meetings do not go round in a circle.
     """
+    import networkx as nx  # here: it takes long to load, and few plans need it
+
     order: nx.DiGraph[tuple[str, int]] = nx.DiGraph()
     for name, robot in plan.robots.items():
         order.add_nodes_from((name, visit) for visit in range(len(robot.visits)))

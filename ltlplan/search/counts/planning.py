@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
@@ -315,6 +314,8 @@ class _Task:
                 started[move.source] += 1
             made.append(role)
             waiting.setdefault(move.target, deque()).append(role)
+        from scipy.optimize import linear_sum_assignment  # here: it takes long to load, and few plans need it
+
         robot_of: dict[int, int] = {}
         for at in sorted({place for place, _ in roles}):
             mine = [robot for robot, place in enumerate(self.start) if place == at]

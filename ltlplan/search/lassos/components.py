@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import networkx as nx
-
 
 def components(edges: Sequence[Sequence[int]]) -> list[frozenset[int]]:
     """Return the strongly connected components that hold a cycle.
@@ -13,6 +11,8 @@ def components(edges: Sequence[Sequence[int]]) -> list[frozenset[int]]:
     Args:
         edges: For each node, where its edges lead.
     """
+    import networkx as nx  # here: it takes long to load, and few plans need it
+
     graph: nx.DiGraph[int] = nx.DiGraph()
     graph.add_nodes_from(range(len(edges)))
     graph.add_edges_from((source, target) for source, targets in enumerate(edges) for target in targets)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import reduce
 
-import networkx
-
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data.language.formula import TRUE, Formula, Operator
 
@@ -42,6 +40,8 @@ def comes_anew(system: TransitionSystem) -> Formula:
 
 def _to_and_fro(system: TransitionSystem, region: str) -> set[str]:
     """Return the propositions that can change for ever inside one region."""
+    import networkx  # here: it takes long to load, and few plans need it
+
     graph = networkx.DiGraph((action.source, action.target) for action in system.actions if action.at == region)
     shown: dict[str, frozenset[str]] = {}
     for node, label in zip(system.nodes, system.labels, strict=True):

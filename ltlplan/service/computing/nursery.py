@@ -17,6 +17,8 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):  # 
     os.environ[_name] = "1"
 
 for _name in (
+    "networkx",  # by what needs it only, as the next one
+    "scipy.optimize",
     "ltlplan.service.computing.at_work",
     "ltlplan.service.computing.stages",
     "ltlplan.pipeline",
