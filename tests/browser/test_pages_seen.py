@@ -73,8 +73,7 @@ def test_a_page_draws_from_its_file_alone_without_a_complaint(desk: Desk, name: 
     ("name", "phone"),
     [
         ("report", True),
-        *(pytest.param(name, True, marks=pytest.mark.slow) for name in ("show", "campaign")),
-        ("online", True),
+        *(pytest.param(name, True, marks=pytest.mark.slow) for name in ("show", "campaign", "online")),
         ("campaign", False),
         pytest.param("online", False, marks=pytest.mark.slow),
     ],

@@ -85,7 +85,7 @@ def test_a_run_by_online_mtac_e_is_certified_and_flown(result: ltlplan.Result):
     assert result.log.satisfied
 
 
-@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 8))])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 8))])
 def test_words_hold_in_every_order_of_the_robots(seed: int):
     mission = by_online(random_mission(seed, samples=20, rounds=3))
     made = make_plan(mission, seed=seed)
