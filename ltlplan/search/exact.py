@@ -487,6 +487,8 @@ def _no_team_laps(
     from ltlplan.search.refusals.unsatisfiable_cores import explain
 
     def possible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
+        if len(worlds) < len(each) and any(part.counts for part in parts):
+            return False  # what is said of all robots says nothing of some of them
         try:
             if (shared := parts_of(mission, all_of(parts))) is not None:
                 return share_out(mission, worlds, shared, budget, longest=False) is not None

@@ -16,12 +16,12 @@ import pytest
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.exact import Assignment, assign
 from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
-from tests.helpers.brute_force import Event, Held, Together, Vectors, outcomes
+from tests.helpers.brute_force import Event, Held, Together, Vectors, for_ever, outcomes
 from tests.helpers.brute_plans import Tour, keeps, teams, words_of, worth
 from tests.helpers.random_counts import random_counting_formula
 from tests.helpers.random_teams import random_formula
 from tests.helpers.worlds import world
-from verify.data import BadInput, Formula, Letter, Mission, parse_formula
+from verify.data import BadInput, Formula, Infeasible, Letter, Mission, parse_formula
 
 CLOSE = 1e-6
 PLACES = {"a": (0.0, 0.0), "b": (2.4, 0.0)}
@@ -212,6 +212,41 @@ def test_words_that_hold_under_precedences(seed: int, number: int) -> None:
 def test_plans_that_count(seed: int, number: int) -> None:
     rng = Random(seed)
     assert {counts_agree(rng) for _ in range(number)} >= {True, False}
+
+
+def patrols_are_answered(rng: Random) -> bool | None:
+    """Every formula for ever is planned or refused in words; one robot's word keeps it."""
+    robots, team = rng.choice([1, 1, 2, 2, 3]), rng.choice(["own", "joint"])
+    mission = small_world(robots, team, WIDE)
+    names = tuple(mission.agents)
+    counted = team == "joint" and rng.random() < 0.5
+    formula = random_counting_formula(rng, rng.randint(1, 6), names) if counted else asked(rng, 7)
+    spec = mission.spec.model_copy(update={"formula": str(formula), "trace": "infinite"})
+    try:
+        plan = assign(mission.model_copy(update={"spec": spec}), budget=Budget(states=20_000))
+    except NoPlan:
+        return False
+    except (BadInput, Infeasible):
+        return None
+    if robots == 1:
+        word = plan.robots["quad0"].word
+        held = [[{"quad0": letter} for letter in part] for part in (word.prefix, word.cycle or ())]
+        assert for_ever(formula, names, *held), (str(formula), word)
+    return True
+
+
+@pytest.mark.parametrize(("seed", "number"), [(1, 12), *(pytest.param(s, 600, marks=pytest.mark.slow) for s in (2, 3))])
+def test_patrols(seed: int, number: int) -> None:
+    rng = Random(seed)
+    assert {patrols_are_answered(rng) for _ in range(number)} >= {True, False}
+
+
+@pytest.mark.parametrize(("formula", "robots"), [("F (quad1.a -> count(b) > 3) -> b", 2), ("quad1.b & G F quad2.a", 3)])
+def test_a_patrol_that_cannot_be_and_names_a_robot_is_refused_in_words(formula: str, robots: int) -> None:
+    mission = small_world(robots, "joint", WIDE)
+    spec = mission.spec.model_copy(update={"formula": formula, "trace": "infinite"})
+    with pytest.raises(NoPlan, match="No plan satisfies the formula"):
+        assign(mission.model_copy(update={"spec": spec}))
 
 
 def test_ending_outside_a_region_is_cheaper_than_flying_on() -> None:
