@@ -86,6 +86,9 @@ def plan(
         return made  # its words hold in the order of its meetings alone, which the certificate proves of the flight
     elif made.precedences:
         verdict = check_planned_order(made)
+        if verdict.outcome == "undecided":
+            doubt = f"That the words hold under these precedences is proved of the flight alone: {verdict.sentence}"
+            made = made.model_copy(update={"notes": (*made.notes, doubt)})
     else:
         verdict = check_team(mission.formula, words, reading=mission.spec.team).sequential
     if verdict.outcome == "fails" and made.method == SEQUENCE:

@@ -143,7 +143,7 @@ def test_a_robot_that_starts_inside_a_region_starts_with_a_visit():
 
 
 def test_bad_input_is_refused():
-    with pytest.raises(BadInput, match="infinite"):
+    with pytest.raises(BadInput, match="laps for ever"):
         planned(small("G F a", regions=ROW, agents=[(0, -1, 1)], trace="infinite"))
     with pytest.raises(BadInput, match="width"):
         Options(width=0)
