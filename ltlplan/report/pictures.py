@@ -24,10 +24,13 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+MOST_SAMPLED_POINTS = 8_500
+"""Points of all sampled paths of a page together: where robots are many or paths long fewer paths are drawn, so that it can be sent."""
+
 _NOTES = {
     "control points": "Each hoop has five: in front of it, in its centre, behind it, and two beside it to fly around it.",
     "motion primitives": "The path before it is optimised: each leg between two control points in the colour of its primitive.",
-    "sampled paths": "Paths drawn at random around the current best; the cheapest of those that satisfy the mission lead the next round.",
+    "sampled paths": "Paths drawn at random around the current best; the cheapest of those that satisfy the mission lead the next round. Some of them are drawn.",
     "optimised path": "The cheapest path that was found, with the nominal one (dashed) that it started from.",
 }
 """What is seen, by a part of the figure's heading."""
@@ -70,7 +73,9 @@ def pictures_html(
         figures[f"{name}: motion primitives along the nominal path"] = primitives_figure(mission, nominal)
         if seen.positions is not None:
             heading = f"{name}: sampled paths of round {seen.drawn}"
-            figures[heading] = round_figure(mission, seen.positions, seen.counts, best=flown)
+            figures[heading] = round_figure(
+                mission, seen.positions, seen.counts, best=flown, most_points=MOST_SAMPLED_POINTS // len(mission.agents)
+            )
             if shown_round is not None and seen.drawn < shown_round:
                 sentences.append(f"{name}: its search ended after {seen.count} rounds, the last of which is drawn.")
         paths[name] = path_points(flown)

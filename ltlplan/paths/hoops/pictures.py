@@ -74,7 +74,12 @@ def path_figure(mission: Mission, plan: RobotPlan, *, nominal: RobotPlan | None 
 
 
 def round_figure(
-    mission: Mission, positions: Floats, counts: Sequence[bool] | NDArray[np.bool_], *, best: RobotPlan | None = None
+    mission: Mission,
+    positions: Floats,
+    counts: Sequence[bool] | NDArray[np.bool_],
+    *,
+    best: RobotPlan | None = None,
+    most_points: int | None = None,
 ) -> go.Figure:
     """Return the sampled paths of one round of cross-entropy: those that count in colour, the others in grey (Fig. 6).
 
@@ -83,6 +88,8 @@ def round_figure(
         positions: m, as `SampledPaths.position` has them; at most 200 paths are drawn. Shape (paths, instants, 3).
         counts: Which of them satisfy the specification. Shape (paths,).
         best: A path to draw on top.
+        most_points: Draw fewer paths where they would have more points than this together, two of either kind at the least; None for
+            no limit.
 
     Raises:
         BadInput: The shapes do not fit.
@@ -93,9 +100,12 @@ def round_figure(
             f"positions must have shape (paths, instants, 3) and counts (paths,), not {positions.shape}, {good.shape}."
         )
     split = _cycle_begins(best, positions.shape[1])
+    each = _MOST_PATHS // 2
+    if most_points is not None:
+        each = min(each, max(most_points // (2 * positions.shape[1]), 2))
     traces = _regions(mission)
     for name, chosen in (("does not count", ~good), ("satisfies the specification", good)):
-        lines = positions[chosen][: _MOST_PATHS // 2]
+        lines = positions[chosen][:each]
         parts = [(f"{name} ({int(chosen.sum())})", lines[:, : split + 1], _PREFIX if chosen is good else "#bbbbbb")]
         if split < positions.shape[1] - 1:
             parts.append((f"{name}, its cycle", lines[:, split:], _CYCLE if chosen is good else "#bbbbbb"))

@@ -87,6 +87,9 @@ def test_a_round_and_the_optimised_path_are_drawn(published):
     assert {"satisfies the specification, its cycle", "the path in the end"} <= names(figure)
     drawn = next(trace for trace in figure.data if trace.name.startswith("satisfies the specification ("))
     assert int(np.isnan(np.array(drawn.x, dtype=float)).sum()) == int(counts.sum())  # a gap after each path
+    few = round_figure(mission, positions, counts, best=found.plan, most_points=6 * positions.shape[1])
+    drawn = next(trace for trace in few.data if trace.name == f"satisfies the specification ({int(counts.sum())})")
+    assert int(np.isnan(np.array(drawn.x, dtype=float)).sum()) == min(3, int(counts.sum()))
     assert {"nominal path", "cycle"} <= names(path_figure(mission, found.plan, nominal=plan))
     assert len(figure.to_json()) > 1000
     with pytest.raises(BadInput, match="counts"):
