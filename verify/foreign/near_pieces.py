@@ -217,6 +217,7 @@ class _Search:
         radius = speed * half + self.slack
         turning = (high - low) * _most_between(self.turns, np.minimum(low + 1, high), high)
         bend = _most_between(self.accelerations, low, high) * half * half / 2 + turning * half + 8 * late * speed + self.slack
+        bend += 1e-3 * self.slack * self.fleet.degree / (self.stops[rows] - self.starts[rows]) * half  # the velocity's rounding
         tree = KDTree(points)
         if first:
             self._note(tree, points, middle, closest)
