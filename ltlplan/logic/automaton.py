@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -214,13 +214,15 @@ def live_states(trace: Trace, edges: list[list[tuple[int, int]]], accepting: set
             if guard != FALSE:
                 back[target].append(state)
     if trace == "infinite":
-        import networkx
+        from scipy.sparse import csr_matrix  # loaded by planning anyway, unlike networkx
+        from scipy.sparse.csgraph import connected_components
 
-        graph = networkx.DiGraph((s, t) for s, outgoing in enumerate(edges) for g, t in outgoing if g != FALSE)
-        rounds = [
-            c for c in networkx.strongly_connected_components(graph) if len(c) > 1 or graph.has_edge(*[next(iter(c))] * 2)
-        ]
-        accepting = {state for component in rounds for state in component if state in accepting}
+        sources = [source for before in back for source in before]
+        targets = [target for target, before in enumerate(back) for _ in before]
+        graph = csr_matrix(([True] * len(sources), (sources, targets)), shape=(len(edges), len(edges)))
+        component = connected_components(graph, connection="strong")[1].tolist()
+        sizes = Counter(component)
+        accepting = {state for state in accepting if sizes[component[state]] > 1 or state in back[state]}
     live, queue = set(accepting), deque(accepting)
     while queue:
         for state in back[queue.popleft()]:
