@@ -12,7 +12,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,10 +100,21 @@ def route_itinerary(mission: Mission, robot: str, does: Itinerary, *, directions
         BadInput: As `route`.
         Infeasible: As `route`.
     """
+    does = _apart(mission, does)
     if does.stops is None or does.stops == tuple(range(len(does.visits))):
         return route(mission, robot, does.visits, does.cycle_visit, directions=directions, word=does.word)
     _check(mission, robot, does.visits, does.cycle_visit)
     return _laid(mission, _Asked(robot, does.visits, does.cycle_visit, does.word, does.stops), directions)
+
+
+def _apart(mission: Mission, does: Itinerary) -> Itinerary:
+    """Return an itinerary that flies once to a middle that two regions in turn share, as of a room in the middle of a house."""
+    stops = tuple(range(len(does.visits))) if does.stops is None else does.stops
+    regions = [mission.regions.get(does.visits[stop].region) for stop in stops]
+    twice = [a is not None and b is not None and a is not b and a.center == b.center for a, b in itertools.pairwise(regions)]
+    if does.cycle_visit is not None or not any(twice):
+        return does
+    return replace(does, stops=tuple(stop for stop, again in zip(stops, [*twice, False], strict=True) if not again))
 
 
 def _laid(mission: Mission, asked: _Asked, directions: Directions | None) -> RobotPlan:
