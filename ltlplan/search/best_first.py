@@ -10,11 +10,16 @@ from typing import Generic, Literal, TypeVar
 Key = TypeVar("Key", bound=Hashable)  # and ordered, where ties are broken by keys
 
 
+_ROUNDING = 1e-9  # by which sums of the same costs may differ
+
+
 class BestFirst(Generic[Key]):
-    """A search that yields each key once, the one with the least bound first.
+    """A search that yields each key, the one with the least bound first.
 
     It is lazy: whoever iterates counts the keys, and stops when a goal has come or a budget of keys is used up. With a
-    heuristic that never falls by more than a step costs, or none, every key comes with its least cost.
+    heuristic that never falls by more than a step costs, or none, every key comes once, with its least cost. With any other lower
+    bound a key comes again when a cheaper path to it is found, so that the first goal is a cheapest one all the same; not so with a
+    weight above 1.
 
     Args:
         starts: Where paths begin, at no cost.
@@ -59,9 +64,11 @@ class BestFirst(Generic[Key]):
             yield key, cost, bound
             for target, step in successors(key):
                 total = cost + step
-                if total < costs.get(target, unreachable) and target not in closed:
+                known = costs.get(target, unreachable)
+                if total < known and (target not in closed or (weight == 1.0 and total < known - _ROUNDING)):
                     left = 0.0 if heuristic is None else heuristic(target)
                     if left < unreachable:
+                        closed.discard(target)
                         costs[target] = total
                         parents[target] = key
                         push(heap, (total + weight * left, tie(), target))

@@ -2,8 +2,8 @@
 
 Whatever the robots do, their ways from where they are (the one that flies) or begin (those that have not flown) join each
 needed proposition's places to one of them. So no plan is cheaper than the smallest tree that joins all of these, with the
-shortest ways as its edges; the bound that Held and Karp began with for the travelling salesman (1970). It never
-falls by more than a step costs.
+shortest ways as its edges; the bound that Held and Karp began with for the travelling salesman (1970). It may
+fall by more than a step costs, where the step leads to a place between several goals.
 """
 
 from __future__ import annotations
