@@ -47,3 +47,11 @@ def test_it_is_lazy_and_several_starts_are_one_search() -> None:
 def test_ties_are_broken_as_asked(ties: str, second: int) -> None:
     search = BestFirst([0], lambda key: [(2, 1.0), (1, 1.0)] if key == 0 else [], ties=ties)
     assert [key for key, _, _ in search][1] == second
+
+
+def test_a_bound_that_falls_by_more_than_a_step_costs_still_leads_to_the_cheapest_goal() -> None:
+    edges = {"start": [("near", 3.0), ("far", 1.0)], "far": [("near", 1.0)], "near": [("goal", 3.0)], "goal": []}
+    left = {"start": 0.0, "far": 4.0, "near": 0.0, "goal": 0.0}
+    search = BestFirst(["start"], edges.__getitem__, left.__getitem__)
+    assert next(cost for key, cost, _ in search if key == "goal") == 5.0
+    assert search.path("goal") == ["start", "far", "near", "goal"]
