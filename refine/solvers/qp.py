@@ -19,6 +19,7 @@ import osqp
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import cholesky, solve_triangular
+from scipy.optimize import nnls
 
 from refine.solvers.timeout import SolverTimeout
 from refine.spline.basis import HERMITE, ORDER, SNAP
@@ -210,8 +211,6 @@ def _by_nnls(matrix: Floats, low: Floats) -> Floats:
     system = np.concatenate([matrix.T, low[None] / scale])
     target = np.zeros(len(system))
     target[-1] = 1.0
-    from scipy.optimize import nnls  # here: planning alone does not need it, and it takes long to load
-
     weights, distance = nnls(system, target)
     left = system @ weights - target
     if distance < _NO_POINT or left[-1] >= 0.0:
