@@ -76,7 +76,7 @@ EQUIVALENT: dict[str, str] = {
     "_Search._state: time - starts[:, 0] - starts[:, 1] -> time - starts[:, 0] + starts[:, 1]": (
         "the second part of a start is what a float loses of it, and times may be off by more than that there"
     ),
-    "_Search.during: speed * half -> speed / half": (
+    "_Search._slice: speed * half -> speed / half": (
         "half a part is a second at the most: within a larger radius more pairs are looked at, and none less"
     ),
     "_quotient: 1e-290 -> 2e-290": "so small a number is there only where all others are zero",
