@@ -1,7 +1,8 @@
 """A team's flights together: who departs when, and what else is tried where no departures keep robots apart.
 
 In this order, until one succeeds: departures; paths that also keep clear of where the others hover; the plan's own shares of
-time instead of even ones; other places for visits within their regions; giving way to each other; waits at every point.
+time instead of even ones; other places for visits within their regions; giving way to each other; waits at every point. Robots that
+meet then fly one at a time between meetings, and exchange their places.
 """
 
 from __future__ import annotations
@@ -62,22 +63,28 @@ def together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: P
     except Infeasible:
         if not plan.meetings:
             raise
-        try:
-            tell("letting one robot fly at a time between meetings", 0.0)
-            plan = plan.model_copy(update={"meetings": one_at_a_time(plan)})
-            waits = tuple(wait for wait in feedback.precedences if isinstance(wait, Precedence))
-            return _together(plan, replace(feedback, precedences=(*waits, *plan.meetings)), options, tell)
-        except Infeasible:
-            pass
+        apart = plan.model_copy(update={"meetings": one_at_a_time(plan)})
+        waits = tuple(wait for wait in feedback.precedences if isinstance(wait, Precedence))
+        kept = replace(feedback, precedences=(*waits, *apart.meetings))
+        for sentence, other, asked, nearest in (
+            ("letting one robot fly at a time between meetings", apart, kept, False),
+            ("letting robots meet where each is nearest", plan, feedback, True),
+            ("letting one robot fly at a time to where it is nearest", apart, kept, True),
+        ):
+            try:
+                tell(sentence, 0.0)
+                return _together(other, asked, options, tell, nearest=nearest)
+            except Infeasible:
+                continue
         raise
 
 
-def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: Progress) -> Together:
+def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: Progress, *, nearest: bool = False) -> Together:
     """Return the team's robots and their departures, waiting for each other as the plan says."""
     spacing = spacing_for(plan, feedback)
     if len(plan.robots) > 1:
         if plan.mission.written.counts:
-            plan = moved_to_meet(plan, spacing.distance + HOVERING, spacing.z_scale)
+            plan = moved_to_meet(plan, spacing.distance + HOVERING, spacing.z_scale, nearest=nearest)
         plan = moved_apart(plan, spacing.distance + HOVERING, spacing.z_scale)
         _refuse_what_no_flight_mends(plan)
     problem = Problem(plan, feedback, options, spacing)

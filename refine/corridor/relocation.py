@@ -24,6 +24,8 @@ _WAYS = 12
 """Places behind something solid to which a way around it is looked for."""
 _WIDER = (0.25, 0.1, 0.0)
 """m beyond what robots keep that places to meet at lie apart, where there is so much room: others fly between."""
+_FORBIDDEN = 1e9
+"""m^2; more than any ways."""
 _UNIT_BOX = np.array(list(itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3)))
 _UNIT_BALL = np.array([p for p in itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3) if np.linalg.norm(p) <= 1.0])
 
@@ -97,7 +99,7 @@ def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
     return plan.model_copy(update={"robots": {name: robots[name] for name in plan.robots}})
 
 
-def moved_to_meet(plan: Plan, distance: float, z_scale: float) -> Plan:
+def moved_to_meet(plan: Plan, distance: float, z_scale: float, *, nearest: bool = False) -> Plan:
     """Return the plan with each robot's visits of a region made at a place of its own, where the region has as many places.
 
     Robots take places from the region's middle outwards; where that leaves some without one, as far from each other as they can.
@@ -106,6 +108,8 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float) -> Plan:
         plan: Whose robots meet.
         distance: m that robots keep.
         z_scale: Distances in z count this many times.
+        nearest: Whether robots then exchange these places so that the squares of their ways there are least in all: straight ways of
+            robots that set out together then do not cross (Turpin et al. 2014).
 
     Raises:
         Infeasible: More robots are to end in a region than it was found to have places for.
@@ -129,6 +133,7 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float) -> Plan:
             kept = distance + wider, z_scale
             places = _own_places(plan, region, guests, kept, apart=apart, nearby=nearby)
             if places is not None:
+                places = _exchanged(plan, guests, places) if nearest else places
                 for name, place in places.items():
                     for i in visits[name]:
                         moved[name][i] = moved[name][i].model_copy(update={"position": place})
@@ -196,6 +201,25 @@ def _own_places(
         found[name] = tuple(chosen.tolist())
         taken.append(keep_out(name, chosen, distance, z_scale))
     return found
+
+
+def _exchanged(plan: Plan, guests: Mapping[str, int], places: Mapping[str, tuple[float, ...]]) -> dict[str, tuple[float, ...]]:
+    """Return the same places, given to robots so that their ways from the points before are short; each only one where it may be."""
+    from scipy.optimize import linear_sum_assignment
+
+    names, found = list(places), list(places.values())
+    costs = np.zeros((len(names), len(names)))
+    for row, name in enumerate(names):
+        robot, index = plan.robots[name], guests[name]
+        before = np.array(robot.waypoints[index - 1].position)
+        for column, place in enumerate(found):
+            waypoint = robot.waypoints[index].model_copy(update={"position": place})
+            allowed = place == places[name] or np.any(
+                np.all(_places(plan.mission, name, robot, waypoint, ()) == np.array(place), axis=1)
+            )
+            costs[row, column] = float(np.sum((np.array(place) - before) ** 2)) if allowed else _FORBIDDEN
+    rows, columns = linear_sum_assignment(costs)
+    return {names[row]: found[column] for row, column in zip(rows, columns, strict=True)}
 
 
 def relocations(

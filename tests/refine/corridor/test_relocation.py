@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 import pytest
 
 import verify
 from refine import refine
-from refine.corridor.relocation import moved_apart, relocations
+from refine.corridor.relocation import moved_apart, moved_to_meet, relocations
 from tests.helpers.plans_by_hand import ball, room, straight
 from verify.data import Infeasible, Plan
 from verify.data.sections import Agent
@@ -36,6 +37,23 @@ def test_two_robots_sent_to_one_point_end_beside_each_other() -> None:
 def test_a_region_without_room_for_two_is_refused() -> None:
     with pytest.raises(Infeasible, match="apart"):
         refine(meeting(0.15))
+
+
+def test_robots_that_meet_exchange_their_places_so_that_ways_are_short() -> None:
+    starts = {"a": (-1.5, 0.3, 1.0), "b": (0.9, -1.4, 1.0), "c": (1.1, 1.6, 1.0)}
+    mission = room({"goal": ball(1.0, 0.0, 1.0)}, {name: Agent(start=start) for name, start in starts.items()})
+    robots = {name: straight(start, (1.0, 0.0, 1.0), visits={1: "goal"}) for name, start in starts.items()}
+    plan = Plan(mission=mission, robots=robots)
+    found = [moved_to_meet(plan, 0.5, 1.0, nearest=nearest) for nearest in (False, True)]
+    places = [[plan.robots[name].waypoints[1].position for name in starts] for plan in found]
+    assert sorted(places[0]) == sorted(places[1])
+    squares = [sum(math.dist(starts[name], at) ** 2 for name, at in zip(starts, own, strict=True)) for own in places]
+    least = min(
+        sum(math.dist(start, at) ** 2 for start, at in zip(starts.values(), order, strict=True))
+        for order in itertools.permutations(places[0])
+    )
+    assert squares[1] == pytest.approx(least)
+    assert squares[1] < squares[0]
 
 
 @pytest.mark.parametrize("order", list(itertools.permutations(("idle", "guest", "other"))))
