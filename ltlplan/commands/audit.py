@@ -94,7 +94,7 @@ def audit_lines(found: Audit) -> list[str]:
     ]
     for name, instants in found.tightest.items():
         rows = "; ".join(
-            f"{i.robot}{'' if i.other is None else ' and ' + i.other} {i.value:.5g} at {i.time:.3f} s" for i in instants
+            f"{i.robot}{'' if i.other is None else ' and ' + i.other} {_figure(i.value)} at {i.time:.3f} s" for i in instants
         )
         lines.append(f"nearest to the limit of {name}: {rows}")
     if found.holds:
@@ -102,3 +102,8 @@ def audit_lines(found: Audit) -> list[str]:
     else:
         lines.append(f"{len(found.broken)} of {len(found.claims)} claims are not proved")
     return lines
+
+
+def _figure(value: float) -> str:
+    """Return a bound for a person; what only keeps a bound above zero is none."""
+    return f"{value:.5g}" if abs(value) > 1e-12 else "0"

@@ -32,6 +32,8 @@ def read_fleet(files: str | Path | Sequence[str | Path]) -> Fleet:
             raise BadInput(f"{shows[0]} is a show by itself; audit it alone.")
         return read_show(shows[0])
     csvs = [file for path in paths for file in (csv_files(path) if path.is_dir() else [path])]
+    if missing := [path for path in csvs if not path.exists()]:
+        raise BadInput(f"There is no file or folder '{missing[0]}'.")
     if odd := [path for path in csvs if path.suffix.lower() != ".csv"]:
         raise BadInput(
             f"{odd[0]} is no kind of file that can be audited; those are folders of CSV files, CSV files and shows (.skyc)."

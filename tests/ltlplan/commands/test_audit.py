@@ -61,3 +61,12 @@ def test_a_formula_over_a_mission_s_regions(tmp_path: Path) -> None:
     assert "formula: holds." in held.output
     assert "formula: fails." in broken.output
     assert "--mission" in str(run(tmp_path, "--formula", "F a").exception)
+
+
+def test_drones_that_only_rest_are_told_as_that_and_missing_files_as_missing(tmp_path: Path) -> None:
+    (tmp_path / "cf1.csv").write_text(csv_text([(2.0, {"x": (0.0,), "y": (0.0,), "z": (1.0,)})]))
+    rests = CliRunner().invoke(app, [str(tmp_path / "cf1.csv"), "--acceleration", "1"])
+    assert "nearest to the limit of limits.acceleration: cf1 0 at " in rests.output
+    missing = CliRunner().invoke(app, [str(tmp_path / "cf2.csv"), "--speed", "1"])
+    assert "There is no file or folder" in str(missing.exception)
+    assert "cf2.csv" in str(missing.exception)
