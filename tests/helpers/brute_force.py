@@ -284,7 +284,8 @@ class OneTimeline:
     def _moved(self, state: _State) -> Iterator[_State]:
         time, regions, done = state
         actions = self.line.actions
-        if done < len(actions) and 2 * actions[done].time == time:
+        acts = done < len(actions) and 2 * actions[done].time == time
+        if acts:
             yield time, regions, done + 1
         rises, falls = [], []
         for index, (over, inside) in enumerate(regions):
@@ -305,6 +306,8 @@ class OneTimeline:
                     for index, value in chosen:
                         after = _set(after, index, value)
                     yield time, after, done
+                    if acts and flips is rises:  # regions are closed: one may be entered at the very instant of an action
+                        yield time, after, done + 1
 
     def _may_wait(self, state: _State) -> bool:
         time, _, done = state
