@@ -74,7 +74,7 @@ def share_by_insertion(graph: ReducedGraph, task: Task, allows: Callable[[int, f
     tasks = [index for index, part in enumerate(task.parts) if _is_task(part)]
     kept = [index for index in range(len(task.parts)) if index not in set(tasks)]
     open_tasks = [index for index in tasks if not _done_at_start(graph, task.parts[index])]
-    robots = _Robots(graph, task, steps, tuple(kept), tuple(open_tasks), allows, states)
+    robots = _Robots(task, steps, tuple(kept), tuple(open_tasks), allows, states)
     if not all(len(robots.flight(robot, frozenset())[1]) == 1 for robot in range(len(graph.start))):
         return None
     found = _assigned(robots) or _auctioned(robots)
@@ -110,6 +110,7 @@ class _Steps:
     """All steps between nodes that matter, as arrays.
 
     Attributes:
+        graph: The team's.
         number: Of each node, by its name in the whole team.
         source, target: Numbers of the nodes of each step. Shape (steps,).
         cost: Of each step. Shape (steps,).
@@ -119,6 +120,7 @@ class _Steps:
 
     def __init__(self, graph: ReducedGraph) -> None:
         names = graph.reached()
+        self.graph = graph
         self.number = {name: number for number, name in enumerate(names)}
         rows: list[tuple[int, int, float]] = []
         letters: list[int] = []
@@ -160,9 +162,8 @@ class _Robots:
     """What tasks cost each robot.
 
     Args:
-        graph: The team's graph.
         task: What is to be done.
-        steps: The graph's steps.
+        steps: The team's graph, as arrays.
         kept: Conjuncts, by index, that every robot keeps by itself.
         tasks: Conjuncts, by index, that are to be shared.
         allows: Whether a robot may cost that much.
@@ -177,7 +178,6 @@ class _Robots:
 
     def __init__(
         self,
-        graph: ReducedGraph,
         task: Task,
         steps: _Steps,
         kept: tuple[int, ...],
@@ -185,7 +185,8 @@ class _Robots:
         allows: Callable[[int, float], bool],
         states: int,
     ) -> None:
-        self._graph, self._parts, self._steps, self._kept, self.tasks = graph, task.parts, steps, kept, tasks
+        graph = self._graph = steps.graph
+        self._parts, self._steps, self._kept, self.tasks = task.parts, steps, kept, tasks
         self._allows, self.states_left = allows, states
         self._left: dict[int, Floats] = {}
         self._known: dict[tuple[int, frozenset[int]], tuple[float, list[int]]] = {}

@@ -13,13 +13,14 @@ anew in the next, so that a robot that rests in `a` for ever shows `a` again and
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 from verify.behaviour.reading_times import held_times
 from verify.behaviour.robot_letters import RobotBehaviour
 from verify.behaviour.team_graph import MAX_TOGETHER
+from verify.behaviour.timeline import Timeline
 from verify.data.errors import BadInput
 from verify.data.language.word import Letter
 from verify.data.sections import TeamReading
@@ -27,6 +28,24 @@ from verify.logic.progression import OutOfBudget
 from verify.logic.team_letters import Together
 
 Nodes = tuple[int, ...]
+
+
+def require_common_laps(timelines: Mapping[str, Timeline]) -> None:
+    """Refuse a team whose laps do not begin and end together.
+
+    Args:
+        timelines: One for each robot, with cycles.
+
+    Raises:
+        BadInput: They do not.
+    """
+    first = next(iter(timelines.values()))
+    for name, timeline in timelines.items():
+        if (timeline.cycle, timeline.duration) != (first.cycle, first.duration):
+            raise BadInput(
+                f"{name}'s lap is not {first.robot}'s: the laps of a team begin and end together, whoever has arrived waiting for the "
+                "others."
+            )
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from verify.behaviour.reading_times import all_read, when, when_read
 from verify.behaviour.robot_letters import RobotBehaviour, cut_timeline, from_timeline, merged
 from verify.behaviour.summed_timelines import summed
 from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph, WithOthers
-from verify.behaviour.team_laps import Lap, TeamWords, alone, team_words
+from verify.behaviour.team_laps import Lap, TeamWords, alone, require_common_laps, team_words
 from verify.behaviour.timeline import Relations, Timeline
 from verify.behaviour.transitions import judge_transitions
 from verify.data.errors import BadInput, InternalError
@@ -99,7 +99,9 @@ def judge_formula(
     if clock_error < 0:
         raise BadInput(f"clock_error must not be negative, not {float(clock_error):g} s.")
     if asked and len(timelines) > 1:
-        _require_common_laps(timelines, times)
+        require_common_laps(timelines)
+        if times == "parallel":
+            raise BadInput("Laps that begin together are judged by their times; `parallel` is for finite traces.")
     formula = mission.formula
     if len(formula.names()) > _MANY:  # of a thousand regions a flight comes to a few
         formula = formula.substitute(dict.fromkeys(_never_shown(timelines), FALSE))
@@ -108,19 +110,6 @@ def judge_formula(
     except OutOfBudget as error:
         verdict = Verdict("undecided", f"The formula could not be decided: {error}.")
     return [verdict]
-
-
-def _require_common_laps(timelines: Mapping[str, Timeline], times: Times) -> None:
-    """Refuse a team whose laps do not begin and end together, or whose times are not to count."""
-    first = next(iter(timelines.values()))
-    for name, timeline in timelines.items():
-        if (timeline.cycle, timeline.duration) != (first.cycle, first.duration):
-            raise BadInput(
-                f"{name}'s lap is not {first.robot}'s: the laps of a team begin and end together, whoever has arrived waiting for the "
-                "others."
-            )
-    if times == "parallel":
-        raise BadInput("Laps that begin together are judged by their times; `parallel` is for finite traces.")
 
 
 def _shown(timeline: Timeline) -> frozenset[str]:

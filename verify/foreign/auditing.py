@@ -30,6 +30,7 @@ from verify.foreign.joints import Joints, home_jumps, jumps
 from verify.foreign.letters import check_words, word_claims
 from verify.foreign.near_pieces import near_pieces
 from verify.foreign.reading import read_fleet
+from verify.logic.verdict import Outcome
 
 AUDIT_FORMAT = 1
 
@@ -295,41 +296,22 @@ def _joint_claims(fleet: Fleet, steps: Joints, asked: Asked) -> Iterator[Claim]:
 
 
 def _jump_claims(fleet: Fleet, found: Joints, what: str, unit: str, limit: float) -> Iterator[Claim]:
+    def of(drone: int, outcome: Outcome, sentence: str) -> Claim:
+        size = float(found.jumps[drone])
+        return claim_of(
+            "continuity", outcome, sentence, robot=fleet.names[drone], unit=unit, bound=size, limit=limit, margin=limit - size,
+            time=float(found.times[drone]), what=what,
+        )  # fmt: skip
+
     most = int(np.argmax(found.jumps))
     if found.jumps[most] <= limit:
-        name, size, time = fleet.names[most], float(found.jumps[most]), float(found.times[most])
-        sentence = (
-            f"{_all(fleet)}: no {what} jumps by more than {size:.3g} {unit} between pieces; {limit:g} {unit} are allowed."
-        )
-        yield claim_of(
-            "continuity",
-            "holds",
-            sentence,
-            robot=name,
-            unit=unit,
-            bound=size,
-            limit=limit,
-            margin=limit - size,
-            time=time,
-            what=what,
-        )
+        allowed = f"more than {found.jumps[most]:.3g} {unit} between pieces; {limit:g} {unit} are allowed."
+        yield of(most, "holds", f"{_all(fleet)}: no {what} jumps by {allowed}")
         return
     for drone in np.flatnonzero(~(found.jumps <= limit)).tolist():
-        name, size, time = fleet.names[drone], float(found.jumps[drone]), float(found.times[drone])
+        when = f"by {found.jumps[drone]:.4g} {unit} at {found.times[drone]:.4f} s; {limit:g} {unit} are allowed."
         outcome = "fails" if found.sure[drone] > limit else "undecided"
-        sentence = f"{name}: its {what} jumps by {size:.4g} {unit} at {time:.4f} s; {limit:g} {unit} are allowed."
-        yield claim_of(
-            "continuity",
-            outcome,
-            sentence,
-            robot=name,
-            unit=unit,
-            bound=size,
-            limit=limit,
-            margin=limit - size,
-            time=time,
-            what=what,
-        )
+        yield of(drone, outcome, f"{fleet.names[drone]}: its {what} jumps {when}")
 
 
 def _separation(fleet: Fleet, asked: Asked, steps: Joints, progress: Progress) -> tuple[list[Claim], list[Instant]]:

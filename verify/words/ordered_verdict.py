@@ -11,24 +11,21 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from verify.behaviour.inclusion import DEFAULT_BUDGET, find_broken, letter_graph
+from verify.behaviour.inclusion import DEFAULT_BUDGET, find_broken
 from verify.behaviour.team_graph import Observation
-from verify.data.errors import BadInput, InternalError
-from verify.data.language.counting import Atom, atoms, require_names, require_plain, written_out
+from verify.data.errors import BadInput
+from verify.data.language.counting import Atom, atoms
 from verify.data.language.formula import Formula
-from verify.data.language.word import Letter, Word
+from verify.data.language.word import Letter
 from verify.data.sections import TeamReading
 from verify.logic.explanation import show
-from verify.logic.normal_form import Normal, conjuncts, normal_form, to_formula
-from verify.logic.progression import OutOfBudget
-from verify.logic.spot_opinion import some_word_breaks
+from verify.logic.normal_form import Normal
 from verify.logic.team_letters import TeamLetters
-from verify.logic.vacuity import vacuous_parts
 from verify.logic.verdict import TEAM, Verdict
-from verify.words.counterexamples import Reading, refuted
+from verify.words.conjunct_by_conjunct import Failure, as_team, decided, require_second_opinion
+from verify.words.counterexamples import Reading
 from verify.words.ordered_graph import Event, OrderedTogether, OrderedTurns
-from verify.words.team_verdict import SPOT_BUDGET
-from verify.words.word_verdict import Letters, as_formula, as_word
+from verify.words.word_verdict import Letters
 
 LetterEvent = tuple[str, int]
 """A robot and the index, from 1 on, of the letter of its word that it comes to."""
@@ -59,19 +56,9 @@ def check_ordered(
         BadInput: No robots, an empty word, a word with a cycle, an event that is none, or a formula under "own" that counts robots.
         MissingEngine: Spot, which gives the second opinion, is absent.
     """
-    if reading not in ("own", "joint"):
-        raise BadInput(f'reading must be "own" or "joint", not {reading!r}.')
-    if not isinstance(words, Mapping) or not words:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
-        raise BadInput('words must name at least one robot, such as {"quad0": [set(), {"a"}]}.')
-    given = {str(name): as_word(word, owner=f"{name}'s word") for name, word in words.items()}
+    formula, given = as_team(formula, words, reading)
     if lassos := [name for name, word in given.items() if word.cycle is not None]:
         raise BadInput(f"{lassos[0]}'s word has a cycle; precedences order the events of finite words.")
-    formula = as_formula(formula, frozenset[str]().union(*(word.names() for word in given.values())))
-    if formula.counts:
-        if reading == "own":
-            require_plain(formula, 'under "own" each letter is one robot\'s by itself; give reading="joint"')
-        require_names(sorted(formula.names().union(*(word.names() for word in given.values()))))
-        formula = written_out(formula, tuple(given))
     letters = {name: word.prefix for name, word in given.items()}
     pairs = _checked(precedences, letters)
     if circle := _circle(letters, pairs):
@@ -153,43 +140,20 @@ class _Ordered:
     atoms: Mapping[str, Atom]
 
     def decide(self) -> Verdict:
-        """Decide the claim, conjunct by conjunct; of several counterexamples return a shortest."""
-        doubts: list[str] = []
-        failures: list[list[Reading]] = []
-        for part in conjuncts(normal_form(self.formula)):
-            try:
-                failure = self._broken(part)
-            except OutOfBudget as error:
-                doubts.append(f"`{show(to_formula(part))}` could not be decided for the `ordered` claim: {error}.")
-                continue
-            if failure is not None:
-                failures.append(failure)
-        if failures:
-            how = "With these precedences the flights can still come so: " if self.pairs else "When the flights interleave: "
-            return refuted(self.formula, "ordered", min(failures, key=len), how)
-        if doubts:
-            return Verdict("undecided", doubts[0], claim="ordered")
-        vacuous = () if self.atoms else vacuous_parts(self.formula, [Word(word) for word in self.words.values()])
-        note = f" But {vacuous[0]}" if vacuous else ""
-        sentence = f"Every team word that keeps the stated precedences satisfies `{show(self.formula)}`.{note}"
-        return Verdict("holds", sentence, claim="ordered", vacuous=vacuous)
+        """Decide the claim."""
+        holds = f"Every team word that keeps the stated precedences satisfies `{show(self.formula)}`"
+        return decided(self.formula, self.words, "ordered", self._broken, holds)
 
-    def _broken(self, part: Normal) -> list[Reading] | None:
+    def _broken(self, part: Normal) -> Failure | None:
         """Return a team word that keeps the precedences and breaks one conjunct, or None."""
         seen = self._seen(part)
         broken = find_broken(self._graph(part, seen), part, self.budget)
-        try:
-            theirs = some_word_breaks(letter_graph(self._graph(part, seen), part.propositions, SPOT_BUDGET), part)
-        except OutOfBudget:
-            theirs = broken is not None
-        if theirs != (broken is not None):
-            raise InternalError(
-                f"Two independent answers about `{show(to_formula(part))}` under precedences disagree: progression says that it "
-                f"{'holds' if broken is None else 'fails'}, Spot the opposite. This is a bug of ltlplan's."
-            )
+        require_second_opinion(self._graph(part, seen), part, broken=broken is not None)
         if broken is None:
             return None
-        return self._together(seen, broken.observations) if self.reading == "joint" else self._turns(seen, broken.observations)
+        read = self._together if self.reading == "joint" else self._turns
+        how = "With these precedences the flights can still come so: " if self.pairs else "When the flights interleave: "
+        return read(seen, broken.observations), how
 
     def _graph(self, part: Normal, seen: _Seen) -> OrderedTurns | OrderedTogether:
         if self.reading == "own":

@@ -14,27 +14,23 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from verify.behaviour.inclusion import DEFAULT_BUDGET, LOOSE_BUDGET, find_broken, holds_loosely, letter_graph
+from verify.behaviour.inclusion import DEFAULT_BUDGET, LOOSE_BUDGET, find_broken, holds_loosely
 from verify.behaviour.team_graph import Observation, WithOthers
 from verify.data.errors import BadInput, InternalError
-from verify.data.language.counting import Atom, atoms, require_names, require_plain, written_out
+from verify.data.language.counting import Atom, atoms
 from verify.data.language.formula import Formula
-from verify.data.language.word import Letter, Word
+from verify.data.language.word import Letter
 from verify.data.sections import TeamReading
 from verify.logic.explanation import show
-from verify.logic.normal_form import Normal, conjuncts, normal_form, to_formula
+from verify.logic.normal_form import Normal
 from verify.logic.progression import OutOfBudget
-from verify.logic.spot_opinion import some_word_breaks
 from verify.logic.team_letters import TeamLetters, Together
-from verify.logic.vacuity import vacuous_parts
 from verify.logic.verdict import TEAM, TeamVerdict, Verdict
-from verify.words.counterexamples import Reading, refuted
+from verify.words.conjunct_by_conjunct import Failure, as_team, decided, require_second_opinion
+from verify.words.counterexamples import Reading
 from verify.words.orders import find_bad_order
 from verify.words.word_graph import InTurn, JointShuffle, Shuffle
-from verify.words.word_verdict import Letters, as_formula, as_word, check_word
-
-SPOT_BUDGET = 3_000
-"""States of a team, written down, up to which Spot is asked as well."""
+from verify.words.word_verdict import Letters, check_word
 
 
 def check_team(
@@ -60,17 +56,7 @@ def check_team(
         BadInput: No robots, an empty word, a lasso in a team of several robots (laps are judged with their times), or a formula under "own" that counts robots.
         MissingEngine: Spot, which gives the second opinion, is absent.
     """
-    if reading not in ("own", "joint"):
-        raise BadInput(f'reading must be "own" or "joint", not {reading!r}.')
-    if not isinstance(words, Mapping) or not words:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
-        raise BadInput('words must name at least one robot, such as {"quad0": [set(), {"a"}]}.')
-    given = {str(name): as_word(word, owner=f"{name}'s word") for name, word in words.items()}
-    formula = as_formula(formula, frozenset[str]().union(*(word.names() for word in given.values())))
-    if formula.counts:
-        if reading == "own":
-            require_plain(formula, 'under "own" each letter is one robot\'s by itself; give reading="joint"')
-        require_names(sorted(formula.names().union(*(word.names() for word in given.values()))))
-        formula = written_out(formula, tuple(given))
+    formula, given = as_team(formula, words, reading)
     lassos = [name for name, word in given.items() if word.cycle is not None]
     if lassos and len(given) > 1:
         raise BadInput(
@@ -86,10 +72,6 @@ def check_team(
     if parallel.outcome == "holds" and sequential.outcome == "fails":
         raise InternalError("`parallel` holds but `sequential` fails, which cannot be. This is a bug of ltlplan's.")
     return TeamVerdict(sequential, parallel)
-
-
-_Failure = tuple[Sequence[Reading], str]
-"""A team word that breaks the formula, and how the robots come to give it."""
 
 
 @dataclass(frozen=True)
@@ -121,26 +103,11 @@ class _Team:
     atoms: Mapping[str, Atom]
 
     def decide(self, claim: str) -> Verdict:
-        """Decide one claim, conjunct by conjunct; of several counterexamples return a shortest."""
-        doubts: list[str] = []
-        failures: list[_Failure] = []
-        for part in conjuncts(normal_form(self.formula)):
-            try:
-                failure = self._in_turn(part) if claim == "sequential" else self._at_once(part)
-            except OutOfBudget as error:
-                doubts.append(f"`{show(to_formula(part))}` could not be decided for the `{claim}` claim: {error}.")
-                continue
-            if failure is not None:
-                failures.append(failure)
-        if failures:
-            readings, how = min(failures, key=lambda failure: len(failure[0]))
-            return refuted(self.formula, claim, readings, how)
-        if doubts:
-            return Verdict("undecided", doubts[0], claim=claim)
-        vacuous = () if self.atoms else vacuous_parts(self.formula, [Word(word) for word in self.words.values()])
-        note = f" But {vacuous[0]}" if vacuous else ""
-        how = "in every order, one robot after another" if claim == "sequential" else "however their flights interleave"
-        return Verdict("holds", f"The words satisfy `{show(self.formula)}` {how}.{note}", claim=claim, vacuous=vacuous)
+        """Decide one claim."""
+        in_turn = claim == "sequential"
+        how = "in every order, one robot after another" if in_turn else "however their flights interleave"
+        holds = f"The words satisfy `{show(self.formula)}` {how}"
+        return decided(self.formula, self.words, claim, self._in_turn if in_turn else self._at_once, holds)
 
     def _kinds(self, part: Normal, *, whole: bool = False) -> _Kinds:
         """Sort the robots by their words as one conjunct sees them; `whole` keeps repeated letters."""
@@ -180,11 +147,11 @@ class _Team:
         union: Letter = frozenset().union(*held.values())
         return union if self._whole is None else union | self._whole.letter(held)
 
-    def _in_turn(self, part: Normal) -> _Failure | None:
+    def _in_turn(self, part: Normal) -> Failure | None:
         kinds = self._kinds(part)
         graph = InTurn(kinds.words, kinds.counts, self.reading, self._together(part))
         order = find_bad_order(part, graph, self.budget)
-        self._second_opinion(graph, part, broken=order is not None)
+        require_second_opinion(graph, part, broken=order is not None)
         if order is None:
             return None
         waiting = [list(names) for names in kinds.robots]
@@ -200,12 +167,12 @@ class _Team:
             readings += [(robot, i, self._union({**held, robot: letter})) for i, letter in word]
         return readings, f"In the order {', '.join(robots)}: "
 
-    def _at_once(self, part: Normal) -> _Failure | None:
+    def _at_once(self, part: Normal) -> Failure | None:
         kinds = self._kinds(part)
         if self.reading == "own" and not part.uses_next and _holds_loosely(part, kinds):
             return None
         broken = find_broken(self._graph(part, kinds), part, self.budget)
-        self._second_opinion(self._graph(part, kinds), part, broken=broken is not None)
+        require_second_opinion(self._graph(part, kinds), part, broken=broken is not None)
         if broken is None:
             return None
         try:  # on whole words, so that the counterexample is a shortest one
@@ -229,18 +196,6 @@ class _Team:
         if not part.uses_next:  # several robots that hold one letter for ever read like one of them
             counts = tuple(1 if len(word) == 1 else count for word, count in zip(kinds.words, counts, strict=True))
         return Shuffle(kinds.words, counts)
-
-    def _second_opinion(self, graph: InTurn | Shuffle | JointShuffle, part: Normal, *, broken: bool) -> None:
-        """Ask Spot the same, where the team's words are few enough to be written down."""
-        try:
-            theirs = some_word_breaks(letter_graph(graph, part.propositions, SPOT_BUDGET), part)
-        except OutOfBudget:
-            return
-        if theirs != broken:
-            raise InternalError(
-                f"Two independent answers about `{show(to_formula(part))}` disagree: progression says that it "
-                f"{'fails' if broken else 'holds'}, Spot that it {'fails' if theirs else 'holds'}. This is a bug of ltlplan's."
-            )
 
 
 def _holds_loosely(part: Normal, kinds: _Kinds) -> bool:

@@ -152,11 +152,12 @@ def test_without_hypothesis_the_strategies_say_what_is_missing(monkeypatch):
         importlib.import_module("verify.testing.engine")
 
 
-def test_the_page_on_testing_runs():
-    names: dict[str, object] = {}
-    for block in re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE):
-        exec(compile(block, str(PAGE), "exec"), names)  # as a test file would be
-    tests = [value for name, value in names.items() if name.startswith("test_")]
+def test_the_page_on_testing_runs(tmp_path, monkeypatch):
+    blocks = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    (tmp_path / "from_the_page.py").write_text("\n".join(blocks), encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    page = importlib.import_module("from_the_page")
+    tests = [value for name, value in vars(page).items() if name.startswith("test_")]
     assert len(tests) == 3
     for test in tests:
-        test()
+        assert test() is None
