@@ -19,12 +19,15 @@ from verify.data.storage.reading import read_text
 from verify.data.trajectory import Trajectory
 from verify.foreign.fleet import Fleet, Flight, assemble, two_floats
 
+_OF_A_RUN = ("mission.yaml", "plan.json", "certificate.json")
+"""Files that tell a run's folder from one of trajectories alone: more than trajectories is in it, and more than they can be judged."""
+
 
 def csv_files(folder: Path) -> list[Path]:
     """Return the CSV files of a folder, by name.
 
     Raises:
-        BadInput: There is none.
+        BadInput: There is none, or the folder is a run's, of which more can be judged.
     """
     try:
         found = sorted(path for path in folder.iterdir() if path.suffix.lower() == ".csv")
@@ -32,6 +35,13 @@ def csv_files(folder: Path) -> list[Path]:
         raise BadInput(f"{folder} cannot be read: {error.strerror or error}.") from None
     if not found:
         raise BadInput(f"{folder} holds no .csv file; a folder of trajectories has one for each robot, named ROBOT.csv.")
+    if all((folder / name).is_file() for name in _OF_A_RUN):
+        inside = folder / "crazyswarm2"
+        beside = f", or audit the trajectories that it exports, in {inside}" if inside.is_dir() else ""
+        raise BadInput(
+            f"{folder} is a folder that `ltlplan run` wrote, with its mission and its own certificate: `ltlplan recheck {folder}` judges it"
+            f"{beside}."
+        )
     return found
 
 

@@ -93,6 +93,11 @@ def test_after_its_end_a_robot_is_where_it_came_to_rest(tmp_path: Path) -> None:
         ({}, {}, "holds no .csv file"),
         ({"a.csv": hop(0, 0), "b.csv": hop(0, 0, length=1.0)}, {"speed": 1.0}, "a and b both begin at"),
         ({"a.csv": hop(0, 0), "b.csv": hop(1, 0, length=1.0)}, {"speed": 1.0}, "a and b both end at"),
+        (
+            dict.fromkeys(("mission.yaml", "plan.json", "certificate.json", "flight.csv"), ""),
+            {"speed": 1.0},
+            "`ltlplan recheck .*` judges it",
+        ),
         ({"a.csv": hop(math.nan, 0)}, {"speed": 1.0}, "x\\^0 is 'nan'"),
         ({"a.csv": hop(0, 0).replace("2.0,", "-2.0,", 1)}, {"speed": 1.0}, "durations"),
         ({"a.csv": hop(0, 0)}, {}, "Nothing is asked"),
