@@ -3,10 +3,12 @@
 
     python stream_setpoints.py quad0=udpin:0.0.0.0:14540 quad1=udpin:0.0.0.0:14541
 
-Needs pymavlink. It neither arms, nor takes off, nor lands: bring every robot to its start first (position flight), and
-keep the remote control in hand. It streams each robot's first setpoint, asks for offboard flight, begins only if every
-robot is within the certificate's margin of its start, and sends the setpoints in real time, all robots by one clock. If a
-robot leaves offboard flight, or sending falls behind, all are told to hold.
+Needs pymavlink. It neither arms, nor takes off, nor lands where all goes well: bring every robot to its start first
+(position flight), and keep the remote control in hand. It streams each robot's first setpoint, asks for offboard flight,
+begins only if every robot is within the certificate's margin of its start, and sends the setpoints in real time, all robots
+by one clock. If a robot leaves offboard flight or the margin, goes silent, or sending falls behind, and on Ctrl-C, SIGTERM
+or any other error, all robots are told to hold until each has confirmed it; those that do not are told to land, and so are
+all on a second Ctrl-C. It says "flown", and ends with 0, only where every robot stayed within the margin.
 """
 
 from __future__ import annotations
@@ -15,18 +17,23 @@ import argparse
 import json
 import math
 import os
+import signal
 import struct
 import sys
 import time
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 CONNECT = 10.0  # s to wait for a robot's first heartbeat and position
 LEAD = 1.5  # s of setpoints before offboard flight is asked for; PX4 wants at least one second
-ANSWER = 5.0  # s to wait for the change of mode
+ANSWER = 5.0  # s to wait for a change of mode
+AGAIN = 0.3  # s after which what was not confirmed is asked for again
 LATE = 0.1  # s that a setpoint may be late; later ones are another flight than the certified one
-OFFBOARD, HOLD = (6, 0), (4, 3)  # PX4's main and sub mode
+AGE = 0.05  # s that a position may have been on its way: it is held against the setpoints of that time
+SILENT = 0.5  # s without a position after which nobody knows where a robot is
+OFFBOARD, HOLD, LAND = (6, 0), (4, 3), (4, 6)  # PX4's main and sub mode
 CUSTOM_MODE, SET_MODE, SET_INTERVAL, PX4, ARMED = 1, 176, 511, 12, 128
 LOCAL_POSITION_NED = 32
 
@@ -43,9 +50,16 @@ class Robot:
 
         self.name, self.system = name, entry["system"]
         self.setpoints = read_setpoints((folder / entry["file"]).read_bytes())
-        self.link = mavutil.mavlink_connection(address, source_system=255, source_component=190, dialect="common")
+        try:
+            self.link = mavutil.mavlink_connection(address, source_system=255, source_component=190, dialect="common")
+        except Exception as error:  # pymavlink raises what its drivers do
+            raise Refused(f"{name} cannot be reached at {address}: {error}") from None
         self.mode = self.armed = self.position = None
         self.autopilot: int | None = None
+        self.reports_often = False
+        self.beat = self.heard = -math.inf  # s, of `time.monotonic`: the last heartbeat and position
+        self.asked_offboard = False
+        self.sent: deque[tuple[float, int]] = deque()  # when which setpoint was sent, as long ago as a position may be
         self.worst = 0.0
 
     def listen(self) -> None:
@@ -54,17 +68,27 @@ class Robot:
             if message.get_srcSystem() != self.system:
                 continue
             if message.get_type() == "HEARTBEAT" and message.autopilot == PX4:
-                self.autopilot = PX4
+                self.autopilot, self.beat = PX4, time.monotonic()
                 self.mode = (message.custom_mode >> 16 & 255, message.custom_mode >> 24 & 255)
                 self.armed = bool(message.base_mode & ARMED)
             elif message.get_type() == "LOCAL_POSITION_NED":
                 self.position = (message.x, message.y, message.z)
+                self.heard = time.monotonic()
+                self.worst = max(self.worst, self.off())
+            elif message.get_type() == "COMMAND_ACK" and message.command == SET_INTERVAL:
+                self.reports_often |= message.result == 0
 
     def send(self, index: int) -> None:
-        """Send a setpoint and note how far the robot is from it."""
-        setpoint = self.setpoints[min(index, len(self.setpoints) - 1)]
-        self.link.mav.send(setpoint)
-        self.worst = max(self.worst, self.distance(index))
+        """Send a setpoint."""
+        now = time.monotonic()
+        self.sent.append((now, min(index, len(self.setpoints) - 1)))
+        while len(self.sent) > 1 and self.sent[1][0] < now - AGE:
+            self.sent.popleft()
+        self.link.mav.send(self.setpoints[self.sent[-1][1]])
+
+    def off(self) -> float:
+        """Return how far the last position is from the nearest setpoint that it can belong to, in m; 0 before any was sent."""
+        return min((self.distance(index) for _, index in self.sent), default=0.0)
 
     def distance(self, index: int) -> float:
         """Return how far the robot says it is from a setpoint, in m; infinite where it has not said."""
@@ -77,6 +101,7 @@ class Robot:
 
     def ask_mode(self, mode: tuple[int, int]) -> None:
         """Ask for one of PX4's modes."""
+        self.asked_offboard |= mode == OFFBOARD
         self.command(SET_MODE, CUSTOM_MODE, *mode)
 
 
@@ -95,28 +120,41 @@ def read_setpoints(log: bytes) -> list[Any]:  # pymavlink's messages have no typ
     return setpoints
 
 
-def wait(robots: list[Robot], until: float, ready: Callable[[Robot], bool] | None = None, sending: float | None = None) -> bool:
-    """Listen until a time (of `time.monotonic`) or until `ready` holds of every robot; send first setpoints at a rate.
+def wait(
+    robots: list[Robot],
+    until: float,
+    ready: Callable[[Robot], bool] | None = None,
+    *,
+    sending: float | None = None,
+    ask: Callable[[Robot], None] | None = None,
+) -> bool:
+    """Listen until a time (of `time.monotonic`) or until `ready` holds of every robot; meanwhile keep each where it is.
 
     Args:
         robots: All of them.
         until: s, of `time.monotonic`.
         ready: Told a robot; None to listen for the whole time.
-        sending: First setpoints a second; None to send nothing.
+        sending: How often a second the last sent setpoint (the first, before any) is sent again; None to send nothing.
+        ask: Told, every `AGAIN` seconds, each robot that is not ready: a command may be lost.
 
     Returns:
         Whether all were ready; True where nothing was waited for.
     """
-    begin, sent = time.monotonic(), 0
-    while time.monotonic() < until:
+    begin, sent, asked = time.monotonic(), 0, -math.inf
+    while (now := time.monotonic()) < until:
         for robot in robots:
             robot.listen()
         if ready is not None and all(ready(robot) for robot in robots):
             return True
-        if sending is not None and time.monotonic() >= begin + sent / sending:
+        if ask is not None and now >= asked + AGAIN:
+            asked = now
+            for robot in robots:
+                if ready is None or not ready(robot):
+                    ask(robot)
+        if sending is not None and now >= begin + sent / sending:
             sent += 1
             for robot in robots:
-                robot.send(0)
+                robot.send(robot.sent[-1][1] if robot.sent else 0)
         time.sleep(0.002)
     return ready is None
 
@@ -132,16 +170,29 @@ def begin_offboard(robots: list[Robot], rate: float, margin: float) -> None:
     Raises:
         Refused: A robot is silent, on the ground, too far from its start, or does not change to offboard flight.
     """
-    for robot in robots:
-        robot.command(SET_INTERVAL, LOCAL_POSITION_NED, 1e6 / rate)
-    if not wait(robots, time.monotonic() + CONNECT, lambda robot: robot.autopilot == PX4 and robot.position is not None):
+
+    def speaks(robot: Robot) -> bool:
+        return robot.autopilot == PX4 and robot.position is not None and robot.reports_often
+
+    def ask_positions(robot: Robot) -> None:
+        if robot.autopilot == PX4:  # before it was heard, a link that listens knows nobody to send to
+            robot.command(SET_INTERVAL, LOCAL_POSITION_NED, 1e6 / rate)
+
+    if not wait(robots, time.monotonic() + CONNECT, speaks, ask=ask_positions):
         silent = [robot.name for robot in robots if robot.autopilot != PX4 or robot.position is None]
-        raise Refused(f"no PX4 heartbeat and position from {', '.join(silent)} within {CONNECT:g} s")
+        if silent:
+            raise Refused(f"no PX4 heartbeat and position from {', '.join(silent)} within {CONNECT:g} s")
+        seldom = [robot.name for robot in robots if not robot.reports_often]
+        raise Refused(f"{', '.join(seldom)} did not agree to report its position {rate:g} times a second within {CONNECT:g} s")
     require_at_starts(robots, margin)
     wait(robots, time.monotonic() + LEAD, sending=rate)
-    for robot in robots:
-        robot.ask_mode(OFFBOARD)
-    if not wait(robots, time.monotonic() + ANSWER, lambda robot: robot.mode == OFFBOARD, sending=rate):
+    if not wait(
+        robots,
+        time.monotonic() + ANSWER,
+        lambda robot: robot.mode == OFFBOARD,
+        sending=rate,
+        ask=lambda robot: robot.ask_mode(OFFBOARD),
+    ):
         others = [robot.name for robot in robots if robot.mode != OFFBOARD]
         raise Refused(f"{', '.join(others)} did not change to offboard flight within {ANSWER:g} s")
     require_at_starts(robots, margin)
@@ -161,11 +212,16 @@ def require_at_starts(robots: list[Robot], margin: float) -> None:
         raise Refused(f"too far from the start (the margin is {margin:g} m): {', '.join(away)}")
 
 
-def stream(robots: list[Robot], rate: float) -> None:
+def stream(robots: list[Robot], rate: float, margin: float) -> None:
     """Send all setpoints in real time, all robots by one clock.
 
+    Args:
+        robots: All of them, in offboard flight at their starts.
+        rate: Setpoints a second.
+        margin: m that a robot may be away from its setpoints.
+
     Raises:
-        Refused: A setpoint was late, or a robot left offboard flight.
+        Refused: A setpoint was late, or a robot left offboard flight or the margin, or went silent.
     """
     for robot in robots:
         robot.worst = 0.0
@@ -176,11 +232,91 @@ def stream(robots: list[Robot], rate: float) -> None:
         late = time.monotonic() - due
         if late > LATE:
             raise Refused(f"the setpoint of {index / rate:.2f} s was {late:.2f} s late")
-        left = [robot.name for robot in robots if robot.mode != OFFBOARD]
-        if left:
-            raise Refused(f"{', '.join(left)} left offboard flight at {index / rate:.2f} s")
+        require_in_flight(robots, index / rate, margin)
         for robot in robots:
             robot.send(index)
+    wait(robots, time.monotonic() + 2 * AGE, sending=rate)
+    require_in_flight(robots, (index + 1) / rate, margin)
+
+
+def require_in_flight(robots: list[Robot], at: float, margin: float) -> None:
+    """Refuse to go on where a robot has left offboard flight or the margin, or is silent.
+
+    Args:
+        robots: All of them.
+        at: s into the flight.
+        margin: m that a robot may be away from its setpoints.
+
+    Raises:
+        Refused: As said.
+    """
+    left = [robot.name for robot in robots if robot.mode != OFFBOARD]
+    if left:
+        raise Refused(f"{', '.join(left)} left offboard flight at {at:.2f} s")
+    away = [f"{robot.name} {robot.worst:.3f} m" for robot in robots if not robot.worst < margin]
+    if away:
+        raise Refused(f"further from the setpoint than the margin of {margin:g} m at {at:.2f} s: {', '.join(away)}")
+    silent = [robot.name for robot in robots if time.monotonic() - robot.heard > SILENT]
+    if silent:
+        raise Refused(f"no position from {', '.join(silent)} for {SILENT:g} s at {at:.2f} s")
+
+
+def make_safe(robots: list[Robot], rate: float) -> list[str]:
+    """Tell all robots in offboard flight to hold until they confirm it, and those that do not to land.
+
+    Setpoints go on meanwhile, so that none drifts. Whoever was taken over by its pilot is left alone. A second Ctrl-C has all
+    others land.
+
+    Args:
+        robots: All of them.
+        rate: Setpoints a second.
+
+    Returns:
+        A sentence on each robot that did not confirm to hold.
+    """
+    sentences: list[str] = []
+    told = [robot for robot in robots if robot.asked_offboard]
+    leave = {OFFBOARD}
+    for mode, word in ((HOLD, "hold"), (LAND, "land")):
+        try:
+            told = told_to(told, mode, leave, rate)
+        except KeyboardInterrupt:
+            print("interrupted again: all robots are told to land")
+            told, leave = [robot for robot in robots if robot.asked_offboard], {OFFBOARD, HOLD}
+            continue
+        if not told:
+            return sentences
+        sentences += [f"{robot.name} does not answer to {word}" for robot in told]
+    return [
+        *sentences,
+        *(
+            f"{robot.name} has confirmed neither hold nor land: its own failsafe acts when setpoints end (COM_OF_LOSS_T); "
+            "take the remote control"
+            for robot in told
+        ),
+    ]
+
+
+def told_to(robots: list[Robot], mode: tuple[int, int], leave: set[tuple[int, int]], rate: float) -> list[Robot]:
+    """Ask robots for a mode until heartbeats from now on say that they have left others; return those that do not.
+
+    Args:
+        robots: Some of them.
+        mode: What is asked for.
+        leave: Modes to leave; who is in another is not asked.
+        rate: Setpoints a second, meanwhile.
+    """
+    now = time.monotonic()
+
+    def done(robot: Robot) -> bool:
+        return robot.beat > now and robot.mode not in leave
+
+    def ask(robot: Robot) -> None:
+        if robot.mode in leave:
+            robot.ask_mode(mode)
+
+    wait(robots, now + ANSWER, done, sending=rate, ask=ask)
+    return [robot for robot in robots if not done(robot)]
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -194,28 +330,31 @@ def main(arguments: list[str] | None = None) -> int:
     flight = json.loads((folder / "flight.json").read_text(encoding="utf-8"))
     if set(given) != set(flight["robots"]) or not all(given.values()):
         parser.error(f"give an address for each of {', '.join(flight['robots'])}")
+    if len(set(given.values())) < len(given):
+        parser.error("two robots have one address")
     os.environ["MAVLINK20"] = "1"  # before pymavlink is imported: it decides there
-    robots = [Robot(name, entry, folder, given[name]) for name, entry in flight["robots"].items()]
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
     print(f"certificate {flight['certificate']}, margin {flight['margin']:g} m")
+    robots: list[Robot] = []
     try:
+        robots += (Robot(name, entry, folder, given[name]) for name, entry in flight["robots"].items())
         begin_offboard(robots, flight["rate"], flight["margin"])
-        print(f"streaming {flight['duration']:.1f} s")
-        stream(robots, flight["rate"])
+        print(f"streaming {flight['duration']:.1f} s", flush=True)
+        stream(robots, flight["rate"], flight["margin"])
         reason = None
     except Refused as refused:
         reason = str(refused)
     except KeyboardInterrupt:
         reason = "interrupted"
+    except Exception as error:  # noqa: BLE001  # whatever it was: robots are in the air
+        reason = f"{type(error).__name__}: {error}"
+    unsafe = make_safe(robots, flight["rate"])
     for robot in robots:
-        if robot.mode == OFFBOARD:
-            robot.ask_mode(HOLD)
         print(f"{robot.name}: at most {robot.worst:.3f} m from its setpoint, by its own estimate")
-    print(
-        "flown; every robot is told to hold"
-        if reason is None
-        else f"stopped: {reason}; robots in offboard flight are told to hold"
-    )
-    return 0 if reason is None else 1
+    for sentence in unsafe:
+        print(sentence)
+    print("flown; every robot holds" if reason is None and not unsafe else f"stopped: {reason or 'not every robot holds'}")
+    return 0 if reason is None and not unsafe else 1
 
 
 if __name__ == "__main__":

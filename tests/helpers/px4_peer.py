@@ -1,0 +1,109 @@
+"""An autopilot that keeps PX4's rules of offboard flight, over a local UDP socket with real MAVLink."""
+
+from __future__ import annotations
+
+import math
+import socket
+import threading
+import time
+from dataclasses import dataclass
+
+SET_MODE, SET_INTERVAL = 176, 511
+OFFBOARD, HOLD, POSITION, LAND = 6 << 16, 4 << 16 | 3 << 24, 3 << 16, 4 << 16 | 6 << 24
+
+
+@dataclass
+class Manner:
+    """How a vehicle behaves; what is not said is as PX4 does it."""
+
+    armed: bool = True
+    off: float = 0.0  # m from where it should stand
+    drifts: float = 0.0  # m that it stays behind its setpoints in flight, along x
+    leaves_after: int | None = None  # setpoints in offboard flight, then its pilot takes over
+    falls_silent_after: int | None = None  # setpoints, then it says nothing any more
+    loses_commands: int = 0  # the first ones, of each kind
+    deaf_to: tuple[int, ...] = ()  # modes that it never takes
+    loss_time: float = 1.0  # COM_OF_LOSS_T, s
+
+
+class Px4Peer(threading.Thread):
+    """Hovers where it is until it is in offboard flight, and then is where its setpoints say.
+
+    Offboard flight is taken only after half a second of setpoints above 2 Hz, and left by failsafe (into hold) where none
+    comes for `loss_time`. Positions are reported once a second until an interval is asked for. Commands are acknowledged.
+    """
+
+    def __init__(self, system: int, port: int, place: tuple[float, ...], manner: Manner | None = None) -> None:
+        super().__init__(daemon=True)
+        from pymavlink import mavutil
+
+        self.manner = manner or Manner()
+        self.link = mavutil.mavlink_connection(
+            f"udpout:127.0.0.1:{port}", source_system=system, source_component=1, dialect="common"
+        )
+        x, y, z = place
+        self.place = (x + self.manner.off, y, z)
+        self.mode, self.before, self.failsafes = POSITION, 0, 0
+        self.flown: list[tuple[float, ...]] = []
+        self.asked: list[int] = []
+        self.lost: dict[tuple[int, float, float], int] = {}
+        self.arrivals: list[float] = []
+        self.interval = 1.0
+        self.ended = threading.Event()
+
+    def run(self) -> None:
+        """Report and listen until `ended` is set."""
+        mavlink, said, placed = self.link.mav, -math.inf, -math.inf
+        while not self.ended.is_set():
+            now = time.monotonic()
+            silent = self.manner.falls_silent_after is not None and len(self.flown) > self.manner.falls_silent_after
+            if now >= said + 0.05 and not silent:
+                said = now
+                mavlink.heartbeat_send(2, 12, 1 | (128 if self.manner.armed else 0), self.mode, 4)
+            if now >= placed + self.interval and not silent:
+                placed = now
+                mavlink.local_position_ned_send(0, *self.place, 0.0, 0.0, 0.0)
+            if self.mode == OFFBOARD and now - self.arrivals[-1] > self.manner.loss_time:
+                self.mode, self.failsafes = HOLD, self.failsafes + 1
+            message = self.link.recv_match(blocking=True, timeout=0.005)
+            if message is not None:
+                self.take(message)
+        self.link.close()
+
+    def take(self, message) -> None:
+        """Take in one message."""
+        if message.get_type() == "COMMAND_LONG":
+            key = (message.command, message.param2, message.param3)
+            self.lost[key] = self.lost.get(key, 0) + 1
+            if self.lost[key] > self.manner.loses_commands:
+                self.obey(message)
+        elif message.get_type() == "SET_POSITION_TARGET_LOCAL_NED":
+            self.arrivals = [*(t for t in self.arrivals if t > time.monotonic() - 0.6), time.monotonic()]
+            if self.mode != OFFBOARD:
+                self.before += 1
+                return
+            self.flown.append((message.time_boot_ms, message.x, message.y, message.z))
+            self.place = (message.x - (self.manner.drifts if message.time_boot_ms else 0.0), message.y, message.z)
+            if self.manner.leaves_after is not None and len(self.flown) > self.manner.leaves_after:
+                self.mode = POSITION
+
+    def obey(self, message) -> None:
+        """Do as a command says, and acknowledge it."""
+        taken = True
+        if message.command == SET_INTERVAL:
+            self.interval = message.param2 / 1e6
+        elif message.command == SET_MODE:
+            mode = int(message.param2) << 16 | int(message.param3) << 24
+            self.asked.append(mode)
+            streamed = len(self.arrivals) > 2 and self.arrivals[-1] - self.arrivals[0] > 0.4
+            taken = mode not in self.manner.deaf_to and (mode != OFFBOARD or streamed)
+            if taken:
+                self.mode = mode
+        self.link.mav.command_ack_send(message.command, 0 if taken else 1)
+
+
+def free_port() -> int:
+    """Return a UDP port that is free now."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as made:
+        made.bind(("127.0.0.1", 0))
+        return made.getsockname()[1]
