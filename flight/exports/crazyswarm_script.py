@@ -12,9 +12,12 @@ _SCRIPT = '''#!/usr/bin/env python3
 """Flies the mission MISSION with crazyswarm2. Certificate: DIGEST.
 
 Place it beside the CSV files. It climbs, goes to the starts, and starts the flight only if every robot is within the
-certificate's margin of its own start. Climb and landing are not certified: watch them.
+certificate's margin of its own start. In flight it holds measured positions against the plan: a robot outside of the margin,
+or without positions, ends the flight of all. Every way out lands the whole team: the end, an error, Ctrl-C, SIGTERM. A second
+Ctrl-C stops all motors. Climb and landing are not certified: watch them.
 """
 
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +28,13 @@ STARTS = STARTS_HERE  # robot: x, y, z in m, heading in rad
 MARGIN = MARGIN_HERE  # m
 DURATION = DURATION_HERE  # s
 TRAJECTORY_ID = 0
+STEP = 0.05  # s between two looks in flight
+AGE = 0.05  # s that a position and the start may have been on their way: it is held against the plan of that time
+SILENT = 0.5  # s without a new position after which nobody knows where a robot is
+
+
+class Refused(Exception):
+    """The flight is not begun, or not gone on with; the message says why."""
 
 
 def position(robot):
@@ -32,15 +42,39 @@ def position(robot):
     return np.array(robot.get_position() if hasattr(robot, "get_position") else robot.position())
 
 
-def main():
-    swarm = Crazyswarm()
-    clock, everyone = swarm.timeHelper, swarm.allcfs
-    robots = everyone.crazyfliesByName
+def heard(robot):
+    """Return a stamp of the last position, another one for each; None where this version of crazyswarm2 has none."""
+    pose = getattr(robot, "poseStamped", None)
+    return (pose["timestamp_sec"], pose["timestamp_nsec"]) if pose else None
+
+
+def keep_signals():
+    """Have Ctrl-C and SIGTERM raise KeyboardInterrupt: ROS would shut down, and nothing could be told to land any more."""
+    try:
+        from rclpy.signals import uninstall_signal_handlers
+
+        uninstall_signal_handlers()
+    except ImportError:
+        pass
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
+
+
+def upload(robots):
+    """Give each robot its trajectory, and return them."""
+    missing = [name for name in STARTS if name not in robots]
+    if missing:
+        raise Refused(f"crazyswarm2 does not know {', '.join(missing)}; it knows {', '.join(robots) or 'no robot'}")
+    plans = {}
     for name in STARTS:
-        trajectory = Trajectory()
-        trajectory.loadcsv(Path(__file__).parent / f"{name}.csv")
-        robots[name].uploadTrajectory(TRAJECTORY_ID, 0, trajectory)
-    clock.sleep(1.0)
+        plans[name] = Trajectory()
+        plans[name].loadcsv(Path(__file__).parent / f"{name}.csv")
+        robots[name].uploadTrajectory(TRAJECTORY_ID, 0, plans[name])
+    return plans
+
+
+def go_to_starts(clock, robots):
+    """Climb and go to the starts; refuse to begin where a robot is not there."""
     for name, start in STARTS.items():
         robots[name].takeoff(targetHeight=start[2], duration=3.0)
     clock.sleep(3.5)
@@ -50,13 +84,69 @@ def main():
     off = {name: float(np.linalg.norm(position(robots[name]) - np.array(start[:3]))) for name, start in STARTS.items()}
     away = {name: distance for name, distance in off.items() if not distance < MARGIN}
     if away:
-        print("not started, too far from the start:", ", ".join(f"{name} {d:.3f} m" for name, d in away.items()))
-    else:
-        everyone.startTrajectory(TRAJECTORY_ID, timescale=1.0, reverse=False, relative=False)
-        clock.sleep(DURATION)
-    everyone.land(targetHeight=0.05, duration=3.0)
-    clock.sleep(3.5)
-    return 1 if away else 0
+        raise Refused("too far from the start: " + ", ".join(f"{name} {d:.3f} m" for name, d in away.items()))
+
+
+def fly(clock, everyone, robots, plans, worst):
+    """Start all at once and watch them; `worst` takes in how far each was from its plan."""
+    begin = clock.time()
+    last = {name: (heard(robots[name]), begin) for name in STARTS}
+    everyone.startTrajectory(TRAJECTORY_ID, timescale=1.0, reverse=False, relative=False)
+    while (now := clock.time() - begin) < DURATION:
+        clock.sleep(min(STEP, DURATION - now))
+        at = clock.time() - begin
+        for name, plan in plans.items():
+            stamp, since = last[name]
+            if heard(robots[name]) != stamp or stamp is None:
+                last[name] = heard(robots[name]), clock.time()
+            elif clock.time() - since > SILENT:
+                raise Refused(f"no position from {name} for {SILENT:g} s at {at:.2f} s")
+            times = np.clip(np.linspace(at - AGE, at, 5), 0.0, plan.duration)
+            off = min(float(np.linalg.norm(plan.eval(t).pos - position(robots[name]))) for t in times)
+            worst[name] = max(worst[name], off)
+            if not off < MARGIN:
+                raise Refused(f"{name} is {off:.3f} m from its plan at {at:.2f} s; the margin is {MARGIN:g} m")
+
+
+def land(clock, everyone, robots):
+    """Land all, told three times; stop all motors where that is interrupted."""
+    try:
+        for pause in (0.1, 0.1, 3.5):
+            everyone.land(targetHeight=0.05, duration=3.0)
+            clock.sleep(pause)
+        return True
+    except BaseException as error:
+        print(f"landing was interrupted ({type(error).__name__}): all motors are stopped")
+        for _ in range(3):
+            everyone.emergency()
+            for name in STARTS:
+                robots[name].emergency()
+            clock.sleep(0.05)
+        return False
+
+
+def main():
+    """Fly; return 0 where all flew within the margin to the end and landed."""
+    swarm = Crazyswarm()
+    keep_signals()
+    clock, everyone = swarm.timeHelper, swarm.allcfs
+    robots = everyone.crazyfliesByName
+    flying, reason, worst = False, None, dict.fromkeys(STARTS, 0.0)
+    try:
+        plans = upload(robots)
+        clock.sleep(1.0)
+        flying = True
+        go_to_starts(clock, robots)
+        fly(clock, everyone, robots, plans, worst)
+    except Refused as refused:
+        reason = str(refused)
+    except BaseException as error:
+        reason = f"{type(error).__name__} {error}".strip()
+    landed = not flying or land(clock, everyone, robots)
+    for name, off in worst.items():
+        print(f"{name}: at most {off:.3f} m from its plan")
+    print("flown and landed" if reason is None and landed else f"stopped: {reason or 'while landing'}")
+    return 0 if reason is None and landed else 1
 
 
 if __name__ == "__main__":

@@ -236,7 +236,7 @@ def stream(robots: list[Robot], rate: float, margin: float) -> None:
         for robot in robots:
             robot.send(index)
     wait(robots, time.monotonic() + 2 * AGE, sending=rate)
-    require_in_flight(robots, (index + 1) / rate, margin)
+    require_in_flight(robots, time.monotonic() - begin, margin)
 
 
 def require_in_flight(robots: list[Robot], at: float, margin: float) -> None:
@@ -346,7 +346,7 @@ def main(arguments: list[str] | None = None) -> int:
         reason = str(refused)
     except KeyboardInterrupt:
         reason = "interrupted"
-    except Exception as error:  # noqa: BLE001  # whatever it was: robots are in the air
+    except Exception as error:  # whatever it was: robots are in the air
         reason = f"{type(error).__name__}: {error}"
     unsafe = make_safe(robots, flight["rate"])
     for robot in robots:

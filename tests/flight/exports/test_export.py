@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib.util
 import itertools
 import json
-import sys
-import types
 
 import numpy as np
 import pytest
@@ -86,59 +83,6 @@ def test_names_of_robots_are_text_to_readers_of_every_version(certified, tmp_pat
     reader = YAML(typ="safe", pure=True)
     reader.version = (1, 1)
     assert set(reader.load(text)["robots"]) == {"no", "on"}
-
-
-class Recorder:
-    """Stands in for crazyflie_py: remembers what it was told, and where the robots are."""
-
-    def __init__(self, places):
-        self.said, self.places = [], places
-
-    def modules(self):
-        said = self.said
-
-        class Robot:
-            def __init__(self, name, place):
-                self.name, self.place = name, place
-
-            def get_position(self):
-                return self.place
-
-            def __getattr__(self, method):
-                return lambda *args, **kwargs: said.append((self.name, method, args, kwargs))
-
-        everyone = Robot("all", None)
-        everyone.crazyfliesByName = {name: Robot(name, place) for name, place in self.places.items()}
-
-        class Swarm:
-            timeHelper = Robot("clock", None)  # noqa: N815
-            allcfs = everyone
-
-        class Loaded:
-            def loadcsv(self, path):
-                self.rows = np.loadtxt(path, delimiter=",", skiprows=1, usecols=range(33))
-
-        package, sub = types.ModuleType("crazyflie_py"), types.ModuleType("crazyflie_py.uav_trajectory")
-        package.Crazyswarm, sub.Trajectory = Swarm, Loaded
-        return {"crazyflie_py": package, "crazyflie_py.uav_trajectory": sub}
-
-
-@pytest.mark.parametrize(("off", "starts"), [(0.03, True), (0.06, False)])
-def test_the_script_starts_only_if_every_robot_is_within_the_margin(certified, tmp_path, monkeypatch, off, starts, capsys):
-    team, cert = certified
-    flight.export(team, cert, tmp_path)
-    places = {name: path.evaluate(0.0)[:3] + np.array([0.0, off, 0.0]) for name, path in team.items()}
-    recorder = Recorder(places)
-    for name, module in recorder.modules().items():
-        monkeypatch.setitem(sys.modules, name, module)
-    spec = importlib.util.spec_from_file_location("fly_mission", tmp_path / "fly_mission.py")
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
-    assert script.main() == (0 if starts else 1)
-    begun = [entry for entry in recorder.said if entry[1] == "startTrajectory"]
-    assert [entry[3] for entry in begun] == [{"timescale": 1.0, "reverse": False, "relative": False}] * starts
-    assert any(entry[1] == "land" for entry in recorder.said)
-    assert ("too far" in capsys.readouterr().out) is not starts
 
 
 def test_poly4d_bytes_are_what_cflib_packs(certified, tmp_path):

@@ -1,0 +1,132 @@
+"""The script that flies a mission with crazyswarm2, held against a stand-in for its Python client."""
+
+from __future__ import annotations
+
+import importlib.util
+import signal
+import sys
+
+import numpy as np
+import pytest
+
+import flight
+from tests.helpers.crazyswarm_peer import Robot, World
+
+
+@pytest.fixture
+def world_and_script(certified, tmp_path, monkeypatch):
+    """The exported script, and robots that stand below their starts."""
+    team, cert = certified
+    flight.export(team, cert, tmp_path)
+    world = World()
+    for name, path in team.items():
+        world.robots[name] = Robot(name, world, path.evaluate(0.0)[:3] * (1, 1, 0))
+    for name, module in world.modules().items():
+        monkeypatch.setitem(sys.modules, name, module)
+    spec = importlib.util.spec_from_file_location("fly_mission", tmp_path / "fly_mission.py")
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield world, script
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def begun(world: World) -> bool:
+    return "startTrajectory" in world.commands("all")
+
+
+def interrupt_at(world: World, *times: float, error: type[BaseException] = KeyboardInterrupt) -> None:
+    left = list(times)
+
+    def at(now: float) -> None:
+        if left and now >= left[0]:
+            left.pop(0)
+            raise error
+
+    world.at = at
+
+
+def test_it_flies_the_mission_and_lands(world_and_script, capsys) -> None:
+    world, script = world_and_script
+    assert script.main() == 0
+    assert begun(world)
+    assert world.commands("all")[-3:] == ["land"] * 3
+    assert not any(robot.spinning for robot in world.robots.values())
+    assert "flown and landed" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("off", "starts"), [(0.03, True), (0.06, False)])
+def test_it_starts_only_if_every_robot_is_within_the_margin(world_and_script, off, starts, capsys) -> None:
+    world, script = world_and_script
+    world.off = dict.fromkeys(world.robots, np.array([0.0, off, 0.0]))
+    assert script.main() == (0 if starts else 1)
+    assert begun(world) is starts
+    assert ("too far" in capsys.readouterr().out) is not starts
+    assert not any(robot.spinning for robot in world.robots.values())
+
+
+def test_a_robot_that_leaves_the_margin_in_flight_lands_the_team(world_and_script, capsys) -> None:
+    world, script = world_and_script
+
+    def at(now: float) -> None:
+        if now > 9.2:  # in flight since 8.5 s
+            world.off["quad1"] = np.array([0.0, 0.0, 0.06])
+
+    world.at = at
+    assert script.main() == 1
+    said = capsys.readouterr().out
+    assert "stopped: quad1 is 0.0" in said
+    assert "flown" not in said
+    assert not any(robot.spinning for robot in world.robots.values())
+
+
+def test_a_robot_without_positions_lands_the_team(world_and_script, capsys) -> None:
+    world, script = world_and_script
+    world.silent_from["quad0"] = 8.9
+    assert script.main() == 1
+    assert "no position from quad0" in capsys.readouterr().out
+    assert world.now < 16.0
+    assert not any(robot.spinning for robot in world.robots.values())
+
+
+@pytest.mark.parametrize("when", [2.0, 6.0, 9.0])
+@pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
+def test_every_way_out_lands(world_and_script, when, error, capsys) -> None:
+    world, script = world_and_script
+    interrupt_at(world, when, error=error)
+    assert script.main() == 1
+    assert f"stopped: {error.__name__}" in capsys.readouterr().out
+    assert not any(robot.spinning for robot in world.robots.values())
+    assert "emergency" not in world.commands("all")
+
+
+def test_a_second_interruption_stops_all_motors(world_and_script, capsys) -> None:
+    world, script = world_and_script
+    interrupt_at(world, 9.0, 9.05)
+    assert script.main() == 1
+    assert world.commands("all").count("emergency") == 3
+    assert "all motors are stopped" in capsys.readouterr().out
+    assert not any(robot.spinning for robot in world.robots.values())
+
+
+def test_an_interruption_before_the_climb_tells_nobody_anything(world_and_script) -> None:
+    world, script = world_and_script
+    interrupt_at(world, 0.5)
+    assert script.main() == 1
+    assert world.told == []
+
+
+def test_a_robot_that_crazyswarm2_does_not_know_is_named_before_anything_spins(world_and_script, capsys) -> None:
+    world, script = world_and_script
+    del world.robots["quad1"]
+    assert script.main() == 1
+    assert "crazyswarm2 does not know quad1" in capsys.readouterr().out
+    assert world.told == []
+
+
+def test_sigterm_is_taken_as_an_interruption(world_and_script) -> None:
+    world, script = world_and_script
+    world.at = lambda now: signal.raise_signal(signal.SIGTERM) if 9.0 <= now < 9.01 else None
+    assert script.main() == 1
+    assert not any(robot.spinning for robot in world.robots.values())
