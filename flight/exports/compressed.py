@@ -1,4 +1,4 @@
-"""The Crazyflie's compressed trajectories: millimetres and milliseconds as integers, Bezier control points.
+"""The Crazyflie's compressed trajectories: millimetres, tenths of a degree and milliseconds as integers, Bezier control points.
 
 A start of 8 bytes (int16 mm, tenths of a degree), then for each piece one byte of types, uint16 ms, and the control points
 without the first one, which is where the piece before ended. A piece of no duration ends it. Plain rounding breaks velocity and
@@ -22,10 +22,16 @@ from flight.exports.crazyflie import OPTIONS, VOIDS, upload, upload_files
 from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, Trajectory
 
-MILLIMETRES = 32767
+_MOST = 32767
 """Most that an int16 holds."""
+_UNITS = np.array([1000.0, 1000.0, 1000.0, 1800.0 / math.pi])
+"""What is stored of a metre and of a radian: millimetres and tenths of a degree."""
 MILLISECONDS = 65535
 """Most that an uint16 holds."""
+_HEADINGS = (
+    "Headings are stored in tenths of a degree, as the firmware of August 2026 reads them; firmware that takes them for radians "
+    "(look for STORED_ANGLE_SCALE 0.1 in its sources) must not fly these files."
+)
 _POINTS = (0, 1, 3, 7)
 _KIND = 1
 
@@ -39,12 +45,12 @@ def quantised(team: Mapping[str, Trajectory], *, step: float = 0.35) -> dict[str
     pieces in whole milliseconds needs, and are continuous up to the third derivative.
 
     Args:
-        team: Trajectories with heading 0.
+        team: Trajectories.
         step: Length of a piece to aim at, s. Shorter ones follow the path better, but round its speed more.
 
     Raises:
         BadInput: step is not between 0.05 and 5 s.
-        DoesNotFit: A position is beyond 32.767 m, or a heading is not 0.
+        DoesNotFit: A position is beyond 32.767 m, a heading beyond 3276.7 degrees, or a lap turns around.
     """
     if not 0.05 <= step <= 5.0:
         raise BadInput(f"step must be 0.05 to 5 s, not {step}.")
@@ -53,7 +59,6 @@ def quantised(team: Mapping[str, Trajectory], *, step: float = 0.35) -> dict[str
 
 def _fitted(name: str, path: Trajectory, step: float) -> Trajectory:
     """Fit pieces of one length to a path, by its position and three derivatives at their joints."""
-    _require_no_heading(name, path)
     split = 0.0 if path.cycle is None else float(path.knots[path.cycle])
     spans = [(begin, end) for begin, end in ((0.0, split), (split, path.duration)) if end > begin]
     length, counts = _common_length([end - begin for begin, end in spans], step)
@@ -64,12 +69,15 @@ def _fitted(name: str, path: Trajectory, step: float) -> Trajectory:
         derivatives.append(np.stack([path.evaluate(times, order) * slower**order for order in range(4)]))
     last = np.stack([path.evaluate(path.duration, order) for order in range(4)])[:, None]
     if path.cycle is not None:  # the lap ends as it begins
+        if abs(last[0, 0, 3] - derivatives[-1][0, 0, 3]) > math.pi:
+            raise DoesNotFit(
+                f"{name} turns around once a lap, and headings of compressed flights cannot begin anew with each lap."
+            )
         last = derivatives[-1][:, :1]
     at_joints = np.concatenate([*derivatives, last], axis=1)
-    at_joints[:, :, 3] = 0.0
     d = length / 1000.0
-    # In mm: position, and the first three differences of control points that the derivatives mean.
-    place, first, second, third = np.rint(1000.0 * at_joints * np.array([1, d / 7, d**2 / 42, d**3 / 210])[:, None, None])
+    # In stored units: position, and the first three differences of control points that the derivatives mean.
+    place, first, second, third = np.rint(_UNITS * at_joints * np.array([1, d / 7, d**2 / 42, d**3 / 210])[:, None, None])
     p, q = (place[:-1], first[:-1], second[:-1], third[:-1]), (place[1:], first[1:], second[1:], third[1:])
     points = np.stack(
         [
@@ -101,18 +109,15 @@ def _common_length(spans: list[float], step: float) -> tuple[int, list[int]]:
     return best[1], best[2]
 
 
-def _require_no_heading(name: str, path: Trajectory) -> None:
-    if np.any(path.coefficients[:, 3] != 0.0):
-        raise DoesNotFit(
-            f"{name} has a heading other than 0; the firmware divides tenths of a degree by 0.1 and takes the result for "
-            "radians, so compressed flights keep heading 0."
-        )
-
-
 def _require_near(name: str, points: NDArray[Any]) -> None:
-    worst = float(np.max(np.abs(points)))
-    if worst > MILLIMETRES:
-        raise DoesNotFit(f"{name} has a control point {worst / 1000:g} m from the origin; compressed flights reach 32.767 m.")
+    """Refuse control points, of shape (pieces, 4, 8), that 16 bits do not hold."""
+    place, heading = float(np.max(np.abs(points[:, :3]))), float(np.max(np.abs(points[:, 3])))
+    if place > _MOST:
+        raise DoesNotFit(f"{name} has a control point {place / 1000:g} m from the origin; compressed flights reach 32.767 m.")
+    if heading > _MOST:
+        raise DoesNotFit(
+            f"{name} has a heading of {heading / 10:g} degrees; compressed flights turn to 3276.7 degrees at most."
+        )
 
 
 def compressed_bytes(name: str, path: Trajectory) -> tuple[bytes, int]:
@@ -124,7 +129,7 @@ def compressed_bytes(name: str, path: Trajectory) -> tuple[bytes, int]:
     durations, points = _encoded(name, path)
     if _decoded(durations, points, None) != Trajectory(path.durations, path.coefficients):
         raise DoesNotFit(
-            f"{name}'s trajectory does not survive rounding to millimetres and milliseconds; "
+            f"{name}'s trajectory does not survive rounding to millimetres, tenths of a degree and milliseconds; "
             "certify `flight.quantised(team)` and export that."
         )
     data = bytearray(struct.pack("<hhhh", *points[0, :, 0].tolist()))
@@ -177,19 +182,18 @@ def _raised(points: list[int]) -> list[int]:
 
 
 def _encoded(name: str, path: Trajectory) -> tuple[Integers, Integers]:
-    """Round to ms and to control points in mm. Shapes (pieces,) and (pieces, 4, 8).
+    """Round to ms and to control points in stored units. Shapes (pieces,) and (pieces, 4, 8).
 
     Raises:
-        DoesNotFit: A position or duration is out of range, or a heading is not 0.
+        DoesNotFit: A position, heading or duration is out of range.
     """
-    _require_no_heading(name, path)
     durations = np.rint(1000.0 * path.durations).astype(np.int64)
     for index, duration in enumerate(path.durations.tolist()):
         if not 1 <= round(1000.0 * duration) <= MILLISECONDS:
             raise DoesNotFit(f"{name}, piece {index}: {duration:g} s; a compressed piece lasts 0.001 to 65.535 s.")
     scaled = path.coefficients * path.durations[:, None, None] ** np.arange(8)
     to_points = np.array([[comb(i, k) / comb(7, k) if k <= i else 0.0 for k in range(8)] for i in range(8)])
-    rounded = np.rint(1000.0 * np.einsum("ik,pak->pai", to_points, scaled))
+    rounded = np.rint(_UNITS[:, None] * np.einsum("ik,pak->pai", to_points, scaled))
     _require_near(name, rounded)
     points = rounded.astype(np.int64)
     points[1:, :, 0] = points[:-1, :, 7]
@@ -197,13 +201,13 @@ def _encoded(name: str, path: Trajectory) -> tuple[Integers, Integers]:
 
 
 def _decoded(durations: Integers, points: Integers, cycle: int | None) -> Trajectory:
-    """Return the polynomials of control points in mm over durations in ms, rounded to float32 once."""
+    """Return the polynomials of control points in stored units over durations in ms, rounded to float32 once."""
     to_powers = np.array(
         [[comb(7, k) * comb(k, j) * (-1) ** (k - j) if j <= k else 0 for j in range(8)] for k in range(8)], dtype=np.int64
     )
     exact = np.einsum("kj,paj->pak", to_powers, points)  # integers below 2^53
     seconds = durations[:, None, None] / 1000.0
-    coefficients = exact / 1000.0 / seconds ** np.arange(8)
+    coefficients = exact / _UNITS[:, None] / seconds ** np.arange(8)
     return Trajectory(_float32(durations / 1000.0), _float32(coefficients), cycle=cycle)
 
 
@@ -213,7 +217,10 @@ def _float32(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _product(request: Request) -> Product:
     _without_team_laps(request.team)
-    return upload_files(request, compressed_bytes, _KIND)
+    product = upload_files(request, compressed_bytes, _KIND)
+    if not any(path.coefficients[:, 3].any() for path in request.team.values()):
+        return product
+    return Product(product.files, (*product.notes, _HEADINGS))
 
 
 def _without_team_laps(team: Mapping[str, Trajectory]) -> Mapping[str, Trajectory]:

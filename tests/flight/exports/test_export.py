@@ -167,11 +167,33 @@ def test_a_quantised_lap_closes_on_itself():
         assert np.allclose(made.evaluate(made.duration - 1e-12, order), made.evaluate(begin, order), atol=1e-4)
 
 
-def test_compressed_bytes_are_what_cflib_packs():
+def turning(begin: float, end: float) -> Trajectory:
+    """A straight line that turns from one heading to another, in rad."""
+    line = rest_to_rest([(0, 0, 1), (0.5, 0, 1.25)], [2.0])
+    coefficients = line.coefficients.copy()
+    coefficients[:, 3] = line.coefficients[:, 0] * (end - begin) / 0.5
+    coefficients[:, 3, 0] = begin
+    return Trajectory(line.durations, coefficients.astype(np.float32).astype(float))
+
+
+def test_headings_are_rounded_to_tenths_of_a_degree_and_stay_smooth():
+    path = turning(0.4, -1.1)
+    (made,) = flight.quantised({"q": path}).values()
+    times = np.linspace(0, path.duration, 2000)
+    assert 1e-6 < np.max(np.abs(made.evaluate(times)[:, 3] - path.evaluate(times)[:, 3])) < np.radians(1.0)
+    assert np.rad2deg(made.evaluate([0.0, made.duration])[:, 3]) == pytest.approx([22.9, -63.0], abs=1e-4)
+    for order, allowed in enumerate((1e-6, 1e-5, 1e-4, 2e-3)):
+        ends = np.array([made.evaluate(made.knots[1:-1] - 1e-12, order), made.evaluate(made.knots[1:-1] + 1e-12, order)])
+        assert np.max(np.abs(ends[0] - ends[1])) < allowed
+    assert compressed_trajectory(compressed_bytes("q", made)[0]) == made
+
+
+@pytest.mark.parametrize(("begin", "end"), [(0.0, 0.0), (0.4, -1.1)])
+def test_compressed_bytes_are_what_cflib_packs(begin, end):
     memory = pytest.importorskip("cflib.crazyflie.mem.trajectory_memory", reason="cflib is not installed")
-    path = flight.quantised({"q": rest_to_rest([(0, 0, 1), (0.5, 0, 1.25)], [2.0])})["q"]
+    path = flight.quantised({"q": turning(begin, end)})["q"]
     data, _ = compressed_bytes("q", path)
-    packed = bytearray(memory.CompressedStart(0.0, 0.0, 1.0, 0.0).pack())
+    packed = bytearray(memory.CompressedStart(0.0, 0.0, 1.0, begin + 1e-6).pack())
     place = 8
     for duration in np.rint(path.durations * 1000).astype(int).tolist():
         kinds = data[place]
@@ -179,7 +201,11 @@ def test_compressed_bytes_are_what_cflib_packs():
         values = np.frombuffer(data, dtype="<i2", count=sum(counts), offset=place + 3).tolist()
         axes = [[values.pop(0) for _ in range(count)] for count in counts]
         # cflib truncates: half a millimetre more keeps the integers that it is given.
-        nudged = [[(value + (0.5 if value > 0 else -0.5 if value < 0 else 0)) / 1000 for value in axis] for axis in axes]
+        units = (1000, 1000, 1000, 1800 / np.pi)
+        nudged = [
+            [(value + (0.5 if value > 0 else -0.5 if value < 0 else 0)) / unit for value in axis]
+            for axis, unit in zip(axes, units, strict=True)
+        ]
         packed += memory.CompressedSegment((duration + 0.5) / 1000, *nudged).pack()
         place += 3 + 2 * sum(counts)
     packed += memory.CompressedSegment(0.0, [], [], [], []).pack()

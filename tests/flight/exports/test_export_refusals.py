@@ -126,8 +126,12 @@ def test_the_firmwares_limits_are_refused_with_their_numbers(certified, tmp_path
 def test_compressed_limits_are_refused_with_their_numbers(tmp_path):
     with pytest.raises(DoesNotFit, match=r"33 m.*32\.767"):
         flight.quantised({"q": hover(1, (33.0, 0.0, 1.0))})
-    with pytest.raises(DoesNotFit, match="heading"):
-        flight.quantised({"q": rest_to_rest([(0, 0, 1), (1, 0, 1)], [2.0], yaw=0.5)})
+    with pytest.raises(DoesNotFit, match=r"heading of 3437\.7.*3276\.7"):
+        flight.quantised({"q": rest_to_rest([(0, 0, 1), (1, 0, 1)], [2.0], yaw=60.0)})
+    around = hover(2).coefficients.copy()
+    around[:, 3, :2] = [[0.0, np.pi], [np.pi, np.pi]]
+    with pytest.raises(DoesNotFit, match="turns around once a lap"):
+        flight.quantised({"q": Trajectory([1.0, 1.0], around, cycle=0)})
     with pytest.raises(DoesNotFit, match=r"70 s.*65\.535"):
         compressed_bytes("q", hover(1, duration=70.0))
     plan, team = made_flight()
