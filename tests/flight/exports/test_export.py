@@ -267,12 +267,20 @@ def test_a_ros_bag_read_back_by_rosbags_is_the_path(certified, tmp_path):
     flight.export(team, cert, tmp_path, format="ros2", rate=20.0)
     store = get_typestore(Stores.ROS2_JAZZY)
     seen = {}
-    assert YAML(typ="safe", pure=True).load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"][
-        "custom_data"
-    ] == {"certificate": cert.digest(), "mission": "two-tasks"}
+    about = YAML(typ="safe", pure=True).load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert about["custom_data"] == {"certificate": cert.digest(), "mission": "two-tasks"}
+    assert (about["version"], about["storage_identifier"]) == (8, "sqlite3")
+    profiles = [topic["topic_metadata"]["offered_qos_profiles"] for topic in about["topics_with_message_count"]]
+    assert all(isinstance(text, str) for text in profiles), "Humble reads text there, not a list"
+    commands = {name: [] for name in team}
     with Reader(tmp_path / "bag") as reader:
-        for connection, _, data in reader.messages():
-            seen[connection.topic] = store.deserialize_cdr(data, connection.msgtype)
+        for connection, stamp, data in reader.messages():
+            message = store.deserialize_cdr(data, connection.msgtype)
+            if connection.topic.endswith("/command/trajectory"):
+                commands[connection.topic.split("/")[1]].append((stamp, message))
+            else:
+                assert stamp == 0
+                seen[connection.topic] = message
     for name, path in team.items():
         message = seen[f"/{name}/trajectory"]
         assert message.joint_names == [name]
@@ -283,6 +291,13 @@ def test_a_ros_bag_read_back_by_rosbags_is_the_path(certified, tmp_path):
             rows = [getattr(point, part)[0] for point in message.points]
             vectors = [row.translation if order == 0 else row.linear for row in rows]
             assert np.allclose([[v.x, v.y, v.z] for v in vectors], path.evaluate(times, order)[:, :3], atol=1e-9)
+        assert np.allclose([stamp * 1e-9 for stamp, _ in commands[name]], times)
+        for stamp, command in commands[name]:
+            assert command.header.stamp.sec * 10**9 + command.header.stamp.nanosec == stamp
+            (point,) = command.points
+            assert (point.time_from_start.sec, point.time_from_start.nanosec) == (0, 0)
+            place = point.transforms[0].translation
+            assert np.allclose([place.x, place.y, place.z], path.evaluate(1e-9 * stamp)[:3], atol=1e-9)
 
 
 def test_the_same_export_twice_gives_the_same_bytes(certified, tmp_path):
