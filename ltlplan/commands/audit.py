@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -45,6 +46,12 @@ def command(
     margin: Annotated[
         float | None, typer.Option("--margin", help="How far drones may be from their paths, m (default: the mission's, or 0).")
     ] = None,
+    own_limits: Annotated[
+        bool,
+        typer.Option(
+            help="Ask what a show's file asks itself (its validation settings, its geofence) where nothing else says it."
+        ),
+    ] = True,
     out: Annotated[
         Path | None, typer.Option("--out", help="A file for the whole audit, as JSON; one that is there is kept.")
     ] = None,
@@ -60,6 +67,7 @@ def command(
     limits = AuditLimits(
         vehicle=vehicle, workspace=None if workspace is None else workspace.split(","), separation=separation, speed=speed,
         acceleration=acceleration, min_height=min_height, margin=margin,
+        own_limits=own_limits,
     )  # fmt: skip
     if formula is not None and mission is None:
         raise BadInput("--formula speaks of a mission's regions; give --mission as well.")
@@ -82,6 +90,7 @@ def command(
 def audit_lines(found: Audit) -> list[str]:
     """Return what is said of an audit: each claim that holds, the worst of those that do not, and where limits are nearest."""
     lines = [f"{found.source}: {found.drones} drones, {found.pieces} pieces, {found.duration:.3f} s"]
+    lines += _own_limits(found)
     shown: dict[str, int] = {}
     for claim in found.claims:
         shown[claim.name] = shown.get(claim.name, 0) + 1
@@ -92,6 +101,7 @@ def audit_lines(found: Audit) -> list[str]:
         for name, count in shown.items()
         if count > SHOWN
     ]
+    lines += [f"note: {note}" for note in found.notes]
     for name, instants in found.tightest.items():
         rows = "; ".join(
             f"{i.robot}{'' if i.other is None else ' and ' + i.other} {_figure(i.value)} at {i.time:.3f} s" for i in instants
@@ -102,6 +112,20 @@ def audit_lines(found: Audit) -> list[str]:
     else:
         lines.append(f"{len(found.broken)} of {len(found.claims)} claims are not proved")
     return lines
+
+
+def _own_limits(found: Audit) -> list[str]:
+    """Return a line on what is asked because the files ask it themselves; none where nothing is."""
+    sources: Mapping[str, str] = found.asked["from"]  # pyright: ignore[reportAssignmentType]  # plain data
+    own = {name: source for name, source in sources.items() if source not in ("given", "mission", "vehicle")}
+    asked = "; ".join(f"{name} {_said(found.asked[name])} ({source})" for name, source in own.items())
+    return [f"asked by the file itself: {asked}"] if own else []
+
+
+def _said(value: object) -> str:
+    if isinstance(value, list):
+        return f"of {len(cast('list[object]', value))} polygons"
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _figure(value: float) -> str:

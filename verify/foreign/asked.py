@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -14,7 +15,19 @@ from verify.data.errors import BadInput, did_you_mean
 from verify.data.mission import Mission
 from verify.data.sections import Box
 from verify.data.vehicle import Vehicle, load_vehicle
+from verify.foreign.extremes import Direction, Rate
 from verify.foreign.fleet import Fleet, Indices
+from verify.foreign.own_limits import NO_LIMITS, Fence, OwnLimits
+
+_OWN_RATES: dict[int, tuple[tuple[str, str, Direction], ...]] = {
+    1: (("speed_xy", "horizontal speed", "level"), ("climb", "climb", "up"), ("descent", "descent", "down")),
+    2: (
+        ("acceleration_xy", "horizontal acceleration", "level"),
+        ("acceleration_up", "upward acceleration", "up"),
+        ("acceleration_down", "downward acceleration", "down"),
+    ),
+}
+"""Limits of files by their order: name, what the quantity is called, direction."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +43,7 @@ class AuditLimits:
         min_height: Least z, in m, take-off and landing included.
         margin: How far the drones may be from their paths, in m; None for the mission's, or 0.
         velocity_jump: How far velocities may jump between pieces where acceleration is asked, in m/s.
+        own_limits: Whether limits and fences that the files themselves hold are asked, where neither these nor a mission or vehicle say them.
     """
 
     vehicle: str | Vehicle | None = None
@@ -40,6 +54,7 @@ class AuditLimits:
     min_height: float | None = None
     margin: float | None = None
     velocity_jump: float = 0.1
+    own_limits: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,24 +66,28 @@ class Asked:
         least: For pairs given by two arrays of drones, how far apart their paths must stay, in m; None where nothing is asked.
         most: The greatest of these, in m.
         weight: By which distances in z are multiplied.
-        speeds: Of each drone, in m/s, or None.
-        accelerations: Of each drone, in m/s^2, or None.
+        rates: Limits of speeds and accelerations.
         min_height: In m, or None.
+        altitude: Greatest z, in m, or None.
+        fences: Polygons to stay inside or outside of.
         margin: In m, exact.
         velocity_jump: In m/s.
-        said: The limits as they are told, for the result.
+        said: The limits as they are told, for the result, and under "from" where each is from.
+        notes: Limits that the files hold and that are not asked, in sentences.
     """
 
     workspace: Box | None
     least: Callable[[Indices, Indices], Floats] | None
     most: float
     weight: Fraction
-    speeds: Floats | None
-    accelerations: Floats | None
+    rates: tuple[Rate, ...]
     min_height: float | None
+    altitude: float | None
+    fences: tuple[Fence, ...]
     margin: Fraction
     velocity_jump: float
     said: dict[str, object]
+    notes: tuple[str, ...]
 
 
 def resolve(fleet: Fleet, mission: Mission | None, limits: AuditLimits) -> Asked:
@@ -86,27 +105,31 @@ def resolve(fleet: Fleet, mission: Mission | None, limits: AuditLimits) -> Asked
     vehicle = load_vehicle(limits.vehicle) if isinstance(limits.vehicle, str) else limits.vehicle
     if not isinstance(vehicle, Vehicle | None):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput(f"vehicle must be a shipped profile's name or a Vehicle, not {type(vehicle).__name__}.")
-    workspace = _box(limits.workspace) if limits.workspace is not None else mission.workspace if mission else None
+    own = fleet.own if limits.own_limits else NO_LIMITS
+    chosen = _Chosen(own)
     margin = Fraction(limits.margin if limits.margin is not None else mission.margin if mission else 0.0)
-    radii, weight, separation = np.zeros(len(fleet)), Fraction(1), limits.separation
-    speeds = accelerations = None
-    if mission is not None:
-        radii = np.array([mission.vehicle_of(name).radius for name in fleet.names])
-        separation = mission.separation if separation is None else separation
-        weight = Fraction(mission.separation) / Fraction(mission.separation_z) if mission.separation_z else weight
-        speeds = np.array([mission.limits_of(name).speed for name in fleet.names])
-        accelerations = np.array([mission.limits_of(name).acceleration for name in fleet.names])
-    if vehicle is not None:
-        radii = np.full(len(fleet), vehicle.radius)
-        separation = 0.0 if separation is None else separation
-        speeds, accelerations = (np.full(len(fleet), value) for value in (vehicle.speed, vehicle.acceleration))
-    speeds = speeds if limits.speed is None else np.full(len(fleet), limits.speed)
-    accelerations = accelerations if limits.acceleration is None else np.full(len(fleet), limits.acceleration)
-    if workspace is None and separation is None and speeds is None and accelerations is None and limits.min_height is None:
+    given_box = _box(limits.workspace) if limits.workspace is not None else None
+    workspace = chosen.of("workspace", given_box, ("mission", mission.workspace if mission else None))
+    separation = chosen.of("separation", limits.separation, ("mission", mission.separation if mission else None), "separation")
+    if separation is None and vehicle is not None:
+        separation = chosen.of("separation", None, ("vehicle", 0.0))
+    chosen.of("min_height", limits.min_height)
+    altitude = chosen.of("altitude", None, None, "altitude") if workspace is None else None
+    fences = own.fences if workspace is None else ()
+    if fences:
+        chosen.sources["geofence"] = own.source("fences")
+    rates = tuple(rate for order in (1, 2) for rate in _rates(fleet, mission, vehicle, limits, chosen, order))
+    if not chosen.sources:
         raise BadInput(
             "Nothing is asked of these flights; give a mission or a vehicle, or a separation, a workspace, a speed, an acceleration or a "
             "least height."
         )
+    radii = np.zeros(len(fleet))
+    if vehicle is not None:
+        radii = np.full(len(fleet), vehicle.radius)
+    elif mission is not None:
+        radii = np.array([mission.vehicle_of(name).radius for name in fleet.names])
+    weight = Fraction(mission.separation) / Fraction(mission.separation_z) if mission and mission.separation_z else Fraction(1)
     stretch = max(1.0, float(weight))
     room = float(np.nextafter(2.0 * float(margin) * stretch * (1 + 2.0**-50), np.inf)) if margin else 0.0
 
@@ -122,15 +145,76 @@ def resolve(fleet: Fleet, mission: Mission | None, limits: AuditLimits) -> Asked
         "workspace": [list(workspace.min), list(workspace.max)] if workspace else None,
         "separation": None if separation is None else most,
         "separation_z": mission.separation_z if mission else None,
-        "speed": None if speeds is None else float(speeds.max()),
-        "acceleration": None if accelerations is None else float(accelerations.max()),
+        **{rate.name.removeprefix("limits."): float(rate.limits.max()) for rate in rates},
         "min_height": limits.min_height,
+        "altitude": altitude,
+        "geofence": [{"name": f.name, "inside": f.inside, "corners": f.corners.tolist()} for f in fences],
         "margin": float(margin),
+        "from": chosen.sources,
     }
     return Asked(
-        workspace=workspace, least=None if separation is None else least, most=most, weight=weight, speeds=speeds,
-        accelerations=accelerations, min_height=limits.min_height, margin=margin, velocity_jump=limits.velocity_jump, said=said,
+        workspace=workspace, least=None if separation is None else least, most=most, weight=weight, rates=rates,
+        min_height=limits.min_height, altitude=altitude, fences=fences, margin=margin, velocity_jump=limits.velocity_jump,
+        said=said, notes=_not_asked(fleet.own, chosen, wanted=limits.own_limits),
     )  # fmt: skip
+
+
+T = TypeVar("T")
+
+
+class _Chosen:
+    """Picks each limit from the first who says it, and keeps who that was.
+
+    Args:
+        own: What the files ask themselves, who say it last.
+    """
+
+    def __init__(self, own: OwnLimits) -> None:
+        self._own = own
+        self.sources: dict[str, str] = {}
+
+    def of(self, name: str, given: T | None, other: tuple[str, T | None] | None = None, own: str | None = None) -> T | None:
+        """Return a limit: given by itself, by a mission or vehicle, or by the files under the name `own`."""
+        if given is not None:
+            self.sources[name] = "given"
+            return given
+        if other is not None and other[1] is not None:
+            self.sources[name] = other[0]
+            return other[1]
+        value = getattr(self._own, own) if own else None
+        if own and value is not None:
+            self.sources[name] = self._own.source(own)
+        return value
+
+
+# six parameters: the first four say what is asked
+def _rates(
+    fleet: Fleet, mission: Mission | None, vehicle: Vehicle | None, limits: AuditLimits, chosen: _Chosen, order: Literal[1, 2]
+) -> Iterator[Rate]:
+    """Yield limits of speed (order 1) or acceleration (order 2): one of its size, or the files' own by direction."""
+    what: Literal["speed", "acceleration"] = "speed" if order == 1 else "acceleration"
+    kinds = None if mission is None else np.array([getattr(mission.limits_of(name), what) for name in fleet.names])
+    single = np.full(len(fleet), getattr(vehicle, what)) if vehicle is not None else None
+    given = getattr(limits, what)
+    found = chosen.of(
+        what,
+        None if given is None else np.full(len(fleet), given),
+        ("vehicle", single) if single is not None else ("mission", kinds),
+    )
+    if found is not None:
+        yield Rate(f"limits.{what}", what, order, "all", found)
+        return
+    for name, called, direction in _OWN_RATES[order]:
+        if (value := chosen.of(name, None, None, name)) is not None:
+            yield Rate(f"limits.{name}", called, order, direction, np.full(len(fleet), value))
+
+
+def _not_asked(own: OwnLimits, chosen: _Chosen, *, wanted: bool) -> tuple[str, ...]:
+    """Return, in sentences, which of the files' own limits are not asked."""
+    asked = set(chosen.sources.values())
+    rest = dict.fromkeys(name for _, name in own.where if name not in asked)
+    why = "something else takes its place" if wanted else "nothing of the file's own is"
+    return tuple(f"The file's own {name} is not asked: {why}." for name in rest)
 
 
 def _require_numbers(limits: AuditLimits) -> None:

@@ -25,7 +25,9 @@ from verify.data.progress import Progress, silent
 from verify.foreign.asked import Asked, AuditLimits, require_agents, resolve
 from verify.foreign.distances import Breach, Closest, Separation, judge_distances
 from verify.foreign.extremes import Extreme, rate_extremes, wall_extremes
+from verify.foreign.fence_claims import fence_claims
 from verify.foreign.fleet import Fleet
+from verify.foreign.instants import TIGHTEST, Instant, all_of
 from verify.foreign.joints import Joints, home_jumps, jumps
 from verify.foreign.letters import check_words, word_claims
 from verify.foreign.near_pieces import near_pieces
@@ -34,30 +36,11 @@ from verify.logic.verdict import Outcome
 
 AUDIT_FORMAT = 1
 
+_NOTHING = 1e-12
+"""Bounds below this are told as 0: what keeps them above it is rounding."""
+
 POSITION_JUMP = 1e-3
 """m by which positions may jump between pieces; shows are written in millimetres."""
-
-TIGHTEST = 5
-"""Instants that are told of each quantity."""
-
-
-@dataclass(frozen=True, slots=True)
-class Instant:
-    """Where one drone, or a pair, comes nearest to a limit.
-
-    Attributes:
-        robot: Name.
-        other: The second drone of a pair.
-        value: What is reached there, in the limit's unit.
-        limit: What is asked.
-        time: s.
-    """
-
-    robot: str
-    other: str | None
-    value: float
-    limit: float
-    time: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +57,8 @@ class Audit:
         claims: One of each kind for all drones where it holds, or one for each drone or pair that breaks it.
         tightest: For each kind of claim the instants nearest to the limit, nearest first.
         versions: Of the software that judged.
+        notes: What is not judged or not asked of what the files hold, in sentences.
+        fleet: The flights, for pictures; no part of what is written.
     """
 
     source: str
@@ -85,6 +70,8 @@ class Audit:
     claims: tuple[Claim, ...]
     tightest: Mapping[str, tuple[Instant, ...]]
     versions: Mapping[str, str]
+    notes: tuple[str, ...]
+    fleet: Fleet
 
     @property
     def holds(self) -> bool:
@@ -112,6 +99,7 @@ class Audit:
             "holds": self.holds,
             "claims": [claim_data(claim) for claim in self.claims],
             "tightest": {name: [asdict(instant) for instant in row] for name, row in self.tightest.items()},
+            "notes": list(self.notes),
             "versions": dict(self.versions),
         }
         return {**data, "digest": payload_digest(data)}
@@ -181,7 +169,7 @@ def judge_fleet(fleet: Fleet, asked: Asked, progress: Progress = silent) -> Audi
     progress("how pieces join", 0.1)
     steps = jumps(fleet, 0)
     claims.extend(_joint_claims(fleet, steps, asked))
-    if asked.workspace is not None or asked.min_height is not None:
+    if not (asked.workspace is None and asked.min_height is None and asked.altitude is None):
         progress("the workspace", 0.2)
     if asked.workspace is not None:
         low, high = asked.workspace.min, asked.workspace.max
@@ -190,12 +178,14 @@ def judge_fleet(fleet: Fleet, asked: Asked, progress: Progress = silent) -> Audi
         take("workspace", _told(fleet, "workspace", "m", _nearest_walls(found)))
     if asked.min_height is not None:
         take("height", _told(fleet, "height", "m", _wall(fleet, 2, "min", asked.min_height, asked.margin)))
-    if asked.speeds is not None:
-        progress("speeds", 0.3)
-        take("limits.speed", _told(fleet, "limits.speed", "m/s", rate_extremes(fleet, 1, asked.speeds)))
-    if asked.accelerations is not None:
-        progress("accelerations", 0.4)
-        take("limits.acceleration", _told(fleet, "limits.acceleration", "m/s^2", rate_extremes(fleet, 2, asked.accelerations)))
+    if asked.altitude is not None:
+        take("altitude", _told(fleet, "altitude", "m", _wall(fleet, 2, "max", asked.altitude, asked.margin)))
+    if asked.fences:
+        progress("the geofence", 0.25)
+        take("geofence", fence_claims(fleet, asked.fences, asked.margin))
+    for rate in asked.rates:
+        progress("speeds" if rate.order == 1 else "accelerations", 0.2 + 0.1 * rate.order)
+        take(rate.name, _told(fleet, rate.name, rate.unit, rate_extremes(fleet, rate), rate.what))
     if asked.least is not None and len(fleet) == 1:
         sentence = f"There is one drone, {fleet.names[0]}, which has none to keep apart from."
         claims.append(claim_of("separation", "holds", sentence, robot=fleet.names[0], unit="m", limit=asked.most))
@@ -205,7 +195,7 @@ def judge_fleet(fleet: Fleet, asked: Asked, progress: Progress = silent) -> Audi
     return Audit(
         source=fleet.source, digest=fleet.digest, drones=len(fleet), pieces=len(fleet.values), duration=float(fleet.end),
         asked=MappingProxyType(asked.said), claims=tuple(claims), tightest=MappingProxyType(tightest),
-        versions=MappingProxyType(versions()),
+        versions=MappingProxyType(versions()), notes=(*fleet.notes, *asked.notes), fleet=fleet,
     )  # fmt: skip
 
 
@@ -225,28 +215,24 @@ def _nearest_walls(found: Iterable[Extreme]) -> list[Extreme]:
     return result
 
 
-_WHAT = {
-    "workspace": "position", "height": "height", "limits.speed": "speed", "limits.acceleration": "acceleration",
-}  # fmt: skip
-
-
-def _told(fleet: Fleet, name: str, unit: str, found: Sequence[Extreme]) -> tuple[list[Claim], list[Instant]]:
+# five parameters: the claim's name and what it speaks of
+def _told(fleet: Fleet, name: str, unit: str, found: Sequence[Extreme], what: str = "") -> tuple[list[Claim], list[Instant]]:
     """Word what one kind of extreme comes to: one claim where all drones keep the limit, else one for each that does not."""
-    least = name in ("workspace", "height")
+    least = not what
+    what = what or {"workspace": "position"}.get(name, name)
 
     def room(extreme: Extreme) -> float:
         return abs(extreme.bound - extreme.limit) * (1 if extreme.outcome == "holds" else -1)
 
     order = sorted(found, key=room)
+    figure = f"{order[0].bound:.5g}" if abs(order[0].bound) > _NOTHING else "0"
     claims = [_broken(fleet, name, unit, extreme, room(extreme)) for extreme in order if extreme.outcome != "holds"]
     if not claims:
         near, robot = order[0], fleet.names[order[0].drone]
-        quantity = {"workspace": f"{room(near):.4g} m from the wall {near.what}", "height": f"z = {near.bound:.5g} m"}
-        reached = quantity.get(name, f"{near.bound:.5g} {unit}")
+        quantity = {"workspace": f"{room(near):.4g} m from the wall {near.what}", "limits": f"{figure} {unit}"}
+        reached = quantity.get(name.split(".")[0], f"z = {figure} m")
         verb = "comes nearest to it" if least else "is nearest to it"
-        sentence = (
-            f"{_all(fleet)} keep the limit of {_WHAT[name]} at all times; {robot} {verb}, with {reached} at {near.time:.3f} s"
-        )
+        sentence = f"{all_of(fleet)} keep the limit of {what} at all times; {robot} {verb}, with {reached} at {near.time:.3f} s"
         sentence += "." if name == "workspace" else f" (limit {near.limit:.5g} {unit})."
         claims = [
             claim_of(
@@ -266,14 +252,17 @@ def _told(fleet: Fleet, name: str, unit: str, found: Sequence[Extreme]) -> tuple
 
 def _broken(fleet: Fleet, name: str, unit: str, extreme: Extreme, room: float) -> Claim:
     robot = fleet.names[extreme.drone]
+    over = f"at {extreme.time:.4f} s; the limit is {extreme.limit:.6g} {unit}."
     if name == "workspace":
         sentence = f"{robot} passes the wall {extreme.what} at {extreme.limit:.6g} m: it is at {extreme.reached:.6g} m at {extreme.time:.4f} s."
     elif name == "height":
         sentence = (
             f"{robot} comes down to z = {extreme.reached:.6g} m at {extreme.time:.4f} s; {extreme.limit:.6g} m are asked."
         )
+    elif name == "altitude":
+        sentence = f"{robot} rises to z = {extreme.reached:.6g} m {over}"
     else:
-        sentence = f"{robot}'s {_WHAT[name]} reaches {extreme.reached:.6g} {unit} at {extreme.time:.4f} s; the limit is {extreme.limit:.6g} {unit}."
+        sentence = f"{robot}'s {extreme.what} reaches {extreme.reached:.6g} {unit} {over}"
     return claim_of(
         name, "fails", sentence, robot=robot, unit=unit, bound=extreme.bound, limit=extreme.limit, margin=room, time=extreme.time,
         what=extreme.what,
@@ -283,7 +272,7 @@ def _broken(fleet: Fleet, name: str, unit: str, extreme: Extreme, room: float) -
 def _joint_claims(fleet: Fleet, steps: Joints, asked: Asked) -> Iterator[Claim]:
     """Yield what is claimed of joints: positions join, velocities too where acceleration is asked, and drones stand where the file says."""
     yield from _jump_claims(fleet, steps, "position", "m", POSITION_JUMP)
-    if asked.accelerations is not None:
+    if any(rate.order == 2 for rate in asked.rates):
         yield from _jump_claims(fleet, jumps(fleet, 1), "velocity", "m/s", asked.velocity_jump)
     for drone, what, end, gap in home_jumps(fleet):
         if gap > POSITION_JUMP:
@@ -306,7 +295,7 @@ def _jump_claims(fleet: Fleet, found: Joints, what: str, unit: str, limit: float
     most = int(np.argmax(found.jumps))
     if found.jumps[most] <= limit:
         allowed = f"more than {found.jumps[most]:.3g} {unit} between pieces; {limit:g} {unit} are allowed."
-        yield of(most, "holds", f"{_all(fleet)}: no {what} jumps by {allowed}")
+        yield of(most, "holds", f"{all_of(fleet)}: no {what} jumps by {allowed}")
         return
     for drone in np.flatnonzero(~(found.jumps <= limit)).tolist():
         when = f"by {found.jumps[drone]:.4g} {unit} at {found.times[drone]:.4f} s; {limit:g} {unit} are allowed."
@@ -331,7 +320,7 @@ def _separation(fleet: Fleet, asked: Asked, steps: Joints, progress: Progress) -
     limit = float(asked.least(np.array([nearest.one]), np.array([nearest.other]))[0])
     bound = nearest.low
     sentence = (
-        f"{_all(fleet)} stay {bound:.4f} m apart at all times, in all {len(fleet) * (len(fleet) - 1) // 2} pairs; {one} and {other} are nearest, "
+        f"{all_of(fleet)} stay {bound:.4f} m apart at all times, in all {len(fleet) * (len(fleet) - 1) // 2} pairs; {one} and {other} are nearest, "
         f"with {nearest.high:.4f} m at {nearest.time:.3f} s ({limit:.4f} m are asked)."
     )
     claim = claim_of(
@@ -364,7 +353,3 @@ def _breach(fleet: Fleet, breach: Breach) -> Claim:
         "separation", "fails" if breach.sure else "undecided", sentence, robot=one, other=other, unit="m", bound=breach.distance,
         limit=breach.limit, margin=breach.distance - breach.limit, time=breach.time,
     )  # fmt: skip
-
-
-def _all(fleet: Fleet) -> str:
-    return f"All {len(fleet)} drones" if len(fleet) > 1 else f"The drone {fleet.names[0]}"

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Literal
 
 import numpy as np
 from flint import fmpq_poly
@@ -23,6 +24,9 @@ BLOCK = 32_768
 
 _SHARE = 1e-6
 """How near to the true extreme a bound is driven, as a share of the limit's size; nearer where that decides."""
+
+
+Direction = Literal["all", "level", "up", "down"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,34 +52,84 @@ class Extreme:
     outcome: Outcome
 
 
-@np.errstate(all="ignore")
-def rate_extremes(fleet: Fleet, order: int, limits: Floats) -> list[Extreme]:
-    """Bound each drone's greatest speed (order 1) or acceleration (order 2).
+@dataclass(frozen=True, eq=False, slots=True)
+class Rate:
+    """A limit of speed or acceleration.
 
-    Args:
-        fleet: The drones.
-        order: How often positions are derived.
+    Attributes:
+        name: Of the claim.
+        what: Names the quantity.
+        order: How often positions are derived: 1 for speed, 2 for acceleration.
+        direction: Which part of it is limited.
         limits: Of each drone, in m/s or m/s^2. Shape (drones,).
     """
 
+    name: str
+    what: str
+    order: Literal[1, 2]
+    direction: Direction
+    limits: Floats
+
+    @property
+    def unit(self) -> str:
+        """Of the limits."""
+        return "m/s" if self.order == 1 else "m/s^2"
+
+
+@np.errstate(all="ignore")
+def rate_extremes(fleet: Fleet, rate: Rate) -> list[Extreme]:
+    """Bound the greatest value of a speed or acceleration of each drone.
+
+    Args:
+        fleet: The drones.
+        rate: What is limited, and by how much.
+    """
+    if rate.direction in ("up", "down"):
+        return _vertical_extremes(fleet, rate)
+    limits, axes = rate.limits, 2 if rate.direction == "level" else 3
+
     def squares(rows: Indices) -> Balls:
-        rate = fleet.derivative(rows, order)
-        return dot(rate, rate)
+        found = fleet.derivative(rows, rate.order)[:, :axes]
+        return dot(found, found)
 
     def left(row: int, limit: Fraction) -> fmpq_poly:
-        rates, length = fleet.exactly(row), fleet.stop(row) - fleet.start(row)
-        for _ in range(order):
-            rates = [rate.derivative() for rate in rates]
-        return fmpq_poly([exact.rational((limit * length**order) ** 2)]) - sum(r * r for r in rates)
+        rates, length = _derived(fleet, row, rate.order)
+        return fmpq_poly([exact.rational((limit * length) ** 2)]) - sum(r * r for r in rates[:axes])
 
     found = _greatest(fleet, squares, limits**2, left, [Fraction(v) for v in limits.tolist()])
-    what = "speed" if order == 1 else "acceleration"
     return [
         Extreme(
-            drone, what, limit, min(_root_up(upper), limit) if holds else _root_up(upper), _root_up(lower), time, _said(holds),
+            drone, rate.what, limit, min(_root_up(upper), limit) if holds else _root_up(upper), _root_up(lower), time, _said(holds),
         )
         for drone, (limit, (upper, lower, time, holds)) in enumerate(zip(limits.tolist(), found, strict=True))
     ]  # fmt: skip
+
+
+def _vertical_extremes(fleet: Fleet, rate: Rate) -> list[Extreme]:
+    sign = 1 if rate.direction == "up" else -1
+
+    def along(rows: Indices) -> Balls:
+        found = fleet.derivative(rows, rate.order)[:, 2]
+        return found if sign > 0 else -found
+
+    def left(row: int, limit: Fraction) -> fmpq_poly:
+        rates, length = _derived(fleet, row, rate.order)
+        return fmpq_poly([exact.rational(limit * length)]) - sign * rates[2]
+
+    limits = [Fraction(value) for value in rate.limits.tolist()]
+    found = _greatest(fleet, along, rate.limits, left, limits, exact_limits=True)
+    return [
+        Extreme(drone, rate.what, limit, min(upper, limit) if holds else upper, lower, time, _said(holds))
+        for drone, (limit, (upper, lower, time, holds)) in enumerate(zip(rate.limits.tolist(), found, strict=True))
+    ]
+
+
+def _derived(fleet: Fleet, row: int, order: int) -> tuple[list[fmpq_poly], Fraction]:
+    """Return derivatives of x, y and z by the place in a piece, exact, and what they must be divided by to be by time."""
+    rates = fleet.exactly(row)
+    for _ in range(order):
+        rates = [rate.derivative() for rate in rates]
+    return rates, (fleet.stop(row) - fleet.start(row)) ** order
 
 
 @np.errstate(all="ignore")

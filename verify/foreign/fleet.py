@@ -22,6 +22,7 @@ from scipy.spatial import KDTree
 from verify.arithmetic.balls import Balls, Floats, from_power, raised
 from verify.arithmetic.exact import rational
 from verify.data.errors import BadInput
+from verify.foreign.own_limits import NO_LIMITS, OwnLimits
 
 Indices = NDArray[np.intp]
 Basis = Literal["bernstein", "power"]
@@ -72,6 +73,8 @@ class Fleet:
         degrees: Degree of each piece. Shape (rows,).
         homes: For each drone places where it must stand by what is said elsewhere: what that is, at which end of its path (0 or 1), where.
         durations: Of pieces in powers of local time, in s, each one float exactly (at rest any). Shape (rows,).
+        own: What the files ask of the flights themselves.
+        notes: What the files hold and nobody judges, in sentences.
     """
 
     source: str
@@ -83,6 +86,8 @@ class Fleet:
     degrees: NDArray[np.int8]
     homes: tuple[tuple[Home, ...], ...]
     durations: Floats
+    own: OwnLimits = NO_LIMITS
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.names)

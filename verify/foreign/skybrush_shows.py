@@ -7,7 +7,9 @@ differences and sums of times are taken exactly. Before its first keyframe a dro
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -19,6 +21,10 @@ from verify.data.errors import BadInput
 from verify.data.trajectory import DEGREE
 from verify.foreign.fleet import LARGEST, Fleet, Flight, Home, assemble
 from verify.foreign.show_archives import ShowArchive, open_show
+from verify.foreign.show_settings import own_limits
+
+_UNJUDGED = {"lights": "Lights", "pyro": "Pyrotechnics", "yawControl": "Yaw programmes", "rthPlan": "Plans to return home"}
+"""What a drone's settings may hold beside its trajectory, and how it is called."""
 
 _ALONE = 1.0
 """s that a drone with one keyframe is given to stand there."""
@@ -31,7 +37,7 @@ def read_show(path: Path) -> Fleet:
         path: The `.skyc` file.
 
     Raises:
-        BadInput: It is no show, a drone has no trajectory, or numbers are missing, not finite or out of order.
+        BadInput: It is no show, a drone has no trajectory, numbers are missing, not finite or out of order, or its own limits are none.
     """
     with open_show(path) as archive:
         show = archive.value("show.json")
@@ -42,11 +48,14 @@ def read_show(path: Path) -> Fleet:
         drones = archive.followed(swarm.get("drones"), show)
         if not isinstance(drones, list) or not drones:
             raise BadInput(f"{path}: swarm.drones must be a list of at least one drone.")
-        flights = [_flight(archive, show, index, drone) for index, drone in enumerate(drones)]
-    return assemble(str(path), "bernstein", flights)
+        unjudged: Counter[str] = Counter()
+        flights = [_flight(archive, show, index, drone, unjudged) for index, drone in enumerate(drones)]
+        own, notes = own_limits(archive, show)
+    notes += [f"{_UNJUDGED[key]} of {count} drones are not judged." for key, count in sorted(unjudged.items())]
+    return replace(assemble(str(path), "bernstein", flights), own=own, notes=tuple(notes))
 
 
-def _flight(archive: ShowArchive, show: Any, index: int, drone: Any) -> Flight:
+def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, unjudged: Counter[str]) -> Flight:
     where = f"swarm.drones[{index}]"
     drone = _table(archive.followed(drone, show), archive, where)
     settings = _table(archive.followed(drone.get("settings"), show), archive, f"{where}.settings")
@@ -54,6 +63,7 @@ def _flight(archive: ShowArchive, show: Any, index: int, drone: Any) -> Flight:
     if not isinstance(name, str) or not name or len(name) > 200 or not name.isprintable():
         raise BadInput(f"{archive.source}: {where}.settings.name must be a short text that can be printed, not {name!r:.40}.")
     where = f"{archive.source}: {name}"
+    unjudged.update(key for key in _UNJUDGED if settings.get(key) is not None)
     if settings.get("trajectory") is None:
         raise BadInput(f"{where} has no trajectory; every drone of a show needs one (settings.trajectory).")
     trajectory = _table(archive.followed(settings["trajectory"], show), archive, f"{name}: trajectory")
