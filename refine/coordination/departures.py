@@ -141,6 +141,8 @@ def _in_some_order(
         key = (total, sum(found.values()))
         if best is None or key < best[:2]:
             best = (*key, found)
+        if all(found[flight.name] <= np.ceil(flight.earliest / GRID) * GRID for flight in flights):
+            break  # nobody departs sooner
     if best is not None:
         return {flight.name: best[2][flight.name] for flight in flights}
     return conflict or DepartureConflict(("", ""), 0.0, 0.0)

@@ -58,7 +58,7 @@ def resolve_encounters(
         while frozenset(met) in tried and len(groups) > 1:
             met = met.union(*groups)
         if found.pair[0] == found.pair[1] or frozenset(met) in tried:
-            raise _too_near(conflict, spacing.distance)
+            raise too_near(conflict, spacing.distance)
         tried.add(frozenset(met))
         names = tuple(name for name in robots if name in met)
         groups = [group for group in groups if not set(group) & met]
@@ -91,13 +91,13 @@ def _encounter(
     if isinstance(starts, DepartureConflict) or all(robot.corridor is None for robot in group):
         return None
     until = max(starts[robot.name] + robot.path.duration for robot in group)
-    movers = tuple(_mover(plan, robot, starts, until) for robot in group)
+    movers = tuple(mover_of(plan, robot, starts, until) for robot in group)
     busy = max((given[name] + team[name].path.duration for name in given), default=0.0)
     known = (*given, *names)
     for paths in _ways(movers, spacing):
-        fitted = tuple(_along(plan, robot, path) for robot, path in zip(group, paths, strict=True))
+        fitted = tuple(along(plan, robot, path) for robot, path in zip(group, paths, strict=True))
         factor = max(by for _, by in fitted)
-        trial = {**team, **{robot.name: _paced(robot, factor) for robot, _ in fitted}}
+        trial = {**team, **{robot.name: paced(robot, factor) for robot, _ in fitted}}
         if any(violations(trial[name].path, plan.mission, name, plan.robots[name]) for name in names):
             continue
         flights = [flight_of(plan, trial[name]) for name in known]
@@ -132,8 +132,15 @@ def among(problem: Problem, names: tuple[str, ...]) -> tuple[Precedence | Meetin
     return tuple(p for p in problem.feedback.precedences if p.first[0] in names and p.then[0] in names)
 
 
-def _mover(plan: Plan, robot: RobotFlight, starts: dict[str, float], until: float) -> Mover:
-    """Return a robot as the encounter sees it; one that hovers is free to step aside and come back."""
+def mover_of(plan: Plan, robot: RobotFlight, starts: dict[str, float], until: float) -> Mover:
+    """Return a robot as the encounter sees it; one that hovers is free to step aside and come back.
+
+    Args:
+        plan: Carries the mission.
+        robot: Its flight.
+        starts: Departures, s.
+        until: When the encounter is over, s.
+    """
     if robot.corridor is not None:
         hovers = np.flatnonzero(np.all(robot.path.nodes[1:] == robot.path.nodes[:-1], axis=1))
         rests = frozenset(robot.halts.values()).union(hovers.tolist(), (hovers + 1).tolist())
@@ -144,19 +151,40 @@ def _mover(plan: Plan, robot: RobotFlight, starts: dict[str, float], until: floa
     return mover(corridor, path, 0.0, NOWHERE)
 
 
-def _along(plan: Plan, robot: RobotFlight, path: Spline) -> tuple[RobotFlight, float]:
-    """Return a robot on a path, not slowed yet, and by how much it must be."""
+def along(plan: Plan, robot: RobotFlight, path: Spline) -> tuple[RobotFlight, float]:
+    """Return a robot on a path, not slowed yet, and by how much it must be.
+
+    Args:
+        plan: Carries the mission.
+        robot: What it flew before.
+        path: What it flies now.
+
+    Raises:
+        Infeasible: No pace keeps its limits.
+    """
     agent = plan.mission.agents[robot.name]
     yaw = heading_spline(path, agent.heading, agent.yaw)
     factor = max(stretch_to_limits(path, yaw, robot.limits), slower_on_ways(plan.mission.seen_by(robot.name), robot.plan, path))
     return replace(robot, path=path, yaw=yaw, halts={}), factor
 
 
-def _paced(robot: RobotFlight, factor: float) -> RobotFlight:
+def paced(robot: RobotFlight, factor: float) -> RobotFlight:
+    """Return a robot on the same path, so many times slower.
+
+    Args:
+        robot: Its flight.
+        factor: Above 0.
+    """
     return replace(robot, path=robot.path.stretched(factor), yaw=None if robot.yaw is None else robot.yaw.stretched(factor))
 
 
-def _too_near(conflict: DepartureConflict, distance: float) -> Infeasible:
+def too_near(conflict: DepartureConflict, distance: float) -> Infeasible:
+    """Return the error that names two robots which nothing keeps apart.
+
+    Args:
+        conflict: The two, how near they come and when.
+        distance: What they should keep, m.
+    """
     a, b = conflict.pair
     if a == b:
         sentence = (

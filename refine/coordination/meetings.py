@@ -6,6 +6,7 @@ What they then do about it is said by `reciprocal_avoidance`.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -181,19 +182,30 @@ def _spans(robots: tuple[Mover, ...]) -> list[tuple[float, float]]:
 
 def _finer(robot: Mover, begin: float, end: float, longest: float) -> Mover:
     """Cut the legs flown between two times into parts that last no longer than `longest`, with free points between them."""
-    corridor, knots = robot.corridor, robot.start + robot.path.knots
+    knots = robot.start + robot.path.knots
+    met = (knots[:-1] < end) & (knots[1:] > begin)
+    parts = np.where(met, np.minimum(_PARTS, np.ceil(robot.path.durations / longest)), 1)
+    return cut_legs(robot, [int(part) for part in parts])
+
+
+def cut_legs(robot: Mover, parts: Sequence[int]) -> Mover:
+    """Return a robot with each leg cut into so many equal parts, with free points between them.
+
+    Args:
+        robot: It flies one piece for each leg.
+        parts: For each leg.
+    """
+    corridor = robot.corridor
     points, durations, legs, needed, free, states = [corridor.points[0]], [], [], [corridor.needed[0]], [robot.free[0]], []
     rest: set[int] = {0} & robot.rest
-    for index, leg in enumerate(corridor.legs):
-        met = knots[index] < end and knots[index + 1] > begin
-        parts = min(_PARTS, int(np.ceil(robot.path.durations[index] / longest))) if met else 1
-        shares = np.arange(1, parts + 1) / parts
+    for index, (leg, count) in enumerate(zip(corridor.legs, parts, strict=True)):
+        shares = np.arange(1, count + 1) / count
         points += [corridor.points[index] + share * (corridor.points[index + 1] - corridor.points[index]) for share in shares]
-        durations += [corridor.durations[index] / parts] * parts
-        legs += [leg] * parts
-        needed += [False] * (parts - 1) + [corridor.needed[index + 1]]
-        free += [True] * (parts - 1) + [robot.free[index + 1]]
-        piece = Spline(robot.path.durations[index : index + 1], robot.path.states[index : index + 2]).split(parts)
+        durations += [corridor.durations[index] / count] * count
+        legs += [leg] * count
+        needed += [False] * (count - 1) + [corridor.needed[index + 1]]
+        free += [True] * (count - 1) + [robot.free[index + 1]]
+        piece = Spline(robot.path.durations[index : index + 1], robot.path.states[index : index + 2]).split(count)
         states.append((piece.durations, piece.states))
         if index + 1 in robot.rest:
             rest.add(len(legs))

@@ -1,6 +1,7 @@
 """A team's flights together: who departs when, and what else is tried where no departures keep robots apart.
 
-In this order, until one succeeds: departures; paths that also keep clear of where the others hover; the plan's own shares of
+Of many robots those that meet swerve, all at once, so that nobody waits. Few depart one after the other, and swerve where that would
+take much longer. In this order, until one succeeds: departures; paths that also keep clear of where the others hover; the plan's own shares of
 time instead of even ones; other places for visits within their regions; giving way to each other; waits at every point. Robots that
 meet then fly one at a time between meetings, and exchange their places.
 """
@@ -15,7 +16,8 @@ import numpy as np
 
 from refine.bodies import Ball, keep_out
 from refine.coordination.departures import DepartureConflict, departures
-from refine.coordination.encounters import among, resolve_encounters
+from refine.coordination.encounters import among, resolve_encounters, too_near
+from refine.coordination.joint_avoidance import avoid_jointly
 from refine.coordination.midway_waits import with_waits
 from refine.coordination.orders import one_at_a_time
 from refine.coordination.safe_intervals import schedule_safe_intervals
@@ -33,6 +35,12 @@ from verify.data.rules.spacing import Spacing, needed, spacing_of
 Together = tuple[dict[str, RobotFlight], dict[str, float]]
 """Robots with their paths, and departures in s by robot."""
 
+_FEW = 4
+"""Robots that depart one after the other where they can: all of their orders are tried."""
+_CROWD = 16
+"""Robots above which departures are all that is tried where swerving does not part them."""
+_LATE = 1.25
+"""How much longer than the longest flight a team that waits for each other may take before swerving is tried instead."""
 _PLACES = 3
 """Other places that each visit of a robot in conflict is tried at."""
 _MEETINGS = 40
@@ -92,6 +100,17 @@ def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: 
     tell("choosing departures", 0.7)
     if len(plan.robots) == 1:
         return alone, {name: robot.plan.hold for name, robot in alone.items()}
+    if len(alone) > _FEW and not plan.meetings:
+        tell("letting robots swerve together", 0.7)
+        swerving = avoid_jointly(problem, alone)
+        if not isinstance(swerving, DepartureConflict):
+            return swerving
+        if len(alone) > _CROWD:
+            tell("choosing departures", 0.75)
+            starts = _departures(problem, alone)
+            if isinstance(starts, DepartureConflict):
+                raise too_near(swerving, spacing.distance)
+            return alone, starts
     met: list[tuple[dict[str, RobotFlight], DepartureConflict]] = []
     # Other shares of time bend paths otherwise; the plan's own may keep robots apart.
     uneven = replace(problem, options=replace(options, even=False))
@@ -100,7 +119,7 @@ def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: 
         if robots is not None:
             robots, starts = _departing(shares, robots)
             if not isinstance(starts, DepartureConflict):
-                return robots, starts
+                return _sooner(problem, alone, (robots, starts))
             met.append((robots, starts))
     tell("trying other places for visits", 0.75)
     moved = _with_visits_relocated(problem, alone)
@@ -121,6 +140,23 @@ def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: 
         if waiting is not None:
             return waiting
     raise failures[0]
+
+
+def _sooner(problem: Problem, alone: dict[str, RobotFlight], departing: Together) -> Together:
+    """Return a team that departs one after the other, or that swerves where it would take much longer than its longest flight."""
+    longest = max(robot.plan.hold + robot.path.duration for robot in alone.values())
+    if _arrival(departing) <= _LATE * longest or problem.plan.meetings or len(alone) > _FEW:
+        return departing
+    swerving = avoid_jointly(problem, alone)
+    if isinstance(swerving, DepartureConflict) or _arrival(swerving) >= _arrival(departing):
+        return departing
+    return swerving
+
+
+def _arrival(team: Together) -> float:
+    """Return when the last robot arrives, s."""
+    robots, starts = team
+    return max(starts[name] + robot.path.duration for name, robot in robots.items())
 
 
 def _refuse_what_no_flight_mends(plan: Plan) -> None:
