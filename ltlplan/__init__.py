@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ltlplan.recorded import judge_flight
     from ltlplan.result import Result
     from ltlplan.service.client import Client
+    from ltlplan.transfers import Transfer, to_ground, to_starts
     from verify.data import (
         BadInput,
         DoesNotFit,
@@ -59,6 +60,7 @@ _HOMES = {
     "Result": "ltlplan.result",
     "SequenceError": "verify.data",
     "Trajectory": "verify.data",
+    "Transfer": "ltlplan.transfers",
     "Unsatisfiable": "verify.data",
     "Vehicle": "verify.data",
     "Word": "verify.data",
@@ -70,6 +72,8 @@ _HOMES = {
     "parse_mission": "verify.data",
     "plan": "ltlplan.pipeline",
     "run": "ltlplan.pipeline",
+    "to_ground": "ltlplan.transfers",
+    "to_starts": "ltlplan.transfers",
     "translate": "ltlplan.logic.translation",
 }
 
@@ -92,6 +96,7 @@ __all__ = [
     "Result",
     "SequenceError",
     "Trajectory",
+    "Transfer",
     "Unsatisfiable",
     "Vehicle",
     "Word",
@@ -103,6 +108,8 @@ __all__ = [
     "parse_mission",
     "plan",
     "run",
+    "to_ground",
+    "to_starts",
     "translate",
 ]
 
