@@ -34,7 +34,6 @@ from verify.data import (
 )
 from verify.data.choices import PLANNING_METHODS
 from verify.data.progress import Progress, part_of, silent
-from verify.data.trajectory import PIECES
 
 if TYPE_CHECKING:
     from ltlplan.allocation import PlanningMethod
@@ -248,17 +247,15 @@ def next_round(draft: Draft, *, margin: float | None = None, progress: Progress 
 
 
 def _refined(draft: Draft, refining: Progress) -> tuple[Draft, dict[str, Trajectory]]:
-    """Return one trajectory a robot, and the draft with a note on flights that are cut for a vehicle's memory."""
+    """Return one trajectory a robot, and the draft with a note on flights that are cut into parts for a vehicle's memory."""
     import refine
 
     try:
         return draft, refine.refine(draft.plan, witnesses=draft.witnesses, progress=refining)
     except DoesNotFit:
-        if draft.plan.mission.spec.trace == "infinite":
-            raise
-        refining("letting robots rest on their long ways, where flights can be cut for a vehicle's memory", 0.0)
+        refining("letting robots rest on their long ways, where flights are cut for their vehicles' memories", 0.0)
         team = refine.refine(draft.plan, witnesses=draft.witnesses, too_long="rest", progress=refining)
-        return replace(draft, plan=_with_lengths(draft.plan, team)), team
+        return replace(draft, plan=_with_parts(draft.plan, team)), team
 
 
 def _with_fewer_soft_parts(draft: Draft, why: str) -> Draft | None:
@@ -296,15 +293,21 @@ def _with_waits_for_soft_parts(refused: Refused) -> Plan | None:
     return None if waiting.precedences == made.precedences else waiting
 
 
-def _with_lengths(made: Plan, team: Mapping[str, Trajectory]) -> Plan:
-    """Return a plan with a note on each flight that has more pieces than a Crazyflie holds."""
-    said = tuple(
-        f"{name}'s flight has {len(path)} pieces, and a Crazyflie's memory holds {PIECES}: it rests on its way, where `refine.split` cuts it; "
-        "no files for crazyswarm2 are written."
-        for name, path in team.items()
-        if len(path) > PIECES
+def _with_parts(made: Plan, team: Mapping[str, Trajectory]) -> Plan:
+    """Return a plan with a note on flights that are uploaded in parts."""
+    laps = made.mission.spec.repeat
+    parts = {name: len(path.parts) for name, path in team.items() if path.cuts}
+    if not parts:
+        return made
+    name = max(parts, key=lambda each: len(team[each]))
+    path = team[name]
+    held, flown = made.mission.limits_of(name).pieces, len(path.flattened(laps))
+    again = f", the lap once for all {laps} laps" if path.cycle is not None and laps > 1 else ""
+    said = (
+        f"{name} flies {flown} pieces, and its vehicle holds {held}: the flight is uploaded in {parts[name]} parts{again}, one after another, "
+        "while all robots rest."
     )
-    return made.model_copy(update={"notes": tuple(dict.fromkeys((*made.notes, *said)))})
+    return made.model_copy(update={"notes": tuple(dict.fromkeys((*made.notes, said)))})
 
 
 def mended(refused: Refused) -> Draft:

@@ -6,7 +6,7 @@ heading; then the team's departures are chosen so that robots keep their distanc
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from numbers import Integral, Real
 from typing import get_args
 
@@ -15,12 +15,14 @@ import numpy as np
 from refine.coordination.team_flights import together
 from refine.feedback import feedback_of
 from refine.laps import team_laps
+from refine.parts import longer_than_held, team_in_parts
 from refine.single.values import Pace, RefinementOptions, RobotFlight, TooLong
+from refine.spline.parts import cuts_at_rests
 from refine.spline.rounding import quantise
 from refine.spline.values import Spline
 from verify.data import BadInput, DoesNotFit, Plan, Trajectory, Witness, check_plan
 from verify.data.progress import Progress, silent
-from verify.data.trajectory import HOVER, PIECES
+from verify.data.trajectory import HOVER
 
 _LONGEST = 86400.0
 """s, a day: the longest flight that a plan may ask for."""
@@ -34,7 +36,7 @@ def refine(
     progress: Progress | None = None,
     pace: Pace = "nominal",
     weight: float = 1000.0,
-    max_pieces: int = PIECES,
+    max_pieces: int | None = None,
     too_long: TooLong = "refuse",
 ) -> dict[str, Trajectory]:
     """Turn a plan into polynomials that keep its labels, its limits and the team's separation.
@@ -51,10 +53,11 @@ def refine(
             either, it is an error: no other pace is taken in its place. Where stretching the answer for rotor
             thrusts would cost more than 2 %, "blend" takes them into the programme and "time" gives snap more weight.
         weight: For "blend", m^2/s^8.
-        max_pieces: Pieces that the target holds for one robot. Points that only lead the way are left out, where straight legs
-            allow it, until a flight fits.
-        too_long: What becomes of a finite flight that still does not fit: "refuse" it, or let it "rest" at points so that
-            `split` can cut it into parts that fit. The rests cost time, and a lap is never cut.
+        max_pieces: Pieces that the target holds for one robot; None for what each robot's vehicle holds. Points that only lead the
+            way are left out, where straight legs allow it, until a flight fits.
+        too_long: What becomes of a flight that still does not fit: "refuse" it, or let it "rest" and cut it there into parts that fit
+            (`Trajectory.cuts`), a team's at rests that are common to all. The rests cost time. Laps rest where they begin and are
+            uploaded once.
 
     Returns:
         One flight for each robot, in the mission's order, in exact float32 values. For the compressed format, `flight.quantised`
@@ -64,28 +67,52 @@ def refine(
         BadInput: Something asked is no plan, no pace or no positive number, or the plan's numbers do not fit each other.
         Infeasible: A limit or a label cannot be kept; carries a witness.
         SolverTimeout: An engine's seconds ran out before its iterations.
-        DoesNotFit: A flight needs more than `max_pieces` pieces, and is not to rest.
+        DoesNotFit: A flight needs more than `max_pieces` pieces and is not to rest, or has nowhere to.
     """
     plan = _checked(plan, pace, weight, max_pieces, too_long)
-    witnesses = tuple(witnesses)
-    feedback = feedback_of(plan, witnesses)
-    tell, options = progress or silent, RefinementOptions(pace, weight, max_pieces, too_long)
-    if plan.mission.spec.trace == "infinite" and len(plan.robots) > 1:
+    most = None if max_pieces is None else int(max_pieces)
+    flights = _flights(plan, tuple(witnesses), RefinementOptions(pace, weight, most, too_long), progress or silent)
+    (progress or silent)("refined", 1.0)
+    return flights
+
+
+def _flights(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOptions, tell: Progress) -> dict[str, Trajectory]:
+    """Return one flight a robot, cut into parts where it is too long and may rest."""
+    laps = plan.mission.spec.trace == "infinite"
+    if laps and len(plan.robots) > 1:
         flights = team_laps(plan, witnesses, options, tell, together)
     else:
-        robots, starts = together(plan, feedback, options, tell)
-        tell("rounding to the vehicle's numbers", 0.95)
-        flights = {name: _assemble(robot, plan.mission.agents[name].yaw, starts[name]) for name, robot in robots.items()}
+        flights = _in_one(plan, witnesses, options, tell)
+    long = longer_than_held(plan.mission, flights, options)
+    if not long or any(path.cuts for path in flights.values()):
+        return flights
+    if options.too_long == "refuse":
+        raise _too_long(plan, long, options)
+    if laps:
+        return team_laps(plan, witnesses, options, tell, together)
+    if len(plan.robots) > 1:
+        counts = {name: len(path) for name, path in flights.items()}
+        return team_in_parts(plan, witnesses, options, tell, together, counts)
+    ((name, path),) = flights.items()
+    cuts = cuts_at_rests(path, options.held(plan.mission, name) or len(path))
+    return {name: Trajectory(path.durations, path.coefficients, cuts=cuts)}
+
+
+def _too_long(plan: Plan, long: Mapping[str, int], options: RefinementOptions) -> DoesNotFit:
+    name, flown = next(iter(long.items()))
     laps = plan.mission.spec.repeat
-    for name, flight in flights.items():
-        flown = len(flight.flattened(laps))
-        if flown > max_pieces and (too_long == "refuse" or flight.cycle is not None):
-            of = f" for {laps} laps" if flight.cycle is not None and laps > 1 else ""
-            raise DoesNotFit(
-                f"{name} needs {flown} pieces{of}; the target holds {max_pieces}. Let it rest (too_long='rest') and split it (`refine.split`), or stream it."
-            )
-    tell("refined", 1.0)
-    return flights
+    of = f" for {laps} laps" if plan.mission.spec.trace == "infinite" and laps > 1 else ""
+    return DoesNotFit(
+        f"{name} needs {flown} pieces{of}; the target holds {options.held(plan.mission, name)}. Let it rest (too_long='rest'), so that "
+        "it is uploaded in parts, or stream it."
+    )
+
+
+def _in_one(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOptions, tell: Progress) -> dict[str, Trajectory]:
+    """Return flights without parts."""
+    robots, starts = together(plan, feedback_of(plan, witnesses), options, tell)
+    tell("rounding to the vehicle's numbers", 0.95)
+    return {name: _assemble(robot, plan.mission.agents[name].yaw, starts[name]) for name, robot in robots.items()}
 
 
 def _checked(plan: object, pace: object, weight: object, max_pieces: object, too_long: object) -> Plan:
@@ -97,7 +124,7 @@ def _checked(plan: object, pace: object, weight: object, max_pieces: object, too
             raise BadInput(f"{name} is {value!r}; it must be one of {', '.join(map(repr, allowed))}.")
     if not isinstance(weight, Real) or not 0.0 < float(weight) < np.inf:
         raise BadInput(f"weight is {weight!r}; it must be a positive number, in m^2/s^8.")
-    if not isinstance(max_pieces, Integral) or int(max_pieces) < 2:
+    if max_pieces is not None and (not isinstance(max_pieces, Integral) or int(max_pieces) < 2):
         raise BadInput(
             f"max_pieces is {max_pieces!r}; it must be a whole number of at least 2, as every flight has two pieces."
         )

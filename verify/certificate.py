@@ -58,6 +58,7 @@ class Certificate:
         versions: Of the software that judged.
         timelines: For pictures; not part of the file or the digest.
         soft: What is said of each of the mission's soft parts; no claims, for the certificate holds without them.
+        cuts: For each robot whose flight is cut into parts, the pieces with which parts begin.
     """
 
     mission: Mission
@@ -74,6 +75,7 @@ class Certificate:
     versions: dict[str, str]
     timelines: dict[str, Timeline] = field(default_factory=dict)
     soft: tuple[SoftClaim, ...] = ()
+    cuts: dict[str, tuple[int, ...]] = field(default_factory=dict)
     format: int = CERTIFICATE_FORMAT
 
     @property
@@ -109,7 +111,8 @@ class Certificate:
             "mission": self.mission_digest,
             "plan": self.plan_digest,
             "trajectories": {
-                name: {"digest": digest, "cycle": self.cycles[name]} for name, digest in self.trajectories.items()
+                name: {"digest": digest, "cycle": self.cycles[name], **self._cut(name)}
+                for name, digest in self.trajectories.items()
             },
             "margin": self.margin,
             "largest_margin": self.largest_margin,
@@ -120,6 +123,9 @@ class Certificate:
             "versions": self.versions,
             **({"soft": [_soft_data(part) for part in self.soft]} if self.soft else {}),
         }
+
+    def _cut(self, name: str) -> dict[str, list[int]]:
+        return {"cuts": list(self.cuts[name])} if name in self.cuts else {}
 
 
 @cache

@@ -22,6 +22,7 @@ from verify.claims.distance_claims import rim_claims, separation_claims, workspa
 from verify.claims.evidence import Evidence
 from verify.claims.limit_claims import continuity_claims, endurance_claims, leg_claims, limit_claims
 from verify.claims.obstacle_claims import obstacle_claims
+from verify.claims.part_claims import part_claims
 from verify.claims.soft_claims import soft_claims
 from verify.claims.visit_claims import passage_claim, visit_claim
 from verify.data.errors import BadInput, NotCertified
@@ -115,6 +116,7 @@ def judge(
         plan_digest=plan.digest(),
         trajectories={name: team[name].digest() for name in evidence.paths.robots},
         cycles={name: team[name].cycle for name in evidence.paths.robots},
+        cuts={name: team[name].cuts for name in evidence.paths.robots if team[name].cuts},
         margin=float(asked),
         largest_margin=best,
         clock_error=float(clock_error),
@@ -163,7 +165,7 @@ class _Tube:
 
 
 def _margin_free_claims(evidence: Evidence) -> tuple[Claim, ...]:
-    return (*continuity_claims(evidence), *limit_claims(evidence), *endurance_claims(evidence))
+    return (*continuity_claims(evidence), *part_claims(evidence), *limit_claims(evidence), *endurance_claims(evidence))
 
 
 @dataclass(frozen=True, slots=True)

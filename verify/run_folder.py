@@ -107,7 +107,8 @@ def read_folder(folder: str | Path) -> tuple[Plan, dict[str, Trajectory]]:
     """Read a folder's plan (with its mission) and trajectories.
 
     Where the mission has a cycle its start is found as the first piece at which the last laps begin to repeat and that the path's
-    end joins smoothly; of a team, all robots at the same time.
+    end joins smoothly; of a team, all robots at the same time. Where the folder has a certificate of a flight in parts, they are cut
+    as it says.
 
     Raises:
         BadInput: A file is missing or unreadable, or no cycle can be found.
@@ -116,9 +117,29 @@ def read_folder(folder: str | Path) -> tuple[Plan, dict[str, Trajectory]]:
     mission = load_mission_file(folder / MISSION_FILE, installed=False, alone=True)
     plan = load_plan(folder / PLAN_FILE, mission)
     team = {name: load_csv(_csv(folder, name)) for name in mission.agents}
+    if (cut := _as_cut(folder, mission, team)) is not None:
+        return plan, cut
     if mission.spec.trace == "infinite":
         team = _with_found_cycles(folder, mission, team)
     return plan, team
+
+
+def _as_cut(folder: Path, mission: Mission, flown: Mapping[str, Trajectory]) -> dict[str, Trajectory] | None:
+    """Return flights in the parts that a certificate in their folder names, which the judge is to prove; None where it names none for them."""
+    if not (folder / CERTIFICATE_FILE).exists():
+        return None
+    written = read_certificate(folder / CERTIFICATE_FILE)["trajectories"]
+    if set(written) != set(flown) or not any(entry.get("cuts") for entry in written.values()):
+        return None
+    found: dict[str, Trajectory] = {}
+    for name, path in flown.items():
+        entry = written[name]
+        once = path if entry["cycle"] is None else _with_cycle(path, entry["cycle"], mission.spec.repeat)
+        cut = _with_cuts(once, entry.get("cuts", []))
+        if cut is None:
+            return None
+        found[name] = cut
+    return found
 
 
 def _with_found_cycles(folder: Path, mission: Mission, flown: Mapping[str, Trajectory]) -> dict[str, Trajectory]:
@@ -158,6 +179,7 @@ def _certified_team(folder: Path, mission: Mission, written: Mapping[str, Any]) 
         flown: Trajectory | None = load_csv(_csv(folder, name))
         if entry["cycle"] is not None:
             flown = _with_cycle(flown, entry["cycle"], mission.spec.repeat)
+        flown = _with_cuts(flown, entry.get("cuts", []))
         if flown is None or flown.digest() != entry["digest"]:  # of every piece that the file holds
             raise NotCertified(f"{_csv(folder, name)} was changed: it is not the trajectory that was certified.")
         team[name] = flown
@@ -176,6 +198,16 @@ def _with_cycle(flown: Trajectory, cycle: int, laps: int) -> Trajectory | None:
             return None
     end = cycle + length
     return Trajectory(flown.durations[:end], flown.coefficients[:end], cycle=cycle)
+
+
+def _with_cuts(flown: Trajectory | None, cuts: list[int]) -> Trajectory | None:
+    """Return a flight in parts; None where it cannot be cut so."""
+    if flown is None or not cuts:
+        return flown
+    try:
+        return Trajectory(flown.durations, flown.coefficients, cycle=flown.cycle, cuts=cuts)
+    except BadInput:
+        return None
 
 
 def _possible_cycles(flown: Trajectory, laps: int) -> Iterator[Trajectory]:
@@ -247,14 +279,16 @@ def _is_text(value: Any) -> bool:
 def _are_trajectories(value: Any) -> bool:
     return isinstance(value, dict) and all(
         isinstance(entry, dict)
-        and set(entry) == {"digest", "cycle"}
+        and {"digest", "cycle"} <= set(entry) <= {"digest", "cycle", "cuts"}
         and _is_text(entry["digest"])
-        and (
-            entry["cycle"] is None
-            or (isinstance(entry["cycle"], int) and not isinstance(entry["cycle"], bool) and entry["cycle"] >= 0)
-        )
+        and (entry["cycle"] is None or _is_index(entry["cycle"]))
+        and ("cuts" not in entry or (isinstance(entry["cuts"], list) and all(map(_is_index, entry["cuts"]))))
         for entry in value.values()
     )
+
+
+def _is_index(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
 
 
 def _is_list_of_objects(value: Any) -> bool:
@@ -278,7 +312,7 @@ def _are_versions(value: Any) -> bool:
 _SHAPE = (
     ("mission", _is_text, "a digest"),
     ("plan", _is_text, "a digest"),
-    ("trajectories", _are_trajectories, "an object of digest and cycle for each robot"),
+    ("trajectories", _are_trajectories, "an object of digest, cycle and cuts for each robot"),
     ("margin", _is_number, "a number, at least 0"),
     ("largest_margin", lambda v: v is None or _is_number(v), "a number, at least 0, or null"),
     ("clock_error", _is_number, "a number, at least 0"),

@@ -6,9 +6,7 @@ from collections.abc import Iterable
 
 from flight.exports.target import Request
 from verify.data import DoesNotFit, Mission, Trajectory
-
-MOST_KILOGRAMS = 0.1
-"""More than any Crazyflie can lift."""
+from verify.data.vehicle import LIGHT
 
 
 def require_crazyflie(request: Request) -> None:
@@ -35,7 +33,7 @@ def crazyflies(mission: Mission, robots: Iterable[str]) -> tuple[str, ...]:
         mission: Says what they fly.
         robots: Their names.
     """
-    return tuple(name for name in robots if mission.vehicle_of(name).mass <= MOST_KILOGRAMS)
+    return tuple(name for name in robots if mission.vehicle_of(name).mass <= LIGHT)
 
 
 def require_float32(name: str, path: Trajectory) -> None:

@@ -135,7 +135,8 @@ def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: 
     if not feedback.precedences and options.pace == "nominal":  # no other pace is taken for the one that was asked for
         tell("letting robots wait on the way", 0.9)
         resting = _resting(replace(problem, options=replace(options, rests=True)))
-        most = options.max_pieces if options.too_long == "refuse" else None
+        held = [options.held(plan.mission, name) for name in plan.robots] if options.too_long == "refuse" else []
+        most = min((pieces for pieces in held if pieces is not None), default=None)
         waiting = schedule_safe_intervals(plan, resting, spacing, most)
         if waiting is not None:
             return waiting

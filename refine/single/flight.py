@@ -18,7 +18,7 @@ from refine.single.values import NOWHERE, Problem, RobotFlight, Task
 from refine.single.visits_shown import showing_visits
 from refine.spline.values import Spline
 from verify.data import Infeasible
-from verify.data.trajectory import HOVER
+from verify.data.trajectory import HOVER, PIECES
 
 Floats = NDArray[np.float64]
 
@@ -60,7 +60,8 @@ def _moving(problem: Problem, name: str, limits: Limits, extra: tuple[Ball, ...]
     mission, robot, options = problem.plan.mission.seen_by(name), problem.plan.robots[name], problem.options
     more = problem.feedback.clearance.get(name, 0.0)
     corridor = corridor_of(mission, name, robot, clearance=CLEARANCE + more, extra=extra)
-    corridor = thinned(corridor, options.max_pieces - 1, mission.spec.repeat)
+    most = options.held(problem.plan.mission, name)
+    corridor = thinned(corridor, (most or PIECES) - 1, mission.spec.repeat)
     hovering = corridor.cycle is not None and corridor.cycle == len(corridor)
     if hovering:
         corridor = replace(corridor, cycle=None)
@@ -69,8 +70,8 @@ def _moving(problem: Problem, name: str, limits: Limits, extra: tuple[Ball, ...]
     stays = {visit: mission.all_regions[robot.visits[visit - 1].region] if visit else None for visit in held}
     corridor, halts = with_rests(corridor, mission, rests.union(stays), stays)
     rest = frozenset(halts.values())
-    if options.too_long == "rest" and corridor.cycle is None and len(corridor) >= options.max_pieces:
-        rest |= frozenset(range(options.max_pieces - 1, len(corridor), options.max_pieces - 1))
+    if options.too_long == "rest" and corridor.cycle is None and most is not None and len(corridor) >= most:
+        rest |= frozenset(range(most - 1, len(corridor), most - 1))
     if options.rests and corridor.cycle is None:
         rest = frozenset(range(len(corridor) + 1))
     task = Task(mission, name, robot, corridor, limits, more, options)

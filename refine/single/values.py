@@ -28,7 +28,7 @@ class RefinementOptions:
     Attributes:
         pace: The plan's own times, the shortest ones, or a blend.
         weight: Of time in a blend, m^2/s^8.
-        max_pieces: Pieces that the target holds for one robot.
+        max_pieces: Pieces that the target holds for one robot; None for what each robot's vehicle holds.
         too_long: What becomes of a finite flight of more pieces.
         even: Whether other shares of a flight's time are tried where the plan's own would slow it much.
         rests: Whether the flight rests at every point.
@@ -37,11 +37,20 @@ class RefinementOptions:
 
     pace: Pace
     weight: float
-    max_pieces: int
+    max_pieces: int | None
     too_long: TooLong = "refuse"
     even: bool = True
     rests: bool = False
     closes: bool = False
+
+    def held(self, mission: Mission, name: str) -> int | None:
+        """Return the pieces that a robot's flight may have; None for any number.
+
+        Args:
+            mission: Says what vehicles hold.
+            name: The robot's.
+        """
+        return mission.limits_of(name).pieces if self.max_pieces is None else self.max_pieces
 
 
 @dataclass(frozen=True, eq=False, slots=True)

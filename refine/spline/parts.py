@@ -44,8 +44,24 @@ def split(trajectory: Trajectory, max_pieces: int = PIECES) -> tuple[Trajectory,
         raise BadInput("a lasso has no end to be split at; flatten it to a number of laps first.")
     if max_pieces < 2:
         raise BadInput(f"max_pieces must be at least 2, not {max_pieces}.")
-    if len(trajectory) <= max_pieces:
+    cuts = cuts_at_rests(trajectory, max_pieces)
+    if not cuts:
         return (trajectory,)
+    return tuple(_part(trajectory, begin, end) for begin, end in itertools.pairwise((0, *cuts, len(trajectory))))
+
+
+def cuts_at_rests(trajectory: Trajectory, max_pieces: int) -> tuple[int, ...]:
+    """Return the pieces with which parts begin, so that each fits; none where the flight fits whole.
+
+    Args:
+        trajectory: A finite flight.
+        max_pieces: Pieces that the target holds for one robot, at least 2.
+
+    Raises:
+        DoesNotFit: Some stretch without a rest is longer.
+    """
+    if len(trajectory) <= max_pieces:
+        return ()
     joints = [*rests(trajectory), len(trajectory)]
     cuts = [0]
     while cuts[-1] < len(trajectory):
@@ -53,7 +69,7 @@ def split(trajectory: Trajectory, max_pieces: int = PIECES) -> tuple[Trajectory,
         if not within:
             raise _without_rest(trajectory, joints, cuts, max_pieces)
         cuts.append(within[-1])
-    return tuple(_part(trajectory, begin, end) for begin, end in itertools.pairwise(cuts))
+    return tuple(cuts[1:-1])
 
 
 def rests(trajectory: Trajectory) -> tuple[int, ...]:

@@ -15,7 +15,7 @@ class Claim:
     """One part of a certificate.
 
     Attributes:
-        name: "formula", "transitions", "visits", "passages", "rims", "obstacles", "workspace", "separation", "continuity" or
+        name: "formula", "transitions", "visits", "passages", "rims", "obstacles", "workspace", "separation", "continuity", "parts" or
             "limits." and the limit's name.
         outcome: Only "holds" is proved; "fails" is refuted; "undecided" is neither.
         sentence: One sentence for a person.

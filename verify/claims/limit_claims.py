@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from verify.claims.claim import Claim, Outcome, claim_of
 from verify.claims.evidence import Evidence
+from verify.claims.part_claims import PAUSE, pauses
 from verify.data.vehicle import CLIMB_AND_LANDING
 from verify.motion.leg_windows import ways
 from verify.motion.limits import UNITS, Extreme, leg_extremes
@@ -30,6 +31,8 @@ def endurance_claims(evidence: Evidence) -> Iterable[Claim]:
         cycle, flown = paths.trajectories[index].cycle, paths.end
         if cycle is not None:
             flown += (mission.spec.repeat - 1) * (paths.end - paths.knots[index][cycle])
+        paused = max(pauses(trajectory, mission.spec.repeat) for trajectory in paths.trajectories)
+        flown += paused * Fraction(PAUSE)
         total = flown + Fraction(CLIMB_AND_LANDING)
         verdict: Outcome = "holds" if total <= Fraction(limit) else "fails"
         bound = float(total)
@@ -37,12 +40,16 @@ def endurance_claims(evidence: Evidence) -> Iterable[Claim]:
             bound = math.nextafter(bound, math.inf)
         sentence = (
             f"{robot} is in the air for {bound:.5g} s, {CLIMB_AND_LANDING:g} s of them for climb, the way to the start and landing; "
-            f"its endurance is {limit:.5g} s."
+            f"its endurance is {limit:.5g} s.{_paused(paused)}"
         )
         yield claim_of(
             "limits.endurance", verdict, sentence, robot=robot, unit="s", bound=bound, limit=limit, margin=limit - bound,
             time=float(flown),
         )  # fmt: skip
+
+
+def _paused(count: int) -> str:
+    return f" {count} pauses between parts count {PAUSE:g} s each: whoever pauses for longer lands." if count else ""
 
 
 def leg_claims(evidence: Evidence, matchings: Mapping[str, Matching]) -> Iterable[Claim]:

@@ -14,7 +14,7 @@ from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
 from verify.data.shapes.inequalities import Point
 from verify.data.value import Value
-from verify.data.vehicle import NamedVehicle, NotNegative, Number, Positive, Vehicle
+from verify.data.vehicle import Held, NamedVehicle, NotNegative, Number, Positive, Vehicle
 
 ChoiceName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]{0,99}$")]
 """Name of something that another package may bring: which there are is known by `verify.data.choices`."""
@@ -151,6 +151,7 @@ class Limits(Value):
     body_rate_deg: Positive | None = Field(default=None, description="deg/s, roll and pitch together")
     yaw_rate_deg: Positive | None = Field(default=None, description="deg/s, about the body's z")
     endurance: Positive | None = Field(default=None, description="s, from take-off to touchdown")
+    pieces: Held | None = Field(default=None, description="pieces of a flight that are held at once")
     legs: dict[str, LegLimits] = Field(default_factory=dict, description="region: limits on the way there")
 
 
@@ -234,6 +235,7 @@ class EffectiveLimits(Value):
     body_rate: float
     yaw_rate: float
     endurance: float | None = None
+    pieces: int | None = None
 
 
 def limits_under(vehicle: Vehicle, asked: Limits) -> EffectiveLimits:
@@ -258,6 +260,7 @@ def limits_under(vehicle: Vehicle, asked: Limits) -> EffectiveLimits:
         body_rate=math.radians(tighter(vehicle.body_rate_deg, asked.body_rate_deg)),
         yaw_rate=math.radians(tighter(vehicle.yaw_rate_deg, asked.yaw_rate_deg)),
         endurance=_least((vehicle.endurance, asked.endurance)),
+        pieces=min((most for most in (vehicle.held, asked.pieces) if most is not None), default=None),
     )
 
 
@@ -280,6 +283,7 @@ def both_limits(one: Limits, other: Limits) -> Limits:
     return Limits(
         **{name: _least((getattr(one, name), getattr(other, name))) for name in upper},
         thrust_min=max(least, default=None),
+        pieces=min((each.pieces for each in (one, other) if each.pieces is not None), default=None),
         legs=legs,
     )
 

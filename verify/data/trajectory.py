@@ -8,7 +8,8 @@ after its last piece the robot hovers where the polynomial ended.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+import itertools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Integral
@@ -39,17 +40,22 @@ class Trajectory:
         coefficients: x, y, z in m and yaw in rad; ascending powers of local time. Shape (pieces, 4, 8),
             read-only float64.
         cycle: Index of the first piece of the part that repeats for ever, or None for a finite flight.
+        cuts: Index of each piece with which a new part begins, increasing: parts are uploaded one after another, while the robot
+            rests. Empty for a flight that is uploaded whole. Where laps are, the lap begins with a part, and so each lap does.
 
     Raises:
-        BadInput: Shapes do not fit, a number is not finite, a duration is not positive, or there are no
-            pieces or more than 4096 of them.
+        BadInput: Shapes do not fit, a number is not finite, a duration is not positive, there are no
+            pieces or more than 4096 of them, or the cuts are not in order or not at pieces.
     """
 
     durations: Floats
     coefficients: Floats
     cycle: int | None = None
+    cuts: tuple[int, ...] = ()
 
-    def __init__(self, durations: ArrayLike, coefficients: ArrayLike, *, cycle: int | None = None) -> None:
+    def __init__(
+        self, durations: ArrayLike, coefficients: ArrayLike, *, cycle: int | None = None, cuts: Sequence[int] = ()
+    ) -> None:
         times, values = _frozen(durations, "durations"), _frozen(coefficients, "coefficients")
         if times.ndim != 1 or len(times) == 0:
             raise BadInput(f"durations must have shape (pieces,) with at least one piece, not {times.shape}.")
@@ -67,6 +73,7 @@ class Trajectory:
         object.__setattr__(self, "durations", times)
         object.__setattr__(self, "coefficients", values)
         object.__setattr__(self, "cycle", None if cycle is None else int(cycle))
+        object.__setattr__(self, "cuts", _cuts(cuts, len(times), self.cycle))
 
     def __len__(self) -> int:
         return len(self.durations)
@@ -93,8 +100,10 @@ class Trajectory:
         return all(np.array_equal(a.astype(np.float32).astype(np.float64), a) for a in (self.durations, self.coefficients))
 
     def digest(self) -> str:
-        """Return the SHA-256 of the exact numbers (and of where the cycle starts), in hexadecimal."""
+        """Return the SHA-256 of the exact numbers (and of where the cycle and parts start), in hexadecimal."""
         hasher = hashlib.sha256(b"trajectory-1 %d " % (-1 if self.cycle is None else self.cycle))
+        if self.cuts:
+            hasher.update(b"cuts %s " % ",".join(map(str, self.cuts)).encode())
         hasher.update(self.durations.astype("<f8").tobytes())
         hasher.update(self.coefficients.astype("<f8").tobytes())
         return hasher.hexdigest()
@@ -152,7 +161,30 @@ class Trajectory:
         if self.cycle is None:
             return self
         index = np.concatenate([np.arange(self.cycle), np.tile(np.arange(self.cycle, len(self)), laps)])
-        return Trajectory(self.durations[index], self.coefficients[index])
+        length = len(self) - self.cycle
+        cuts = [cut for cut in self.cuts if cut < self.cycle]
+        cuts += [cut + lap * length for lap in range(laps) for cut in self.cuts if cut >= self.cycle]
+        return Trajectory(self.durations[index], self.coefficients[index], cuts=[cut for cut in cuts if cut > 0])
+
+    @property
+    def parts(self) -> tuple[tuple[int, int], ...]:
+        """First piece of each part and the one behind its last, in order; of laps, prefix and one lap. One where nothing is cut."""
+        return tuple(itertools.pairwise(sorted({0, *self.cuts, len(self)})))
+
+    def flown_parts(self, laps: int) -> tuple[int, ...]:
+        """Return the index in `parts` of what is flown, in order: the prefix, and a number of laps."""
+        parts = self.parts
+        first = next((i for i, (begin, _) in enumerate(parts) if begin == self.cycle), len(parts))
+        return (*range(first), *(tuple(range(first, len(parts))) * laps))
+
+    def part(self, begin: int, end: int) -> Trajectory:
+        """Return some of the pieces as a finite flight.
+
+        Args:
+            begin: Its first piece.
+            end: The piece behind its last.
+        """
+        return Trajectory(self.durations[begin:end], self.coefficients[begin:end])
 
 
 def check_trajectories(team: Mapping[str, Trajectory]) -> dict[str, Trajectory]:
@@ -168,12 +200,34 @@ def check_trajectories(team: Mapping[str, Trajectory]) -> dict[str, Trajectory]:
         if not isinstance(trajectory, Trajectory):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
             raise BadInput(f"{name} must be given a Trajectory, not {type(trajectory).__name__}.")
         try:
-            checked[name] = Trajectory(trajectory.durations, trajectory.coefficients, cycle=trajectory.cycle)
+            numbers = trajectory.durations, trajectory.coefficients
+            checked[name] = Trajectory(*numbers, cycle=trajectory.cycle, cuts=trajectory.cuts)
         except AttributeError:
             raise BadInput(f"{name}: its Trajectory has no numbers; it was never made.") from None
         except BadInput as error:
             raise BadInput(f"{name}: {error}") from None
     return checked
+
+
+def _cuts(cuts: Sequence[int], pieces: int, cycle: int | None) -> tuple[int, ...]:
+    """Return cuts as a tuple of ints.
+
+    Raises:
+        BadInput: They are not, or not in order, or not at pieces, or a lap does not begin with one of them.
+    """
+    given = list(cuts)
+    if any(isinstance(cut, bool) or not isinstance(cut, Integral) for cut in given):
+        raise BadInput(f"cuts must be indices of pieces, not {str(given)[:60]}.")
+    least = 0 if cycle == 0 else 1
+    if any(b <= a for a, b in itertools.pairwise(given)) or (given and not least <= given[0] <= given[-1] < pieces):
+        raise BadInput(
+            f"cuts must be indices of pieces from {least} to {pieces - 1}, each greater than the one before, not {str(given)[:60]}."
+        )
+    if given and cycle is not None and cycle not in given:
+        raise BadInput(
+            f"the lap begins with piece {cycle}, and so does a part of a flight that is cut; cuts are {str(given)[:60]}."
+        )
+    return tuple(int(cut) for cut in given)
 
 
 def _frozen(values: ArrayLike, name: str) -> Floats:

@@ -15,6 +15,7 @@ from pydantic import BeforeValidator, Field, Strict, model_validator
 from ruamel.yaml import YAML
 
 from verify.data.errors import BadInput, did_you_mean
+from verify.data.trajectory import MAX_PIECES, PIECES
 from verify.data.value import Value
 
 GRAVITY = 9.80665
@@ -24,6 +25,10 @@ Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 Positive = Annotated[float, Strict(), Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Strict(), Field(ge=0, allow_inf_nan=False)]
 
+Held = Annotated[int, Strict(), Field(ge=2, le=MAX_PIECES)]
+
+LIGHT = 0.1
+"""kg; more than any Crazyflie can lift. What is lighter has a Crazyflie's memory where its profile says nothing, what is heavier is streamed to."""
 CLIMB_AND_LANDING = 11.0
 """s that a vehicle's endurance counts beside the flight: 7.5 to climb and to fly to the start, 3.5 to land."""
 
@@ -47,6 +52,9 @@ class Vehicle(Value):
     body_rate_deg: Positive = Field(description="deg/s, norm of the roll and pitch rates together")
     yaw_rate_deg: Positive = Field(description="deg/s, rate about the body's z axis")
     endurance: Positive | None = Field(default=None, description="s that it can fly, from take-off to touchdown")
+    pieces: Held | None = Field(
+        default=None, description="pieces of a flight that its memory holds at once; by its mass where left out"
+    )
 
     @property
     def tilt(self) -> float:
@@ -62,6 +70,11 @@ class Vehicle(Value):
     def yaw_rate(self) -> float:
         """Greatest rate about the body's z axis in rad/s."""
         return math.radians(self.yaw_rate_deg)
+
+    @property
+    def held(self) -> int | None:
+        """Pieces of a flight that it holds at once; None for any number."""
+        return self.pieces or (PIECES if self.mass <= LIGHT else None)
 
     @property
     def weight(self) -> float:

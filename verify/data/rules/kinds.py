@@ -123,9 +123,10 @@ def limit_faults(values: Mapping[str, Any]) -> Iterator[Finding]:  # of any type
 
 
 def _loose(limits: Limits, vehicles: list[Vehicle], keys: KeyPath) -> Iterator[Finding]:
-    for name in ("speed", "acceleration", "thrust_max", "tilt_deg", "body_rate_deg", "yaw_rate_deg", "endurance"):
+    for name in ("speed", "acceleration", "thrust_max", "tilt_deg", "body_rate_deg", "yaw_rate_deg", "endurance", "pieces"):
         asked = getattr(limits, name)
-        bounds = [(float("inf") if (own := getattr(v, name)) is None else own, v.name) for v in vehicles]
+        owns = [(v.held if name == "pieces" else getattr(v, name), v.name) for v in vehicles]
+        bounds = [(float("inf") if own is None else own, whose) for own, whose in owns]
         most, whose = max(bounds)
         if asked is not None and asked > most:
             yield (*keys, name), f"{asked:g} is above the vehicle's own {most:g} ({whose}); limits only tighten."
