@@ -22,6 +22,7 @@ from verify.claims.distance_claims import rim_claims, separation_claims, workspa
 from verify.claims.evidence import Evidence
 from verify.claims.limit_claims import continuity_claims, endurance_claims, leg_claims, limit_claims
 from verify.claims.obstacle_claims import obstacle_claims
+from verify.claims.order_claims import ordered_claims, precedence_claims
 from verify.claims.part_claims import part_claims
 from verify.claims.soft_claims import soft_claims
 from verify.claims.visit_claims import passage_claim, visit_claim
@@ -165,7 +166,13 @@ class _Tube:
 
 
 def _margin_free_claims(evidence: Evidence) -> tuple[Claim, ...]:
-    return (*continuity_claims(evidence), *part_claims(evidence), *limit_claims(evidence), *endurance_claims(evidence))
+    return (
+        *continuity_claims(evidence),
+        *part_claims(evidence),
+        *limit_claims(evidence),
+        *endurance_claims(evidence),
+        *ordered_claims(evidence.plan),
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,6 +227,7 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
         *(_word_claim(verdict, plan, found.matchings) for verdict in words),
         *found.visits,
         *found.passages,
+        *precedence_claims(plan, found.matchings, found.timelines, clock_error),
         *_claims_of_paths(evidence, found, margin, clock_error),
     )
     return _Tube(claims, found.timelines)
@@ -237,7 +245,12 @@ def _holds_at(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> bo
     """Tell whether all claims that depend on the margin hold; those about words, which take longest, are asked last."""
     mission = evidence.plan.mission
     found = _read(evidence, margin)
-    claims = itertools.chain(found.visits, found.passages, _claims_of_paths(evidence, found, margin, clock_error))
+    claims = itertools.chain(
+        found.visits,
+        found.passages,
+        precedence_claims(evidence.plan, found.matchings, found.timelines, clock_error),
+        _claims_of_paths(evidence, found, margin, clock_error),
+    )
     return (
         all(claim.outcome == "holds" for claim in claims)
         and all(judge_transitions(mission, found.timelines, evidence.relations))

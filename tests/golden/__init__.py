@@ -31,6 +31,9 @@ from verify.data import LtlplanError, Mission, Word, mission_to_yaml
 
 RESULTS = Path(__file__).parent / "results.json"
 
+LATER = ("ordered", "precedences")
+"""Claims that certificates did not make when the results were written."""
+
 CHANGED: dict[str, str] = {}
 """Cases whose results differ from the golden ones, each with its reason."""
 
@@ -84,7 +87,7 @@ def result(case: str) -> dict[str, Any]:
     return {
         "words": {name: _letters(word) for name, word in made.words.items()},
         "cost": made.cost,
-        "claims": [[claim.name, claim.robot, claim.outcome] for claim in certificate.claims],
+        "claims": [[claim.name, claim.robot, claim.outcome] for claim in certificate.claims if claim.name not in LATER],
         "trajectories": {
             name: hashlib.sha256(flown.durations.tobytes() + flown.coefficients.tobytes()).hexdigest()[:16]
             for name, flown in team.items()

@@ -15,8 +15,8 @@ class Claim:
     """One part of a certificate.
 
     Attributes:
-        name: "formula", "transitions", "visits", "passages", "rims", "obstacles", "workspace", "separation", "continuity", "parts" or
-            "limits." and the limit's name.
+        name: "formula", "transitions", "visits", "passages", "ordered", "precedences", "rims", "obstacles", "workspace",
+            "separation", "continuity", "parts" or "limits." and the limit's name.
         outcome: Only "holds" is proved; "fails" is refuted; "undecided" is neither.
         sentence: One sentence for a person.
         robot: The robot concerned; None for the team.

@@ -140,6 +140,11 @@ class Meeting(Value):
     first: tuple[str, int]
     then: tuple[str, int]
 
+    def sentence(self, robots: Mapping[str, RobotPlan]) -> str:
+        """Return the meeting in words, such as "quad1 sets out for b only when quad0 has entered a"."""
+        what, where = _place(robots, *self.first), _place(robots, *self.then)
+        return f"{self.then[0]} sets out for {where} only when {self.first[0]} has entered {what}"
+
 
 class Plan(Value):
     """The planner's whole answer; carries its mission.

@@ -6,6 +6,7 @@ An event is a robot's coming to a letter of its word. What is not ordered happen
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 
 from verify.behaviour.team_graph import MAX_TOGETHER, Observation, Step
@@ -81,8 +82,16 @@ class OrderedTogether(_Ordered):
     def __init__(self, words: Sequence[Sequence[Letter]], before: Before, together: Together | None = None) -> None:
         super().__init__(words, before)
         self.together = together
+        self.alike = alike_robots(self.words, before)
+        self._read: dict[tuple[int, ...], Observation] = {}
 
     def _observation(self, nodes: tuple[int, ...]) -> Observation:
+        known = self._read.get(nodes)
+        if known is None:
+            known = self._read[nodes] = self._reading(nodes)
+        return known
+
+    def _reading(self, nodes: tuple[int, ...]) -> Observation:
         letters = [word[node] for word, node in zip(self.words, nodes, strict=True)]
         if self.together is not None:
             return Observation(None, self.together((letter, 1) for letter in letters), nodes)
@@ -94,16 +103,31 @@ class OrderedTogether(_Ordered):
         yield self._observation(nodes), nodes
 
     def steps(self, state: tuple[int, ...]) -> Iterator[Step]:
-        """Read again, or let robots go on together, each by one letter.
+        """Read again, or let robots go on together, each by one letter; of those that are alike and at one letter it matters how many.
 
         Raises:
-            OutOfBudget: More robots than `MAX_TOGETHER` may change their letters at one instant.
+            OutOfBudget: More robots than `MAX_TOGETHER` may change their letters at one instant, or so many kinds of them.
         """
-        options = [(node, node + 1) if self.ready(state, robot) else (node,) for robot, node in enumerate(state)]
-        if sum(len(choices) > 1 for choices in options) > MAX_TOGETHER:
+        options = [list(self._further(alike, state)) for alike in self.alike]
+        if math.prod(map(len, options)) > 2**MAX_TOGETHER:
             raise OutOfBudget(f"more than {MAX_TOGETHER} robots can change their letters at one instant")
-        for nodes in itertools.product(*options):
-            yield self._observation(nodes), nodes
+        for chosen in itertools.product(*options):
+            nodes = list(state)
+            for alike, places in zip(self.alike, chosen, strict=True):
+                for robot, node in zip(alike, places, strict=True):
+                    nodes[robot] = node
+            after = tuple(nodes)
+            yield self._observation(after), after
+
+    def _further(self, alike: Sequence[int], state: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
+        """Yield where robots that are alike may be next, in order of their letters: so the same robots are further on all the time."""
+        groups: list[list[tuple[int, ...]]] = []
+        for node, at_it in itertools.groupby(alike, key=lambda robot: state[robot]):
+            robots = list(at_it)
+            going = len(robots) if self.ready(state, robots[0]) else 0
+            groups.append([(*(node,) * (len(robots) - more), *(node + 1,) * more) for more in range(going + 1)])
+        for places in itertools.product(*groups):
+            yield tuple(sorted(itertools.chain(*places)))
 
     def is_final(self, state: tuple[int, ...]) -> bool:
         """Tell whether all hold their last letters."""
@@ -112,3 +136,31 @@ class OrderedTogether(_Ordered):
     def stronger(self, state: Hashable) -> tuple[Hashable, int]:
         """No state can do more than another."""
         return state, 0
+
+
+def alike_robots(words: Sequence[Sequence[Letter]], before: Before) -> list[list[int]]:
+    """Return robots in groups whose members can change places: they give the same word, and wait and are waited for alike.
+
+    Args:
+        words: Each robot's letters.
+        before: What each event waits for.
+    """
+    pairs = {(first, then) for then, events in before.items() for first in events}
+    of_robot: list[set[tuple[Event, Event]]] = [set() for _ in words]
+    for pair in pairs:
+        for robot, _ in pair:
+            of_robot[robot].add(pair)
+
+    def alike(a: int, b: int) -> bool:
+        change = {a: b, b: a}
+        return all(((change.get(r, r), i), (change.get(s, s), j)) in pairs for (r, i), (s, j) in of_robot[a] | of_robot[b])
+
+    groups: list[list[int]] = []
+    for robot, word in enumerate(words):
+        same = (group for group in groups if tuple(words[group[0]]) == tuple(word) and alike(group[0], robot))
+        found = next(same, None)
+        if found is None:
+            groups.append([robot])
+        else:
+            found.append(robot)
+    return groups

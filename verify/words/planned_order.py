@@ -69,7 +69,7 @@ def _due(visits: tuple[_Visit, ...], number: int, wait: Precedence | Meeting) ->
         return (visit.first if before is None else min(visit.first, before)) or None
     if wait.due == "leaves":
         return visit.after
-    return (visit.first if wait.due == "enters" else min(visit.acts, default=visit.first)) or None
+    return (visit.first if wait.due == "enters" else min(visit.acts, default=0)) or None
 
 
 def _visits(plan: Plan, name: str, robot: RobotPlan) -> tuple[_Visit, ...] | None:

@@ -7,6 +7,7 @@ course does what is asked. A robot sets out for a move of the next stage when al
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -136,12 +137,14 @@ def _depth(progress: tuple[tuple[int, ...], ...]) -> int:
 
 
 def _further(progress: tuple[tuple[int, ...], ...]) -> Iterator[tuple[tuple[int, ...], ...]]:
-    """Yield what can follow when some robots that do the same, one at least, go on by one letter at one instant."""
-    for kind, counts in enumerate(progress):
-        for place, count in enumerate(counts[:-1]):
-            for moving in range(1, count + 1):
-                after = (*counts[:place], count - moving, counts[place + 1] + moving, *counts[place + 2 :])
-                yield (*progress[:kind], after, *progress[kind + 1 :])
+    """Yield what can follow when some robots, one at least, go on by one letter at one instant."""
+    yield from itertools.islice(itertools.product(*map(_moved, progress)), 1, None)  # the first one is that nobody does
+
+
+def _moved(counts: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
+    """Yield what can follow for robots that do the same, how many of which are at each of their letters; at first that nobody goes on."""
+    for going in itertools.product(*(range(count + 1) for count in counts[:-1])):
+        yield tuple(count - out + new for count, out, new in zip(counts, (*going, 0), (0, *going), strict=True))
 
 
 def _total(held: Sequence[Sums]) -> Sums:

@@ -98,3 +98,29 @@ def test_many_linearisations_agree_with_words_that_are_written_out() -> None:
 def test_a_formula_may_ask_for_the_next_letter() -> None:
     words = {"quad0": word(", a, a"), "quad1": word("b")}
     assert check_ordered(parse_formula("F(a & X a)"), words, [], "joint").outcome == "holds"
+
+
+def _alike(seed: int, cases: int) -> None:
+    rng = Random(seed)
+    letters = [frozenset[str](), frozenset("a"), frozenset("b"), frozenset("ab")]
+    for _ in range(cases):
+        one = tuple(rng.choice(letters) for _ in range(rng.randint(2, 3)))
+        words = {"quad0": one, "quad1": one, "quad2": tuple(rng.choice(letters) for _ in range(rng.randint(1, 2)))}
+        events = events_of(words)
+        pairs = {(e, f) for e in events for f in events if e[0] != f[0] and e[1] <= f[1] and rng.random() < 0.15}
+        change = {"quad0": "quad1", "quad1": "quad0", "quad2": "quad2"}
+        if rng.random() < 0.7:  # else robots that only look alike
+            pairs |= {((change[r], i), (change[s], j)) for (r, i), (s, j) in pairs}
+        formula = random_formula(rng, rng.randint(2, 6))
+        verdict = check_ordered(formula, words, sorted(pairs), "joint")
+        found = broken(formula, words, sorted(pairs), "joint", 9)
+        assert (verdict.outcome == "fails") == (found is not None or "circle" in verdict.sentence), (str(formula), words, pairs)
+
+
+def test_robots_that_are_alike_are_followed_as_how_many() -> None:
+    _alike(0, 150)
+
+
+@pytest.mark.slow
+def test_many_robots_that_are_alike_are_followed_as_how_many() -> None:
+    _alike(1, 4000)
