@@ -1,7 +1,7 @@
 """Simulate certified flights, watch them, compare them with recordings, and export them to real vehicles.
 
 `flights` flies once and `campaigns` many times (in `batches`), both in `conditions` (wind, sensors, model, controller) and by
-`closed_loop`, which lets `control` steer what `model` moves. `monitoring` judges while flying, `logs` keeps what happened,
+`closed_loop`, which lets `control` steer what `model` moves (`on_board` for what vehicles carry; `setup` and `draws` are common to both). `monitoring` judges while flying, `logs` keeps what happened,
 `comparison` holds it against a certificate, `exports` writes for real vehicles, and `pictures` draws (over `shapes`). `certified` is
 asked at every door; `processes` shares work.
 """

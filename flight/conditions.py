@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypedDict, Unpack
+from typing import Literal, TypedDict, Unpack, get_args
 
 from flight.control.controller import CONTROLLERS, Controller
+from flight.control.on_board import OnBoardController
 from flight.model.airframe import Airframe
 from flight.model.disturbances import Wind
+from flight.model.full import FullModel
 from flight.model.plant import AIRFRAME_MODELS, AirframeModel
 from flight.model.sensing import MotionCapture
 from verify.data import BadInput
+from verify.data.errors import did_you_mean
+
+Estimator = Literal["ekf", "kalman"]
+"""Who makes a state of what motion capture sees: common firmware's filter on board, or one on the ground, driven by the thrusts."""
+ESTIMATORS: tuple[Estimator, ...] = get_args(Estimator)
 
 
 class ConditionKeywords(TypedDict, total=False):
@@ -21,6 +28,7 @@ class ConditionKeywords(TypedDict, total=False):
     model: AirframeModel | str
     controller: Controller | str
     airframe: Airframe | None
+    estimator: Estimator | None
 
 
 @dataclass(frozen=True, init=False)
@@ -33,6 +41,7 @@ class Conditions:
         model: How the airframe flies.
         controller: Who follows the plan.
         airframe: Lag, drag and gains; None for the vehicle's own.
+        estimator: Who makes a state of what motion capture sees; None where all know the truth.
     """
 
     wind: Wind | None
@@ -40,6 +49,7 @@ class Conditions:
     model: AirframeModel
     controller: Controller
     airframe: Airframe | None
+    estimator: Estimator | None
 
     def __init__(
         self,
@@ -48,6 +58,7 @@ class Conditions:
         model: AirframeModel | str = "full",
         controller: Controller | str = "geometric",
         airframe: Airframe | None = None,
+        estimator: Estimator | None = None,
     ) -> None:
         """Read conditions.
 
@@ -55,8 +66,10 @@ class Conditions:
             wind: A Wind, or text or a number for `Wind.parse` (m/s): "1.5+0.4"; None for still air.
             noise: A MotionCapture, or a position's standard deviation in m; None for perfect knowledge.
             model: A model, or a name of one: `full` (rotors, drag, battery), `paper` (eqs. (1) to (3)), or another package's.
-            controller: A controller, or a name of one: `geometric`, `paper` (the papers'), or another package's.
+            controller: A controller, or a name of one: `geometric`, `paper` (the papers'), those of common firmware (`mellinger`, `pid`,
+                `lee`), or another package's.
             airframe: Lag, drag and gains; None for the vehicle's own.
+            estimator: `ekf` (the filter of common firmware, on board) or `kalman` (one on the ground); None for the controller's usual one.
 
         Raises:
             BadInput: One of them is not what it should be.
@@ -70,6 +83,29 @@ class Conditions:
         object.__setattr__(self, "model", AIRFRAME_MODELS.resolve(model))
         object.__setattr__(self, "controller", CONTROLLERS.resolve(controller))
         object.__setattr__(self, "airframe", airframe)
+        object.__setattr__(self, "estimator", self._usual(estimator))
+        if self.on_board and not isinstance(self.model, FullModel):
+            raise BadInput("a controller or an estimator on board moves rotors; it flies the airframe model `full` only.")
+
+    def _usual(self, asked: Estimator | None) -> Estimator | None:
+        """Return the estimator that is asked for, or the controller's usual one."""
+        if asked is not None and asked not in ESTIMATORS:
+            raise BadInput(f"'{asked}' is not an estimator.{did_you_mean(asked, ESTIMATORS)} Names: {', '.join(ESTIMATORS)}.")
+        if self.noise is None:
+            if asked is not None:
+                raise BadInput(
+                    f"the estimator '{asked}' needs something to estimate from: give `noise` (--noise 0.001) as well."
+                )
+            return None
+        inside = isinstance(self.controller, OnBoardController)
+        if inside and asked == "kalman":
+            raise BadInput("a controller on board flies with the estimator on board: 'ekf', not 'kalman'.")
+        return asked or ("ekf" if inside else "kalman")
+
+    @property
+    def on_board(self) -> bool:
+        """Whether controller or estimator run on board, at the rates of common firmware."""
+        return self.estimator == "ekf" or isinstance(self.controller, OnBoardController)
 
     @property
     def varies(self) -> bool:
@@ -88,6 +124,7 @@ class Conditions:
             "model": self.model,
             "controller": self.controller,
             "airframe": self.airframe,
+            "estimator": None if changes.keys() & {"noise", "controller"} else self.estimator,
         }
         kept.update(changes)
         return Conditions(**kept)

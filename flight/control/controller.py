@@ -49,6 +49,12 @@ class Controller(ABC):
 CONTROLLERS: Registry[Controller] = Registry(
     what="a controller",
     group="ltlplan.controllers",
-    built_in={"geometric": "flight.control.geometric:GEOMETRIC", "paper": "flight.control.paper:PAPER"},
+    built_in={
+        "geometric": "flight.control.geometric:GEOMETRIC",
+        "paper": "flight.control.paper:PAPER",
+        "mellinger": "flight.control.mellinger:MELLINGER",
+        "pid": "flight.control.pid:PID",
+        "lee": "flight.control.lee:LEE",
+    },
     kind=Controller,
 )

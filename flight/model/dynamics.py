@@ -49,9 +49,15 @@ class QuadcopterDynamics:
     distance from the centre makes (torques of a few percent of the damping) is held over a step.
     """
 
-    def __init__(self, airframe: Airframe) -> None:
+    def __init__(self, airframe: Airframe, mass: Floats | None = None) -> None:
+        """Take what the vehicles are.
+
+        Args:
+            airframe: Of all of them.
+            mass: What each weighs, kg, where that is not the airframe's. Shape (n,).
+        """
         vehicle = airframe.vehicle
-        self.airframe = airframe
+        self.airframe, self._mass = airframe, vehicle.mass if mass is None else mass
         self._offset = vehicle.arm / math.sqrt(2.0)  # of each rotor along x and along y
         self._inertia = np.array(vehicle.inertia)[:, None]
         jx, jy, jz = vehicle.inertia
@@ -73,7 +79,7 @@ class QuadcopterDynamics:
             wind: Velocity of the air, m/s, world frame. Shape (3, n), or 0 for still air.
             dt: s.
         """
-        frame, mass = self.airframe, self.airframe.vehicle.mass
+        frame, mass = self.airframe, self._mass
         still = state[ROTORS] - command
         half = math.exp(-0.5 * dt / frame.rotor_lag)
         speeds = np.empty_like(state, shape=(4, 3, state.shape[1]))  # at the start, the middle and the end of the step
@@ -168,7 +174,7 @@ class QuadcopterDynamics:
         speeding_up = (speeding[0] - speeding[1]) + (speeding[2] - speeding[3])
         dragged = air[1] * sx - air[0] * sy + 2.0 * (rates[2] * sxx)
         np.subtract(frame.rotor_inertia * speeding_up, across * dragged, out=torque[2])
-        acceleration = to_world(turn, force) / frame.vehicle.mass
+        acceleration = to_world(turn, force) / self._mass
         acceleration[2] -= GRAVITY
         return acceleration, torque / self._inertia
 
@@ -202,10 +208,9 @@ class QuadcopterDynamics:
 
     def energy(self, state: Floats) -> Floats:
         """Return kinetic (of the body) plus potential energy, J, above z = 0. Shape (17, n) to (n,)."""
-        vehicle = self.airframe.vehicle
         spin = state[RATES] * self._inertia
-        moving = 0.5 * vehicle.mass * dot(state[VELOCITY], state[VELOCITY]) + 0.5 * dot(state[RATES], spin)
-        return moving + vehicle.weight * state[2]
+        moving = 0.5 * self._mass * dot(state[VELOCITY], state[VELOCITY]) + 0.5 * dot(state[RATES], spin)
+        return moving + self._mass * GRAVITY * state[2]
 
     def angular_momentum(self, state: Floats) -> Floats:
         """Return the body's angular momentum in the world frame, kg m^2/s. Shape (17, n) to (3, n)."""

@@ -28,13 +28,15 @@ def command(
     noise: flight_options.NoiseOption = None,
     model: flight_options.ModelOption = flight_options.FULL,
     controller: flight_options.ControllerOption = flight_options.GEOMETRIC,
+    estimator: flight_options.EstimatorOption = None,
+    latency: flight_options.LatencyOption = None,
     json: options.JsonOption = False,
 ) -> None:
     """Fly a certified mission many times in simulation: which share of the flights kept tube and formula."""
-    from flight import Conditions, campaign
+    from flight import campaign
     from ltlplan.output import CAMPAIGN_FILES, write_campaign
 
-    conditions = Conditions(wind, noise, model, controller)
+    conditions = flight_options.conditions(wind, noise, model, controller, estimator=estimator, latency=latency)
     with simulating(out, CAMPAIGN_FILES, quiet=json) as progress:
         with nullcontext(workers or 1) if dask is None else machines.cluster_at(dask, workers) as those:
             plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))

@@ -28,6 +28,8 @@ def command(
     noise: flight_options.NoiseOption = None,
     model: flight_options.ModelOption = flight_options.FULL,
     controller: flight_options.ControllerOption = flight_options.GEOMETRIC,
+    estimator: flight_options.EstimatorOption = None,
+    latency: flight_options.LatencyOption = None,
     reaction: Annotated[
         ReactionName | None,
         typer.Option("--reaction", help="What the team does after an alarm, instead of the mission's choice."),
@@ -35,10 +37,10 @@ def command(
     json: options.JsonOption = False,
 ) -> None:
     """Fly a certified mission once in simulation; exit code 5 where the flight left its tube or broke its formula."""
-    from flight import Conditions, fly
+    from flight import fly
     from ltlplan.output import LOG_FILES, write_flight
 
-    conditions = Conditions(wind, noise, model, controller)
+    conditions = flight_options.conditions(wind, noise, model, controller, estimator=estimator, latency=latency)
     with simulating(out, LOG_FILES, quiet=json) as progress:
         plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
         progress("flying in simulation", 0.5)

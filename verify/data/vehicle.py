@@ -14,6 +14,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, Strict, model_validator
 from ruamel.yaml import YAML
 
+from verify.data.autopilot import NamedAutopilot
 from verify.data.errors import BadInput, did_you_mean
 from verify.data.trajectory import MAX_PIECES, PIECES
 from verify.data.value import Value
@@ -55,6 +56,8 @@ class Vehicle(Value):
     pieces: Held | None = Field(
         default=None, description="pieces of a flight that its memory holds at once; by its mass where left out"
     )
+    controller: str | None = Field(default=None, description="who follows, on board: the controller that margins are meant for")
+    autopilot: NamedAutopilot | None = Field(default=None, description="gains of the controllers and the estimator on board")
 
     @property
     def tilt(self) -> float:

@@ -5,20 +5,25 @@ Models and controllers are those of the registries; reading them loads `flight`,
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
+from flight.conditions import ESTIMATORS, Conditions, Estimator
 from flight.control.controller import CONTROLLERS
 from flight.model.plant import AIRFRAME_MODELS
 from ltlplan.commands.shared.choices import choices
+from verify.data import BadInput
 
 if TYPE_CHECKING:
     ModelName = ControllerName = str
+    EstimatorName = Estimator
 else:
     ModelName = choices("ModelName", AIRFRAME_MODELS.names())
     ControllerName = choices("ControllerName", CONTROLLERS.names())
+    EstimatorName = choices("EstimatorName", ESTIMATORS)
 
 TeamArgument = Annotated[
     str, typer.Argument(help="A folder that `ltlplan run` wrote, a mission file, or a shipped mission.", show_default=False)
@@ -30,5 +35,44 @@ NoiseOption = Annotated[
 ]
 ModelOption = Annotated[ModelName, typer.Option("--model", help="How the vehicles fly.")]
 ControllerOption = Annotated[ControllerName, typer.Option("--controller", help="Who follows the plan.")]
+EstimatorOption = Annotated[
+    EstimatorName | None,
+    typer.Option("--estimator", help="Who makes a state of what motion capture sees: on board, or on the ground."),
+]
+LatencyOption = Annotated[
+    float | None, typer.Option("--latency", help="s from a frame of motion capture to its use; 0.01 where there is noise.")
+]
 FULL = ModelName("full")
 GEOMETRIC = ControllerName("geometric")
+
+
+def conditions(
+    wind: str | None,
+    noise: str | None,
+    model: str,
+    controller: str,
+    *,
+    estimator: str | None = None,
+    latency: float | None = None,
+) -> Conditions:
+    """Return the conditions that a command's options name.
+
+    Args:
+        wind: As `--wind`.
+        noise: As `--noise`.
+        model: As `--model`.
+        controller: As `--controller`.
+        estimator: As `--estimator`.
+        latency: As `--latency`.
+
+    Raises:
+        BadInput: There are none such.
+    """
+    from flight.model.sensing import MotionCapture
+
+    sensor = None if noise is None else MotionCapture.parse(noise)
+    if latency is not None:
+        if sensor is None:
+            raise BadInput("--latency is motion capture's: give --noise as well, 0 for cameras without error.")
+        sensor = replace(sensor, delay=latency)
+    return Conditions(wind, sensor, model, controller, estimator=cast("Estimator | None", estimator))

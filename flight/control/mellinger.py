@@ -1,0 +1,108 @@
+"""Mellinger and Kumar's controller (ICRA 2011) as the Crazyflie has it.
+
+Force from errors of position and velocity, their sum and the plan's acceleration; attitude from the force; moments from errors of
+attitude, rates, and of the rates' derivative. Moments are counts of the motors' PWM, and so is thrust, by one factor for all vehicles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flight.control.on_board import (
+    ACCELERATION,
+    ATTITUDE,
+    COSINE,
+    FULL_SCALE,
+    GYRO,
+    POSITION,
+    RATES,
+    SINE,
+    VELOCITY,
+    Laws,
+    Moment,
+    OnBoardController,
+    along_axis,
+    attitude_error,
+    autopilot_of,
+    axes_towards,
+    body_axes,
+    column,
+    limited,
+    mixed,
+)
+from flight.model.airframe import Airframe
+from flight.model.attitude import Floats
+from flight.model.timing import STEP
+from verify.data import GRAVITY
+
+
+@dataclass(frozen=True, slots=True)
+class Mellinger(OnBoardController):
+    """Mellinger and Kumar's controller, with the gains of the vehicle's autopilot.
+
+    Attributes:
+        mass: kg that it is told; None for the vehicle's.
+    """
+
+    mass: float | None = None
+
+    def laws(self, airframe: Airframe) -> Laws:
+        """Return its laws for one airframe; argument as said there."""
+        return _Mellinger(airframe, airframe.vehicle.mass if self.mass is None else self.mass)
+
+
+MELLINGER = Mellinger()
+
+# Rows of the memory: sums of the errors of position and attitude, and the rates' last errors.
+_SUMMED, _TURNED, _BEFORE = slice(0, 3), slice(3, 6), slice(6, 9)
+
+
+class _Mellinger:
+    traceable = True
+
+    def __init__(self, airframe: Airframe, mass: float) -> None:
+        gains = autopilot_of(airframe).mellinger
+        self._mass = mass
+        self._position, self._velocity, self._integral, self._integral_limit = (
+            column(part) for part in (gains.position, gains.velocity, gains.integral, gains.integral_limit)
+        )
+        self._attitude, self._rate, self._turned, self._turned_limit, self._change = (
+            column(part)
+            for part in (
+                gains.attitude,
+                gains.rate,
+                gains.attitude_integral,
+                gains.attitude_integral_limit,
+                gains.rate_change,
+            )
+        )
+        self._limit = gains.moment_limit
+        count = airframe.vehicle.rotor_thrust_max / FULL_SCALE  # N that one count of one motor gives
+        self._thrust = gains.thrust_to_pwm * count
+        # roll and pitch are halved by the mixer, and pitch counts against the rotors in front
+        self._shares = count * column((0.5, -0.5, 1.0))
+        self._greatest = airframe.vehicle.rotor_thrust_max
+
+    def at_first(self, setpoint: Floats) -> Floats:
+        return np.zeros((9, setpoint.shape[1]))
+
+    def thrusts(self, now: Moment, memory: Floats) -> tuple[Floats, Floats]:
+        setpoint, known, after = now.setpoint, now.known, np.empty_like(memory)
+        off, drift = setpoint[POSITION] - known[POSITION], setpoint[VELOCITY] - known[VELOCITY]
+        after[_SUMMED] = limited(memory[_SUMMED] + STEP * off, self._integral_limit)
+        force = self._mass * setpoint[ACCELERATION] + self._position * off + self._velocity * drift
+        force = force + self._integral * after[_SUMMED]
+        force[2] += self._mass * GRAVITY
+        actual = body_axes(known[ATTITUDE])
+        wanted, _ = axes_towards(force, setpoint[COSINE], setpoint[SINE])
+        error = attitude_error(wanted, actual)
+        slip = setpoint[RATES] - known[GYRO]
+        after[_BEFORE] = slip
+        after[_TURNED] = limited(memory[_TURNED] - STEP * error, self._turned_limit)
+        change = (slip - memory[_BEFORE]) / STEP
+        moment = self._rate * slip - self._attitude * error + self._turned * after[_TURNED] + self._change * change
+        moment = limited(moment, self._limit)
+        share = self._thrust * along_axis(force, actual[2])
+        return mixed(share, self._shares * moment, self._greatest * (now.ceiling * now.ceiling)), after

@@ -1,0 +1,95 @@
+"""The loop on board: set-points and estimator at 100 Hz, laws and dynamics at 500 Hz, for many runs at once.
+
+As in `closed_loop`, whose place it takes for controllers that run on board, a run's random numbers come from its own seed alone and
+all arithmetic is element by element.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from flight.draws import Draws
+from flight.model.attitude import Floats
+from flight.model.sensing import MotionCapture
+from flight.model.timing import CONTROL_STEP, FRAME_STEPS, SUBSTEPS
+from flight.on_board.fleet import Fleet, Sight
+from flight.setup import Setup, Snapshot
+from flight.side_by_side import kinds_of
+
+_HALVES = SUBSTEPS // FRAME_STEPS
+"""Frames between two control instants."""
+
+
+def steps_on_board(setup: Setup, seeds: Sequence[int]) -> Iterator[Snapshot]:
+    """Simulate all runs side by side and yield a snapshot every 10 ms, the first at time 0.
+
+    Args:
+        setup: The simulation.
+        seeds: One seed a run.
+    """
+    guidance, conditions, runs = setup.guidance, setup.conditions, len(seeds)
+    robots = len(guidance.robots)
+    n = robots * runs
+    wind, sensor = conditions.wind, conditions.noise
+    airframes = setup.airframes if len(setup.airframes) == robots else setup.airframes * robots
+    delay = None if sensor is None else np.full(n, sensor.delay)
+    fleet = Fleet(kinds_of(airframes, runs), conditions.controller, np.tile(guidance.start, (1, runs)), delay=delay)
+    draws = Draws(conditions, seeds, robots)
+    gusts = wind.at_first(draws.first()) if wind is not None else np.zeros((3, n))
+    air: Floats | float = 0.0
+    peak = np.zeros(n)  # squared
+    measured: Floats | None = None
+    for tick in range(guidance.ticks):
+        draws.tick(tick)
+        if wind is not None:
+            gusts = wind.after(gusts, draws.gust(), CONTROL_STEP)
+            air = np.array(wind.mean)[:, None] + gusts
+        fleet.drain(CONTROL_STEP)
+        flat = np.tile(guidance.wanted(tick), (1, 1, runs))
+        for half in range(_HALVES):
+            step = tick * SUBSTEPS + half * FRAME_STEPS
+            if sensor is not None:
+                sight = seen(draws, sensor, half)
+                fleet.look(sight)
+                measured = np.where(sight.seen, fleet.state[:3] + sight.position, np.nan)
+            yield _snapshot(fleet, step, measured, peak)
+            flown = fleet.fly(flat, half, air)
+            planned = [guidance.planned(step + k) for k in range(1, FRAME_STEPS + 1)]
+            known = [k for k, place in enumerate(planned) if place is not None]
+            if known:
+                at = np.array([planned[k] for k in known])
+                away = (flown[known].reshape(-1, 3, runs, robots) - at[:, :, None]).reshape(-1, 3, n)
+                away *= away
+                peak = np.maximum(peak, np.max(away[:, 0] + away[:, 1] + away[:, 2], axis=0))
+    if sensor is not None:
+        sight = seen(draws, sensor, 0)
+        fleet.look(sight)
+        measured = np.where(sight.seen, fleet.state[:3] + sight.position, np.nan)
+    yield _snapshot(fleet, guidance.ticks * SUBSTEPS, measured, peak)
+
+
+def seen(draws: Draws, sensor: MotionCapture, half: int) -> Sight:
+    """Return what chance does in one frame: of faster cameras the last of its pictures is sent, of slower ones each is used once.
+
+    Args:
+        draws: Where chance comes from.
+        sensor: Motion capture.
+        half: 0 in the frame after a control instant, 1 in the next one.
+    """
+    attitude, gyro = draws.board()
+    pictures = sensor.rate * FRAME_STEPS // 500 if sensor.rate >= 100 else 1 - half
+    noise, found = np.zeros_like(gyro), np.zeros(gyro.shape[1], dtype=np.bool_)
+    for _ in range(pictures):
+        noise, found = draws.sight()
+    return Sight(sensor.noise * noise, sensor.attitude_noise * attitude, found, sensor.rate_noise * gyro)
+
+
+def _snapshot(fleet: Fleet, step: int, measured: Floats | None, peak: Floats) -> Snapshot:
+    state, rotors = fleet.state, fleet.rotors
+    thrust = rotors[0] + rotors[1] + rotors[2] + rotors[3]
+    return Snapshot(
+        step, state[:3], state[3:6], state[6:10], state[10:13], thrust, rotors, measured, fleet.known[:3], fleet.charge,
+        np.sqrt(peak),
+    )  # fmt: skip

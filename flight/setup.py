@@ -1,0 +1,90 @@
+"""A simulation before it happens, and its state at one entry of the log: what every loop that flies has in common."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from flight.conditions import CALM, Conditions
+from flight.model.airframe import Airframe
+from flight.model.attitude import Floats
+
+
+class Guidance(Protocol):
+    """Where the robots should be: a plan that was sampled (`Reference`), or one that is made while they fly."""
+
+    @property
+    def robots(self) -> tuple[str, ...]:
+        """Names."""
+        ...
+
+    @property
+    def start(self) -> Floats:
+        """Where they hover at first: x, y, z in m and heading in rad. Shape (4, robots)."""
+        ...
+
+    @property
+    def ticks(self) -> int:
+        """Control instants that are flown at most."""
+        ...
+
+    def wanted(self, tick: int) -> Floats:
+        """Return what they should do from a control instant on, asked once for each in order.
+
+        Args:
+            tick: Its index.
+
+        Returns:
+            x, y, z, heading and four derivatives, in m, rad and s. Shape (5, 4, robots).
+        """
+        ...
+
+    def planned(self, step: int) -> Floats | None:
+        """Return where they should be at a step of the dynamics, m; None where nobody planned that. Shape (3, robots)."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """Everything about a simulation but its seeds.
+
+    Attributes:
+        airframes: What flies, of each robot of the guidance; one for all where they are alike.
+        guidance: What they should fly.
+        conditions: Wind, sensors, model and controller; of their airframe those above were made.
+    """
+
+    airframes: tuple[Airframe, ...]
+    guidance: Guidance
+    conditions: Conditions = CALM
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """The state of all vehicles at one entry of the log. Vehicles along the last axis: run by run, robot by robot.
+
+    Attributes:
+        step: Index of the dynamics' step.
+        position: m. Shape (3, n).
+        velocity: m/s. Shape (3, n).
+        attitude: Quaternion w x y z. Shape (4, n).
+        rates: Body rates, rad/s. Shape (3, n).
+        thrust: Collective, N. Shape (n,).
+        rotors: N, or None where the model has none. Shape (4, n).
+        measured: m, what motion capture saw; NaN where it lost the robot; None without one. Shape (3, n).
+        estimated: m, what the controller took for the position at the last command. Shape (3, n).
+        charge: Battery voltage over its voltage in hover at full charge. Shape (n,).
+        peak: Largest distance from what was planned at any step so far, m. Shape (n,).
+    """
+
+    step: int
+    position: Floats
+    velocity: Floats
+    attitude: Floats
+    rates: Floats
+    thrust: Floats
+    rotors: Floats | None
+    measured: Floats | None
+    estimated: Floats
+    charge: Floats
+    peak: Floats

@@ -1,0 +1,140 @@
+"""Autopilots: what the software on board of common vehicles is tuned to, controller by controller, and its estimator.
+
+The shipped tables are YAML files in `autopilots/`; each number there stands next to the parameter or paper that it is from. Simulation
+flies with them. The judge never reads them: they are here so that they stand in a resolved mission and count in its digest.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import resources
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, Strict
+from ruamel.yaml import YAML
+
+from verify.data.errors import BadInput, did_you_mean
+from verify.data.value import Value
+
+_Number = Annotated[float, Strict(), Field(gt=0, allow_inf_nan=False)]
+_Gain = Annotated[float, Strict(), Field(ge=0, allow_inf_nan=False)]
+Gains = tuple[_Gain, _Gain, _Gain]
+"""About or along x, y and z."""
+
+
+class MellingerGains(Value):
+    """Gains of Mellinger and Kumar's controller as the Crazyflie has it; moments in counts of its motors' PWM."""
+
+    mass: _Number = Field(description="kg, that the controller takes the vehicle for where nobody sets it")
+    thrust_to_pwm: _Number = Field(description="counts of one motor per newton of all four")
+    position: Gains = Field(description="N/m")
+    velocity: Gains = Field(description="N s/m")
+    integral: Gains = Field(description="N/(m s)")
+    integral_limit: Gains = Field(description="m s")
+    attitude: Gains = Field(description="counts per unit of the error Rd'R - R'Rd")
+    rate: Gains = Field(description="counts s/rad")
+    attitude_integral: Gains = Field(description="counts/s")
+    attitude_integral_limit: Gains = Field(description="s")
+    rate_change: Gains = Field(description="counts s^2/rad, on the derivative of the rates' error")
+    moment_limit: _Number = Field(description="counts")
+
+
+class LeeGains(Value):
+    """Gains of Lee, Leok and McClamroch's controller as the Crazyflie has it."""
+
+    mass: _Number = Field(description="kg, that the controller takes the vehicle for where nobody sets it")
+    inertia: Gains = Field(description="kg m^2")
+    position: Gains = Field(description="1/s^2")
+    velocity: Gains = Field(description="1/s")
+    integral: Gains = Field(description="1/s^3")
+    attitude: Gains = Field(description="N m per unit of the error (Rd'R - R'Rd) / 2")
+    rate: Gains = Field(description="N m s")
+    attitude_integral: Gains = Field(description="N m/s")
+
+
+class PidGains(Value):
+    """Gains of the cascade of position, velocity, angle and rate, in degrees and counts of the motors' PWM."""
+
+    position: Gains = Field(description="1/s")
+    position_integral: Gains = Field(description="1/s^2")
+    speed_limit: Gains = Field(description="m/s")
+    velocity: Gains = Field(description="deg s/m; along z thrust_scale counts s/m")
+    velocity_integral: Gains = Field(description="the same per s")
+    tilt_limit: _Number = Field(description="deg")
+    thrust_scale: _Number = Field(description="counts")
+    thrust_base: _Number = Field(description="counts, to which the cascade adds")
+    thrust_least: _Gain = Field(description="counts")
+    angle: Gains = Field(description="1/s")
+    angle_integral: Gains = Field(description="1/s^2")
+    angle_integral_limit: Gains = Field(description="deg s")
+    angle_change: Gains = Field(description="of the measured angle")
+    rate: Gains = Field(description="counts s/deg")
+    rate_integral: Gains = Field(description="counts/deg")
+    rate_integral_limit: Gains = Field(description="deg")
+    rate_change: Gains = Field(description="counts s^2/deg, of the measured rate")
+
+
+class FilterNoise(Value):
+    """What the extended Kalman filter on board takes for noise."""
+
+    position_noise: _Number = Field(description="m, standard deviation of motion capture's position")
+    attitude_noise: _Number = Field(description="rad, standard deviation of motion capture's attitude")
+    acceleration_noise: Gains = Field(description="m/s^2")
+    gyro_noise: Gains = Field(description="rad/s")
+    least_variance: _Gain = Field(description="no variance is taken for less")
+    least_turn: _Gain = Field(description="rad, corrections of the attitude below are dropped")
+
+
+class Autopilot(Value):
+    """What is on board of a vehicle: gains of each controller that there is, and of the estimator."""
+
+    name: str = Field(description="name of the table", min_length=1)
+    mellinger: MellingerGains
+    lee: LeeGains
+    pid: PidGains
+    ekf: FilterNoise
+
+
+def shipped_autopilots() -> tuple[str, ...]:
+    """Return the names of the shipped tables, sorted."""
+    folder = resources.files("verify.data") / "autopilots"
+    return tuple(sorted(f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml")))
+
+
+@cache
+def load_autopilot(name: str) -> Autopilot:
+    """Return a shipped table by name.
+
+    Args:
+        name: As in `shipped_autopilots`.
+
+    Raises:
+        BadInput: There is no such table; the message lists those that there are.
+    """
+    known = shipped_autopilots()
+    if name not in known:
+        raise BadInput(f"'{name}' is not a shipped autopilot.{did_you_mean(name, known)} Shipped: {', '.join(known)}.")
+    text = (resources.files("verify.data") / "autopilots" / f"{name}.yaml").read_text(encoding="utf-8")
+    sections: dict[str, Any] = YAML(typ="safe", pure=True).load(text)
+    values: dict[str, Any] = {
+        key: {part: _value(entry["value"]) for part, entry in section.items()} for key, section in sections.items()
+    }
+    return Autopilot.model_validate({"name": name, **values})
+
+
+def _value(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _named(value: object) -> object:
+    """Replace the name of a shipped table by the table."""
+    if not isinstance(value, str):
+        return value
+    try:
+        return load_autopilot(value)
+    except BadInput as error:
+        raise ValueError(str(error)) from None
+
+
+NamedAutopilot = Annotated[Autopilot, BeforeValidator(_named)]
+"""An autopilot of a vehicle: a shipped table's name, or a table."""
