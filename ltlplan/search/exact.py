@@ -184,7 +184,7 @@ def _assign_counted(
         raise
     robots = {name: itinerary(system, path) for name, system, path in zip(mission.agents, each, found.paths, strict=True)}
     total = sum(robot.cost for robot in robots.values())
-    complete = found.exact and total <= found.bound + TIES
+    complete = total <= found.bound + TIES
     notes = [f"The search reached {found.reached:,} states: how many robots rest where, and what is done."]
     if not complete:
         notes.append("A cheaper plan was not ruled out: who flies what was decided after how many fly where.")
@@ -192,7 +192,7 @@ def _assign_counted(
         notes.append(
             f"Robots wait for each other: the plan has {len(found.stages)} stages, each begun when the one before has ended."
         )
-    least = found.bound if found.exact else 0.0
+    least = found.bound
     longest = mission.planner.objective == "longest" and len(robots) > 1
     if longest:
         notes.append("With counts the plan has the smallest sum of costs; its dearest robot may not be the cheapest.")

@@ -29,6 +29,10 @@ SECOND = f"F left10 & F left7 & F left5 & G(carry -> !{_PUBLIC})"
 THIRD = (
     f"F(m1 & photo) & F(m4 & photo) & F(m6 & photo) & G(!{_MEETING} -> !camera) & F left3 & G(carry -> !{_PUBLIC}) & F brought6"
 )
+THIRD_TOGETHER = (
+    f"F some(m1 & photo) & F some(m4 & photo) & F some(m6 & photo) & G all(camera -> {_MEETING}) & F some(left3) "
+    f"& G all(carry -> !{_PUBLIC}) & F quad5.brought6"
+)
 
 
 def bai_second(team: str = "own") -> Mission:
@@ -94,13 +98,19 @@ def schillinger_second_together() -> Mission:
     return schillinger_second(SECOND_TOGETHER, "joint")
 
 
-def schillinger_third() -> Mission:
+def schillinger_third(formula: str = THIRD, team: str = "own") -> Mission:
     """Return Schillinger's third case: photos in three rooms, a document, and a guest who is shown to a room."""
     rooms = ("m1", "m4", "m6")
     on = "".join(f", {{from: {free}, to: filming, at: {room}}}" for free in ("idle", "left3", "brought6") for room in rooms)
     off = "".join(f", {{from: filming, to: idle, at: {room}}}" for room in rooms)
     tasks, results = {"carry": "d5", "guide": "d11"}, {"left3": "carry d3", "brought6": "guide m6"}
-    return office_grid(THIRD, named=_OFFICE, robot=_robot(tasks, results, ", filming: [camera, photo]", on + off))
+    robot = _robot(tasks, results, ", filming: [camera, photo]", on + off)
+    return office_grid(formula, named=_OFFICE, robot=robot, team=team)
+
+
+def schillinger_third_together() -> Mission:
+    """Return it for a team that is read at once, with counts and a robot that is named: the one whom the guest knows."""
+    return schillinger_third(THIRD_TOGETHER, "joint")
 
 
 def gathering() -> Mission:
@@ -125,6 +135,7 @@ CASES: dict[str, tuple[Callable[[], Mission], str]] = {
     "Schillinger, second": (schillinger_second, "11.5 s, cost 88"),
     "Schillinger, second, joint": (schillinger_second_together, "11.5 s, cost 88"),
     "Schillinger, third": (schillinger_third, "21.1 s, cost 98"),
+    "Schillinger, third, joint": (schillinger_third_together, "21.1 s, cost 98"),
     "LOMAP, fifth": (lomap_fifth, "-"),
     "a meeting in each lap": (meeting_in_each_lap, "-"),
     "five gather": (gathering, "-"),

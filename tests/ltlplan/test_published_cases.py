@@ -31,6 +31,13 @@ def test_published_cases_are_planned_to_the_cheapest_words(case: str, cost: floa
     assert plan.cost == pytest.approx(cost, abs=1e-3)
 
 
+def test_counts_and_names_among_many_places_are_planned_with_a_bound() -> None:
+    _, plan = planned("Schillinger, third, joint")
+    assert plan.lower_bound is not None
+    assert plan.lower_bound == pytest.approx(43.083, abs=1e-3)
+    assert plan.cost == pytest.approx(43.883, abs=1e-3)
+
+
 @pytest.mark.parametrize(
     ("case", "cost", "complete"),
     [("Bai, first", 12.236, False), ("LOMAP, fifth", 10.236, True), ("a meeting in each lap", 13.606, False)],

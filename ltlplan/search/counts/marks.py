@@ -25,6 +25,7 @@ class Marks:
     Attributes:
         parts: One automaton for each conjunct.
         seen: For each conjunct the marks, by number, that it depends on.
+        levels: For each proposition, by bit, its mark and the least sum that makes it true.
     """
 
     def __init__(
@@ -40,7 +41,7 @@ class Marks:
         asked = sorted({name for automaton in automata for name in automaton.propositions})
         self._marks: list[tuple[str, Formula]] = []  # (whose alone, what its letter must satisfy)
         numbers: dict[tuple[str, str], int] = {}
-        self._levels: list[tuple[int, int]] = []  # of each proposition: its mark, and the least sum
+        self.levels: list[tuple[int, int]] = []
         for text in asked:
             atom = atoms.get(text)
             robot, counted, least = (
@@ -51,11 +52,11 @@ class Marks:
                 numbers[key] = len(self._marks)
                 self._marks.append((robot, counted))
             few, many = (between or {}).get(str(counted), (0, least)) if atom is not None and not robot else (0, least)
-            self._levels.append((numbers[key], NEVER if least > many else 0 if least <= few else least))
+            self.levels.append((numbers[key], NEVER if least > many else 0 if least <= few else least))
         bit = {name: 1 << i for i, name in enumerate(asked)}
         self.parts = tuple(JointConjunct(automaton, bit) for automaton in automata)
         self.seen = tuple(
-            tuple(sorted({self._levels[i][0] for i, name in enumerate(asked) if bit[name] & part.mask})) for part in self.parts
+            tuple(sorted({self.levels[i][0] for i, name in enumerate(asked) if bit[name] & part.mask})) for part in self.parts
         )
         self._letters: dict[Sums, int] = {}
         self._after: dict[tuple[States, int], States | None] = {}
@@ -80,7 +81,7 @@ class Marks:
         """Return the team's letter, as bits over the propositions."""
         found = self._letters.get(sums)
         if found is None:
-            found = self._letters[sums] = sum(1 << i for i, (mark, least) in enumerate(self._levels) if sums[mark] >= least)
+            found = self._letters[sums] = sum(1 << i for i, (mark, least) in enumerate(self.levels) if sums[mark] >= least)
         return found
 
     def begin(self, sums: Sums) -> States | None:

@@ -13,7 +13,7 @@ from verify.data.plan import Meeting
 
 
 class HoversOutside(BadInput):
-    """A robot would have to hover outside all regions while others are still to set out."""
+    """A robot would have to hover outside all regions, or act where it stays, while others are still to set out."""
 
 
 def meetings_of(systems: Sequence[TransitionSystem], plan: CountedPlan) -> list[Meeting]:
@@ -24,7 +24,7 @@ def meetings_of(systems: Sequence[TransitionSystem], plan: CountedPlan) -> list[
         plan: Its paths, turns and stages.
 
     Raises:
-        HoversOutside: A robot would have to come to rest in no region while others are still to set out.
+        HoversOutside: A robot would have to come to rest in no region, or act where it stays, while others are still to set out.
     """
     return list(dict.fromkeys(_meetings(systems, plan)))
 
@@ -50,11 +50,22 @@ def _meetings(systems: Sequence[TransitionSystem], plan: CountedPlan) -> Iterato
                     continue
                 if visits(other, arrived) == visits(other, began) or not systems[other].labels[plan.paths[other][arrived - 1]]:
                     raise HoversOutside(_OUTSIDE.format(name=systems[other].robot))
+                if arrived > 1 and _acts(systems[other], plan.paths[other][arrived - 2 : arrived]):
+                    raise HoversOutside(_ACTS.format(name=systems[other].robot))
                 yield Meeting(
                     first=(systems[other].robot, visits(other, arrived) - 1), then=(systems[robot].robot, setting_out)
                 )
 
 
+def _acts(system: TransitionSystem, step: Sequence[int]) -> bool:
+    before, after = (system.nodes[node] for node in step)
+    return before.internal != after.internal
+
+
+_ACTS = (
+    "The formula asks that another robot sets out after {name} has acted where it stays, and an action ends at some time of a stay: such "
+    "waits are not planned. Let {name} come to a further region."
+)
 _OUTSIDE = (
     "The formula asks that {name} hovers outside all regions before or after another robot sets out: such waits are not planned yet. "
     "Give the place where it should hover a region of its own."

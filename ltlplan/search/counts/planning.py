@@ -13,9 +13,10 @@ import numpy as np
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.counts.capacities import most_that_show
+from ltlplan.search.counts.classes import Classes, ClassMove, Crowd, numbers_of
 from ltlplan.search.counts.marks import Marks, Sums
 from ltlplan.search.counts.moves import Move, RobotMoves
-from ltlplan.search.counts.numbers import ClassMove, Course, Crowd, NumberSearch, numbers_of
+from ltlplan.search.counts.numbers import Course, NumberSearch, UsedUp
 from ltlplan.search.counts.stages import Turn, stages
 from ltlplan.systems.transition_systems import Node, TransitionSystem
 from verify.data import Formula, InternalError
@@ -23,10 +24,12 @@ from verify.data.language.counting import Atom
 
 _TIES = 1e-6  # m
 _STATES_OUTSIDE = 8_000
-"""Of the search whether a plan would be cheaper in which robots end just outside regions, which is seldom so."""
+"""Of the search whether a plan would be cheaper in which robots stay where nobody can be waited for, which is seldom so."""
 
 _Class = tuple[object, ...]
 """What robots at rest have in common that can do the same and are not told apart."""
+_Way = tuple[Node, bool, tuple[Sums, ...]]
+"""A move's target, whether the robot stays there, and what it shows on the way."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +42,6 @@ class CountedPlan:
         stages: Turns, by index, that are made at the same time; those of one stage begin when all of the one before have ended.
         cost: Sum over the robots.
         bound: No plan that makes one move after another costs less.
-        exact: Whether none is cheaper.
         reached: States that were seen.
     """
 
@@ -48,7 +50,6 @@ class CountedPlan:
     stages: tuple[tuple[int, ...], ...]
     cost: float
     bound: float
-    exact: bool
     reached: int
 
 
@@ -89,7 +90,7 @@ def plan_counts(
         except TooLarge:
             continue
         if roomy is not None:  # where nobody may pass another one, a cheaper plan is not ruled out
-            return roomy if passing else replace(roomy, exact=False)
+            return roomy if passing else replace(roomy, bound=0.0 if found is None else found.bound)
     if rooms and not _any_course(systems, kinds, Marks(automata, atoms, _between(systems, atoms, rooms)), budget):
         return None
     return found or _plan(systems, kinds, marks, budget, anywhere)
@@ -106,38 +107,38 @@ def _plan(
     leaves: bool = True,
 ) -> CountedPlan | None:  # as many as a search has, and which of all moves and ends there are
     """Return a cheapest plan in which no small region is too full where robots wait for others; None where none was found."""
-    for outside in (False, True):  # to end just outside a region is seldom asked for, and doubles the places
-        task = _Task(systems, kinds, marks, hovers_outside=outside, skips=skips)
+    for stays in (False, True):  # to stay for good where nobody can be waited for is seldom needed, and doubles the places
+        task = _Task(systems, kinds, marks, stays=stays, skips=skips)
         course = task.search(rooms).cheapest(budget)
         if course is None:
             continue
         plan = task.plan(course)
         if not _has_room(systems, plan, rooms.most):
             return None
-        if outside:
+        if stays:
             return plan
-        leaving = _Task(systems, kinds, marks, hovers_outside=True, skips=skips)
+        leaving = _Task(systems, kinds, marks, stays=True, skips=skips)
         return _beside_leaving(plan, leaving, rooms, allowed=leaves and not rooms.most)
     return None
 
 
 def _beside_leaving(plan: CountedPlan, task: _Task, rooms: _Rooms, *, allowed: bool) -> CountedPlan:
-    """Return a plan whose bound holds of plans, too, in which robots end just outside regions, or such a one that is cheaper.
+    """Return a plan whose bound holds of plans, too, in which robots end just outside regions or where they act, or such a one that is cheaper.
 
     One in which nobody waits for another, and no region is too small, that is: where to hover outside regions beside others, and to
     wait there, is not planned. `task` has these plans; they are taken where that is `allowed`.
     """
     try:
         other = task.search(rooms).cheapest(Budget(states=min(_STATES_OUTSIDE, 4 * plan.reached + 1_000)))
-    except TooLarge:
-        return replace(plan, exact=False)
-    if other is None or not other.exact:
-        return replace(plan, exact=False)
-    if other.cost < plan.bound - _TIES and allowed:
+    except UsedUp as spent:
+        return replace(plan, bound=min(plan.bound, spent.bound))
+    if other is None:
+        return plan
+    if allowed and other.cost < plan.bound - _TIES:
         cheaper = task.plan(other)
         if cheaper.cost < plan.cost - _TIES and len(cheaper.stages) == 1:
             return cheaper
-    return replace(plan, bound=min(plan.bound, other.cost))
+    return replace(plan, bound=min(plan.bound, other.bound))
 
 
 def _any_course(systems: Sequence[TransitionSystem], kinds: Sequence[str], marks: Marks, budget: Budget) -> bool:
@@ -200,13 +201,10 @@ class _Task:
     """The robots' moves, put into classes."""
 
     def __init__(
-        self, systems: Sequence[TransitionSystem], kinds: Sequence[str], marks: Marks, *, hovers_outside: bool, skips: bool
+        self, systems: Sequence[TransitionSystem], kinds: Sequence[str], marks: Marks, *, stays: bool, skips: bool
     ) -> None:
         self.systems, self.marks = tuple(systems), marks
-        self.robots = [
-            RobotMoves(system, partial(marks.of, system.robot), hovers_outside=hovers_outside, skips=skips)
-            for system in systems
-        ]
+        self.robots = [RobotMoves(system, partial(marks.of, system.robot), stays=stays, skips=skips) for system in systems]
         self.kinds = [
             kind if system.robot not in marks.named else f"{kind} {system.robot}"
             for kind, system in zip(kinds, systems, strict=True)
@@ -214,42 +212,43 @@ class _Task:
         self.index: list[dict[Node, int]] = [{node: i for i, node in enumerate(system.nodes)} for system in systems]
         self.classes: list[_Class] = []
         self.member: list[tuple[int, int]] = []  # of each class a robot and a node of it
+        self.stays: list[bool] = []
         self._numbers: dict[_Class, int] = {}
         self.start = [self._class(robot, system.initial) for robot, system in enumerate(systems)]
 
-    def _class(self, robot: int, node: int) -> int:
-        """Return the number of the class of a robot at a node."""
+    def _class(self, robot: int, node: int, *, last: bool = False) -> int:
+        """Return the number of the class of a robot at a node, where it may have come to stay."""
         system = self.systems[robot]
-        key: _Class = (self.kinds[robot], system.nodes[node])
+        key: _Class = (self.kinds[robot], system.nodes[node], last)
         if node == system.initial:
-            ways = frozenset((self._target(robot, move), move.shown) for move in self.robots[robot].of(node))
+            ways = frozenset(self._way(robot, move) for move in self.robots[robot].of(node))
             key = self.kinds[robot], system.labels[node], ways, self.robots[robot].ends(node)
         found = self._numbers.get(key)
         if found is None:
             found = self._numbers[key] = len(self.classes)
             self.classes.append(key)
             self.member.append((robot, node))
+            self.stays.append(last)
         return found
 
-    def _target(self, robot: int, move: Move) -> Node:
-        return self.systems[robot].nodes[move.target]
+    def _way(self, robot: int, move: Move) -> _Way:
+        return self.systems[robot].nodes[move.target], move.last, move.shown
 
     def search(self, rooms: _Rooms) -> NumberSearch:
         """Return the search over all classes that can be reached."""
         costs: dict[tuple[int, object], float] = {}
         for robot, at in enumerate(self.start):
             for move in self.robots[robot].of(self.systems[robot].initial):
-                key = at, (self._target(robot, move), move.shown)
+                key = at, self._way(robot, move)
                 costs[key] = min(move.cost, costs.get(key, float("inf")))
         moves: list[list[ClassMove]] = []
         for number, (robot, node) in enumerate(self.member):  # grows while it is walked
             found: list[ClassMove] = []
-            if not self.robots[robot].last(node):
-                for move in self.robots[robot].of(node):
-                    key = self._target(robot, move), move.shown
-                    marks = move.shown or (self._marks(robot, move.target),)
-                    cost = costs.get((number, key), move.cost)
-                    found.append(ClassMove(number, self._class(robot, move.target), marks, cost, key))
+            for move in () if self.stays[number] else self.robots[robot].of(node):
+                key = self._way(robot, move)
+                marks = move.shown or (self._marks(robot, move.target),)
+                cost = costs.get((number, key), move.cost)
+                found.append(ClassMove(number, self._class(robot, move.target, last=move.last), marks, cost, key))
             moves.append(found)
         resting = [self._marks(robot, node) for robot, node in self.member]
         ends = [self.robots[robot].ends(node) for robot, node in self.member]
@@ -259,8 +258,9 @@ class _Task:
             )
             for region in rooms.most
         }
-        crowds = [Crowd(within[region], most, rooms.passing) for region, most in rooms.most.items()]
-        return NumberSearch(self.marks, resting, ends, moves, numbers_of(self.start, len(self.classes)), crowds)
+        crowds = tuple(Crowd(within[region], most, rooms.passing) for region, most in rooms.most.items())
+        begin = numbers_of(self.start, len(self.classes))
+        return NumberSearch(Classes(self.marks, tuple(resting), tuple(ends), tuple(map(tuple, moves)), begin, crowds))
 
     def _marks(self, robot: int, node: int) -> Sums:
         return self.robots[robot].marks[node]
@@ -278,7 +278,7 @@ class _Task:
         cost = 0.0
         for robot, step in zip(who, course.moves, strict=True):
             path, at = paths[robot], paths[robot][-1]
-            move = next(m for m in self.robots[robot].of(at) if (self._target(robot, m), m.shown) == step.key)
+            move = next(m for m in self.robots[robot].of(at) if self._way(robot, m) == step.key)
             before = len(path)
             path += move.path
             places.append((robot, before, len(path)))
@@ -293,8 +293,7 @@ class _Task:
             tuple(places),
             tuple(map(tuple, together)),
             cost,
-            course.cost,
-            course.exact,
+            course.bound,
             course.reached,
         )
 
@@ -327,4 +326,4 @@ class _Task:
 
     def _price(self, robot: int, step: ClassMove) -> float:
         moves = self.robots[robot].of(self.systems[robot].initial)
-        return min(move.cost for move in moves if (self._target(robot, move), move.shown) == step.key)
+        return min(move.cost for move in moves if self._way(robot, move) == step.key)
