@@ -42,8 +42,8 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     """Write everything that a run makes.
 
     Files: `mission.yaml` (resolved), `plan.json`, `<robot>.csv`, `certificate.json`, `flight.csv`, `report.html`, a folder
-    `crazyswarm2` ready for that system (of a mixed team, with the Crazyflies among them; left out where a flight has more pieces than
-    their memory holds), and the manifest.
+    `crazyswarm2` ready for that system (of a mixed team, with the Crazyflies among them; left out where the mission says that they hold
+    more than their memory does), and the manifest.
     """
     import flight
     from ltlplan.report.run_page import report_html
@@ -52,13 +52,18 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
         write_plan_files(result.plan, folder)
         write_trajectories(result.plan, result.team, folder)
         robots = _exported(result.mission)
-        if robots and not any(len(result.team[name]) > PIECES for name in robots):
+        if robots and not any(_too_long(result.team[name], result.mission.spec.repeat) for name in robots):
             flight.export(result.team, result.certificate, folder / _EXPORT, format="crazyswarm2", robots=robots)
         (folder / PROOF).write_text(result.certificate.to_json(), encoding="utf-8")
         (folder / "flight.csv").write_text(result.log.to_csv(), encoding="utf-8")
         (folder / "report.html").write_text(report_html(result), encoding="utf-8")
 
     return write_folder(target, write)
+
+
+def _too_long(path: Trajectory, laps: int) -> bool:
+    """Tell whether a Crazyflie's memory cannot hold a flight, or one of its parts."""
+    return max(end - begin for begin, end in path.parts) > PIECES if path.cuts else len(path.flattened(laps)) > PIECES
 
 
 def _exported(mission: Mission) -> tuple[str, ...]:
@@ -178,7 +183,12 @@ def make_export(
     if target.prepare is not None:
         say("fitting the paths to the format", 0.4)
         fitted = {name: path for name, path in given.items() if robots is None or name in robots}
-        team = {**given, **target.prepare(fitted, plan.mission.spec.repeat)}
+        prepared = target.prepare(fitted, plan.mission.spec.repeat)
+        team = {**given, **prepared}
+        if any(
+            given[name].cuts and not path.cuts for name, path in prepared.items()
+        ):  # who is not written pauses for nobody then
+            team = {name: Trajectory(p.durations, p.coefficients, cycle=p.cycle) for name, p in team.items()}
     anew = team != given
     if anew:
         say("proving the paths as they are written", 0.6)

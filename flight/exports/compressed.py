@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flight.exports.crazyflie import OPTIONS, VOIDS, upload, upload_files
+from flight.exports.memory import MEMORY
 from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, Trajectory
 
@@ -34,6 +35,9 @@ _HEADINGS = (
 )
 _POINTS = (0, 1, 3, 7)
 _KIND = 1
+
+_STEPS = (0.35, 0.45, 0.6, 0.8)
+"""s; lengths of pieces that are tried until a flight of many fits whole. Longer ones follow the path less well."""
 
 Integers = NDArray[np.int64]
 
@@ -233,11 +237,31 @@ def _without_team_laps(team: Mapping[str, Trajectory]) -> Mapping[str, Trajector
     return team
 
 
+def _packed(team: Mapping[str, Trajectory], laps: int) -> Mapping[str, Trajectory]:
+    """Return paths that fit a vehicle's memory whole, cuts undone, in the shortest pieces that do.
+
+    Raises:
+        DoesNotFit: None of the lengths does, or headings and places are out of range.
+    """
+    whole = {name: Trajectory(path.durations, path.coefficients, cycle=path.cycle) for name, path in team.items()}
+    sizes: dict[str, int] = {}
+    for step in _STEPS:
+        fitted = quantised(_without_team_laps(whole), step=step)
+        sizes = {name: len(compressed_bytes(name, path.flattened(laps))[0]) for name, path in fitted.items()}
+        if max(sizes.values()) <= MEMORY:
+            return fitted
+    longest = max(sizes, key=lambda name: sizes[name])
+    raise DoesNotFit(
+        f"{longest} takes {sizes[longest]} bytes in pieces of {_STEPS[-1]:g} s, and the vehicle's trajectory memory has {MEMORY}. Fly it in "
+        "parts (`crazyswarm2`, `crazyflie`), or stream it (`px4`, `ros2`)."
+    )
+
+
 COMPRESSED = ExportTarget(
     name="crazyflie-compressed",
     make=_product,
     options=OPTIONS,
     voids=VOIDS,
-    prepare=lambda team, _laps: quantised(_without_team_laps(team)),
+    prepare=_packed,
     send=upload,
 )

@@ -17,9 +17,11 @@ from typing import Any
 
 from flight.exports.fits import require_crazyflie
 from flight.exports.memory import Entry, poly4d_bytes, side_by_side
+from flight.exports.parts import notes_on, order_of, parts_of
 from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, LtlplanError, MissingEngine, Trajectory
 from verify.data.storage.reading import parse_json, read_bytes
+from verify.data.trajectory import PAUSE
 
 KINDS = ("poly4d", "poly4d_compressed")
 _POLY4D = 0
@@ -45,26 +47,32 @@ def upload_files(request: Request, encode: Callable[[str, Trajectory], tuple[byt
     if unknown:
         raise BadInput(f"trajectory_ids names '{unknown[0]}', which is not a robot of the mission: {', '.join(request.team)}.")
     files: dict[str, bytes] = {}
-    table: dict[str, Any] = {}
-    for name, path in request.flown.items():
-        data, pieces = encode(name, path)
-        trajectory_id = ids.get(name, 0)
-        (entry,) = side_by_side({trajectory_id: (name, data, pieces)}, kind, begin)
-        files[f"{name}.bin"] = entry.data
-        table[name] = {
-            "file": f"{name}.bin",
-            "trajectory_id": entry.trajectory_id,
-            "offset": entry.offset,
-            "pieces": entry.pieces,
-            "type": KINDS[kind],
-            "duration": path.duration,
-            "start": [float(x) for x in path.evaluate(0.0)],
-        }
+    rows: dict[str, list[dict[str, Any]]] = {name: [] for name in request.team}
+    parts = parts_of(request)
+    for part in parts:
+        for name, path in part.paths.items():
+            data, pieces = encode(name, path)
+            trajectory_id = ids.get(name, 0)
+            (entry,) = side_by_side({trajectory_id: (name, data, pieces)}, kind, begin)
+            files[f"{name}{part.ending}.bin"] = entry.data
+            rows[name].append(
+                {
+                    "file": f"{name}{part.ending}.bin",
+                    "trajectory_id": entry.trajectory_id,
+                    "offset": entry.offset,
+                    "pieces": entry.pieces,
+                    "type": KINDS[kind],
+                    "duration": path.duration,
+                    "start": [float(x) for x in path.evaluate(0.0)],
+                }
+            )
+    table: dict[str, Any] = {name: found[0] if len(parts) == 1 else {"parts": found} for name, found in rows.items()}
     content = {"mission": request.mission.name, "certificate": request.digest, "margin": request.margin, "robots": table}
+    if len(parts) > 1:
+        content |= {"order": [index + 1 for index in order_of(request)], "pause": PAUSE}
     files["upload.json"] = (json.dumps(content, indent=1) + "\n").encode()
-    return Product(
-        files, ("Each .bin holds the exact bytes for the vehicle's trajectory memory, at the offset in upload.json.",)
-    )
+    note = "Each .bin holds the exact bytes for the vehicle's trajectory memory, at the offset in upload.json."
+    return Product(files, (note, *notes_on(request, parts)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,22 +95,26 @@ class Uploaded:
         return self.entry.data
 
 
-def upload(folder: str | os.PathLike[str], uris: Mapping[str, str], *, dry_run: bool = False) -> tuple[Uploaded, ...]:
+def upload(
+    folder: str | os.PathLike[str], uris: Mapping[str, str], *, dry_run: bool = False, part: int = 1
+) -> tuple[Uploaded, ...]:
     """Send an exported folder's trajectories to Crazyflies over the radio.
 
-    Nothing is started. Several exports with other ids and offsets can lie side by side in one vehicle.
+    Nothing is started. Several exports with other ids and offsets can lie side by side in one vehicle. Of a flight in parts one is sent;
+    a vehicle that has flown another one has to be held by a go-to first, for at a trajectory's end it still reads its memory.
 
     Args:
         folder: Written by `export(..., format="crazyflie")` or `"crazyflie-compressed"`.
         uris: Radio address of each robot.
         dry_run: Send nothing; return what would be sent.
+        part: Which one, from 1, of a flight in parts.
 
     Raises:
-        BadInput: The folder is no such export, an address is missing, or there is no radio or vehicle to be reached by it.
+        BadInput: The folder is no such export or has no such part, an address is missing, or there is no radio or vehicle to be reached by it.
         DoesNotFit: A vehicle's memory is smaller, or it refuses the bytes.
         MissingEngine: cflib is not installed.
     """
-    planned = _read(Path(folder), uris)
+    planned = _read(Path(folder), uris, part)
     for number, item in enumerate(() if dry_run else planned):
         try:
             with _quiet():
@@ -141,10 +153,10 @@ def write_entry(memory: Any, entry: Entry) -> bool:  # of any type: cflib has no
     return bool(memory.write_data_sync(start_addr=entry.offset))
 
 
-def _read(folder: Path, uris: Mapping[str, str]) -> tuple[Uploaded, ...]:
+def _read(folder: Path, uris: Mapping[str, str], part: int) -> tuple[Uploaded, ...]:
     try:
         robots = parse_json(read_bytes(folder / "upload.json", most=_MOST, what="upload.json"), "upload.json")["robots"]
-        parts = {name: _part(folder, name, row) for name, row in robots.items()}
+        parts = {name: _part(folder, name, row, part) for name, row in robots.items()}
     except (ValueError, KeyError, TypeError, AttributeError, BadInput) as error:
         raise BadInput(f"{folder} is no Crazyflie export: {str(error).removesuffix('.')}.") from None
     items: list[Uploaded] = []
@@ -156,12 +168,17 @@ def _read(folder: Path, uris: Mapping[str, str]) -> tuple[Uploaded, ...]:
     return tuple(items)
 
 
-def _part(folder: Path, name: str, row: Mapping[str, Any]) -> tuple[int, int, int, int, bytes]:
+def _part(folder: Path, name: str, row: Mapping[str, Any], part: int) -> tuple[int, int, int, int, bytes]:
     """Return a robot's trajectory id, offset, number of pieces, kind and bytes."""
+    parts = row.get("parts", [row])
+    if not 1 <= part <= len(parts):
+        raise BadInput(f"it has {len(parts)} part{'s' * (len(parts) > 1)}, and no part {part}")
+    file = f"{name}-part{part}.bin" if "parts" in row else f"{name}.bin"
+    row = parts[part - 1]
     numbers = [row[key] for key in ("trajectory_id", "offset", "pieces")]
-    if row["file"] != f"{name}.bin" or Path(name).name != name or not all(type(number) is int for number in numbers):
+    if row["file"] != file or Path(name).name != name or not all(type(number) is int for number in numbers):
         raise BadInput(f"what upload.json says of '{name[:40]}' is not what an export writes")
-    return (*numbers, KINDS.index(row["type"]), read_bytes(folder / f"{name}.bin", most=_MOST, what="trajectory"))
+    return (*numbers, KINDS.index(row["type"]), read_bytes(folder / file, most=_MOST, what="trajectory"))
 
 
 def _send(item: Uploaded) -> None:

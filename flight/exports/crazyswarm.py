@@ -16,6 +16,7 @@ from ruamel.yaml.scalarstring import DoubleQuotedScalarString
 
 from flight.exports.crazyswarm_script import script
 from flight.exports.fits import require_crazyflie, require_float32
+from flight.exports.parts import notes_on, parts_of
 from flight.exports.target import NOTE, ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, Trajectory
 from verify.data.files.trajectory_csv import write_csv
@@ -38,24 +39,25 @@ def _product(request: Request) -> Product:
     if unknown:
         raise BadInput(f"uris names '{unknown[0]}', which is not a robot of the mission: {', '.join(request.team)}.")
     files: dict[str, bytes] = {}
-    for name, path in request.flown.items():
-        require_float32(name, path)
-        if len(path) > PIECES:
-            raise DoesNotFit(
-                f"{name} has {len(path)} pieces; the vehicle's memory holds {PIECES}. Fly fewer laps or stream it."
-            )
-        if len(path) == 1:
-            raise DoesNotFit(
-                f"{name} has one piece, and crazyswarm2's loader fails on such files; certify `flight.with_hovers(team)` and "
-                "export that (a lap of one piece that moves needs a second one, or `repeat` 2)."
-            )
-        files[f"{name}.csv"] = write_csv(path).encode()
-    starts = {name: tuple(map(float, path.evaluate(0.0))) for name, path in request.team.items()}
-    duration = max(path.duration for path in request.flown.values())
-    files[_CONFIGURATION] = _configuration(request, starts, uris).encode()
-    files[_SCRIPT] = script(request, starts, duration).encode()
+    parts = parts_of(request)
+    for part in parts:
+        for name, path in part.paths.items():
+            require_float32(name, path)
+            if len(path) > PIECES:
+                raise DoesNotFit(
+                    f"{name}{part.ending} has {len(path)} pieces; the vehicle's memory holds {PIECES}. Plan it for that many (`pieces` of the "
+                    "vehicle's profile or of `limits`), so that it is cut into parts, or stream it."
+                )
+            if len(path) == 1:
+                raise DoesNotFit(
+                    f"{name} has one piece, and crazyswarm2's loader fails on such files; certify `flight.with_hovers(team)` and "
+                    "export that (a lap of one piece that moves needs a second one, or `repeat` 2)."
+                )
+            files[f"{name}{part.ending}.csv"] = write_csv(path).encode()
+    files[_CONFIGURATION] = _configuration(request, parts[0].starts, uris).encode()
+    files[_SCRIPT] = script(request, parts).encode()
     note = "fly_mission.py climbs, goes to the starts, and begins only if every robot is within the margin of its own."
-    return Product(files, (note,))
+    return Product(files, (note, *notes_on(request, parts)))
 
 
 def with_hovers(team: Mapping[str, Trajectory], laps: int = 1) -> dict[str, Trajectory]:
@@ -63,7 +65,7 @@ def with_hovers(team: Mapping[str, Trajectory], laps: int = 1) -> dict[str, Traj
 
     A hover of one piece is cut into halves, which are the same flight. Behind any other flight of one piece comes a hover
     of 1 s where it ends, to the nearest float32: a step that only a certificate of both pieces covers. A lap of one
-    piece that moves is returned as it is.
+    piece that moves is returned as it is, and so is a flight in parts.
     """
     return {name: _readable(path) if len(path.flattened(laps)) == 1 else path for name, path in team.items()}
 
@@ -78,7 +80,7 @@ def _readable(path: Trajectory) -> Trajectory:
     return Trajectory(np.append(path.durations, HOVER), np.concatenate([path.coefficients, hover]))
 
 
-def _configuration(request: Request, starts: dict[str, tuple[float, ...]], uris: dict[str, str]) -> str:
+def _configuration(request: Request, starts: Mapping[str, tuple[float, ...]], uris: dict[str, str]) -> str:
     """Return crazyflies.yaml: who flies, where each stands before the climb, and how positions are known."""
     robots = {
         DoubleQuotedScalarString(name): {  # unquoted, YAML 1.1 readers take a robot named `no` or `on` for a Boolean

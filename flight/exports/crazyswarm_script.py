@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from flight.exports.parts import order_of
+from verify.data.trajectory import PAUSE
+
 if TYPE_CHECKING:
+    from flight.exports.parts import Part
     from flight.exports.target import Request
 
 _SCRIPT = '''#!/usr/bin/env python3
 """Flies the mission MISSION with crazyswarm2. Certificate: DIGEST.
 
-Place it beside the CSV files. It climbs, goes to the starts, and starts the flight only if every robot is within the
+PARTS_SAIDPlace it beside the CSV files. It climbs, goes to the starts, and starts the flight only if every robot is within the
 certificate's margin of its own start. In flight it holds measured positions against the plan: a robot outside of the margin,
 or without positions, ends the flight of all. Every way out lands the whole team: the end, an error, Ctrl-C, SIGTERM. A second
 Ctrl-C stops all motors. Climb and landing are not certified: watch them.
@@ -24,9 +29,11 @@ import numpy as np
 from crazyflie_py import Crazyswarm
 from crazyflie_py.uav_trajectory import Trajectory
 
-STARTS = STARTS_HERE  # robot: x, y, z in m, heading in rad
+PARTS = PARTS_HERE  # each part: how its files' names end, s that it lasts, and where robots begin it: x, y, z in m, heading in rad
+ORDER = ORDER_HERE  # parts as they are flown; robots hover between them, while the next one is uploaded
+STARTS = PARTS[ORDER[0]][2]
 MARGIN = MARGIN_HERE  # m
-DURATION = DURATION_HERE  # s
+PAUSE = PAUSE_HERE  # s that robots hover between two parts at the most
 TRAJECTORY_ID = 0
 STEP = 0.05  # s between two looks in flight
 AGE = 0.05  # s that a position and the start may have been on their way: it is held against the plan of that time
@@ -60,15 +67,15 @@ def keep_signals():
         signal.signal(number, signal.default_int_handler)
 
 
-def upload(robots):
-    """Give each robot its trajectory, and return them."""
+def upload(robots, part):
+    """Give each robot its trajectory of a part, and return them."""
     missing = [name for name in STARTS if name not in robots]
     if missing:
         raise Refused(f"crazyswarm2 does not know {', '.join(missing)}; it knows {', '.join(robots) or 'no robot'}")
     plans = {}
     for name in STARTS:
         plans[name] = Trajectory()
-        plans[name].loadcsv(Path(__file__).parent / f"{name}.csv")
+        plans[name].loadcsv(Path(__file__).parent / f"{name}{PARTS[part][0]}.csv")
         robots[name].uploadTrajectory(TRAJECTORY_ID, 0, plans[name])
     return plans
 
@@ -81,19 +88,48 @@ def go_to_starts(clock, robots):
     for name, start in STARTS.items():
         robots[name].goTo(start[:3], start[3], 3.0)
     clock.sleep(4.0)
-    off = {name: float(np.linalg.norm(position(robots[name]) - np.array(start[:3]))) for name, start in STARTS.items()}
+    require_near(robots, STARTS)
+
+
+def require_near(robots, places):
+    """Refuse to start where a robot is not where its part begins."""
+    off = {name: float(np.linalg.norm(position(robots[name]) - np.array(place[:3]))) for name, place in places.items()}
     away = {name: distance for name, distance in off.items() if not distance < MARGIN}
     if away:
         raise Refused("too far from the start: " + ", ".join(f"{name} {d:.3f} m" for name, d in away.items()))
 
 
-def fly(clock, everyone, robots, plans, worst):
-    """Start all at once and watch them; `worst` takes in how far each was from its plan."""
+def hover(clock, robots, places):
+    """Have robots hold where the next part begins by a command of its own: at a trajectory's end they still read their memory."""
+    for _ in range(2):
+        for name, place in places.items():
+            robots[name].goTo(place[:3], place[3], 1.0)
+        clock.sleep(0.6)
+
+
+def fly_parts(clock, everyone, robots, plans, worst):
+    """Fly part by part; the first is uploaded and all are at its start."""
+    loaded = ORDER[0]
+    for number, part in enumerate(ORDER):
+        if number:
+            since = clock.time()
+            hover(clock, robots, PARTS[part][2])
+            if part != loaded:
+                plans, loaded = upload(robots, part), part
+            clock.sleep(0.5)
+            require_near(robots, PARTS[part][2])
+            if clock.time() - since > PAUSE:
+                raise Refused(f"the pause before part {number + 1} of {len(ORDER)} lasted more than {PAUSE:g} s")
+        fly(clock, everyone, robots, plans, PARTS[part][1], worst)
+
+
+def fly(clock, everyone, robots, plans, length, worst):
+    """Start all at once and watch them for a part's length; `worst` takes in how far each was from its plan."""
     begin = clock.time()
     last = {name: (heard(robots[name]), begin) for name in STARTS}
     everyone.startTrajectory(TRAJECTORY_ID, timescale=1.0, reverse=False, relative=False)
-    while (now := clock.time() - begin) < DURATION:
-        clock.sleep(min(STEP, DURATION - now))
+    while (now := clock.time() - begin) < length:
+        clock.sleep(min(STEP, length - now))
         at = clock.time() - begin
         for name, plan in plans.items():
             stamp, since = last[name]
@@ -133,11 +169,11 @@ def main():
     robots = everyone.crazyfliesByName
     flying, reason, worst = False, None, dict.fromkeys(STARTS, 0.0)
     try:
-        plans = upload(robots)
+        plans = upload(robots, ORDER[0])
         clock.sleep(1.0)
         flying = True
         go_to_starts(clock, robots)
-        fly(clock, everyone, robots, plans, worst)
+        fly_parts(clock, everyone, robots, plans, worst)
     except Refused as refused:
         reason = str(refused)
     except BaseException as error:
@@ -154,19 +190,30 @@ if __name__ == "__main__":
 '''
 
 
-def script(request: Request, starts: dict[str, tuple[float, ...]], duration: float) -> str:
+_IN_PARTS = """The vehicles do not hold the flight at once: it is flown in parts. After each of them all robots hover, hold by a go-to where they
+are, are given the next part, and start it together once each is within the margin of where it begins; who waits for longer than PAUSE s lands.
+"""
+
+
+def script(request: Request, parts: Sequence[Part]) -> str:
     """Return the text of fly_mission.py.
 
     Args:
         request: The export.
-        starts: x, y, z in m and heading in rad of each robot at time 0.
-        duration: s until the last robot has finished.
+        parts: What is uploaded.
     """
-    table = "{\n" + "".join(f"    {json.dumps(name)}: {list(start)!r},\n" for name, start in starts.items()) + "}"
+    table = "[\n" + "".join(_row(part) for part in parts) + "]"
     return (
-        _SCRIPT.replace("MISSION", repr(request.mission.name))
+        _SCRIPT.replace("PARTS_SAID", _IN_PARTS if len(parts) > 1 else "")
+        .replace("MISSION", repr(request.mission.name))
         .replace("DIGEST", request.digest)
-        .replace("STARTS_HERE", table)
+        .replace("PARTS_HERE", table)
+        .replace("ORDER_HERE", repr(list(order_of(request))))
         .replace("MARGIN_HERE", repr(request.margin))
-        .replace("DURATION_HERE", repr(duration))
+        .replace("PAUSE_HERE", repr(PAUSE))
     )
+
+
+def _row(part: Part) -> str:
+    starts = "".join(f"        {json.dumps(name)}: {list(place)!r},\n" for name, place in part.starts.items())
+    return f"    ({part.ending!r}, {part.duration!r}, {{\n{starts}    }}),\n"

@@ -76,8 +76,10 @@ class Sent(Protocol):
 class Sender(Protocol):
     """Sends what a target wrote into a folder."""
 
-    def __call__(self, folder: str | os.PathLike[str], uris: Mapping[str, str], *, dry_run: bool = False) -> tuple[Sent, ...]:
-        """Send to each robot by its address; with `dry_run` only return what would be sent."""
+    def __call__(
+        self, folder: str | os.PathLike[str], uris: Mapping[str, str], *, dry_run: bool = False, part: int = 1
+    ) -> tuple[Sent, ...]:
+        """Send to each robot by its address, of a flight in parts one of them; with `dry_run` only return what would be sent."""
         ...
 
 

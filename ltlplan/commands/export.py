@@ -38,6 +38,7 @@ def command(
         list[str] | None, typer.Option("--upload", help="crazyflie formats: ROBOT=URI, once a robot; send after writing.")
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="With --upload: write the exact bytes, send nothing.")] = False,
+    part: Annotated[int, typer.Option("--part", min=1, help="With --upload: which part of a flight in parts.")] = 1,
     json: JsonOption = False,
 ) -> None:
     """Write the certified flight in a folder for a real vehicle, after proving its certificate again.
@@ -64,7 +65,7 @@ def command(
         names = None if robots is None else [name.strip() for name in robots.split(",")]
         made = make_export(folder, target, vehicle=vehicle, robots=names, options=options, progress=progress)
         written = write_folder(place, lambda fresh: put_files(made.files, fresh))
-    sent = target.send(place, addresses, dry_run=dry_run) if addresses and target.send is not None else ()
+    sent = target.send(place, addresses, dry_run=dry_run, part=part) if addresses and target.send is not None else ()
     words = [f"{'would send' if dry_run else 'sent'} {len(item.data)} bytes to {item.robot} at {item.uri}" for item in sent]
     if json:
         files = [str(path) for path in written]

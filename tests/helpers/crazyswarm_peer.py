@@ -71,6 +71,7 @@ class Robot:
     def __init__(self, name: str, world: World, place: Position) -> None:
         self.name, self.world, self.place = name, world, np.array(place, dtype=float)
         self.uploaded: LoadedTrajectory | None = None
+        self.uploads: list[float] = []
         self.started: float | None = None
         self.spinning = False
 
@@ -87,9 +88,11 @@ class Robot:
         return {"timestamp_sec": int(heard), "timestamp_nsec": int(1e9 * (heard % 1.0))}
 
     def uploadTrajectory(self, trajectoryId: int, pieceOffset: int, trajectory: LoadedTrajectory) -> None:  # noqa: N802
-        """Take a trajectory."""
+        """Take a trajectory; a robot that is on one, or at its end, still reads its memory, as the firmware does."""
         assert (trajectoryId, pieceOffset) == (0, 0)
+        assert self.started is None, "its memory is written while it flies from it"
         self.uploaded = trajectory
+        self.uploads.append(self.world.now)
 
     def takeoff(self, targetHeight: float, duration: float) -> None:
         """Climb."""
@@ -102,7 +105,7 @@ class Robot:
         assert duration > 0
         assert np.isfinite(yaw)
         self.world.told.append((self.name, "goTo"))
-        self.place = np.array(goal, dtype=float)
+        self.place, self.started = np.array(goal, dtype=float), None
 
     def emergency(self) -> None:
         """Stop motors."""

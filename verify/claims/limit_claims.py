@@ -8,7 +8,8 @@ from fractions import Fraction
 
 from verify.claims.claim import Claim, Outcome, claim_of
 from verify.claims.evidence import Evidence
-from verify.claims.part_claims import PAUSE, pauses
+from verify.claims.part_claims import pauses
+from verify.data.trajectory import PAUSE
 from verify.data.vehicle import CLIMB_AND_LANDING
 from verify.motion.leg_windows import ways
 from verify.motion.limits import UNITS, Extreme, leg_extremes

@@ -16,9 +16,6 @@ from verify.data.trajectory import Trajectory
 from verify.motion.continuity import JUMPS, QUANTITIES
 from verify.motion.paths import TeamPaths
 
-PAUSE = 60.0
-"""s that each pause between parts counts in a vehicle's endurance; whoever pauses for longer lands."""
-
 
 def part_claims(evidence: Evidence) -> Iterable[Claim]:
     """At each cut the team rests, and each part fits its vehicle; none where no flight is cut."""

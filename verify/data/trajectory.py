@@ -24,6 +24,8 @@ DEGREE = 7
 MAX_PIECES = 4096
 PIECES = 31
 """Pieces that the usual vehicle holds of one flight: a Crazyflie's 4096 bytes of trajectory memory, at 132 bytes a piece."""
+PAUSE = 60.0
+"""s that each pause between parts counts in a vehicle's endurance; whoever pauses for longer lands."""
 HOVER = 1.0
 """s of a hover that nobody asked a duration of: a cycle that only hovers, or the second piece of a flight that would have one, which
 crazyswarm2's loader does not read."""

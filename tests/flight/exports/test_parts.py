@@ -1,0 +1,190 @@
+"""Flights in parts, as they are exported: the bytes of each part, and scripts that upload them while robots hover."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import signal
+import sys
+
+import numpy as np
+import pytest
+
+import flight
+from flight.exports.compressed import COMPRESSED, compressed_bytes
+from tests.helpers.crazyswarm_peer import Robot, World
+from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.trajectory_memory import Vehicle
+from verify import certify
+from verify.data import BadInput, DoesNotFit, Trajectory
+from verify.data.files.trajectory_csv import read_csv
+from verify.data.plan import Visit
+
+BALLS = "a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}\nb: {center: [0.0, 1.0, 1.0], radii: [0.2, 0.2, 0.2]}"
+POINTS = [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+
+
+def cut(path: Trajectory, *cuts: int) -> Trajectory:
+    return Trajectory(path.durations, path.coefficients, cycle=path.cycle, cuts=cuts)
+
+
+@pytest.fixture(scope="module")
+def team():
+    """Two robots, the second one beside the first, in two parts."""
+    starts = ((0.0, 0.0, 1.0), (0.0, -2.5, 1.0))
+    mission = small_mission("F a & F b", regions=BALLS, margin=0.05, starts=starts)
+    plan = plan_of(mission, {"r0": [Visit(region="a"), Visit(region="b")]})
+    paths = {"r0": cut(legs(POINTS), 2), "r1": cut(legs([np.add(point, (0, -2.5, 0)) for point in POINTS]), 2)}
+    return paths, certify(plan, paths)
+
+
+@pytest.fixture(scope="module")
+def patrol():
+    """One robot, three laps of two pieces behind a prefix of one."""
+    mission = small_mission("G F a & G F b", regions=BALLS, margin=0.05, trace="infinite")
+    mission = mission.model_copy(update={"spec": mission.spec.model_copy(update={"repeat": 3})})
+    plan = plan_of(mission, {"r0": [Visit(region="a"), Visit(region="b"), Visit(region="a")]})
+    robot = plan.robots["r0"].model_copy(update={"cycle_visit": 1, "cycle_waypoint": 0})
+    path = {"r0": cut(legs([POINTS[0], POINTS[1], POINTS[3], POINTS[1]], cycle=1), 1)}
+    return path, certify(plan.model_copy(update={"robots": {"r0": robot}}), path)
+
+
+@pytest.fixture
+def flown(tmp_path, monkeypatch):
+    """Export a team, and return the script with the world that it flies in."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def make(team, cert) -> tuple[World, object]:
+        flight.export(team, cert, tmp_path)
+        world = World()
+        for name, path in team.items():
+            world.robots[name] = Robot(name, world, path.evaluate(0.0)[:3] * (1, 1, 0))
+        for name, module in world.modules().items():
+            monkeypatch.setitem(sys.modules, name, module)
+        spec = importlib.util.spec_from_file_location("fly_mission", tmp_path / "fly_mission.py")
+        script = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(script)
+        return world, script
+
+    yield make
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def test_each_part_is_a_file_of_two_pieces_at_least(team, tmp_path) -> None:
+    paths, cert = team
+    done = flight.export(paths, cert, tmp_path)
+    names = {path.name for path in done.files}
+    assert names >= {"r0-part1.csv", "r0-part2.csv", "r1-part1.csv", "r1-part2.csv", "fly_mission.py"}
+    assert "r0.csv" not in names
+    for name, path in paths.items():
+        first, second = (read_csv((tmp_path / f"{name}-part{k}.csv").read_text()) for k in (1, 2))
+        assert first == path.part(0, 2)
+        assert second.coefficients[:1].tolist() == path.coefficients[2:].tolist()
+        assert not second.coefficients[1, :, 1:].any()
+        assert np.abs(second.evaluate(second.duration) - path.evaluate(path.duration)).max() < 1e-6
+    note = (tmp_path / "README.txt").read_text()
+    assert "flown in this order: 1, 2." in note
+    assert "hold by a go-to" in note
+
+
+def test_the_script_flies_part_by_part_and_uploads_while_robots_hover(team, flown, capsys) -> None:
+    world, script = flown(*team)
+    assert script.main() == 0
+    assert world.commands("all") == ["startTrajectory"] * 2 + ["land"] * 3
+    assert world.commands("r0") == ["takeoff", "goTo", "goTo", "goTo"]
+    assert len(world.robots["r0"].uploads) == 2
+    assert np.allclose(world.robots["r0"].place[:2], POINTS[-1][:2], atol=1e-5)
+    assert "flown and landed" in capsys.readouterr().out
+
+
+def test_a_lap_is_uploaded_once_and_started_again(patrol, flown, capsys) -> None:
+    world, script = flown(*patrol)
+    assert script.ORDER == [0, 1, 1, 1]
+    assert script.main() == 0
+    assert world.commands("all").count("startTrajectory") == 4
+    assert len(world.robots["r0"].uploads) == 2
+
+
+def test_no_part_is_started_by_robots_that_are_elsewhere(team, flown, capsys) -> None:
+    world, script = flown(*team)
+    parts = 8.5 + float(team[0]["r0"].knots[2])
+
+    def at(now: float) -> None:
+        if now > parts + 0.1:
+            world.off["r1"] = np.array([0.0, 0.0, 0.06])
+
+    world.at = at
+    assert script.main() == 1
+    assert world.commands("all").count("startTrajectory") == 1
+    assert "too far from the start: r1" in capsys.readouterr().out
+    assert not any(robot.spinning for robot in world.robots.values())
+
+
+def test_who_pauses_for_too_long_lands(team, flown, capsys) -> None:
+    world, script = flown(*team)
+    script.PAUSE = 1.0
+    assert script.main() == 1
+    assert "the pause before part 2 of 2 lasted more than 1 s" in capsys.readouterr().out
+    assert not any(robot.spinning for robot in world.robots.values())
+
+
+def test_parts_that_no_crazyflie_holds_are_refused(tmp_path) -> None:
+    mission = small_mission("F a", regions=BALLS, margin=0.05)
+    mission = mission.model_copy(update={"vehicle": mission.vehicle.changed(pieces=64)})
+    there = [[k % 2, 0, 1] for k in range(36)]
+    path = {"r0": cut(legs(there), 33)}
+    visits = [Visit(region="a")] * 18
+    cert = certify(plan_of(mission, {"r0": visits}), path)
+    with pytest.raises(DoesNotFit, match=r"r0-part1 has 33 pieces; the vehicle's memory holds 31"):
+        flight.export(path, cert, tmp_path)
+
+
+def test_a_vehicle_flies_the_parts_from_its_memory_as_certified(tmp_path) -> None:
+    """40 pieces through 4096 bytes, behind cflib's own memory element: the set-points are the certified path with a pause in it."""
+    pytest.importorskip("cflib", reason="cflib is not installed")
+    there = [[(k % 2), 0.1 * (k // 2), 1] for k in range(41)]
+    path = cut(legs(there), 20)
+    mission = small_mission("true", regions="far: {center: [4.0, 4.0, 4.0], radii: [0.2, 0.2, 0.2]}", margin=0.05)
+    flight.export({"r0": path}, certify(plan_of(mission, {}), {"r0": path}), tmp_path, format="crazyflie")
+    first, second = (flight.upload(tmp_path, {"r0": "radio://0/80/2M"}, dry_run=True, part=part)[0].entry for part in (1, 2))
+    assert (first.pieces, second.pieces) == (20, 20)
+    vehicle, pause, end = Vehicle(), 7.0, float(path.knots[20])
+    vehicle.upload(first)
+    vehicle.start(0, 0.0)
+    for now in np.linspace(0.0, end + 1.0, 400):
+        assert np.abs(vehicle.set_point(now) - path.evaluate(min(now, end))).max() < 2e-5
+    careless = Vehicle(vehicle.memory[:], vehicle.trajectory)
+    careless.upload(second)
+    assert np.abs(careless.set_point(end + 1.0) - path.evaluate(end)).max() > 0.5, "it jumps: its memory was written under it"
+    vehicle.go_to(path.evaluate(end))
+    vehicle.upload(second)
+    assert np.abs(vehicle.set_point(end + pause) - path.evaluate(end)).max() < 2e-5
+    vehicle.start(0, end + pause)
+    for now in np.linspace(end, path.duration, 400):
+        assert np.abs(vehicle.set_point(now + pause) - path.evaluate(now)).max() < 2e-5
+
+
+def test_parts_of_an_upload_are_named(team, tmp_path) -> None:
+    flight.export(*team, tmp_path, format="crazyflie")
+    uris = {"r0": "radio://0/80/2M/E7E7E7E701", "r1": "radio://0/80/2M/E7E7E7E702"}
+    for part in (1, 2):
+        for item in flight.upload(tmp_path, uris, dry_run=True, part=part):
+            assert item.data == (tmp_path / f"{item.robot}-part{part}.bin").read_bytes()
+    with pytest.raises(BadInput, match="it has 2 parts, and no part 3"):
+        flight.upload(tmp_path, uris, dry_run=True, part=3)
+    written = json.loads((tmp_path / "upload.json").read_text())
+    assert (written["order"], written["pause"]) == ([1, 2], 60.0)
+
+
+def test_what_fits_in_the_compressed_format_is_packed_whole(tmp_path) -> None:
+    there = [[(k % 2), 0.1 * (k // 2), 1] for k in range(34)]
+    path = {"r0": cut(legs(there, speed=1.2), 20)}
+    packed = COMPRESSED.prepare(path, 1)["r0"]
+    assert packed.cuts == ()
+    data, pieces = compressed_bytes("r0", packed)
+    assert len(data) <= 4096
+    assert pieces > 31
+    far = {"r0": cut(legs(there, speed=0.2), 20)}
+    with pytest.raises(DoesNotFit, match="Fly it in parts"):
+        COMPRESSED.prepare(far, 1)
