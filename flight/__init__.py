@@ -1,7 +1,7 @@
 """Simulate certified flights, watch them, compare them with recordings, and export them to real vehicles.
 
 `flights` flies once and `campaigns` many times (in `batches`), both in `conditions` (wind, sensors, model, controller) and by
-`closed_loop`, which lets `control` steer what `model` moves (`on_board` for what vehicles carry; `setup` and `draws` are common to both). `monitoring` judges while flying, `logs` keeps what happened,
+`closed_loop`, which lets `control` steer what `model` moves (`on_board` for what vehicles carry; `setup` and `draws` are common to both). `rehearsal` flies under everything that may be otherwise. `monitoring` judges while flying, `logs` keeps what happened,
 `comparison` holds it against a certificate, `exports` writes for real vehicles, and `pictures` draws (over `shapes`). `certified` is
 asked at every door; `processes` shares work.
 """
@@ -26,11 +26,14 @@ if TYPE_CHECKING:
     from flight.model.plant import AirframeModel
     from flight.model.sensing import MotionCapture
     from flight.monitoring.monitor import Monitor
+    from flight.rehearsal.rehearse import rehearse
+    from flight.rehearsal.table import Cell, Rehearsal
 
 __all__ = [
     "Airframe",
     "AirframeModel",
     "Campaign",
+    "Cell",
     "Comparison",
     "Conditions",
     "Controller",
@@ -42,6 +45,7 @@ __all__ = [
     "MotionCapture",
     "Product",
     "Recording",
+    "Rehearsal",
     "Request",
     "Share",
     "Wind",
@@ -54,6 +58,7 @@ __all__ = [
     "quantised",
     "read_log",
     "read_recording",
+    "rehearse",
     "shipped_airframes",
     "upload",
     "with_hovers",
@@ -88,5 +93,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "flight.model.plant": ("AirframeModel",),
             "flight.model.sensing": ("MotionCapture",),
             "flight.monitoring.monitor": ("Monitor",),
+            "flight.rehearsal.rehearse": ("rehearse",),
+            "flight.rehearsal.table": ("Cell", "Rehearsal"),
         },
     )

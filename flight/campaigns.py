@@ -24,10 +24,10 @@ from flight.model.attitude import Floats
 from flight.model.reference import flown, sample_reference
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
 from flight.monitoring.letters import planned_actions
-from flight.monitoring.tube import relative_acceleration, stray_at_joints
+from flight.monitoring.tube import stray_between_steps
 from flight.processes import Processes, Workers
 from verify.certificate import Certificate
-from verify.data import BadInput, Mission, Plan, Trajectory, check_plan, check_trajectories
+from verify.data import BadInput, Plan, Trajectory, check_plan, check_trajectories
 from verify.data.progress import Progress
 from verify.recordings.planned_paths import planned_paths
 
@@ -233,7 +233,7 @@ def campaign(
         parts = simulate(job, _batches(seed, flown_runs, processes), workers=those, progress=progress)
     peaks = np.concatenate([part.peaks for part in parts])
     errors = np.concatenate([part.errors for part in parts])
-    worst = np.max(peaks, axis=1) + _between_steps(mission, team)
+    worst = np.max(peaks, axis=1) + stray_between_steps(mission, planned_paths(mission, team), STEP)
     return Campaign(
         mission=mission.name,
         robots=reference.robots,
@@ -270,17 +270,6 @@ def _batches(seed: int, runs: int, processes: int) -> list[range]:
     count = -(-runs // (_BATCH * processes)) * processes
     size = -(-runs // count)
     return [range(seed + first, seed + min(first + size, runs)) for first in range(0, runs, size)]
-
-
-def _between_steps(mission: Mission, team: Mapping[str, Trajectory]) -> float:
-    """Return how much farther from its plan a robot may be between two steps of the dynamics than at them, m.
-
-    It strays from the chord of its error by at most A h^2 / 8, and where pieces meet.
-    """
-    paths = planned_paths(mission, team)
-    planned = max(path.acceleration for path in paths.values())
-    pushed = max(relative_acceleration(mission.vehicle_of(robot), planned) for robot in paths) * STEP * STEP / 8.0
-    return pushed + max(stray_at_joints(path, time - STEP, time + STEP) for path in paths.values() for time in path.joints)
 
 
 def _share(share: Share) -> dict[str, float]:

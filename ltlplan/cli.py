@@ -25,6 +25,7 @@ COMMANDS = {
     "audit": "Judge, for all times, flights that others planned.",
     "fly": "Fly a certified mission once in simulation.",
     "campaign": "Fly a certified mission many times in simulation.",
+    "rehearse": "Fly it by several controllers, in all that may be otherwise.",
     "online": "Share tasks while flying, in simulation.",
     "export": "Write a certified flight for a real vehicle.",
     "show": "Draw hoops, primitives, sampled and optimised paths.",

@@ -1,4 +1,4 @@
-"""What a run, a flight or a campaign writes into its folder, and under which names.
+"""What a run, a flight, a campaign or a rehearsal writes into its folder, and under which names.
 
 `verify.data.storage.folders` puts it there whole or not at all.
 """
@@ -19,11 +19,12 @@ from verify.data.storage.folders import PROOF, write_folder
 from verify.data.trajectory import PIECES
 
 if TYPE_CHECKING:
-    from flight import Campaign, ExportTarget, FlightLog
+    from flight import Campaign, ExportTarget, FlightLog, Rehearsal
     from ltlplan.result import Result
 
 PLAN_FILES = ("mission.yaml", "plan.json")
 CAMPAIGN_FILES = (*PLAN_FILES, "campaign.json", "campaign.html")
+REHEARSAL_FILES = (*PLAN_FILES, "rehearsal.json", "rehearsal.html")
 LOG_FILES = (*PLAN_FILES, "flight.csv")
 _EXPORT = "crazyswarm2"
 
@@ -98,6 +99,21 @@ def write_campaign(plan: Plan, found: Campaign, folder: Path) -> None:
     write_plan_files(plan, folder)
     (folder / "campaign.json").write_text(json.dumps(found.to_dict(), indent=1) + "\n", encoding="utf-8")
     (folder / "campaign.html").write_text(campaign_html(found), encoding="utf-8")
+
+
+def write_rehearsal(plan: Plan, found: Rehearsal, folder: Path) -> None:
+    """Write `REHEARSAL_FILES`: what was planned, and who stayed in the tube, as data and as a page.
+
+    Args:
+        plan: What was flown.
+        found: The findings.
+        folder: Where; it exists.
+    """
+    from ltlplan.report.rehearsal import rehearsal_html
+
+    write_plan_files(plan, folder)
+    (folder / "rehearsal.json").write_text(json.dumps(found.to_dict(), indent=1) + "\n", encoding="utf-8")
+    (folder / "rehearsal.html").write_text(rehearsal_html(found), encoding="utf-8")
 
 
 def write_plan_files(plan: Plan, folder: Path) -> None:

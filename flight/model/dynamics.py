@@ -112,7 +112,7 @@ class QuadcopterDynamics:
             axial = dot(up, air)
             pull = along[when] * axial
             linear = across[when]
-            if side or front:
+            if any(frame.body_drag):
                 speed = norm(air)
                 linear = linear + side * speed
                 pull = pull + (front - side) * speed * axial

@@ -10,9 +10,10 @@ after the last one it grows as fast as the samples beside allow.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Literal
 
-from verify.data import GRAVITY, Vehicle
+from verify.data import GRAVITY, Mission, Vehicle
 from verify.motion.continuity import JUMPS
 from verify.recordings.planned_paths import PlannedPath
 
@@ -48,6 +49,21 @@ def stray_at_joints(path: PlannedPath | None, start: float, stop: float) -> floa
         return JUMPS[0] + JUMPS[1] * (stop - start) / 4
     jumped, turned = path.strayed(start, stop)
     return jumped + turned * (stop - start) / 4
+
+
+def stray_between_steps(mission: Mission, paths: Mapping[str, PlannedPath], step: float) -> float:
+    """Return how much farther from its plan any robot may be between two steps of a simulation than at them, m.
+
+    It strays from the chord of its error by at most A h^2 / 8, and where pieces meet.
+
+    Args:
+        mission: Says what they fly.
+        paths: The plan of each robot.
+        step: h, s.
+    """
+    planned = max(path.acceleration for path in paths.values())
+    pushed = max(relative_acceleration(mission.vehicle_of(robot), planned) for robot in paths) * step * step / 8.0
+    return pushed + max(stray_at_joints(path, time - step, time + step) for path in paths.values() for time in path.joints)
 
 
 class Tube:

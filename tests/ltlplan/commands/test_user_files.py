@@ -10,7 +10,7 @@ import flight
 import ltlplan
 from ltlplan.cli import app
 from ltlplan.online.files import ONLINE_FILES
-from ltlplan.output import CAMPAIGN_FILES, LOG_FILES, PLAN_FILES, run_files
+from ltlplan.output import CAMPAIGN_FILES, LOG_FILES, PLAN_FILES, REHEARSAL_FILES, run_files
 from tests.ltlplan.commands.test_commands import SMALL
 from verify.data import BadInput
 from verify.data.storage.ownership import files_in
@@ -22,6 +22,25 @@ COMMANDS = {
     "campaign": (
         ["campaign", "small.yaml", "--runs", "2", "--noise", "0.001", "--out", "out"],
         lambda _mission: CAMPAIGN_FILES,
+    ),
+    "rehearse": (
+        [
+            "rehearse",
+            "small.yaml",
+            "--runs",
+            "1",
+            "--controller",
+            "lee",
+            "--mass",
+            "1",
+            "--latency",
+            "0.01",
+            "--wind",
+            "0",
+            "--out",
+            "out",
+        ],
+        lambda _mission: REHEARSAL_FILES,
     ),
     "online": (["online", "small.yaml", "--out", "out"], lambda _mission: ONLINE_FILES),
     "export": (["export", "run", "--format", "crazyflie", "--out", "out"], None),

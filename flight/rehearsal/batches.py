@@ -1,0 +1,116 @@
+"""Flights of a rehearsal, all combinations of one controller side by side."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from flight.conditions import Conditions
+from flight.control.controller import CONTROLLERS
+from flight.draws import Draws
+from flight.model.airframe import Airframe
+from flight.model.attitude import Floats
+from flight.model.disturbances import Wind
+from flight.model.reference import Reference
+from flight.model.sensing import MotionCapture
+from flight.model.timing import CONTROL_STEP, FRAME_STEPS, SUBSTEPS
+from flight.on_board.fleet import Fleet, Sight
+from flight.on_board.steps import seen
+from flight.side_by_side import kinds_of
+from verify.data.progress import Progress
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What all flights of a rehearsal have in common.
+
+    Attributes:
+        reference: The plan, sampled.
+        airframes: Of each robot, as the profile says.
+        sensor: Motion capture, but for its latency.
+        masses: Shares of the profile's mass that are flown.
+        latencies: s.
+        winds: Those flown in.
+    """
+
+    reference: Reference
+    airframes: tuple[Airframe, ...]
+    sensor: MotionCapture
+    masses: tuple[float, ...]
+    latencies: tuple[float, ...]
+    winds: tuple[Wind, ...]
+
+    @property
+    def combinations(self) -> list[tuple[float, float, int]]:
+        """Mass, latency and index of the wind of each cell, in order."""
+        return list(itertools.product(self.masses, self.latencies, range(len(self.winds))))
+
+
+def worst_errors(job: Job, part: tuple[str, range], report: Progress) -> Floats:
+    """Fly every combination with some seeds, and return each robot's largest distance from its plan at any step.
+
+    Args:
+        job: What all have in common.
+        part: Name of the controller, and seeds.
+        report: Told how far it is.
+
+    Returns:
+        m; infinite where a robot was lost. Shape (cells, seeds, robots).
+    """
+    controller, seeds = part
+    reference, cells = job.reference, job.combinations
+    robots, runs = len(reference.robots), len(seeds)
+    beside = runs * robots  # vehicles of one cell
+    mass = None if job.masses == (1.0,) else np.repeat([mass for mass, _, _ in cells], beside)
+    delay = np.repeat([latency for _, latency, _ in cells], beside)
+    flights = len(cells) * runs
+    fleet = Fleet(
+        kinds_of(job.airframes, flights), CONTROLLERS.find(controller), np.tile(reference.start, (1, flights)), delay=delay, mass=mass
+    )  # fmt: skip
+    draws = Draws(Conditions(Wind((1.0, 0.0, 0.0), 1.0), job.sensor), seeds, robots)
+    air = _Air(job.winds, draws, [wind for _, _, wind in cells])
+    peak = np.zeros(len(cells) * beside)
+    with np.errstate(all="ignore"):  # a robot that is lost may be anywhere
+        for tick in range(reference.ticks):
+            draws.tick(tick)
+            wind = air.after(draws.gust())
+            fleet.drain(CONTROL_STEP)
+            flat = np.tile(reference.wanted(tick), (1, 1, flights))
+            for half in range(SUBSTEPS // FRAME_STEPS):
+                sight = seen(draws, job.sensor, half)
+                fleet.look(_in_every_cell(sight, len(cells)))
+                flown = fleet.fly(flat, half, wind)
+                first = tick * SUBSTEPS + half * FRAME_STEPS + 1
+                planned = reference.fine[first : first + FRAME_STEPS]
+                away = flown.reshape(FRAME_STEPS, 3, flights, robots) - planned[:, :, None]
+                away *= away
+                far = np.max(away[:, 0] + away[:, 1] + away[:, 2], axis=0).reshape(-1)
+                peak = np.maximum(peak, np.where(np.isnan(far), np.inf, far))
+            if tick % 25 == 0:
+                report("rehearsing", tick / reference.ticks)
+    report("rehearsing", 1.0)
+    return np.sqrt(peak).reshape(len(cells), runs, robots)
+
+
+def _in_every_cell(sight: Sight, cells: int) -> Sight:
+    """Return the same chance for as many cells."""
+    position, attitude, gyro = (np.tile(chance, cells) for chance in (sight.position, sight.attitude, sight.gyro))
+    return Sight(position, attitude, np.tile(sight.seen, cells), gyro)
+
+
+class _Air:
+    """Winds of all cells: each cell of one wind has the same gusts, seed by seed."""
+
+    def __init__(self, winds: tuple[Wind, ...], draws: Draws, of_cells: list[int]) -> None:
+        first = draws.first()
+        self._winds, self._of_cells = winds, of_cells
+        self._gusts = [wind.at_first(first) for wind in winds]
+
+    def after(self, draw: Floats) -> Floats:
+        """Return the air's velocity at every vehicle, m/s. Shape (3, n)."""
+        pairs = zip(self._winds, self._gusts, strict=True)
+        self._gusts = [wind.after(gust, draw, CONTROL_STEP) for wind, gust in pairs]
+        blown = [np.array(wind.mean)[:, None] + gust for wind, gust in zip(self._winds, self._gusts, strict=True)]
+        return np.concatenate([blown[wind] for wind in self._of_cells], axis=1)

@@ -1,0 +1,129 @@
+"""What a rehearsal found: a cell for each controller, mass, latency and wind, in or out of the tube."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """The flights of one combination.
+
+    Attributes:
+        controller: Its name.
+        mass: Share of the profile's mass that the vehicles weigh; controllers are told the profile's.
+        latency: s from a frame of motion capture to its use on board.
+        wind: m/s, as `Wind.parse` reads it.
+        worst: Largest distance of any robot from its plan at any time, m; infinite where one was lost.
+        robot: Whose.
+        seed: Of that flight.
+        left: How many of the flights left the tube; None without a certificate.
+    """
+
+    controller: str
+    mass: float
+    latency: float
+    wind: str
+    worst: float
+    robot: str
+    seed: int
+    left: int | None
+
+    @property
+    def inside(self) -> bool | None:
+        """Whether every flight stayed in its tube; None without a certificate."""
+        return None if self.left is None else self.left == 0
+
+
+@dataclass(frozen=True, slots=True)
+class Rehearsal:
+    """What a rehearsal found.
+
+    Attributes:
+        mission: The mission's name.
+        margin: Radius of the tube, m; None without a certificate.
+        certificate: Its digest, or None.
+        runs: Flights of each cell.
+        seed: Of the first of them.
+        profile: Whom the vehicles' margins are meant for.
+        cells: Controller by controller, then by mass, latency and wind.
+    """
+
+    mission: str
+    margin: float | None
+    certificate: str | None
+    runs: int
+    seed: int
+    profile: tuple[str, ...]
+    cells: tuple[Cell, ...]
+
+    @property
+    def controllers(self) -> tuple[str, ...]:
+        """Who flew, in order."""
+        return tuple(dict.fromkeys(cell.controller for cell in self.cells))
+
+    def of(self, controller: str) -> tuple[Cell, ...]:
+        """Return the cells of one controller.
+
+        Args:
+            controller: Its name.
+        """
+        return tuple(cell for cell in self.cells if cell.controller == controller)
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What was found, a sentence a controller."""
+        found: list[str] = []
+        for name in self.controllers:
+            cells = self.of(name)
+            worst = max(cells, key=lambda cell: cell.worst)
+            farthest = (
+                f"worst {_millimetres(worst.worst)} by {worst.robot} (mass x {worst.mass:g}, {1000 * worst.latency:g} ms late, "
+                f"wind {worst.wind}, seed {worst.seed})."
+            )
+            if self.margin is None:
+                found.append(f"{name}: {farthest}")
+                continue
+            kept = sum(cell.inside is True for cell in cells)
+            meant = ", whom the margin is meant for," if name in self.profile else ""
+            found.append(f"{name}{meant} stayed in the tube of {self.margin:g} m in {kept} of {len(cells)} cells; {farthest}")
+        return tuple(found)
+
+    def rows(self) -> list[list[str]]:
+        """Return the table as text, its heading first: a row for each controller and mass, a column for each latency and wind.
+
+        Cells are the worst error in mm, with `*` where a flight left its tube.
+        """
+        columns = list(dict.fromkeys((cell.latency, cell.wind) for cell in self.cells))
+        table = [["controller", "mass", *(f"{1000 * latency:g} ms, {wind} m/s" for latency, wind in columns)]]
+        found = {(cell.controller, cell.mass, cell.latency, cell.wind): cell for cell in self.cells}
+        for name, mass in dict.fromkeys((cell.controller, cell.mass) for cell in self.cells):
+            cells: Sequence[Cell] = [found[name, mass, *column] for column in columns]
+            table.append([name, f"x {mass:g}", *(_entry(cell) for cell in cells)])
+        return table
+
+    def to_dict(self) -> dict[str, Any]:  # of any type: JSON nests
+        """Return the findings as plain data; a lost robot's error is null."""
+        return {
+            "mission": self.mission,
+            "margin": self.margin,
+            "certificate": self.certificate,
+            "runs": self.runs,
+            "seed": self.seed,
+            "profile": list(self.profile),
+            "cells": [
+                {**asdict(cell), "worst": None if cell.worst == float("inf") else cell.worst, "inside": cell.inside}
+                for cell in self.cells
+            ],
+        }
+
+
+def _entry(cell: Cell) -> str:
+    worst = "lost" if cell.worst == float("inf") else f"{1000 * cell.worst:.0f}"
+    return worst if cell.inside is not False else f"{worst} *"
+
+
+def _millimetres(error: float) -> str:
+    return "beyond all bounds" if error == float("inf") else f"{1000 * error:.1f} mm"

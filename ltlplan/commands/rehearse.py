@@ -1,0 +1,66 @@
+"""`ltlplan rehearse`: the same flight by several controllers, with masses, latencies and winds that may be."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ltlplan.commands.shared import flight_options, options
+from ltlplan.commands.shared.simulation import Outcome, certified, simulating, written
+from verify.data.progress import part_of
+
+if TYPE_CHECKING:
+    from flight import Rehearsal
+
+
+def command(
+    source: flight_options.TeamArgument,
+    runs: Annotated[int, typer.Option("--runs", min=1, help="Flights of each combination.")] = 20,
+    controller: Annotated[
+        list[str] | None, typer.Option("--controller", help="Who follows; may be given several times.")
+    ] = None,
+    mass: Annotated[
+        list[float] | None, typer.Option("--mass", help="Share of the profile's mass that is flown; several times.")
+    ] = None,
+    latency: Annotated[
+        list[float] | None, typer.Option("--latency", help="s from a frame of motion capture to its use; several times.")
+    ] = None,
+    wind: Annotated[list[str] | None, typer.Option("--wind", help="m/s, as for `fly`; several times.")] = None,
+    noise: Annotated[str, typer.Option("--noise", help="Standard deviation of motion capture's positions, m.")] = "0.001",
+    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes; findings do not depend on it.")] = 1,
+    out: flight_options.OutOption = None,
+    seed: options.SeedOption = None,
+    json: options.JsonOption = False,
+) -> None:
+    """Rehearse a certified mission: which controllers stay in the tube, with what mass, latency and wind.
+
+    Four controllers, three masses, three latencies and three winds unless options say otherwise; * marks what left the tube.
+    """
+    from flight import rehearse
+    from flight.rehearsal.rehearse import USUAL, Combinations
+    from ltlplan.output import REHEARSAL_FILES, write_rehearsal
+
+    combinations = Combinations(
+        tuple(controller or USUAL.controllers),
+        tuple(mass or USUAL.masses),
+        tuple(latency or USUAL.latencies),
+        tuple(wind or USUAL.winds),
+    )
+    with simulating(out, REHEARSAL_FILES, quiet=json) as progress:
+        plan, team, certificate = certified(source, part_of(progress, 0.0, 0.3))
+        found = rehearse(
+            plan, team, certificate, combinations=combinations, noise=noise, runs=runs, seed=plan.seed if seed is None else seed,
+            workers=workers, progress=part_of(progress, 0.3, 1.0),
+        )  # fmt: skip
+        files = written(out, lambda folder: write_rehearsal(plan, found, folder))
+    Outcome(_lines(found), found.to_dict(), None).show(files, as_json=json)
+
+
+def _lines(found: Rehearsal) -> list[str]:
+    """Return the table, aligned, and the sentences."""
+    rows = found.rows()
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines = ["  ".join(cell.rjust(width) if i > 1 else cell.ljust(width) for i, (cell, width) in enumerate(zip(row, widths, strict=True)))
+             for row in rows]  # fmt: skip
+    return [*(line.rstrip() for line in lines), "", *found.sentences]
