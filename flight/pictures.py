@@ -33,6 +33,9 @@ CAMERA = {"eye": {"x": 0.8, "y": -1.7, "z": 1.0}, "center": {"x": 0.0, "y": 0.0,
 LEGEND = {"orientation": "h", "x": 0.0, "y": 1.0, "yanchor": "bottom", "font": {"size": 12}, "bgcolor": CLEAR}
 """Above every figure: inside it, it would cover words, and beside it, it would take a phone's width."""
 
+MANY = 20
+"""Names up to which a figure has a legend; more would cover it, and are told beside it."""
+
 _SEEN = 5e-4
 """m; points of a line are left out where the line without them is as near as that, so that pages stay small."""
 _NAMED = 8
@@ -109,7 +112,8 @@ def scene(
     for index, name in enumerate(mission.agents):
         marker = {"size": 8, "color": robot_colour(index), "line": {"color": "#222", "width": 1}}
         figure.add_trace(points(np.array([mission.agents[name].start]), name, marker))
-    return figure.update_layout(scene_layout(mission, [*paths.values(), *(flown or {}).values()]))
+    layout = scene_layout(mission, [*paths.values(), *(flown or {}).values()])
+    return figure.update_layout(layout, showlegend=len(mission.agents) <= MANY)
 
 
 def scene_layout(mission: Mission, paths: Sequence[Floats] = ()) -> dict[str, object]:

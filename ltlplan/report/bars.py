@@ -7,6 +7,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from ltlplan.report.page import folded
+
 _MOST_TICKS = 8
 _LONGEST_NAME = 200
 
@@ -43,10 +45,11 @@ def bars_html(name: str, bars: Sequence[Bar], rows: Sequence[str], end: float, l
     step = tick_step(end)
     lines = "".join(_row(row, _joined([bar for bar in bars if bar.row == row]), end) for row in rows)
     ticks = "".join(f'<b style="left:{_share(k * step, end)}">{k * step:g}</b>' for k in range(int(end / step + 1e-9) + 1))
-    return (
+    chart = (
         f'<div id="{name}" class="bars" role="img" aria-label="{html.escape(label)}" style="--step:{_share(step, end)}">'
         f'{lines}<div class="axis"><span class="name">time (s)</span><span class="ticks">{ticks}</span></div></div>'
     )
+    return folded(chart, len(rows), "rows")
 
 
 def tick_step(end: float) -> float:

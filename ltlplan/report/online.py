@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from flight.pictures import scene
 from ltlplan.report.charts import shown_chart, truth_chart
+from ltlplan.report.crowds import scene_of
 from ltlplan.report.history import LetterInterval, still_to_do, team_readings
 from ltlplan.report.page import listed, page_html, section, warning
 from ltlplan.report.player import Playing, player_data, player_section
@@ -50,16 +51,17 @@ def online_html(flown: OnlineFlight) -> str:
     label = (
         f"Moving 3-D picture of the hoops and of where {', '.join(mission.agents)} were; the bars below say what they showed."
     )
+    drawn, note = scene_of(mission, scene(mission, playing.paths, earlier=flown.earlier), _SCENE)
     return page_html(
         f"{mission.name}, flown online",
         header="".join(warning(note) for note in log.notes)
         + listed([*answer, f"Asked: {mission.formula}", *(f"{time:.2f} s: {sentence}" for time, sentence in happened)]),
         sections=[
-            player_section(playing, label, _SCENE),
+            player_section(playing, label, note),
             section("Labels over time", shown_chart(mission, letters, end), note=_LABELS),
             section("Sub-formulas over time", truth_chart(mission.formula, readings, end, None), note=_TRUTH),
         ],
-        figures={"scene": scene(mission, playing.paths, earlier=flown.earlier)},
+        figures={"scene": drawn},
         player=player_data(playing),
     )
 

@@ -10,7 +10,7 @@ from types import MappingProxyType
 import numpy as np
 import plotly.graph_objects as go
 
-from flight.pictures import CLEAR, LEGEND
+from flight.pictures import CLEAR, LEGEND, MANY
 from flight.shapes import Floats, rounded
 
 GRID = "rgba(128,136,150,0.25)"
@@ -81,7 +81,7 @@ def over_time(lines: Mapping[str, Line], title: str, limits: Mapping[str, float]
         yaxis={"title": title, "rangemode": "tozero", **axis},
         margin={"l": 60, "r": 16, "t": 10, "b": 45},
         legend=LEGEND,
-        showlegend=True,
+        showlegend=len(seen) <= MANY,
         plot_bgcolor=CLEAR,
         paper_bgcolor=CLEAR,
     )

@@ -84,6 +84,21 @@ def warning(sentence: str) -> str:
     return f'<p class="warning" role="note">{html.escape(sentence)}</p>'
 
 
+MOST_ROWS = 40
+"""Rows that are shown at once; more are folded."""
+
+
+def folded(content: str, count: int, what: str) -> str:
+    """Return markup that a reader opens where it has many rows, and as it is where it has few.
+
+    Args:
+        content: The markup.
+        count: Its rows.
+        what: The rows' name, in the plural.
+    """
+    return content if count <= MOST_ROWS else f"<details><summary>All {count} {html.escape(what)}</summary>{content}</details>"
+
+
 def table(
     header: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: Sequence[int] = (), verdict: int | None = None
 ) -> str:

@@ -6,7 +6,12 @@ function startPlayer(playing, traces) {
   const play = document.getElementById("play");
   const markers = playing.robots.map((_, i) => traces.length - playing.robots.length + i);
   const lasting = traces.flatMap((trace, i) => (trace.meta ? [i] : [])); // what is there for a time only
+  const clockFace = document.getElementById("time");
+  const letters = playing.robots.map((_, i) => document.getElementById("letter" + i));
+  const charts = document.querySelectorAll(".bars");
   let world = "";
+  let todo = null;
+  let happened = 0;
   let running = false;
   let last = 0;
 
@@ -45,19 +50,51 @@ function startPlayer(playing, traces) {
     Plotly.restyle(scene, { visible: seen }, lasting);
   }
 
-  function show(time) {
-    const points = playing.paths.map((path) => at(path, time));
-    if (scene.data) { // a scene far from the screen may not be drawn
+  // Puts the markers where the robots are: into the scene's own objects where it has them as we know them, because plotly goes
+  // through every trace of a scene for a single new point; and into the figure's data, for whatever draws it anew.
+  function place(points) {
+    const drawn = scene._fullLayout && scene._fullLayout.scene && scene._fullLayout.scene._scene;
+    const known = drawn && drawn.traces && drawn.glplot && typeof drawn.glplot.redraw === "function";
+    if (!known) {
       Plotly.restyle(scene, { x: points.map((p) => [p[0]]), y: points.map((p) => [p[1]]), z: points.map((p) => [p[2]]) }, markers);
+      return;
+    }
+    points.forEach(([x, y, z], i) => {
+      const full = scene._fullData[markers[i]];
+      for (const trace of [scene.data[markers[i]], full]) Object.assign(trace, { x: [x], y: [y], z: [z] });
+      if (drawn.traces[full.uid]) drawn.traces[full.uid].update(full); // a hidden robot has none
+    });
+    drawn.glplot.redraw();
+  }
+
+  // Hides what a robot has in the scene, or shows it again: as a click on its name in the legend does, where there is one.
+  function toggle(button, name) {
+    if (!scene.data) return;
+    const own = scene.data.flatMap((trace, i) => (trace.name === name || trace.legendgroup === name ? [i] : []));
+    const hide = scene.data[own[0]].visible !== "legendonly";
+    button.setAttribute("aria-pressed", String(!hide));
+    Plotly.restyle(scene, { visible: hide ? "legendonly" : true }, own);
+  }
+
+  function write(element, text) {
+    if (element.textContent !== text) element.textContent = text;
+  }
+
+  function show(time) {
+    if (scene.data) { // a scene far from the screen may not be drawn
+      place(playing.paths.map((path) => at(path, time)));
       change(time);
     }
-    document.getElementById("time").textContent = time.toFixed(1) + " s";
+    write(clockFace, time.toFixed(1) + " s");
     clock.setAttribute("aria-valuetext", time.toFixed(1) + " s");
-    document.body.style.setProperty("--now", String(time / Number(clock.max)));
-    playing.letters.forEach((rows, i) => { document.getElementById("letter" + i).textContent = spell(rows, time); });
-    document.getElementById("todo").replaceChildren(...spell(playing.todo, time).map(part));
+    for (const chart of charts) chart.style.setProperty("--now", String(time / Number(clock.max)));
+    playing.letters.forEach((rows, i) => write(letters[i], spell(rows, time)));
+    const next = spell(playing.todo, time);
+    if (next !== todo) document.getElementById("todo").replaceChildren(...next.map(part));
+    todo = next;
     const past = playing.happened.filter(([when]) => when <= time);
-    if (!playing.happened.length) return;
+    if (past.length === happened) return;
+    happened = past.length;
     document.getElementById("past").hidden = !past.length;
     document.getElementById("happened").replaceChildren(...past.map(([when, what]) => item(when.toFixed(1) + " s: " + what)));
   }
@@ -84,6 +121,9 @@ function startPlayer(playing, traces) {
     if (Number(clock.value) >= Number(clock.max) - 0.01) clock.value = 0;
     last = performance.now();
     requestAnimationFrame(tick);
+  });
+  document.querySelectorAll("#letters button").forEach((button, i) => {
+    button.addEventListener("click", () => toggle(button, playing.robots[i]));
   });
   clock.addEventListener("input", () => show(Number(clock.value)));
   document.body.classList.add("playing");

@@ -58,7 +58,7 @@ def player_section(playing: Playing, label: str, note: str) -> str:
         note: Likewise how to read it, for everybody.
     """
     robots = "".join(
-        f'<dt><i style="background:{robot_colour(index)}"></i>{html.escape(name)}</dt>'
+        f'<dt><button type="button" aria-pressed="true"><i style="background:{robot_colour(index)}"></i>{html.escape(name)}</button></dt>'
         f'<dd class="visits">{html.escape(playing.tasks.get(name, ""))}</dd><dd class="letter" id="letter{index}"></dd>'
         for index, name in enumerate(playing.paths)
     )

@@ -13,7 +13,8 @@ import plotly.graph_objects as go
 
 from flight.pictures import scene
 from ltlplan.report.charts import error_chart, label_chart, rotor_chart, truth_chart
-from ltlplan.report.page import figure_place, listed, page_html, section, table, warning
+from ltlplan.report.crowds import scene_of
+from ltlplan.report.page import figure_place, folded, listed, page_html, section, table, warning
 from ltlplan.report.player import player_data, player_section
 from ltlplan.report.replay import replay_of
 from ltlplan.report.summary import (
@@ -52,7 +53,7 @@ _ERRORS = "Distance of the simulated robot from its certified path; the certific
 _ROTORS = "Greatest (line) and least (dots) rotor of each robot, against the limits."
 _SCENE = (
     "Line: certified path; tube around it: the margin; dots: flown in simulation; diamonds: waypoints. Drag to turn, scroll to "
-    "zoom; a click on a name hides that robot."
+    "zoom; a click on a name hides that robot, or shows it again."
 )
 
 
@@ -63,13 +64,12 @@ def report_html(result: Result) -> str:
     playing, end = replay.playing, replay.end
     flown = {name: result.log.position[::THIN, i] for i, name in enumerate(result.log.robots)}
     waypoints = {name: [w.position for w in robot.waypoints] for name, robot in result.plan.robots.items()}
-    figures: dict[str, go.Figure] = {
-        "scene": scene(mission, playing.paths, flown=flown, waypoints=waypoints, margin=certificate.margin),
-        "errors": error_chart(result),
-    }
+    drawn = scene(mission, playing.paths, flown=flown, waypoints=waypoints, margin=certificate.margin)
+    drawn, note = scene_of(mission, drawn, _SCENE)
+    figures: dict[str, go.Figure] = {"scene": drawn, "errors": error_chart(result)}
     label = f"Moving 3-D picture of the hoops and of the paths of {', '.join(mission.agents)}; the plan's table says the same."
     sections = [
-        player_section(playing, label, _SCENE),
+        player_section(playing, label, note),
         section("Labels over time", label_chart(certificate, playing.letters, end, replay.cycle), note=_LABELS),
     ]
     if mission.spec.formula is not None:
@@ -158,7 +158,7 @@ def _plan_table(result: Result) -> str:
     if not result.mission.of_one_kind:
         rows = [[row[0], kind_text(result.mission, row[0]), *row[1:]] for row in rows]
         titles, numbers = ("robot", "kind", *titles[1:]), (4, 5)
-    content = table(titles, rows, numbers=numbers)
+    content = folded(table(titles, rows, numbers=numbers), len(rows), "robots")
     notes = "".join(f'<p class="note">{html.escape(note)}</p>' for note in result.plan.notes)
     return section("Plan", notes + content)
 

@@ -152,7 +152,7 @@ def test_the_slider_shows_the_end_of_the_mission(desk: Desk, name: str) -> None:
     assert text(tab, "letter0") == "{carrying}", "quad0 has its water at the end"
     todo = tab.run("Array.from(document.querySelectorAll('#todo li')).map(e => e.textContent)")
     assert "F loc2 done" in todo
-    assert tab.run("document.body.style.getPropertyValue('--now')") == "1"
+    assert tab.run("document.querySelector('.bars').style.getPropertyValue('--now')") == "1"
 
 
 def test_a_hoop_that_moved_is_seen_where_it_was_at_the_time(desk: Desk) -> None:

@@ -1,0 +1,67 @@
+"""Scenes of many robots: what is drawn together, what is left out, and what a player still finds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+
+from flight.pictures import MANY, scene
+from ltlplan import load_mission
+from ltlplan.report.bars import Bar, bars_html
+from ltlplan.report.crowds import CROWD, lightened, scene_of
+from verify.data import Mission
+
+
+@pytest.fixture
+def mission() -> Mission:
+    return load_mission("firefighting")
+
+
+def drawn(mission: Mission) -> go.Figure:
+    paths = {name: np.linspace(agent.start, np.add(agent.start, [1.0, 1.0, 0.5]), 9) for name, agent in mission.agents.items()}
+    waypoints = {name: path[[0, -1]].tolist() for name, path in paths.items()}
+    return scene(mission, paths, flown=paths, waypoints=waypoints, margin=0.05)
+
+
+def texts(figure: Any) -> list[list[str]]:
+    return [list(trace.text) for trace in figure.data if trace.type == "scatter3d" and trace.mode == "text"]
+
+
+def test_regions_become_one_body_and_robots_stay_apart(mission: Mission) -> None:
+    full: Any = drawn(mission)
+    light: Any = lightened(full)
+    bodies = [trace for trace in full.data if trace.type == "mesh3d" and not trace.name.endswith("tube")]
+    merged = [trace for trace in light.data if trace.type == "mesh3d"]
+    assert sum(len(body.x) for body in bodies) == sum(len(body.x) for body in merged)
+    for body in merged:
+        assert max(*body.i, *body.j, *body.k) < len(body.x) == len(body.hovertext)
+        assert len(body.facecolor) == len(body.i)
+    assert {name for body in merged for name in body.hovertext} == {body.name for body in bodies}
+    assert texts(light) == [[words for (words,) in texts(full)]]
+    robots = len(mission.agents)
+    assert light.data[-robots:] == full.data[-robots:]
+    assert [trace.name for trace in light.data if trace.type == "scatter3d" and trace.mode == "lines"][-robots:] == [
+        *mission.agents
+    ]
+
+
+def test_only_scenes_of_many_robots_are_lightened(mission: Mission) -> None:
+    figure: Any = drawn(mission)
+    assert scene_of(mission, figure, "as it is")[0] is figure
+    agents = {f"q{i}": next(iter(mission.agents.values())) for i in range(MANY + 1)}
+    many = mission.model_copy(update={"agents": agents})
+    light: Any
+    light, note = scene_of(many, figure, "as it is")
+    assert note == CROWD
+    assert len(light.data) < len(figure.data)
+
+
+def test_charts_of_many_rows_are_folded() -> None:
+    def chart(rows: int) -> str:
+        return bars_html("c", [Bar("r0", 0.0, 1.0, "red", "r0")], [f"r{i}" for i in range(rows)], 1.0, "Chart")
+
+    assert chart(40).startswith('<div id="c"')
+    assert chart(41).startswith("<details><summary>All 41 rows</summary>")
