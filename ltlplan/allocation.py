@@ -8,6 +8,7 @@ that finds words and paths together, because it prices words by the very paths, 
 from __future__ import annotations
 
 import itertools
+from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -47,13 +48,13 @@ class Itinerary:
 
     def legs(self, mission: Mission, robot: str) -> frozenset[Leg]:
         """Return the legs that a robot of the mission flies by it; a lasso's closing leg too."""
-        stops = range(len(self.visits)) if self.stops is None else self.stops
+        stops = tuple(range(len(self.visits))) if self.stops is None else self.stops
         start, regions = mission.agents[robot].start, [self.visits[stop].region for stop in stops]
         if regions and float(mission.all_regions[regions[0]].level(np.array(start))) <= 1.0:
             regions = regions[1:]  # it is there already
         places: list[Point | str] = [start, *regions]
-        if self.cycle_visit is not None and self.cycle_visit < len(self.visits):
-            places.append(self.visits[self.cycle_visit].region)
+        if self.cycle_visit is not None and (lap := stops[bisect_left(stops, self.cycle_visit) :]):
+            places.append(self.visits[lap[0]].region)
         return frozenset((robot, a, b) for a, b in itertools.pairwise(places) if isinstance(b, str))
 
 

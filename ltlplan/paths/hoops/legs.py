@@ -71,11 +71,12 @@ class Legs:
                 cycle = len(stops) - 1 if side is not None else len(stops) - 2
             stops += self._passage(i, side)
         last = len(sides) - 1
+        comes_to_rest = cycle_visit is None or cycle_visit == len(sides)
         if cycle is not None:
             stops += self._back_to(last, sides[last], stops[cycle])
         elif self.end is not None and cycle_visit is None:
             stops += self._to_end(last, sides[last] if sides else None)
-        elif cycle_visit is None and sides and sides[last] is None and not self.inside_last:
+        elif comes_to_rest and sides and sides[last] is None and not self.inside_last:
             stops.append(self._outside(self._exit(last, None)[0], self.visits[last].region, last))
         return stops, cycle
 
@@ -216,9 +217,13 @@ class Legs:
         return [first, *way, replace(target, permitted=target.permitted | last)]
 
     def _entering(self, origin: Stop, way: list[Stop], reaches: frozenset[str]) -> list[Stop]:
-        """Permit the regions around a target where a way through free space turns in them, as in a room with a corner."""
-        if self.where.space is None or len(way) == 1:
+        """Permit the regions around a target where a way turns in them, as in a room with a corner."""
+        if len(way) == 1:
             return way
+        if self.where.space is None:
+            return [
+                replace(stop, permitted=stop.permitted | (self._holding(stop.position) & reaches)) for stop in way[:-1]
+            ] + way[-1:]
         entered = self.where.space.entered(np.stack([origin.position, *(stop.position for stop in way)]), self.where.slack)
         return [replace(stop, permitted=stop.permitted | (met & reaches)) for stop, met in zip(way, entered, strict=True)]
 

@@ -10,6 +10,7 @@ all times; where it cuts a corner too closely, a point on the leg itself is adde
 from __future__ import annotations
 
 import itertools
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -178,10 +179,11 @@ def _route(mission: Mission, asked: _Asked, directions: Directions, slack: float
     robot, visits, cycle_visit, word = asked.robot, asked.visits, asked.cycle_visit, asked.word
     where = room(mission, slack, robot=robot)
     flown = tuple(visits[stop] for stop in asked.stops)
-    inside_last = _ends_inside(mission, robot, flown, cycle_visit, word)
+    first = None if cycle_visit is None else bisect_left(asked.stops, cycle_visit)
+    inside_last = _ends_inside(mission, robot, flown, first, word)
     legs = Legs(mission, robot, flown, where, inside_last, asked.stops)
-    sides = choose_sides(legs, cycle_visit, directions)
-    stops, cycle = legs.stops(sides, cycle_visit)
+    sides = choose_sides(legs, first, directions)
+    stops, cycle = legs.stops(sides, first)
     asks = _Repair(where, mission.planner.speed, Counter(v.region for v in visits), shortest)
     stops, times, cycle = _repaired(stops, cycle, asks)
     hovers = cycle_visit == len(visits)

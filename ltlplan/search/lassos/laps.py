@@ -71,7 +71,7 @@ def assign_lasso(
             )
         run, exact, certain = _improved(system, automata, run, laps, budget)
     (name,) = mission.agents
-    robot = lasso_itinerary(system, run.prefix, run.cycle, laps)
+    robot = lasso_itinerary(mission, system, run.prefix, run.cycle)
     if certain:
         return Assignment({name: robot}, robot.cost, robot.cost, complete=True, tried=1)
     note = "The cheapest round of the planning automaton" if exact else "The best round found within the budget of states"
