@@ -14,14 +14,14 @@ What the printed algorithm leaves open is decided like this.
 * Def. 4.7 hands over to robot r + 1 only. Here to any robot that has not flown: the order is part of the search.
 * Pairwise decomposition does not make three tasks decompose, so a finished walk counts only if the words of all robots,
   idle ones too, hold in every order.
+* Sets of tasks are as many as 2^n. From `many_tasks.MANY` tasks on tours are shared instead (`many_tasks`), by the same costs.
 * With `every_robot` all robots are optimised again at each state, as the paper does. Otherwise a choice whose lower bound
   is above a known cost is not optimised; that changes no result.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from numpy.random import Generator
@@ -30,15 +30,18 @@ from ltlplan.allocation import Allocation, Context, Itinerary
 from ltlplan.mtac.admissible_heuristic import TeamModel
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.beam_search import BeamSearch, Options
+from ltlplan.mtac.many_tasks import many_tasks, share_many
 from ltlplan.mtac.optimality_gap import optimality_gap, straight_line_costs
+from ltlplan.mtac.priced_paths import PricedPaths
 from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.mtac.task_reader import Reader
-from ltlplan.paths.costs import cost_of, team_cost
-from ltlplan.paths.flight_times import lasts_too_long, require_endurance
-from ltlplan.paths.hoops import route_itinerary
-from ltlplan.paths.improvement import ImprovedPath, improved_path, own_draws, searched_cost, with_ramped_times
-from verify.data import BadInput, Infeasible, Mission, RobotPlan, Word
+from ltlplan.paths.costs import team_cost
+from ltlplan.paths.improvement import ImprovedPath
+from verify.data import BadInput, Mission
 from verify.data.progress import Progress, silent
+
+MOST_WALKED = 8
+"""Conjuncts up to which the team automaton is walked where tours were not found."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +55,7 @@ class Shared:
         stops: Of each robot, as in an itinerary.
         tried: How many paths were optimised.
         consulted: The costs compared at each step: (robot, region) and the cost of the robot's path up to it.
+        least: Of many tasks: no assignment costs less, by straight lines or ways around obstacles.
     """
 
     paths: dict[str, ImprovedPath]
@@ -60,6 +64,7 @@ class Shared:
     stops: dict[str, tuple[int, ...]]
     tried: int
     consulted: tuple[dict[tuple[str, str], float], ...] = ()
+    least: float | None = None
 
 
 def mtac_e(mission: Mission, context: Context, *, options: Options | None = None) -> Allocation:
@@ -89,7 +94,8 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
     notes = [f"MTAC-E optimised {found.tried} paths; handed over in the order {', '.join(found.order) or 'of nobody'}."]
     bound = None
     if chosen.optimality_gap:
-        gap, bound = optimality_gap(mission, {name: tuple(plans[name].visits[k] for k in found.stops[name]) for name in plans})
+        flown = {name: tuple(plans[name].visits[k] for k in found.stops[name]) for name in plans}
+        gap, bound = optimality_gap(mission, flown, least=found.least)
         notes.append(gap)
     return Allocation(
         robots={
@@ -102,7 +108,7 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
 def share_tasks(
     mission: Mission, *, rng: Generator, progress: Progress = silent, options: Options | None = None
 ) -> Shared | None:
-    """Search the team automaton as `mtac_e` does, and return what was found with the costs that were compared.
+    """Search the team automaton as `mtac_e` does, or share many tasks in tours, and return what was found with the costs that were compared.
 
     Args:
         mission: What is asked; `planner` gives objective, costs and the numbers of cross-entropy.
@@ -118,10 +124,22 @@ def share_tasks(
     """
     if mission.spec.trace == "infinite":
         raise BadInput("MTAC-E shares tasks that end; laps for ever are planned by `method: exact`.")
+    chosen, many = options or Options(), many_tasks(mission)
+    if many is not None:
+        paths = PricedPaths(mission, int(rng.integers(2**63)))
+        shared = share_many(many, paths, rng=rng, width=chosen.width, progress=progress)
+        if shared is not None:
+            order = tuple(robot for robot, does in shared.robots.items() if does.visits)
+            return _shared(mission, paths, shared.robots, order, least=shared.least)
+        if len(many.task.parts) > MOST_WALKED:
+            return None
     world = World(mission)
     starts = {robot: world.start(robot) for robot in mission.agents}
     reader = Reader(world)
-    paths = _Paths(mission, world, int(rng.integers(2**63)))
+    paths = PricedPaths(mission, int(rng.integers(2**63)))
+
+    def price(robot: str, task: RobotTask) -> float:
+        return paths.cost(robot, (task.moves, task.leaves), lambda: task.itinerary(world))
 
     def holds(tasks: Mapping[str, RobotTask]) -> bool:
         return reader.holds_in_every_order(
@@ -132,45 +150,26 @@ def share_tasks(
         world, reader, starts, begun=frozenset({reader.initial}), takes_off=True,
         in_decomposition_set=reader.in_decomposition_set, metric=straight_line_costs(mission),
     )  # fmt: skip
-    search = BeamSearch(team, price=paths.cost, holds=holds, options=options or Options())
+    search = BeamSearch(team, price=price, holds=holds, options=chosen)
     best = search.search(progress)
     if best is None:
         return None
     tasks = {robot: best.tasks.get(robot, RobotTask(where)) for robot, where in starts.items()}
-    found = {robot: paths.best(robot, task) for robot, task in tasks.items()}
-    stops = {robot: task.itinerary(world).stops or () for robot, task in tasks.items()}
+    return _shared(
+        mission, paths, {robot: task.itinerary(world) for robot, task in tasks.items()}, best.order, search.consulted
+    )
+
+
+def _shared(
+    mission: Mission,
+    paths: PricedPaths,
+    does: Mapping[str, Itinerary],
+    order: tuple[str, ...],
+    consulted: Sequence[dict[tuple[str, str], float]] = (),
+    least: float | None = None,
+) -> Shared:  # as many as a search has found
+    """Return what robots do with their paths, judged for all times."""
+    found = {robot: paths.best(robot, own) for robot, own in does.items()}
+    stops = {robot: own.stops or () for robot, own in does.items()}
     cost = team_cost(mission, [path.plan.cost for path in found.values()])
-    return Shared(found, best.order, cost, stops, len(paths.tried), tuple(search.consulted))
-
-
-class _Paths:
-    """The paths that were optimised so far, each once, with draws of its own."""
-
-    def __init__(self, mission: Mission, world: World, seed: int) -> None:
-        self.mission, self.world, self.seed = mission, world, seed
-        self.tried: dict[tuple[object, ...], tuple[RobotPlan, float]] = {}
-
-    def cost(self, robot: str, task: RobotTask) -> float:
-        """Cost-to-go (line 7): the cost of a robot's whole path so far, by cross-entropy; infinite where there is no way."""
-        key = (robot, task.moves, task.leaves)
-        if key not in self.tried:
-            does = task.itinerary(self.world)
-            try:
-                nominal = with_ramped_times(route_itinerary(self.mission, robot, does), cost_of(self.mission, robot))
-                require_endurance(self.mission, robot, nominal)
-                cost = searched_cost(self.mission, robot, nominal, self.draws(robot, does.word))
-            except Infeasible:
-                return math.inf
-            self.tried[key] = nominal, cost
-        return self.tried[key][1]
-
-    def best(self, robot: str, task: RobotTask) -> ImprovedPath:
-        """Return the path whose cost was found, judged for all times."""
-        does = task.itinerary(self.world)
-        nominal = route_itinerary(self.mission, robot, does)
-        found = improved_path(self.mission, robot, nominal, lambda: self.draws(robot, does.word))
-        return ImprovedPath(nominal, found.history) if lasts_too_long(self.mission, found.plan) else found
-
-    def draws(self, robot: str, word: Word) -> Generator:
-        """Return a source that depends on nothing but the seed, the robot and what it does."""
-        return own_draws(self.seed, robot, word)
+    return Shared(found, order, cost, stops, len(paths.tried), tuple(consulted), least)

@@ -7,12 +7,15 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.paths.costs import cost_of, team_cost
 from ltlplan.systems.objective import is_counted_by_legs
 from ltlplan.systems.region_graph import RegionGraph
 from ltlplan.systems.region_labels import Layout
 from verify.data import Mission, Visit
 from verify.data.shapes.inequalities import Point
+
+_STATES_FOR_MANY = 20_000
 
 
 def straight_line_costs(mission: Mission) -> Callable[[str, Point, str], float]:
@@ -65,7 +68,9 @@ class _Ways:
         return self._known[key]
 
 
-def optimality_gap(mission: Mission, visits: Mapping[str, Sequence[Visit]]) -> tuple[str, float | None]:
+def optimality_gap(
+    mission: Mission, visits: Mapping[str, Sequence[Visit]], *, least: float | None = None
+) -> tuple[str, float | None]:
     """Compare an assignment with the exact one by straight lines, or by shortest ways around obstacles.
 
     Where costs are not counted leg by leg, only the bound is told.
@@ -73,30 +78,48 @@ def optimality_gap(mission: Mission, visits: Mapping[str, Sequence[Visit]]) -> t
     Args:
         mission: What is asked.
         visits: The regions to whose middles each robot flies, in order, one that it starts in first.
+        least: Of many tasks: no assignment costs less by straight lines. The exact search is asked for a few states only then.
 
     Returns:
-        A sentence for a person, and the exact search's lower bound where it has one.
+        A sentence for a person, and a lower bound on the objective where one is known.
 
     Raises:
         Unsatisfiable: There is no exact assignment.
         TooLarge: A budget was used up before one was found.
     """
+    budget = DEFAULT_BUDGET if least is None else Budget(states=_STATES_FOR_MANY)
     if not is_counted_by_legs(mission):
         from ltlplan.paths.priced_words import lower_bound
 
-        least = lower_bound(mission)
-        known = "No lower bound on the costs was found." if least is None else f"No assignment costs less than {least:.3f}."
-        return known, least
+        bound = lower_bound(mission, budget=budget)
+        return (
+            "No lower bound on the costs was found." if bound is None else f"No assignment costs less than {bound:.3f}.",
+            bound,
+        )
     from ltlplan.search.exact import assign
 
-    exact = assign(mission)
     ours = straight_cost(mission, visits)
-    gap = 100.0 * (ours / exact.cost - 1.0) if exact.cost > 0 else 0.0
     lines = "shortest ways around obstacles" if mission.obstacles else "straight lines"
-    sentence = (
-        f"By {lines} this assignment costs {ours:.3f}, the {'best' if exact.complete else 'best known'} one {exact.cost:.3f}"
-    )
-    return f"{sentence}: a gap of {gap:.1f} %.", exact.lower_bound
+    costs = f"By {lines} this assignment costs {ours:.3f}"
+    try:
+        exact = assign(mission, budget=budget, explained=least is None)
+    except TooLarge:
+        if least is None:
+            raise
+        return _at_most(costs, ours, least), least
+    if least is not None and not exact.complete:
+        bound = max(least, exact.lower_bound or 0.0)
+        return _at_most(costs, ours, bound), bound
+    gap = 100.0 * (ours / exact.cost - 1.0) if exact.cost > 0 else 0.0
+    best = "best" if exact.complete else "best known"
+    return f"{costs}, the {best} one {exact.cost:.3f}: a gap of {gap:.1f} %.", exact.lower_bound
+
+
+def _at_most(costs: str, ours: float, least: float) -> str:
+    """Return the sentence where no exact assignment is known."""
+    if least <= 0:
+        return f"{costs}; no lower bound was found."
+    return f"{costs}, and none costs less than {least:.3f}: a gap of at most {max(0.0, 100.0 * (ours / least - 1.0)):.1f} %."
 
 
 def straight_cost(mission: Mission, visits: Mapping[str, Sequence[Visit]]) -> float:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from operator import itemgetter
 
 from ltlplan.allocation import Allocation, Context, Itinerary, Leg
-from ltlplan.logic.budget import TooLarge
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.paths.costs import WeightedCost, cost_of, plan_cost, team_cost
 from ltlplan.paths.flight_times import lasts_too_long
 from ltlplan.paths.improvement import improved_path, own_draws, with_ramped_times
@@ -85,14 +85,15 @@ def _said(mission: Mission, priced: int, *, bounded: bool) -> Iterator[str]:
         )
 
 
-def lower_bound(mission: Mission) -> float | None:
+def lower_bound(mission: Mission, *, budget: Budget = DEFAULT_BUDGET) -> float | None:
     """Return what no allocation costs less than, by straight legs at the nominal speeds; None where the search for it is too large.
 
     Args:
         mission: What is asked. Terms that have no bound of their own are counted as 0.
+        budget: Bounds on the search.
     """
     try:
-        return assign(mission, cost=least_costs(mission), metre=least_rates(mission)).lower_bound
+        return assign(mission, cost=least_costs(mission), metre=least_rates(mission), budget=budget).lower_bound
     except TooLarge:
         return None
 

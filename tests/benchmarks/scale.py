@@ -1,7 +1,7 @@
-"""What many robots cost: planning, refining and judging as many goals as robots, all flying at once; words; separation.
+"""What many robots cost: planning, refining and judging as many goals as robots, all flying at once; MTAC-E; words; separation.
 
 python tests/benchmarks/scale.py                     # 4, 8 and 12 robots
-python tests/benchmarks/scale.py 4 8 16 --only words # or only: mission, words, separation
+python tests/benchmarks/scale.py 4 8 16 --only words # or only: mission, mtac, words, separation
 """
 
 from __future__ import annotations
@@ -31,17 +31,20 @@ from verify.motion.paths import read_team
 from verify.motion.separation import minimum_distances, pairwise_distances
 
 
-def scale_mission(robots: int) -> Mission:
-    """Return a mission with robots on a grid of 1.5 m, and as many goals on a grid beyond; the longest flight counts."""
-    side = math.ceil(math.sqrt(robots))
-    places = [(i % side * 1.5, i // side * 1.5) for i in range(robots)]
-    lines = [f"format: 1\nname: scale{robots}\nspec: {{formula: {' & '.join(f'F g{i}' for i in range(robots))}}}\nregions:"]
+def scale_mission(robots: int, *, goals: int | None = None, objective: str = "longest") -> Mission:
+    """Return a mission with robots on a grid of 1.5 m, and as many goals on a grid beyond, or as are asked for."""
+    count = goals or robots
+    side, deep = math.ceil(math.sqrt(robots)), math.ceil(count / math.ceil(math.sqrt(robots)))
+    places = [(i % side * 1.5, i // side * 1.5) for i in range(max(robots, count))]
+    lines = [f"format: 1\nname: scale{robots}\nspec: {{formula: {' & '.join(f'F g{i}' for i in range(count))}}}\nregions:"]
     lines += [
-        f"  g{i}: {{center: [{x}, {y + side * 1.5 + 2}, 1.0], radii: [0.2, 0.2, 0.2]}}" for i, (x, y) in enumerate(places)
+        f"  g{i}: {{center: [{x}, {y + side * 1.5 + 2}, 1.0], radii: [0.2, 0.2, 0.2]}}"
+        for i, (x, y) in enumerate(places[:count])
     ]
-    lines += ["agents:", *(f"  q{i}: {{start: [{x}, {y}, 1.0]}}" for i, (x, y) in enumerate(places))]
-    lines += ["vehicle: crazyflie-2.1", f"workspace: {{min: [-3, -3, 0.2], max: [{side * 1.5 + 3}, {side * 3 + 6}, 4]}}"]
-    return parse_mission("\n".join([*lines, "planner: {objective: longest}", ""]))
+    lines += ["agents:", *(f"  q{i}: {{start: [{x}, {y}, 1.0]}}" for i, (x, y) in enumerate(places[:robots]))]
+    depth = side * 3 + 6 if goals is None else (side + deep) * 1.5 + 6
+    lines += ["vehicle: crazyflie-2.1", f"workspace: {{min: [-3, -3, 0.2], max: [{side * 1.5 + 3}, {depth}, 4]}}"]
+    return parse_mission("\n".join([*lines, f"planner: {{objective: {objective}}}", ""]))
 
 
 def seconds(function: Callable[[], Any]) -> tuple[float, Any]:  # of any type: whatever the call returns
@@ -60,6 +63,18 @@ def missions(sizes: Sequence[int]) -> None:
         team_answers._ANSWERS.clear()
         judging, certificate = seconds(lambda plan=plan, team=team: verify.judge(plan, team))
         print(f"| {robots} robots | {planning:.2f} | {refining:.2f} | {judging:.2f} | {certificate.holds} |", flush=True)
+
+
+def mtac(sizes: Sequence[int]) -> None:
+    """Time MTAC-E for as many tasks as robots, and for fifty tasks of twenty robots where that is asked for."""
+    for robots in sizes:
+        goals = 50 if robots == 20 else robots
+        for objective in ("sum", "longest"):
+            asked = scale_mission(robots, goals=goals, objective=objective)
+            taken, plan = seconds(lambda asked=asked: ltlplan.plan(asked, method="mtac-e"))
+            print(
+                f"| {goals} tasks, {robots} robots, {objective} | {taken:.2f} | {plan.cost:.2f} | {plan.notes[1]} |", flush=True
+            )
 
 
 def words(sizes: Sequence[int]) -> None:
@@ -101,9 +116,9 @@ def main() -> None:
     """Print what was asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("sizes", nargs="*", type=int, default=[4, 8, 12])
-    parser.add_argument("--only", choices=("mission", "words", "separation"))
+    parser.add_argument("--only", choices=("mission", "mtac", "words", "separation"))
     asked = parser.parse_args()
-    for name, measure in (("mission", missions), ("words", words), ("separation", separation)):
+    for name, measure in (("mission", missions), ("mtac", mtac), ("words", words), ("separation", separation)):
         if asked.only in (None, name):
             print(f"\n{name}")
             measure(asked.sizes)

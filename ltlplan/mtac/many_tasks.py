@@ -1,0 +1,258 @@
+"""MTAC-E for many tasks: tours by straight lines, then the very paths of those that may be cheapest.
+
+The walk over the team automaton (`beam_search`) looks at sets of tasks that are done, of which n tasks have 2^n, and its decomposition set at
+pairs of them. From `MANY` tasks on tasks are shared in tours instead (`task_tours`, `shared_tours`). The beam is one of whole shares then: the
+paths of the cheapest few are priced by cross-entropy, each robot's once, and what these prices say is better, one task moved from
+one tour to another, is priced next, in the order of what it should cost, until nothing promises more or as many paths were priced as there
+are tasks and robots.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from numpy.random import Generator
+
+from ltlplan.allocation import Itinerary
+from ltlplan.logic.automaton import DEAD
+from ltlplan.logic.budget import TooLarge
+from ltlplan.logic.conjunction import conjunct_automata
+from ltlplan.logic.task import Task
+from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
+from ltlplan.mtac.priced_paths import PricedPaths
+from ltlplan.mtac.shared_tours import Objective, Share, Sharing
+from ltlplan.mtac.task_kinds import TaskKinds
+from ltlplan.mtac.task_tours import Tours
+from ltlplan.paths.costs import team_cost
+from ltlplan.search.assignment import asked_of
+from ltlplan.search.itineraries import itinerary
+from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
+from ltlplan.search.relevant_places import places_that_matter
+from ltlplan.search.team_states import TeamStates
+from ltlplan.systems.region_labels import Layout
+from ltlplan.systems.robot_systems import Systems, unit_cost
+from ltlplan.systems.transition_systems import TransitionSystem
+from verify.data import Mission
+from verify.data.progress import Progress
+
+MANY = 6
+"""Tasks from which on they are shared in tours; where the dearest of several robots counts, it is `MANY_FOR_LONGEST`."""
+
+MANY_FOR_LONGEST = 2
+"""The walk's bound on the dearest robot's cost spreads what is left evenly over all robots, and says little from two tasks on."""
+
+_TIES = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class ManyTasks:
+    """A mission's tasks, the graph that they are done on, and what they cost at the least.
+
+    Attributes:
+        mission: Whose.
+        systems: One for each robot.
+        graph: Of the team.
+        task: What is to be done.
+        most: What each robot may cost at most, if anything.
+    """
+
+    mission: Mission
+    systems: tuple[TransitionSystem, ...]
+    graph: ReducedGraph
+    task: Task
+    most: tuple[float, ...] | None
+
+    def kinds(self, lost: frozenset[int] = frozenset()) -> TaskKinds:
+        """Return the conjuncts by kind.
+
+        Args:
+            lost: Those that are not to be free: some order of the robots was seen to break them.
+        """
+        starts = [self.graph.label[robot][node] for robot, node in enumerate(self.graph.start)]
+        return TaskKinds(self.task, starts, lost=lost)
+
+    @property
+    def longest(self) -> bool:
+        """Whether the dearest robot counts, not the sum."""
+        return self.mission.planner.objective == "longest"
+
+    def itinerary(self, robot: int, nodes: tuple[int, ...]) -> Itinerary:
+        """Return what a robot does on a tour.
+
+        Args:
+            robot: Which one.
+            nodes: That matter.
+        """
+        return itinerary(self.systems[robot], self.graph.expand(robot, nodes))
+
+    def keeps_every_order(self, paths: list[tuple[int, ...]]) -> tuple[int, ...]:
+        """Return the conjuncts that some order of the robots breaks; none where the words keep all of them.
+
+        Args:
+            paths: Nodes that matter, of each robot.
+        """
+        whole = [self.graph.expand(robot, nodes) for robot, nodes in enumerate(paths)]
+        monoid = TransitionMonoid(self.task)
+        elements = [monoid.of(letters) for letters in self.graph.team.letters_of(whole)]
+        return OrderCheck(self.task).failing_parts(elements)
+
+    def least(self) -> float:
+        """Return what no share costs less than, by the same ways."""
+        states = TeamStates(self.graph, self.task)
+        begun = states.after(states.initial, self.graph.label[0][self.graph.start[0]])
+        total = 0.0 if begun == DEAD else states.rest(begun, 0, self.graph.start[0])
+        if self.longest:
+            free = Tours(self.graph, self.task, self.kinds().free_alone())
+            total = max(total / len(self.systems), free.dearest_alone())
+        return max(0.0, total - _TIES) * unit_cost(self.mission)
+
+
+def many_tasks(mission: Mission) -> ManyTasks | None:
+    """Return a mission's tasks where there are many of them; None where the walk over the team automaton does.
+
+    Args:
+        mission: What is asked.
+    """
+    if mission.spec.team != "own" or mission.spec.trace == "infinite":
+        return None
+    many = MANY_FOR_LONGEST if mission.planner.objective == "longest" and len(mission.agents) > 1 else MANY
+    try:
+        if len(conjunct_automata(mission.formula, "finite")) < many:
+            return None
+        layout = Layout(mission)
+        systems = Systems(mission, places=places_that_matter(mission, layout), layout=layout)
+        each = tuple(systems.of(robot) for robot in mission.agents)
+        team = Team(each)
+        task = Task(conjunct_automata(asked_of(mission, each), "finite"), team.letters, team.walls)
+    except TooLarge:
+        return None
+    graph, most = ReducedGraph(team, *letter_classes(task)), systems.most_costs()
+    found = ManyTasks(mission, each, graph, task, None if most is None else tuple(most))
+    return found if len(found.kinds().free) >= many else None
+
+
+@dataclass(frozen=True, slots=True)
+class ManyShared:
+    """Many tasks shared.
+
+    Attributes:
+        robots: What each robot does, in the mission's order.
+        least: No share costs less, by straight lines or ways around obstacles.
+    """
+
+    robots: dict[str, Itinerary]
+    least: float
+
+
+def share_many(asked: ManyTasks, paths: PricedPaths, *, rng: Generator, width: int, progress: Progress) -> ManyShared | None:
+    """Share many tasks, so that the paths of those who fly cost little.
+
+    Args:
+        asked: The tasks.
+        paths: Prices of paths.
+        rng: Source of every draw.
+        width: How many shares are priced first.
+        progress: Told a sentence and the share done, 0 to 1.
+
+    Returns:
+        None where none was found.
+    """
+    progress("MTAC-E: sharing tasks by straight lines", 0.1)
+    found = _by_straight_lines(asked, rng, width)
+    if found is None:
+        return None
+    sharing, shares = found
+    progress("MTAC-E: pricing shares by their paths", 0.3)
+    best = _Pricing(asked, sharing, paths).cheapest(shares)
+    if best is None:
+        return None
+    tours = [sharing.tours.flight(robot, tasks) for robot, tasks in enumerate(best)]
+    robots = {
+        name: asked.itinerary(i, tour.nodes) for i, (name, tour) in enumerate(zip(asked.mission.agents, tours, strict=True))
+    }
+    return ManyShared(robots, asked.least())
+
+
+def _by_straight_lines(asked: ManyTasks, rng: Generator, width: int) -> tuple[Sharing, list[Share]] | None:
+    """Return the cheapest shares whose words keep the formula in every order of the robots."""
+    lost = frozenset[int]()
+    while True:
+        kinds = asked.kinds(lost)
+        sharing = Sharing(Tours(asked.graph, asked.task, kinds, asked.most), Objective(asked.longest), rng)
+        shares = sharing.cheapest(width)
+        shares = sharing.refined(shares, width) if shares else []
+        broken = {part for share in shares for part in _broken(asked, sharing, share)}
+        if not broken:
+            return (sharing, shares) if shares else None
+        if not broken <= set(kinds.free):
+            return None
+        lost |= broken
+
+
+def _broken(asked: ManyTasks, sharing: Sharing, share: Share) -> tuple[int, ...]:
+    return asked.keeps_every_order([sharing.tours.flight(robot, tasks).nodes for robot, tasks in enumerate(share)])
+
+
+class _Pricing:
+    """Shares by what their robots' very paths cost."""
+
+    def __init__(self, asked: ManyTasks, sharing: Sharing, paths: PricedPaths) -> None:
+        self._asked, self._sharing, self._paths = asked, sharing, paths
+        self._names = tuple(asked.mission.agents)
+
+    def cheapest(self, shares: list[Share]) -> Share | None:
+        """Return the cheapest share that was found; None where none can be flown."""
+        priced = {share: self._price(share) for share in shares}
+        best = min(priced, key=lambda share: priced[share])
+        most = len(self._paths.tried) + len(self._sharing.tours.tasks) + len(self._names)
+        improved = math.isfinite(priced[best])
+        while improved:
+            improved = False
+            for guess, share in sorted(self._neighbours(best), key=lambda pair: pair[0]):
+                if guess >= priced[best] or len(self._paths.tried) >= most:
+                    break
+                if share not in priced and not _broken(self._asked, self._sharing, share):
+                    priced[share] = self._price(share)
+                    if priced[share] < priced[best]:
+                        best, improved = share, True
+                        break
+        return best if math.isfinite(priced[best]) else None
+
+    def _price(self, share: Share) -> float:
+        """Return the objective by the robots' paths; infinite where one cannot be flown."""
+        return team_cost(self._asked.mission, [self._path(robot, tasks) for robot, tasks in enumerate(share)])
+
+    def _path(self, robot: int, tasks: tuple[int, ...]) -> float:
+        tour = self._sharing.tours.flight(robot, tasks)
+        if tour.cost == math.inf:
+            return math.inf
+        return self._paths.cost(self._names[robot], tour.nodes, lambda: self._asked.itinerary(robot, tour.nodes))
+
+    def _neighbours(self, share: Share) -> Iterator[tuple[float, Share]]:
+        """Yield shares in which one task is moved, each with what it should cost: as much more as its ways are longer."""
+        tours = [self._sharing.tours.tour(robot, tasks) for robot, tasks in enumerate(share)]
+        flown = [self._sharing.tours.flight(robot, tasks).cost for robot, tasks in enumerate(share)]
+        prices = [self._path(robot, tasks) for robot, tasks in enumerate(share)]
+        usual = sum(prices) / sum(flown) if sum(flown) > 0 else 1.0
+
+        def guess(robot: int, cost: float) -> float:
+            return cost * (prices[robot] / flown[robot] if flown[robot] > 0 else usual)
+
+        for giver, own in enumerate(share):
+            for task in own:
+                less = tuple(other for other in own if other != task)
+                given = self._sharing.tours.tour(giver, less)
+                for taker, tour in enumerate(tours):
+                    before = given if taker == giver else tour
+                    if math.inf in (given.cost, before.cost):
+                        continue
+                    cost, place = self._sharing.place(taker, before, task)
+                    if cost == math.inf:
+                        continue
+                    moved, costs = list(share), list(prices)
+                    moved[giver], costs[giver] = less, guess(giver, given.cost)
+                    moved[taker] = (*before.tasks[:place], task, *before.tasks[place:])
+                    costs[taker] = guess(taker, cost)
+                    yield team_cost(self._asked.mission, costs), tuple(moved)

@@ -1,0 +1,67 @@
+"""What robots' paths cost by cross-entropy, each path optimised once, with draws of its own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable
+
+from numpy.random import Generator
+
+from ltlplan.allocation import Itinerary
+from ltlplan.paths.costs import cost_of
+from ltlplan.paths.flight_times import lasts_too_long, require_endurance
+from ltlplan.paths.hoops import route_itinerary
+from ltlplan.paths.improvement import ImprovedPath, improved_path, own_draws, searched_cost, with_ramped_times
+from verify.data import Infeasible, Mission, RobotPlan, Word
+
+
+class PricedPaths:
+    """The paths that were optimised so far.
+
+    Attributes:
+        tried: What was optimised, with nominal path and cost.
+    """
+
+    def __init__(self, mission: Mission, seed: int) -> None:
+        """Begin with none.
+
+        Args:
+            mission: Gives costs and the numbers of cross-entropy.
+            seed: Of all draws.
+        """
+        self._mission, self._seed = mission, seed
+        self.tried: dict[Hashable, tuple[RobotPlan, float]] = {}
+
+    def cost(self, robot: str, key: Hashable, does: Callable[[], Itinerary]) -> float:
+        """Cost-to-go (line 7): the cost of a robot's whole path so far, by cross-entropy; infinite where there is no way.
+
+        Args:
+            robot: Whose path.
+            key: Tells what it does.
+            does: Returns what it does.
+        """
+        if (robot, key) not in self.tried:
+            what = does()
+            try:
+                nominal = with_ramped_times(route_itinerary(self._mission, robot, what), cost_of(self._mission, robot))
+                require_endurance(self._mission, robot, nominal)
+                cost = searched_cost(self._mission, robot, nominal, self._draws(robot, what.word))
+            except Infeasible:
+                return math.inf
+            self.tried[robot, key] = nominal, cost
+        return self.tried[robot, key][1]
+
+    def best(self, robot: str, does: Itinerary) -> ImprovedPath:
+        """Return the path whose cost was found, judged for all times.
+
+        Args:
+            robot: Whose path.
+            does: What it does.
+        """
+        nominal = route_itinerary(self._mission, robot, does)
+        found = improved_path(self._mission, robot, nominal, lambda: self._draws(robot, does.word))
+        return ImprovedPath(nominal, found.history) if lasts_too_long(self._mission, found.plan) else found
+
+    def _draws(self, robot: str, word: Word) -> Generator:
+        """Return a source that depends on nothing but the seed, the robot and what it does."""
+        return own_draws(self._seed, robot, word)

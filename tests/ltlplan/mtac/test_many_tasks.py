@@ -1,0 +1,124 @@
+"""Many tasks shared in tours: words that the judge accepts, near to the exact assignment, with a gap that is told."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from ltlplan.mtac.beam_search import Options
+from ltlplan.mtac.many_tasks import many_tasks
+from ltlplan.mtac.offline import mtac_e, share_tasks
+from ltlplan.mtac.optimality_gap import optimality_gap, straight_cost
+from ltlplan.planner import make_plan
+from ltlplan.search.exact import assign
+from tests.helpers.random_missions import random_mission
+from verify import check_team
+from verify.data import Mission, parse_mission
+
+QUICK = Options(optimality_gap=False)
+
+PARTS = {
+    "visits": "F a & F b & F c & F d & F e & F f & F g",
+    "orders": "F a & F b & F c & F d & F e & F f & (!b U a) & (!d W c)",
+    "responses": "F a & F b & F c & F d & F e & F f & G(a -> F b) & G !h",
+    "sequences": "F(a & F b) & F(c & F d) & F e & F f & F(g | h) & F(h & F a)",
+}
+
+
+def many(seed: int, formula: str, *, objective: str = "sum", robots: int = 3, regions: int = 8) -> Mission:
+    mission = random_mission(seed, robots=robots, regions=regions, samples=20, rounds=2)
+    spec = mission.spec.model_copy(update={"formula": formula})
+    planner = mission.planner.model_copy(update={"objective": objective})
+    parts = {name: getattr(mission, name) for name in Mission.model_fields}
+    return Mission.model_validate({**parts, "spec": spec, "planner": planner})
+
+
+def shared(mission, seed=0):
+    found = share_tasks(mission, rng=np.random.default_rng(seed), options=QUICK)
+    assert found is not None
+    assert check_team(mission.formula, {name: path.plan.word for name, path in found.paths.items()}).sequential
+    return found, {name: tuple(path.plan.visits[k] for k in found.stops[name]) for name, path in found.paths.items()}
+
+
+@pytest.mark.parametrize("objective", ["sum", "longest"])
+@pytest.mark.parametrize("kind", PARTS)
+@pytest.mark.parametrize("seed", [pytest.param(seed, marks=pytest.mark.slow) for seed in (0, 1, 3, 5, 6)])
+def test_random_tours_are_near_the_exact_assignment(kind, seed, objective):
+    near_the_exact(kind, seed, objective)
+
+
+@pytest.mark.parametrize(("kind", "objective"), [("orders", "longest"), ("responses", "sum"), ("sequences", "sum")])
+def test_tours_are_near_the_exact_assignment(kind, objective):
+    near_the_exact(kind, 0, objective)
+
+
+def near_the_exact(kind, seed, objective):
+    mission = many(seed, PARTS[kind], objective=objective)
+    assert many_tasks(mission) is not None
+    found, visits = shared(mission, seed)
+    exact = assign(mission)
+    assert exact.lower_bound - 1e-6 <= straight_cost(mission, visits) <= 1.05 * exact.cost
+    assert 0.0 < found.least <= exact.cost + 1e-6
+
+
+def test_conjuncts_are_sorted_by_what_others_can_do_to_them():
+    asked = many_tasks(many(0, "F a & F b & F c & F d & F e & F(f & F g) & (!b U a) & (!d W c) & G !h"))
+    kinds = asked.kinds()
+    assert (len(kinds.free), len(kinds.own), len(kinds.kept)) == (6, 1, 2)
+    assert set(asked.kinds(frozenset({kinds.free[0]})).own) == {kinds.free[0], *kinds.own}
+
+
+def test_an_order_that_others_can_lose_is_left_to_one_robot():
+    mission = many(1, "F c & F d & F e & F f & F g & F h & F b & (!b U a)")
+    _, visits = shared(mission, 1)
+    at = [(name, k) for name, own in visits.items() for k, visit in enumerate(own) if visit.region in "ab"]
+    assert len({name for name, _ in at}) == 1
+    assert [visits[name][k].region for name, k in at][:2] == ["a", "b"]
+
+
+def test_few_tasks_are_walked_as_the_paper_says():
+    assert many_tasks(many(0, "F a & F b & F c")) is None
+    assert many_tasks(many(0, "F a & F b & F c", objective="longest")) is not None
+
+
+def test_the_same_seed_gives_the_same_bytes_and_the_gap_is_told():
+    mission = many(2, PARTS["visits"], objective="longest")
+    plan = make_plan(mission, method="mtac-e", seed=4)
+    again = make_plan(mission, method=partial(mtac_e, options=QUICK), seed=4)
+    assert again.robots == plan.robots
+    assert "a gap of" in plan.notes[1]
+    assert plan.lower_bound is not None
+
+
+def test_where_no_exact_assignment_is_found_the_gap_is_an_upper_bound(monkeypatch):
+    mission = many(2, PARTS["sequences"], robots=4)
+    found, visits = shared(mission, 2)
+    monkeypatch.setattr("ltlplan.mtac.optimality_gap._STATES_FOR_MANY", 3)
+    sentence, bound = optimality_gap(mission, visits, least=found.least)
+    assert "a gap of at most" in sentence
+    assert found.least <= bound <= straight_cost(mission, visits) + 1e-6
+
+
+@pytest.mark.slow
+def test_twenty_robots_share_fifty_tasks():
+    spread = np.random.default_rng(0)
+    names = [f"g{i}" for i in range(50)]
+    places = [
+        f"{n}: {{center: [{x:.2f}, {y:.2f}, 1], radii: [0.2, 0.2, 0.2]}}"
+        for n, (x, y) in zip(names, grid(spread, 50, 0), strict=True)
+    ]
+    starts = [f"q{i}: {{start: [{x:.2f}, {y:.2f}, 1]}}" for i, (x, y) in enumerate(grid(spread, 20, -8))]
+    mission = parse_mission(
+        "format: 1\nname: fifty\n"
+        f"spec: {{formula: {' & '.join(f'F {n}' for n in names)}}}\n"
+        f"regions: {{{', '.join(places)}}}\nagents: {{{', '.join(starts)}}}\nvehicle: crazyflie-2.1\n"
+        "workspace: {min: [-2, -10, 0.2], max: [18, 18, 3]}\nplanner: {method: mtac-e, samples: 20, elite: 0.1, iterations: 2}\n"
+    )
+    found, visits = shared(mission)
+    assert straight_cost(mission, visits) <= 1.2 * found.least
+
+
+def grid(rng: np.random.Generator, count: int, lowest: float) -> list[tuple[float, float]]:
+    """Return places 1.5 m apart or more, in disorder."""
+    cells = rng.permutation([(i % 10, i // 10) for i in range(80)])[:count]
+    return [(1.6 * x, lowest + 1.6 * y if lowest == 0 else lowest + 0.9 * (y % 8)) for x, y in cells.tolist()]
