@@ -174,17 +174,20 @@ def _movers(problem: Problem, robots: dict[str, RobotFlight], starts: dict[str, 
         if way.together and robot.corridor is not None:
             robot = paced(robot, (until - starts[name]) / robot.path.duration)
         whole = mover_of(problem.plan, robot, starts, until)
-        movers.append(whole if robot.corridor is None else cut_legs(whole, _parts(whole, problem.options.max_pieces - 1, way)))
+        held = problem.options.held(problem.plan.mission, name)
+        movers.append(whole if robot.corridor is None else cut_legs(whole, _parts(whole, held, way)))
     return movers
 
 
-def _parts(robot: Mover, most: int, way: _Try) -> list[int]:
+def _parts(robot: Mover, held: int | None, way: _Try) -> list[int]:
     """Return in how many parts each leg is cut: by its share of the time; legs that are led or that hover stay whole."""
     corridor, durations = robot.corridor, robot.path.durations
     still = np.all(robot.path.nodes[1:] == robot.path.nodes[:-1], axis=1)
     led = np.array([leg.cylinder is not None or len(leg.approaches) > 0 for leg in corridor.legs])
-    wanted = min(max(way.parts, 2 * len(durations)), most)
-    room = max(most - len(durations), 0)
+    wanted = max(way.parts, 2 * len(durations))
+    if held is not None:
+        wanted = min(wanted, held - 1)  # one is the wait before it departs
+    room = max(wanted - len(durations), 0)
     parts = np.ones(len(durations), dtype=int)
     for leg in np.argsort(-durations, kind="stable"):
         if not (still[leg] or led[leg]):
