@@ -55,6 +55,9 @@ def command(
     out: Annotated[
         Path | None, typer.Option("--out", help="A file for the whole audit, as JSON; one that is there is kept.")
     ] = None,
+    report: Annotated[
+        Path | None, typer.Option("--report", help="A page (.html) with the claims and pictures of the tightest instants.")
+    ] = None,
     json: JsonOption = False,
 ) -> None:
     """Judge flights of other programs for all times, not for samples; exit code 5 where a claim is not proved."""
@@ -62,13 +65,15 @@ def command(
     from ltlplan.commands.shared.terminal import print_json
     from verify import AuditLimits, audit
     from verify.data import BadInput, NotCertified
-    from verify.data.storage.single_files import write_single
+    from verify.data.storage.single_files import check_page, replace_page, write_single
 
     limits = AuditLimits(
         vehicle=vehicle, workspace=None if workspace is None else workspace.split(","), separation=separation, speed=speed,
         acceleration=acceleration, min_height=min_height, margin=margin,
         own_limits=own_limits,
     )  # fmt: skip
+    if report is not None:
+        check_page(report)
     if formula is not None and mission is None:
         raise BadInput("--formula speaks of a mission's regions; give --mission as well.")
     asked = None if mission is None else read_mission(mission, formula=formula)
@@ -76,13 +81,18 @@ def command(
         found = audit(files, asked, limits, progress=progress)
     if out is not None:
         write_single(out, found.to_json().encode())
+    if report is not None:
+        from ltlplan.report.audit_page import audit_html
+
+        replace_page(report, audit_html(found))
     if json:
         print_json(found.to_dict())
     else:
         for line in audit_lines(found):
             typer.echo(line)
-        if out is not None:
-            typer.echo(f"wrote {out}")
+        for written in (out, report):
+            if written is not None:
+                typer.echo(f"wrote {written}")
     if not found:
         raise typer.Exit(NotCertified.exit_code)
 

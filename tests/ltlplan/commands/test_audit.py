@@ -43,6 +43,17 @@ def test_a_breach_ends_with_5_and_the_whole_audit_is_written_once(tmp_path: Path
     assert out.read_text() == "mine"
 
 
+def test_a_page_is_written_and_a_page_of_the_user_s_is_kept(tmp_path: Path) -> None:
+    page, mine = tmp_path / "audit.html", tmp_path / "mine.html"
+    mine.write_text("mine")
+    done = run(tmp_path, "--separation", "0.6", "--report", str(page))
+    assert done.exit_code == 5
+    assert done.output.endswith(f"wrote {page}\n")
+    assert "cf1 and cf2 are nearer than 0.6000 m" in page.read_text()
+    assert run(tmp_path, "--separation", "0.6", "--report", str(mine)).exit_code == 1
+    assert mine.read_text() == "mine"
+
+
 def test_json(tmp_path: Path) -> None:
     done = run(tmp_path, "--separation", "0.4", "--json")
     assert done.exit_code == 0
