@@ -23,7 +23,7 @@ from verify.behaviour.word_claims import judge_formula
 from verify.claims.claim import Claim
 from verify.claims.distance_claims import rim_claims, separation_claims, workspace_claims
 from verify.claims.evidence import Evidence
-from verify.claims.limit_claims import braking_claims, continuity_claims, limit_claims
+from verify.claims.limit_claims import braking_claims, continuity_claims, endurance_claims, limit_claims
 from verify.claims.obstacle_claims import obstacle_claims
 from verify.data.errors import BadInput
 from verify.data.language.word import Word
@@ -36,7 +36,7 @@ from verify.motion.cutting import SHIFT, cut
 from verify.motion.leg_windows import ways
 from verify.motion.membership.bodies import Mark, Span
 from verify.motion.membership.polynomials import membership_polynomials
-from verify.motion.membership.statuses import statuses
+from verify.motion.membership.statuses import changes, statuses
 from verify.motion.paths import read_team
 from verify.motion.regions import relations
 from verify.motion.visits import match
@@ -162,6 +162,73 @@ def judge_stop(
             for claim in _region_claims(ahead, robot, spans)
         ),
     )
+
+
+@np.errstate(all="ignore")
+def judge_braking(mission: Mission, robot: str, laps: Trajectory, flown: Trajectory, since: Fraction) -> tuple[Claim, ...]:
+    """Judge how the one robot of a patrol comes to rest after its last lap: all that `judge_stop` claims, and that it shows nothing new.
+
+    Until it brakes it flies laps that are certified for ever. From then on it keeps the limits of all legs that it may be on, and comes to
+    and leaves regions, if any, in the order in which another lap does: so its word is one that its laps begin with.
+
+    Args:
+        mission: The patrol's; its margin is proved.
+        robot: Its name.
+        laps: What is certified.
+        flown: Laps and the braking, as a finite flight.
+        since: When it begins to brake, exact, in s.
+
+    Raises:
+        BadInput: Coefficients are so large that a trajectory cannot be cut, or there are no laps.
+    """
+    spec = mission.spec.model_copy(update={"trace": "finite", "repeat": 1})
+    agents = {robot: mission.agents[robot].model_copy(update={"end": None})}
+    world = mission.model_copy(update={"spec": spec, "agents": agents})
+    more = laps.flattened(mission.spec.repeat + 1)
+    return (
+        _laps_claim(robot, more, flown, since),
+        *judge_stop(world, {robot: flown}, since, {robot: (since, *mission.leg_limits_of(robot))}),
+        _as_a_lap_claim(world, robot, more, flown, since),
+        *endurance_claims(_evidence(world, agents, {robot: flown})),
+    )
+
+
+def _laps_claim(robot: str, laps: Trajectory, flown: Trajectory, since: Fraction) -> Claim:
+    """Claim that until it brakes a robot flies its laps, bit for bit."""
+    knots = list(itertools.accumulate(map(Fraction, flown.durations.tolist()), initial=Fraction(0)))
+    count = knots.index(since) if since in knots else len(flown) + len(laps)
+    if laps.part(0, count) == flown.part(0, count) if 0 < count <= min(len(laps), len(flown)) else False:
+        return Claim("laps", "holds", f"{robot} flies its certified laps until it brakes at {float(since):.4f} s.", robot=robot)
+    return Claim("laps", "fails", f"{robot} does not fly its certified laps until {float(since):.4f} s.", robot=robot)
+
+
+def _as_a_lap_claim(mission: Mission, robot: str, laps: Trajectory, flown: Trajectory, since: Fraction) -> Claim:
+    """Claim that what a robot shows while it brakes is what it shows at first in another lap."""
+    shown: list[tuple[dict[str, Status], tuple[Change, ...]]] = []
+    for path in (flown, laps):
+        rest = cut(path, since)
+        place = tuple(rest.coefficients[0, :3, 0].tolist())
+        there = {robot: mission.agents[robot].model_copy(update={"start": place})}
+        found = statuses(_evidence(mission, there, {robot: rest}).membership, Fraction(mission.margin) + Fraction(SHIFT))
+        shown.append(changes(found[robot]))
+    (begins, braking), (lap_begins, lap) = shown
+    time = float(since)
+    if begins != lap_begins:
+        return Claim("formula", "fails", f"{robot} brakes where its lap is elsewhere.", robot=robot, time=time)
+    if braking and (mission.robot_of(robot).actions or mission.passages is not None):
+        region = braking[0].region
+        sentence = f"{robot} may enter or leave '{region}' while it brakes, and what it would do or pass there is not told."
+        return Claim("formula", "fails", sentence, robot=robot, time=time)
+    for events in (braking, lap[: len(braking) + 1]):  # whose order is sure
+        for one, then in itertools.pairwise(events):
+            if one.time.high >= then.time.low:
+                sentence = f"{robot} comes to '{one.region}' and '{then.region}' in an order that cannot be told."
+                return Claim("formula", "undecided", sentence, robot=robot, time=time)
+    if [(c.region, c.status) for c in braking] != [(c.region, c.status) for c in lap[: len(braking)]]:
+        sentence = f"{robot} may enter or leave regions while it brakes as its laps do not."
+        return Claim("formula", "fails", sentence, robot=robot, time=time)
+    regions = " and ".join(dict.fromkeys(change.region for change in braking)) or "nothing"
+    return Claim("formula", "holds", f"{robot} comes to {regions} while it brakes, as in another lap.", robot=robot, time=time)
 
 
 def _duration(trajectory: Trajectory) -> Fraction:

@@ -79,20 +79,56 @@ def _fitted(name: str, path: Trajectory, step: float) -> Trajectory:
             )
         last = derivatives[-1][:, :1]
     at_joints = np.concatenate([*derivatives, last], axis=1)
+    points = _points_of(at_joints, length)
+    _require_near(name, points)
+    cycle = None if path.cycle is None else sum(counts[:-1])
+    return _decoded(np.full(len(points), length, dtype=np.int64), points.astype(np.int64), cycle)
+
+
+def _points_of(at_joints: NDArray[np.float64], length: int, begin: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+    """Return whole control points from position and three derivatives at joints. Shape (pieces, 4, 8).
+
+    Args:
+        at_joints: Shape (4 orders, joints, 4 axes).
+        length: Of each piece, ms.
+        begin: What the first joint has in stored units already, shape (4 orders, 4 axes).
+    """
     d = length / 1000.0
     # In stored units: position, and the first three differences of control points that the derivatives mean.
-    place, first, second, third = np.rint(_UNITS * at_joints * np.array([1, d / 7, d**2 / 42, d**3 / 210])[:, None, None])
+    stored = np.rint(_UNITS * at_joints * np.array([1, d / 7, d**2 / 42, d**3 / 210])[:, None, None])
+    if begin is not None:
+        stored[:, 0] = begin
+    place, first, second, third = stored
     p, q = (place[:-1], first[:-1], second[:-1], third[:-1]), (place[1:], first[1:], second[1:], third[1:])
-    points = np.stack(
+    return np.stack(
         [
             p[0], p[0] + p[1], p[0] + 2 * p[1] + p[2], p[0] + 3 * p[1] + 3 * p[2] + p[3],
             q[0] - 3 * q[1] + 3 * q[2] - q[3], q[0] - 2 * q[1] + q[2], q[0] - q[1], q[0],
         ],
         axis=-1,
     )  # fmt: skip
-    _require_near(name, points)
-    cycle = None if path.cycle is None else sum(counts[:-1])
-    return _decoded(np.full(len(points), length, dtype=np.int64), points.astype(np.int64), cycle)
+
+
+def _joined(name: str, flown: Trajectory, last: Trajectory) -> Trajectory | None:
+    """Put the piece in which a robot brakes behind its flight, on the format's grid; None where the memory has no room for it."""
+    durations, points = _encoded(name, flown)
+    length = int(durations[-1])
+    count = math.ceil(1000.0 * last.duration / length)
+    times, slower = last.duration * np.arange(count + 1) / count, 1000.0 * last.duration / (count * length)
+    at_joints = np.stack([last.evaluate(times, order) * slower**order for order in range(4)])
+    at_joints[1:, -1] = 0.0
+    q = points[-1].T.astype(np.float64)
+    first = q[7] - q[6]
+    second = q[5] - q[7] + 2 * first
+    begin = np.stack([q[7], first, second, q[7] - 3 * first + 3 * second - q[4]])
+    more = _points_of(at_joints, length, begin)
+    _require_near(name, more)
+    joined = _decoded(
+        np.concatenate([durations, np.full(count, length, dtype=np.int64)]),
+        np.concatenate([points, more.astype(np.int64)]),
+        None,
+    )
+    return joined if len(compressed_bytes(name, joined)[0]) <= MEMORY else None
 
 
 def _common_length(spans: list[float], step: float) -> tuple[int, list[int]]:
@@ -263,5 +299,6 @@ COMPRESSED = ExportTarget(
     options=OPTIONS,
     voids=VOIDS,
     prepare=_packed,
+    join=_joined,
     send=upload,
 )

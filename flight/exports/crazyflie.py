@@ -15,13 +15,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from flight.exports.braking import at_most
 from flight.exports.fits import require_crazyflie
 from flight.exports.memory import Entry, poly4d_bytes, side_by_side
 from flight.exports.parts import notes_on, order_of, parts_of
 from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, LtlplanError, MissingEngine, Trajectory
 from verify.data.storage.reading import parse_json, read_bytes
-from verify.data.trajectory import PAUSE
+from verify.data.trajectory import PAUSE, PIECES
 
 KINDS = ("poly4d", "poly4d_compressed")
 _POLY4D = 0
@@ -214,4 +215,4 @@ VOIDS = (
     "`relative_position=True`, `relative_yaw=True` or `reversed=True` in start_trajectory",
     "writing another trajectory over the same part of the memory",
 )
-CRAZYFLIE = ExportTarget(name="crazyflie", make=_product, options=OPTIONS, voids=VOIDS, send=upload)
+CRAZYFLIE = ExportTarget(name="crazyflie", make=_product, options=OPTIONS, voids=VOIDS, send=upload, join=at_most(PIECES))

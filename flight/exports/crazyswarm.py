@@ -14,6 +14,7 @@ import numpy as np
 from ruamel.yaml import YAML
 from ruamel.yaml.scalarstring import DoubleQuotedScalarString
 
+from flight.exports.braking import at_most
 from flight.exports.crazyswarm_script import script
 from flight.exports.fits import require_crazyflie, require_float32
 from flight.exports.parts import notes_on, parts_of
@@ -125,4 +126,5 @@ CRAZYSWARM2 = ExportTarget(
         "`reverse=True`, or retiming single pieces",
     ),
     prepare=with_hovers,
+    join=at_most(PIECES),
 )

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from flight.certified import certified_mission
+from flight.exports.braking import at_most, braked, ends_in_flight
 from flight.exports.notes import readme
 from flight.exports.target import EXPORT_TARGETS, NOTE, ExportTarget, Product, Request
 from verify.certificate import Certificate
@@ -121,9 +124,37 @@ def make_product(
         if (own := mission.vehicle_of(name).name) != vehicle:
             who = "" if mission.of_one_kind else f" of {name}"
             raise NotCertified(f"the certificate is for the airframe '{own}'{who}, not '{vehicle}'.")
-    request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options)
+    ends, said = _brakings(mission.model_copy(update={"margin": float(cert.margin)}), ordered, target)
+    request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options, ends)
     product = target.make(request)
-    return Product({**product.files, NOTE: readme(request, target, product.notes).encode()}, product.notes)
+    notes = (*product.notes, *said)
+    return Product({**product.files, NOTE: readme(request, target, notes).encode()}, notes)
+
+
+def _brakings(
+    mission: Mission, team: Mapping[str, Trajectory], target: ExportTarget
+) -> tuple[dict[str, Trajectory], tuple[str, ...]]:
+    """Return the laps of a patrol with a proved braking behind them, if it ends in flight, and what a person is told of it."""
+    ends: dict[str, Trajectory] = {}
+    said: list[str] = []
+    for name, path in team.items():
+        if len(mission.agents) > 1 or not ends_in_flight(path):
+            continue
+        found = braked(mission, name, path, target.join or at_most(None))
+        if found is None:
+            speed = float(np.linalg.norm(path.evaluate(path.duration, 1)[:3]))
+            said.append(
+                f"{name} ends its last lap at {speed:.2f} m/s: no braking behind it was proved that fits, so take control of it there."
+            )
+            continue
+        ends[name] = found.flown
+        place = ", ".join(f"{x:.3f}" for x in found.flown.evaluate(found.flown.duration)[:3])
+        later = f", {found.more} pieces of another lap later" if found.more else ""
+        said.append(
+            f"Behind its last lap{later} {name} brakes from {found.since:.3f} s on and rests at ({place}) m at {found.flown.duration:.3f} s: proved "
+            "within the margin, like the laps, and it shows nothing that another lap does not begin with."
+        )
+    return ends, tuple(said)
 
 
 def require_certified(team: Mapping[str, Trajectory], cert: Certificate | None) -> Mission:

@@ -31,6 +31,7 @@ class Request:
         margin: delta of the certificate, m.
         digest: The certificate's.
         options: What the caller passed for this target; only options that it has.
+        braked: All laps of those that brake behind their last one, with the braking.
     """
 
     mission: Mission
@@ -39,11 +40,12 @@ class Request:
     margin: float
     digest: str
     options: Mapping[str, Any]  # of any type that the target reads
+    braked: Mapping[str, Trajectory] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
     def flown(self) -> dict[str, Trajectory]:
-        """The trajectories with their cycles repeated."""
-        return {name: path.flattened(self.laps) for name, path in self.team.items()}
+        """The trajectories with their cycles repeated, and the braking behind them."""
+        return {name: self.braked.get(name) or path.flattened(self.laps) for name, path in self.team.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +98,8 @@ class ExportTarget:
         prepare: Makes a team's trajectories such that the target can hold them, to be certified as they are then; it is told the
             trajectories and how often cycles are flown. None where any fit.
         send: Sends an export to vehicles; None where that is another tool's work.
+        join: Puts the piece in which a patrol's robot brakes behind its laps, as the target holds it; None where there is no room. None:
+            as it is, any number of pieces.
     """
 
     name: str
@@ -104,6 +108,7 @@ class ExportTarget:
     voids: tuple[str, ...] = ()
     prepare: Callable[[Mapping[str, Trajectory], int], Mapping[str, Trajectory]] | None = None
     send: Sender | None = None
+    join: Callable[[str, Trajectory, Trajectory], Trajectory | None] | None = None
 
     def require_options(self, options: Mapping[str, object]) -> None:
         """Refuse options that the target does not have.

@@ -1,0 +1,142 @@
+"""A patrol's end: laps that are flown through, and the proved braking behind the last one."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import flight
+from flight.exports.braking import at_most, braked, ends_in_flight
+from flight.exports.crazyflie import upload
+from flight.exports.memory import poly4d_trajectory
+from tests.helpers.flights import legs, plan_of, small_mission
+from verify import certify
+from verify.data import Trajectory
+from verify.data.files.trajectory_csv import read_csv
+from verify.data.plan import Visit
+from verify.pieces import judge_braking
+
+AROUND = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
+EAST, NORTH = (
+    "east: {center: [1.0, 0.0, 1.0], radii: [0.3, 0.3, 0.3]}",
+    "north: {center: [0.0, 1.0, 1.0], radii: [0.3, 0.3, 0.3]}",
+)
+
+
+def hermite(begin: np.ndarray, end: np.ndarray, length: float) -> np.ndarray:
+    """The piece of degree 7 between two states, of shape (4 orders, 4 axes)."""
+    rows = [[np.prod(np.arange(k - d + 1, k + 1)) * t ** max(k - d, 0) if k >= d else 0.0 for k in range(8)] for t in (0.0, length) for d in range(4)]  # fmt: skip
+    return np.linalg.solve(np.array(rows), np.concatenate([begin, end])).T
+
+
+def circle(turn: float, speed: float) -> np.ndarray:
+    """Position and derivatives on a circle of 1 m at a height of 1 m."""
+    state = np.zeros((4, 4))
+    for order in range(4):
+        angle = turn + order * np.pi / 2
+        state[order, :2] = speed**order * np.array([np.cos(angle), np.sin(angle)])
+    state[0, 2] = 1.0
+    return state
+
+
+def patrol(speed: float = 1.0, repeat: int = 2):
+    """A robot that speeds up to the north-east and goes round and round, past east and north."""
+    begin = np.zeros((4, 4))
+    begin[0, :3] = (1.4, -0.2, 1.0)
+    turns = np.pi / 4 + np.pi / 2 * np.arange(5)
+    states = [begin, *(circle(turn, speed) for turn in turns)]
+    lengths = np.array([2.0, *[np.pi / 2 / speed] * 4]).astype(np.float32).astype(np.float64)
+    pieces = np.array([hermite(a, b, t) for a, b, t in zip(states, states[1:], lengths, strict=False)])
+    path = Trajectory(lengths, pieces.astype(np.float32), cycle=1)
+    mission = small_mission(
+        "G F east & G F north", regions=f"{EAST}\n{NORTH}", starts=[begin[0, :3]], margin=0.05, trace="infinite"
+    )
+    mission = mission.model_copy(update={"spec": mission.spec.model_copy(update={"repeat": repeat})})
+    visits = [Visit(region=name) for name in ("east", "north", "east")]
+    plan = plan_of(mission, {"r0": visits})
+    robot = plan.robots["r0"].model_copy(update={"cycle_visit": 1, "cycle_waypoint": 0})
+    return plan.model_copy(update={"robots": {"r0": robot}}), path
+
+
+@pytest.fixture(scope="module")
+def certified():
+    plan, path = patrol()
+    return plan, path, certify(plan, {"r0": path})
+
+
+def test_a_patrol_brakes_to_rest_behind_its_last_lap(certified, tmp_path) -> None:
+    _, path, cert = certified
+    flight.export({"r0": path}, cert, tmp_path)
+    flown = read_csv((tmp_path / "r0.csv").read_text())
+    laps = path.flattened(2)
+    assert flown.part(0, len(laps)) == laps
+    assert np.linalg.norm(laps.evaluate(laps.duration, 1)[:3]) == pytest.approx(1.0, abs=1e-3)
+    for order in (1, 2, 3):
+        assert np.abs(flown.evaluate(flown.duration, order)).max() < 1e-4
+    note = (tmp_path / "README.txt").read_text()
+    assert "Behind its last lap r0 brakes" in note
+
+
+@pytest.mark.parametrize("target", ["crazyflie", "crazyflie-compressed"])
+def test_every_format_of_a_crazyflie_ends_at_rest(certified, target, tmp_path) -> None:
+    plan, path, cert = certified
+    team = {"r0": path}
+    if target != "crazyflie":
+        team = flight.quantised(team)
+        cert = certify(plan, team)
+    flight.export(team, cert, tmp_path, format=target)
+    (item,) = upload(tmp_path, {"r0": "radio://0/80/2M"}, dry_run=True)
+    read = poly4d_trajectory if target == "crazyflie" else flight.exports.compressed.compressed_trajectory
+    flown, laps = read(item.data), team["r0"].flattened(2)
+    assert flown.part(0, len(laps)) == laps
+    assert np.abs(flown.evaluate(flown.duration, 1)).max() < 1e-3
+
+
+def test_it_stops_before_it_shows_what_its_laps_do_not(certified) -> None:
+    """Another lap comes to the north first: braking there is as its laps, braking towards a wall or another place is not."""
+    plan, path, _ = certified
+    found = braked(plan.mission, "r0", path, at_most())
+    assert found is not None
+    since = sum(map(Fraction, path.flattened(2).durations.tolist()), Fraction(0))
+    good = judge_braking(plan.mission, "r0", path, found.flown, since)
+    assert {claim.outcome for claim in good} == {"holds"}
+    wrong = f"{EAST}\n{NORTH}\nwrong: {{center: [0.3, 0.3, 1.0], radii: [0.2, 0.2, 0.2]}}"
+    mission = small_mission("G F east", regions=wrong, starts=[(1.4, -0.2, 1.0)], margin=0.05, trace="infinite")
+    mission = mission.model_copy(update={"spec": mission.spec.model_copy(update={"repeat": 2})})
+    inside, laps = circle(0.0, 0.0), path.flattened(2)
+    inside[0, :2] = 0.3
+    last = Trajectory([2.0], hermite(circle(np.pi / 4, 1.0), inside, 2.0)[None].astype(np.float32))
+    astray = at_most()("r0", laps, last)
+    assert astray is not None
+    refused = {claim.name for claim in judge_braking(mission, "r0", path, astray, since) if claim.outcome != "holds"}
+    assert refused == {"formula"}
+    assert {claim.outcome for claim in judge_braking(mission, "r0", path, found.flown, since)} == {"holds"}
+
+
+def test_other_laps_than_the_certified_ones_are_refused(certified) -> None:
+    plan, path, _ = certified
+    found = braked(plan.mission, "r0", path, at_most())
+    since = sum(map(Fraction, path.flattened(2).durations.tolist()), Fraction(0))
+    moved = found.flown.coefficients.copy()
+    moved[2, 0, 4] += 1e-5
+    claims = judge_braking(plan.mission, "r0", path, Trajectory(found.flown.durations, moved), since)
+    assert [claim.name for claim in claims if claim.outcome != "holds"][:1] == ["laps"]
+    claims = judge_braking(plan.mission, "r0", path, found.flown, since + Fraction(1, 100))
+    assert "laps" in {claim.name for claim in claims if claim.outcome != "holds"}
+
+
+def test_it_needs_room_for_one_more_piece() -> None:
+    plan, path = patrol(repeat=7)
+    hover = legs([(1.4, -0.2, 1.0)], hold=1.0).coefficients[:1]
+    more = Trajectory(np.concatenate([[1.0, 1.0], path.durations]), np.concatenate([hover, hover, path.coefficients]), cycle=3)
+    assert len(more.flattened(7)) == 31
+    assert braked(plan.mission, "r0", more, at_most()) is None
+    assert braked(plan.mission, "r0", path, at_most(None)) is not None
+
+
+def test_laps_that_rest_where_they_begin_need_none() -> None:
+    assert not ends_in_flight(legs([(0, 0, 1), (1, 0, 1), (0, 0, 1)], cycle=0))
+    assert not ends_in_flight(legs([(0, 0, 1), (1, 0, 1)]))
+    assert ends_in_flight(patrol()[1])
