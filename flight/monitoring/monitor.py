@@ -35,6 +35,7 @@ class Monitor:
     Attributes:
         events: What was said so far, in order.
         closest: The least distance between two robots at any sample so far, m, and who; None for a single robot.
+        too_close: Whether two robots were measured nearer to each other than the mission allows.
     """
 
     def __init__(
@@ -86,7 +87,7 @@ class Monitor:
         self._letters: list[frozenset[str]] = []
         self.events: list[Event] = []
         self.closest: tuple[float, str, str] | None = None
-        self._too_close = False
+        self.too_close = False
         self._time = 0.0
 
     @property
@@ -110,7 +111,7 @@ class Monitor:
     @property
     def alarmed(self) -> bool:
         """Whether the certificate no longer covers the flight, the formula is broken, or robots came too close."""
-        return self.tube in ("unknown", "outside") or self.formula == "violated" or self._too_close
+        return self.tube in ("unknown", "outside") or self.formula == "violated" or self.too_close
 
     def see(self, time: float, measured: Floats, planned: Floats) -> list[Event]:
         """Take one sample of the whole team and return what is new.
@@ -247,8 +248,8 @@ class Monitor:
             if self.closest is None or distance < self.closest[0]:
                 self.closest = (distance, self._robots[i], self._robots[j])
             apart = self._apart[i, j]
-            if distance < apart and not self._too_close:
-                self._too_close = True
+            if distance < apart and not self.too_close:
+                self.too_close = True
                 self._say(
                     None, "separation",
                     f"{self._robots[i]} and {self._robots[j]} are {distance:.3f} m apart, less than {apart:g} m.",

@@ -36,14 +36,8 @@ class Stop:
         """
         self._begin, self._start = begin, flat
         speed = float(np.max(np.sqrt(np.sum(flat[1, :3] ** 2, axis=0))))
-        self._length = max(0.8, 4.0 * speed / min(mission.limits_of(robot).acceleration for robot in mission.agents))
-        t = self._length
-        velocity, acceleration, jerk = flat[1, :3], flat[2, :3], flat[3, :3]
-        # Powers 3 to 5 that bring velocity, acceleration and jerk to zero at the end.
-        ends = np.array([[t**3, t**4, t**5], [3 * t**2, 4 * t**3, 5 * t**4], [6 * t, 12 * t**2, 20 * t**3]])
-        left = -np.stack([velocity + t * acceleration + 0.5 * t * t * jerk, acceleration + t * jerk, jerk])
-        high = np.linalg.solve(ends, left.reshape(3, -1)).reshape(3, *velocity.shape)
-        self._velocity = np.concatenate([np.stack([velocity, acceleration, 0.5 * jerk]), high])
+        self._length = t = braking_time(speed, min(mission.limits_of(robot).acceleration for robot in mission.agents))
+        self._velocity = braking(flat, t)
         self._stopped = flat[0, :3] + sum(self._velocity[k] * t ** (k + 1) / (k + 1) for k in range(6))
         self._drop = self._stopped[2] - LANDING_HEIGHT if reaction == "land" else np.zeros(flat.shape[-1])
         self._descent = max(float(np.max(self._drop)) / LANDING_SPEED, 1.0) if reaction == "land" else 0.0
@@ -67,9 +61,42 @@ class Stop:
             return result
         result[0, :3] = self._stopped
         if self._descent:
-            s = min((t - self._length) / self._descent, 1.0)
-            shape = np.polynomial.Polynomial([0, 0, 0, 0, 35, -84, 70, -20])
+            step = smooth_step((t - self._length) / self._descent)
             for order in range(5):
-                value = shape.deriv(order)(s) if order else shape(s)
-                result[order, 2] -= self._drop * value / self._descent**order
+                result[order, 2] -= self._drop * step[order] / self._descent**order
         return result
+
+
+def braking_time(speed: float, acceleration: float) -> float:
+    """Return s that braking to a hover takes.
+
+    Args:
+        speed: m/s.
+        acceleration: m/s^2.
+    """
+    return max(0.8, 4.0 * speed / acceleration)
+
+
+def braking(flat: Floats, length: float) -> Floats:
+    """Return the powers of a velocity that keeps velocity, acceleration and jerk of a motion and is at rest after so many seconds.
+
+    Args:
+        flat: x, y, z, yaw and their derivatives. Shape (5, 4, ...).
+        length: s.
+
+    Returns:
+        m/s and so on, ascending powers. Shape (6, 3, ...).
+    """
+    t = length
+    velocity, acceleration, jerk = flat[1, :3], flat[2, :3], flat[3, :3]
+    # Powers 3 to 5 that bring velocity, acceleration and jerk to zero at the end.
+    ends = np.array([[t**3, t**4, t**5], [3 * t**2, 4 * t**3, 5 * t**4], [6 * t, 12 * t**2, 20 * t**3]])
+    left = -np.stack([velocity + t * acceleration + 0.5 * t * t * jerk, acceleration + t * jerk, jerk])
+    high: Floats = np.linalg.solve(ends, left.reshape(3, -1)).reshape(3, *velocity.shape)
+    return np.concatenate([np.stack([velocity, acceleration, 0.5 * jerk]), high])
+
+
+def smooth_step(share: float) -> tuple[float, ...]:
+    """Return a step of degree 7 from rest to rest at a share of its way, 0 to 1, and its four derivatives by that share."""
+    shape, s = np.polynomial.Polynomial([0, 0, 0, 0, 35, -84, 70, -20]), min(max(share, 0.0), 1.0)
+    return tuple(float((shape.deriv(order) if order else shape)(s)) for order in range(5))

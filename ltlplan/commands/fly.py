@@ -10,13 +10,16 @@ from flight.monitoring.reaction import Reaction
 from ltlplan.commands.shared import flight_options, options
 from ltlplan.commands.shared.choices import choices
 from ltlplan.commands.shared.simulation import Outcome, certified, simulating, written
+from verify.data import BadInput
 from verify.data.progress import part_of
 
 if TYPE_CHECKING:
     from flight import FlightLog
 
     ReactionName = Reaction
+    LinkName = str
 else:
+    LinkName = choices("LinkName", ("simulated",))
     ReactionName = choices("ReactionName", get_args(Reaction))
 
 
@@ -34,13 +37,33 @@ def command(
         ReactionName | None,
         typer.Option("--reaction", help="What the team does after an alarm, instead of the mission's choice."),
     ] = None,
+    link: Annotated[
+        LinkName | None,
+        typer.Option(
+            "--link",
+            help="Fly live over a link: checks, certified climb, way to the starts, flight and landing, watched, with a way out "
+            "at every moment. `simulated`: our simulation behind the same interface.",
+        ),
+    ] = None,
+    place: Annotated[
+        list[str] | None,
+        typer.Option("--place", help="With --link: NAME=x,y,z in m, where a robot stands (default: at z = 0 below its start)."),
+    ] = None,
+    real_time: Annotated[bool, typer.Option("--real-time", help="With --link simulated: a second takes a second.")] = False,
     json: options.JsonOption = False,
 ) -> None:
-    """Fly a certified mission once in simulation; exit code 5 where the flight left its tube or broke its formula."""
+    """Fly a certified mission once in simulation, or live over a link; exit code 5 where it left its tube, broke its formula or was ended."""
     from flight import fly
     from ltlplan.output import LOG_FILES, write_flight
 
     conditions = flight_options.conditions(wind, noise, model, controller, estimator=estimator, latency=latency)
+    if link is not None:
+        from ltlplan.commands.shared.live_flight import fly_over_simulated_link
+
+        fly_over_simulated_link(source, out, conditions, seed, places=place or [], real_time=real_time, json=json)
+        return
+    if place or real_time:
+        raise BadInput("--place and --real-time go with --link.")
     with simulating(out, LOG_FILES, quiet=json) as progress:
         plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
         progress("flying in simulation", 0.5)

@@ -125,6 +125,32 @@ def test_fly_once_and_many_times(folder: Path, small: Path, tmp_path: Path) -> N
     assert "<html" in (tmp_path / "many" / "campaign.html").read_text()
 
 
+def test_a_live_flight_over_the_simulated_link_is_watched_and_judged(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "live"
+    text = ok("fly", str(folder), "--link", "simulated", "--out", str(out))
+    assert "flight: " in text
+    assert "On board when the link is gone" in text
+    record = json.loads((out / "live.json").read_text())
+    assert list(record["starts"]) == ["climb", "way", "flight", "landing"]
+    judged = ok(
+        "certify",
+        str(folder),
+        "--flight",
+        str(out / "live.csv"),
+        "--start",
+        "0",
+        "--max-speed",
+        "1.5",
+        "--json",
+    )
+    claims = {row["name"]: row["outcome"] for row in json.loads(judged)["claims"]}
+    assert claims["formula"] == "holds", judged
+    with pytest.raises(BadInput, match=r"write NAME=x,y,z"):
+        ok("fly", str(folder), "--link", "simulated", "--place", "quad0=1,2")
+    with pytest.raises(BadInput, match=r"go with --link"):
+        ok("fly", str(folder), "--place", "quad0=1,2,0")
+
+
 def test_export_after_proving_again(folder: Path, tmp_path: Path) -> None:
     text = ok("export", str(folder), "--format", "crazyswarm2", "--out", str(tmp_path / "swarm"))
     assert "quad0.csv" in text

@@ -1,0 +1,127 @@
+"""What a link to vehicles is: poses and health in, trajectories and a few commands out.
+
+A link kind is a module with a class that has these methods. Commands are told to be acknowledged or not, never assumed: who
+calls repeats them. All vehicles share one clock, the link's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from verify.data import Trajectory
+from verify.data.errors import LtlplanError
+
+
+class LinkLost(LtlplanError):
+    """A vehicle, or all, cannot be reached; the message says whom, and what acts on board then."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Where a robot was measured.
+
+    Attributes:
+        time: s of the link's clock.
+        position: x, y, z in m.
+        heading: rad; None where it is not measured.
+    """
+
+    time: float
+    position: tuple[float, float, float]
+    heading: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Health:
+    """What a vehicle says of itself; None for what it does not say.
+
+    Attributes:
+        ready: Whether it would take off: armed or needing no arming, no supervisor in the way.
+        settled: Whether its estimator has settled.
+        endurance: s that its battery lasts in hover.
+    """
+
+    ready: bool | None = None
+    settled: bool | None = None
+    endurance: float | None = None
+
+
+class Link(Protocol):
+    """Vehicles as they are reached."""
+
+    @property
+    def robots(self) -> tuple[str, ...]:
+        """Names of the vehicles that answer."""
+        ...
+
+    @property
+    def failsafe(self) -> str:
+        """What acts on board when the link is gone, as it was set and read back; a sentence."""
+        ...
+
+    @property
+    def accuracy(self) -> float:
+        """Bound on the error of a measured position, m."""
+        ...
+
+    def now(self) -> float:
+        """Return the link's clock, s; it never goes back."""
+        ...
+
+    def sleep(self, seconds: float) -> None:
+        """Let time go on, and take in what arrives."""
+        ...
+
+    def pose(self, robot: str) -> Pose | None:
+        """Return the last pose that arrived; None before any did."""
+        ...
+
+    def health(self, robot: str) -> Health:
+        """Return what a vehicle last said of itself."""
+        ...
+
+    def parameters(self, robot: str) -> Mapping[str, float]:
+        """Return the parameters on board that matter, as they were read back."""
+        ...
+
+    def upload(self, robot: str, number: int, path: Trajectory) -> None:
+        """Store a finite flight on board under a number.
+
+        Args:
+            robot: Name.
+            number: From 0.
+            path: Finite, as it is flown.
+
+        Raises:
+            LinkLost: The vehicle did not confirm it.
+            DoesNotFit: Its memory does not hold it.
+        """
+        ...
+
+    def start(self, number: int) -> None:
+        """Start a stored flight of all robots at once, by one broadcast."""
+        ...
+
+    def hold(self, robot: str) -> bool:
+        """Tell a robot to brake to a hover; return whether it has acknowledged that."""
+        ...
+
+    def land(self, robot: str, height: float, seconds: float) -> bool:
+        """Tell a robot to sink to a height in m, in so many seconds; return whether it has acknowledged that.
+
+        Args:
+            robot: Name.
+            height: z in m where the landing ends.
+            seconds: How long it takes.
+        """
+        ...
+
+    def stop(self, robot: str) -> bool:
+        """Tell a robot to stop its motors; return whether it has acknowledged that."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the link."""
+        ...

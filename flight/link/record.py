@@ -1,0 +1,81 @@
+"""What is kept of a live flight: where robots were measured, what was asked of them, and what happened."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from flight.logs.log import Event
+
+Row = tuple[float, str, float, float, float]
+"""s since the link began, robot, x, y, z in m."""
+
+
+@dataclass(slots=True)
+class Record:
+    """Grows while a flight is flown; nothing is ever taken out.
+
+    Attributes:
+        poses: Measured.
+        setpoints: Where each robot should have been, at the instant of the pose.
+        starts: When each stage began, s.
+        ends: When each stage ended, s.
+        events: What happened and what was said.
+        parameters: What was read back from each vehicle.
+        worst: Greatest distance from the plan, m, by stage and robot.
+    """
+
+    poses: list[Row] = field(default_factory=list[Row])
+    setpoints: list[Row] = field(default_factory=list[Row])
+    starts: dict[str, float] = field(default_factory=dict[str, float])
+    ends: dict[str, float] = field(default_factory=dict[str, float])
+    events: list[Event] = field(default_factory=list[Event])
+    parameters: dict[str, Mapping[str, float]] = field(default_factory=dict[str, Mapping[str, float]])
+    worst: dict[str, dict[str, float]] = field(default_factory=dict[str, dict[str, float]])
+
+    def note(self, time: float, sentence: str, robot: str | None = None, kind: str = "note") -> Event:
+        """Add an event, and return it.
+
+        Args:
+            time: s of the link's clock.
+            sentence: For a person.
+            robot: Whom it concerns; None for the team.
+            kind: `check`, `alarm`, `reaction` or `note`.
+        """
+        event = Event(time, robot, kind, sentence)
+        self.events.append(event)
+        return event
+
+    def table(self, rows: list[Row], since: float = 0.0, until: float = float("inf")) -> str:
+        """Return rows as CSV, `t,robot,x,y,z`, times from `since` on.
+
+        Args:
+            rows: `poses` or `setpoints`.
+            since: s; becomes time 0.
+            until: s.
+        """
+        kept = sorted((row for row in rows if since <= row[0] <= until), key=lambda row: row[0])
+        lines = [f"{time - since:.9g},{robot},{x:.9g},{y:.9g},{z:.9g}" for time, robot, x, y, z in kept]
+        return "t,robot,x,y,z\n" + "".join(f"{line}\n" for line in lines)
+
+    def files(self) -> dict[str, str]:
+        """Return the files of a live flight, by name.
+
+        `live.csv` has the poses of the stage `flight` from its start on, as `ltlplan certify RUN --flight` reads it.
+        """
+        data = {
+            "starts": self.starts,
+            "ends": self.ends,
+            "parameters": {robot: dict(values) for robot, values in self.parameters.items()},
+            "worst": self.worst,
+            "events": [{"time": e.time, "robot": e.robot, "kind": e.kind, "sentence": e.sentence} for e in self.events],
+        }
+        found = {
+            "poses.csv": self.table(self.poses),
+            "setpoints.csv": self.table(self.setpoints),
+            "live.json": json.dumps(data, indent=1, allow_nan=False) + "\n",
+        }
+        if "flight" in self.starts:
+            found["live.csv"] = self.table(self.poses, self.starts["flight"], self.ends.get("flight", float("inf")))
+        return found

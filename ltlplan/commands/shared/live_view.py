@@ -1,0 +1,70 @@
+"""A live flight in the terminal: where it is, how far each robot is from its plan, and what was said."""
+
+from __future__ import annotations
+
+import math
+import signal
+from collections.abc import Generator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    from types import FrameType
+
+    from flight.link.live import Look
+
+_EVERY = 1.0
+"""s of flight between two lines where nobody watches a terminal."""
+
+
+class View:
+    """Shows looks at a flight: one line that is written anew in a terminal, a line a second elsewhere."""
+
+    def __init__(self, *, quiet: bool) -> None:
+        """Begin.
+
+        Args:
+            quiet: Show nothing.
+        """
+        self._quiet, self._terminal = quiet, typer.get_text_stream("stdout").isatty()
+        self._last, self._stage = -math.inf, ""
+
+    def show(self, look: Look) -> None:
+        """Show a look."""
+        if self._quiet:
+            return
+        for event in look.events:
+            self._line(f"{look.stage} {event.time:8.2f} s  {event.sentence}", stays=True)
+        if look.stage != self._stage:
+            self._stage, self._last = look.stage, -math.inf
+        if self._terminal or look.time - self._last >= _EVERY:
+            self._last = look.time
+            off = ", ".join(f"{name} {'unseen' if math.isnan(e) else f'{1000 * e:.0f} mm'}" for name, e in look.errors.items())
+            left = max(look.duration - look.time, 0.0)
+            line = f"{look.stage} {look.time:6.1f} s, {left:.1f} s to go, of {1000 * look.margin:.0f} mm: {off}"
+            self._line(line, stays=not self._terminal)
+
+    def end(self) -> None:
+        """Leave the line that is written anew."""
+        if self._terminal and not self._quiet:
+            self._line("", stays=False)
+
+    def _line(self, text: str, *, stays: bool) -> None:
+        erased = "\r\x1b[2K" if self._terminal else ""
+        typer.echo(f"{erased}{text}", nl=stays)
+
+
+@contextmanager
+def sigterm_interrupts() -> Generator[None]:
+    """Have SIGTERM raise KeyboardInterrupt as Ctrl-C does, so that it, too, lands the team."""
+
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
