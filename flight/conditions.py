@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import Literal, TypedDict, Unpack, get_args
 
 from flight.control.controller import CONTROLLERS, Controller
-from flight.control.on_board import OnBoardController
+from flight.control.on_board import OnBoardController, controller_name
 from flight.model.airframe import Airframe
 from flight.model.disturbances import Wind
 from flight.model.full import FullModel
 from flight.model.plant import AIRFRAME_MODELS, AirframeModel
 from flight.model.sensing import MotionCapture
-from verify.data import BadInput
+from verify.data import BadInput, Mission
 from verify.data.errors import did_you_mean
 
 Estimator = Literal["ekf", "kalman"]
@@ -108,6 +108,18 @@ class Conditions:
         return self.estimator == "ekf" or isinstance(self.controller, OnBoardController)
 
     @property
+    def sentence(self) -> str:
+        """What is flown in, for a person."""
+        names = {CONTROLLERS.find(name): name for name in CONTROLLERS.built_in}
+        who = names.get(self.controller, type(self.controller).__name__)
+        who = "the controllers of the vehicles' profiles" if who == "profile" else f"the controller {who}"
+        air = "still air" if self.wind is None else f"wind of {self.wind.speed:g} m/s with gusts of {self.wind.gust:g} m/s"
+        if self.noise is None:
+            return f"flown by {who} in {air}, which knew the true state."
+        late = f"{1000 * self.noise.delay:g} ms late and {1000 * self.noise.noise:g} mm off"
+        return f"flown by {who} in {air}, with motion capture {late} and the estimator {self.estimator}."
+
+    @property
     def varies(self) -> bool:
         """Whether seeds make a difference: still or steady air and perfect sensors leave nothing to chance."""
         return (self.wind is not None and self.wind.gust > 0.0) or (self.noise is not None and self.noise.varies)
@@ -132,3 +144,23 @@ class Conditions:
 
 CALM = Conditions()
 """Still air, perfect knowledge, the full model and the geometric controller."""
+
+LABORATORY = Wind((0.2, 0.0, 0.0), 0.1)
+"""m/s: air that is moved by what flies in a room, and by who walks in it."""
+CAMERAS = MotionCapture(delay=0.015)
+"""Motion capture as laboratories have it: 1 mm of noise, 15 ms from a frame to its use."""
+
+
+def conditions_of(mission: Mission) -> Conditions:
+    """Return what a mission's margin is meant for: its vehicles' own controllers and estimators, in a laboratory's air and view.
+
+    Args:
+        mission: Says what flies.
+
+    Raises:
+        BadInput: A vehicle's profile names a controller that there is not.
+    """
+    names = list(dict.fromkeys(controller_name(mission.vehicle_of(robot)) for robot in mission.agents))
+    alone = CONTROLLERS.find(names[0])
+    together = len(names) > 1 or isinstance(alone, OnBoardController)
+    return Conditions(LABORATORY, CAMERAS, controller="profile" if together else alone)

@@ -119,7 +119,7 @@ class _Flight:
     @property
     def notes(self) -> tuple[str, ...]:
         """What the log says of the flight as a whole."""
-        notes: list[str] = []
+        notes: list[str] = [] if self.conditions == CALM else [self.conditions.sentence]
         for name in dict.fromkeys(airframe.vehicle.name for airframe in self.airframes if not airframe.known):
             notes.append(f"no airframe is known for '{name}'; lag, drag and gains are estimates.")
         if self.cert is None:

@@ -393,6 +393,7 @@ def run(
     """
     import flight
     from flight.certified import require_tube
+    from flight.conditions import conditions_of
     from ltlplan import output
     from verify.data.storage.folders import check_folder
 
@@ -402,7 +403,9 @@ def run(
     made = plan(mission, seed=seed, progress=part_of(progress, 0.0, 0.25))
     done = certified_team(made, progress=part_of(progress, 0.25, 0.7))
     part_of(progress, 0.7, 0.9)("flying in simulation", 0.0)
-    log = flight.fly(done.plan, done.team, done.certificate, seed=made.seed, progress=part_of(progress, 0.7, 0.9))
+    flying = part_of(progress, 0.7, 0.9)
+    conditions = conditions_of(done.plan.mission)
+    log = flight.fly(done.plan, done.team, done.certificate, seed=made.seed, conditions=conditions, progress=flying)
     result = Result(done.plan.mission, done.plan, done.team, done.certificate, log, done.rounds)
     if target is None:
         return result

@@ -55,6 +55,7 @@ CONTROLLERS: Registry[Controller] = Registry(
         "mellinger": "flight.control.mellinger:MELLINGER",
         "pid": "flight.control.pid:PID",
         "lee": "flight.control.lee:LEE",
+        "profile": "flight.on_board.commanded:PROFILE",
     },
     kind=Controller,
 )

@@ -16,7 +16,7 @@ import numpy as np
 from flight.control.controller import Controller
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats
-from verify.data import GRAVITY, BadInput
+from verify.data import GRAVITY, BadInput, Vehicle
 from verify.data.autopilot import Autopilot, load_autopilot
 
 FULL_SCALE = 65535.0
@@ -117,9 +117,19 @@ class OnBoardController(Controller):
         """
 
 
+def controller_name(vehicle: Vehicle) -> str:
+    """Return the name of the controller that a vehicle's margin is meant for."""
+    return vehicle.controller or "geometric"
+
+
 def autopilot_of(airframe: Airframe) -> Autopilot:
     """Return what is on board: what the vehicle's profile names, or the stock table."""
-    return airframe.vehicle.autopilot or load_autopilot(STOCK)
+    return autopilot_of_vehicle(airframe.vehicle)
+
+
+def autopilot_of_vehicle(vehicle: Vehicle) -> Autopilot:
+    """Return what is on board of a vehicle, as `autopilot_of` says."""
+    return vehicle.autopilot or load_autopilot(STOCK)
 
 
 def setpoint_of(flat: Floats, ahead: float) -> Floats:

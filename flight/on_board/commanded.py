@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from flight.control.controller import Controller
-from flight.control.on_board import ATTITUDE, GYRO, HEADING, POSITION, VELOCITY, Moment
+from flight.control.controller import CONTROLLERS, Controller
+from flight.control.on_board import (
+    ATTITUDE,
+    GYRO,
+    HEADING,
+    POSITION,
+    VELOCITY,
+    Laws,
+    Moment,
+    OnBoardController,
+    controller_name,
+)
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats
 from flight.model.autopilot import Autopilot, Held
@@ -85,3 +97,32 @@ class CommandedLaws:
         )  # fmt: skip
         after[_HELD] = memory[_HELD] if held.attitude is None else held.attitude
         return self._airframe.thrust_coefficient * (asked * asked), after
+
+
+def laws_of(controller: Controller, airframe: Airframe) -> Laws:
+    """Return a controller's laws for one airframe, whether it runs on board or on the ground.
+
+    Args:
+        controller: Who follows.
+        airframe: What it takes the vehicles for.
+    """
+    return controller.laws(airframe) if isinstance(controller, OnBoardController) else CommandedLaws(controller, airframe)
+
+
+@dataclass(frozen=True, slots=True)
+class Profile(OnBoardController):
+    """Each vehicle flown by the controller that its profile names, as its margin is meant."""
+
+    def laws(self, airframe: Airframe) -> Laws:
+        """Return the laws of the controller that the vehicle's profile names.
+
+        Args:
+            airframe: The vehicle.
+
+        Raises:
+            BadInput: There is no such controller.
+        """
+        return laws_of(CONTROLLERS.find(controller_name(airframe.vehicle)), airframe)
+
+
+PROFILE = Profile()

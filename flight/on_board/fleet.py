@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flight.control.controller import Controller
-from flight.control.on_board import Laws, OnBoardController, autopilot_of, setpoint_of
+from flight.control.on_board import autopilot_of, setpoint_of
 from flight.model.attitude import Floats, quaternion_rate, unit
 from flight.model.ekf import SENSED, ExtendedKalman
 from flight.model.timing import FRAME_STEPS, STEP
-from flight.on_board.commanded import CommandedLaws
+from flight.on_board.commanded import laws_of
 from flight.on_board.rotor_plant import RotorPlant
 from flight.side_by_side import Kind, joined
 
@@ -121,7 +121,7 @@ class _Crew:
         self, kind: Kind, controller: Controller, start: Floats, hover: Floats, delay: Floats | None, mass: Floats | None
     ) -> None:
         self._own = own = kind.columns
-        laws = laws_of(controller, kind)
+        laws = laws_of(controller, kind.airframe)
         weights = None if mass is None else kind.airframe.vehicle.mass * mass[own]
         self.plant = RotorPlant(kind.airframe, laws, start[:, own], hover[:, own], weights)
         self._gyro: Floats | float = 0.0
@@ -153,18 +153,6 @@ class _Crew:
         if estimator is not None:
             estimator.remember(flown)
         return flown[:, :3]
-
-
-def laws_of(controller: Controller, kind: Kind) -> Laws:
-    """Return a controller's laws for vehicles of one kind.
-
-    Args:
-        controller: On board or on the ground.
-        kind: The vehicles.
-    """
-    if isinstance(controller, OnBoardController):
-        return controller.laws(kind.airframe)
-    return CommandedLaws(controller, kind.airframe)
 
 
 class _Estimator:

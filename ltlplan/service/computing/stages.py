@@ -156,13 +156,16 @@ def _round(draft: Draft, progress: Progress) -> Outcome:
 
 def _flight(certified: Any, progress: Progress) -> Outcome:  # a Certified; the pipeline is loaded by then
     import flight
+    from flight.conditions import conditions_of
     from ltlplan.report.summary import flight_sentences, tracking
     from ltlplan.result import Result
 
     say = part_of(progress, _CERTIFIED, _FLOWN)
     say("flying in simulation", 0.0)
     plan = certified.plan
-    log = flight.fly(plan, certified.team, certified.certificate, seed=plan.seed, progress=say)
+    log = flight.fly(
+        plan, certified.team, certified.certificate, seed=plan.seed, conditions=conditions_of(plan.mission), progress=say
+    )
     result = Result(plan.mission, plan, certified.team, certified.certificate, log, certified.rounds)
     found = {
         "tracking": tracking(result),

@@ -7,6 +7,8 @@ import pytest
 
 import flight
 from flight.closed_loop import Setup, steps
+from flight.conditions import conditions_of
+from flight.control.controller import CONTROLLERS
 from flight.control.lee import Lee
 from flight.control.mellinger import Mellinger
 from flight.control.on_board import attitude_error, axes_towards, body_axes, setpoint_of
@@ -14,8 +16,8 @@ from flight.model.attitude import from_euler, from_matrix
 from flight.model.reference import sample_reference
 from flight.model.sensing import MotionCapture
 from flight.model.timing import CONTROL_STEP, SUBSTEPS
-from tests.helpers.stand_ins import hop, rest_to_rest
-from verify.data import BadInput, load_vehicle
+from tests.helpers.stand_ins import hop, mission, rest_to_rest
+from verify.data import BadInput, load_vehicle, shipped_vehicles
 from verify.data.autopilot import load_autopilot, shipped_autopilots
 
 KINDS = ("mellinger", "lee", "pid", "geometric")
@@ -117,3 +119,32 @@ def test_autopilots_are_shipped_with_a_source_for_each_number():
     assert load_autopilot("crazyflie-2").mellinger.mass == 0.029
     with pytest.raises(BadInput, match="Did you mean 'crazyflie-2'"):
         load_autopilot("crazyflie2")
+
+
+def test_a_mission_is_flown_by_whom_its_vehicles_name():
+    crazyflies = conditions_of(mission())
+    assert crazyflies.on_board
+    assert crazyflies.estimator == "ekf"
+    assert crazyflies.wind is not None
+    own = mission().model_copy(update={"vehicle": mission().vehicle.changed(name="homemade", controller=None, autopilot=None)})
+    assert not conditions_of(own).on_board
+    assert conditions_of(own).estimator == "kalman"
+    wrong = mission().model_copy(update={"vehicle": mission().vehicle.changed(controller="melinger")})
+    with pytest.raises(BadInput, match="Did you mean 'mellinger'"):
+        conditions_of(wrong)
+
+
+def test_the_profiles_controller_is_the_one_that_it_names(short):
+    plan, team = short
+    named, profile = (flight.fly(plan, team, controller=name, noise=0.001) for name in ("mellinger", "profile"))
+    assert np.array_equal(named.position, profile.position)
+    assert "flown by the controllers of the vehicles' profiles in still air, with motion capture" in profile.notes[0]
+
+
+@pytest.mark.parametrize("name", shipped_vehicles())
+def test_every_shipped_vehicle_names_a_controller_that_there_is(name):
+    vehicle = load_vehicle(name)
+    assert vehicle.controller is None or CONTROLLERS.knows(vehicle.controller)
+    if vehicle.autopilot is not None and vehicle.autopilot.name != "crazyflie-2":
+        full = vehicle.autopilot.mellinger.thrust_to_pwm * 4 * vehicle.rotor_thrust_max
+        assert full == pytest.approx(65535, rel=1e-4)  # one newton asked for is one newton given
