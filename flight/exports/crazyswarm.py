@@ -17,6 +17,7 @@ from ruamel.yaml.scalarstring import DoubleQuotedScalarString
 from flight.exports.braking import at_most
 from flight.exports.crazyswarm_script import script
 from flight.exports.fits import require_crazyflie, require_float32
+from flight.exports.parameters import parameters, sentence
 from flight.exports.parts import notes_on, parts_of
 from flight.exports.target import NOTE, ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, Trajectory
@@ -58,7 +59,9 @@ def _product(request: Request) -> Product:
     files[_CONFIGURATION] = _configuration(request, parts[0].starts, uris).encode()
     files[_SCRIPT] = script(request, parts).encode()
     note = "fly_mission.py climbs, goes to the starts, and begins only if every robot is within the margin of its own."
-    return Product(files, (note, *notes_on(request, parts)))
+    vehicles = dict.fromkeys(request.mission.vehicle_of(name) for name in request.team)
+    told = (f"crazyflies.yaml sets what was simulated. {sentence(vehicle)}" for vehicle in vehicles)
+    return Product(files, (note, *told, *notes_on(request, parts)))
 
 
 def with_hovers(team: Mapping[str, Trajectory], laps: int = 1) -> dict[str, Trajectory]:
@@ -89,6 +92,7 @@ def _configuration(request: Request, starts: Mapping[str, tuple[float, ...]], ur
             "uri": uris.get(name, f"radio://0/80/2M/E7E7E7E7{index + 1:02X}"),
             "initial_position": [round(start[0], 6), round(start[1], 6), 0.0],
             "type": "ltlplan",
+            "firmware_params": parameters(request.mission.vehicle_of(name)),
         }
         for index, (name, start) in enumerate(starts.items())
     }
@@ -104,7 +108,7 @@ def _configuration(request: Request, starts: Mapping[str, tuple[float, ...]], ur
         },
         "all": {
             "firmware_logging": {"enabled": True, "default_topics": {"pose": {"frequency": 10}, "status": {"frequency": 1}}},
-            "firmware_params": {"commander": {"enHighLevel": 1}, "stabilizer": {"estimator": 2, "controller": 2}},
+            "firmware_params": {"commander": {"enHighLevel": 1}},
             "broadcasts": {"num_repeats": 15, "delay_between_repeats_ms": 1},
         },
     }

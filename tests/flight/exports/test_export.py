@@ -70,6 +70,10 @@ def test_crazyflies_yaml_names_the_robots_and_their_places(certified, tmp_path):
     made = YAML(typ="safe", pure=True).load((tmp_path / "crazyflies.yaml").read_text())
     assert made["robots"]["quad0"]["uri"] == "radio://0/80/2M/E7E7E7E7AA"
     assert made["robots"]["quad1"]["initial_position"] == [1.2, 0.9, 0.0]
+    told = made["robots"]["quad1"]["firmware_params"]
+    assert told["stabilizer"] == {"estimator": 2, "controller": 2}
+    assert told["ctrlMel"] == {"mass": 0.033, "massThrust": 132000.0}
+    assert told["locSrv"] == {"extPosStdDev": 0.001, "extQuatStdDev": 0.05}
     assert set(made["robot_types"]) == {"ltlplan"}
 
 

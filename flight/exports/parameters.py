@@ -1,0 +1,38 @@
+"""What a Crazyflie has to be told so that it flies as it was simulated: controller, mass, and how far to trust motion capture."""
+
+from __future__ import annotations
+
+from flight.control.on_board import autopilot_of_vehicle, controller_name
+from verify.data import Vehicle
+
+_NUMBERS = {"pid": 1, "mellinger": 2, "lee": 5}
+"""`stabilizer.controller` of each; any other flies as Mellinger's, the one that crazyswarm2 takes for trajectories."""
+KALMAN = 2
+"""`stabilizer.estimator`."""
+
+
+def parameters(vehicle: Vehicle) -> dict[str, dict[str, float]]:
+    """Return the firmware's parameters for a vehicle, by group and name.
+
+    Args:
+        vehicle: Its profile: mass, controller and autopilot.
+    """
+    autopilot = autopilot_of_vehicle(vehicle)
+    return {
+        "stabilizer": {"estimator": KALMAN, "controller": _NUMBERS.get(controller_name(vehicle), _NUMBERS["mellinger"])},
+        "ctrlMel": {"mass": vehicle.mass, "massThrust": autopilot.mellinger.thrust_to_pwm},
+        "ctrlLee": {"mass": vehicle.mass},
+        "locSrv": {"extPosStdDev": autopilot.ekf.position_noise, "extQuatStdDev": autopilot.ekf.attitude_noise},
+    }
+
+
+def sentence(vehicle: Vehicle) -> str:
+    """Return what the parameters of a vehicle are set to, for the note.
+
+    Args:
+        vehicle: Its profile.
+    """
+    set_to = "; ".join(
+        f"{group}.{name} {value:g}" for group, values in parameters(vehicle).items() for name, value in values.items()
+    )
+    return f"The margin is meant for {controller_name(vehicle)}; {vehicle.name} flies with {set_to}."
