@@ -74,7 +74,7 @@ def make_plan(
         from ltlplan.search.shared_walls import open_wall
 
         words = {name: does.word for name, does in first.robots.items()}
-        if not first.precedences and (wall := open_wall(mission, words)) is not None:
+        if (first.meetings or not first.precedences) and (wall := open_wall(mission, words)) is not None:
             raise wall
         return plan_of(mission, first, first.paths, method=name)
     from ltlplan.paths.nominal import nominal_paths

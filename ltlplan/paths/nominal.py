@@ -83,7 +83,7 @@ def nominal_paths(
             notes: list[str] = []
             try:
                 words = {name: does.word for name, does in found.robots.items()}
-                if not found.precedences and (wall := open_wall(mission, words)) is not None:
+                if (found.meetings or not found.precedences) and (wall := open_wall(mission, words)) is not None:
                     blocked_robot[_key(found)] = wall.robot
                     raise wall
                 for name, does in found.robots.items():

@@ -19,7 +19,7 @@ from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.task import Task
 from ltlplan.search.assignment import TIES, Assignment, NoWords, asked_of, in_units_of
 from ltlplan.search.counts.capacities import small_rooms
-from ltlplan.search.counts.meetings import HoversOutside, meetings_of
+from ltlplan.search.counts.meetings import HoversOutside, waits_of
 from ltlplan.search.counts.planning import plan_counts
 from ltlplan.search.counts.refusals import no_counted_plan
 from ltlplan.search.endurance import over_endurance, require_endurance
@@ -175,7 +175,7 @@ def _assign_counted(
 
         raise NoWords(lambda: relaxed(mission, no_counted_plan(mission, each, kinds, asked), _cheapest))
     try:
-        waits = meetings_of(each, found)
+        waits, precedences = waits_of(each, found)
     except HoversOutside:  # but flights may be timed so that nobody has to
         with contextlib.suppress(TooLarge, Infeasible):
             ordered = _assign_ordered(mission, systems, each, automata, known, budget)
@@ -188,7 +188,7 @@ def _assign_counted(
     notes = [f"The search reached {found.reached:,} states: how many robots rest where, and what is done."]
     if not complete:
         notes.append("A cheaper plan was not ruled out: who flies what was decided after how many fly where.")
-    if waits:
+    if waits or precedences:
         notes.append(
             f"Robots wait for each other: the plan has {len(found.stages)} stages, each begun when the one before has ended."
         )
@@ -197,7 +197,8 @@ def _assign_counted(
     if longest:
         notes.append("With counts the plan has the smallest sum of costs; its dearest robot may not be the cheapest.")
         total, least = max(robot.cost for robot in robots.values()), least / len(robots)
-    return Assignment(robots, total, least, complete and not longest, 1, (*notes, *systems.unclear()), tuple(waits))
+    said = (*notes, *systems.unclear())
+    return Assignment(robots, total, least, complete and not longest, 1, said, tuple(waits), tuple(precedences))
 
 
 def _assign_ordered(

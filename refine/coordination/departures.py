@@ -48,6 +48,8 @@ class ScheduledPath:
         sets_out: When it sets out for visits for which it waits for others to arrive, s after departure.
         inside: For each visit from when to when it is inside for sure, s after departure; only where precedences ask for it.
         acts: For each visit with actions, when it makes the first and the last of them, s after departure; likewise.
+        shares: For each visit with actions, by how much the first one comes later where it departs 1 s later: where it starts in the
+            region its stay is longer then, over which actions are spread.
     """
 
     name: str
@@ -58,6 +60,7 @@ class ScheduledPath:
     sets_out: Mapping[int, float] = field(default_factory=dict[int, float])
     inside: tuple[tuple[float, float], ...] = ()
     acts: Mapping[int, tuple[float, float]] = field(default_factory=dict[int, tuple[float, float]])
+    shares: Mapping[int, float] = field(default_factory=dict[int, float])
 
     def done(self, wait: Wait) -> float:
         """Return when it has done what others wait for, in s after departure."""
@@ -76,6 +79,11 @@ class ScheduledPath:
         if wait.due == "enters":
             return self.visits[visit][0]
         return (self.inside[visit][1] if wait.due == "leaves" else self.acts[visit][0]) - GRID
+
+    def share(self, wait: Wait) -> float:
+        """Return by how much what waits for others comes later where the robot departs 1 s later."""
+        acts = isinstance(wait, Precedence) and wait.due == "acts"
+        return self.shares.get(wait.then[1], 1.0) if acts else 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,9 +289,11 @@ def _in_order(
         for precedence in precedences:
             (first, _), (then, _) = precedence.first, precedence.then
             if then == flight.name and first in chosen:
-                least = max(least, chosen[first] + by_name[first].done(precedence) - flight.due(precedence) + GRID / 2)
+                late = chosen[first] + by_name[first].done(precedence) - flight.due(precedence) + GRID / 2
+                least = max(least, late / flight.share(precedence))
             if first == flight.name and then in chosen:
-                latest = min(latest, chosen[then] + by_name[then].due(precedence) - flight.done(precedence) - GRID / 2)
+                due = chosen[then] * by_name[then].share(precedence) + by_name[then].due(precedence)
+                latest = min(latest, due - flight.done(precedence) - GRID / 2)
         if flight.name in given:
             departure = given[flight.name]
             other = pairs.met(flight.name, departure, chosen)

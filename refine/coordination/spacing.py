@@ -91,7 +91,8 @@ def flight_of(plan: Plan, robot: RobotFlight) -> ScheduledPath:
             if visit.actions
         }
     visits = tuple((stay.start, stay.end) for stay in found)
-    return ScheduledPath(robot.name, robot.path, visits, robot.plan.hold, arrives, sets_out, inside, acts)
+    shares = {index: 1.0 / (len(robot.plan.visits[index].actions) + 1) for index in acts if found[index].start == 0.0}
+    return ScheduledPath(robot.name, robot.path, visits, robot.plan.hold, arrives, sets_out, inside, acts, shares)
 
 
 def _surely(stay: SampledStay, deep: Sequence[SampledStay]) -> list[SampledStay]:

@@ -244,13 +244,14 @@ def _meeting(
     together = dict(robots)
     clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
     given = dict.fromkeys(robots, 0.0)
+    kept_clear: dict[str, tuple[Ball, ...]] = {}
     tried: set[tuple[str, str, bytes]] = set()
 
     def hovers(name: str) -> tuple[Ball, ...]:
         return hovers_of(together[name], problem.spacing, problem.plan.meetings)
 
     while True:
-        held = with_waits(problem, together)
+        held = with_waits(problem, together, kept_clear)
         found = _departures(problem, held, given)
         if not isinstance(found, DepartureConflict):
             return held, found
@@ -261,10 +262,10 @@ def _meeting(
                 continue
             tried.add(key)
             clear_of[name] = tuple(dict.fromkeys((*clear_of[name], other)))
-            places = [place for who in clear_of[name] for place in hovers(who)]
+            places = tuple(place for who in clear_of[name] for place in hovers(who))
             try:
                 together = {**together, name: robot_flight(problem, name, (*idle_others(problem, name), *places))}
-                changed = True
+                kept_clear[name], changed = places, True
             except Infeasible:
                 continue  # the other robot's path may still move
         if not changed:

@@ -32,7 +32,7 @@ def with_rests(
         mission: Gives regions and hoops.
         visits: For which it waits; numbers in its plan.
         stays: For some of these the region in which it waits, the one that it visits before: others come there. None: its start.
-            One more than the last visit: it waits there before it flies to its end.
+            One more than the last visit: it waits there before it flies to its end, or at its end where that lies there.
     """
     if not visits:
         return corridor, {}
@@ -45,9 +45,13 @@ def with_rests(
     first |= {visit: len(corridor) - 1 for visit in visits if visit > last}  # it waits before its way to the end
     stops: dict[int, int] = {}
     for visit, region in (stays or {}).items():
-        first[visit] = 0 if region is None else _deepest(corridor, region, first[visit])
+        latest = first[visit] + (visit > last)
+        first[visit] = 0 if region is None else _deepest(corridor, region, latest)
     for visit in sorted(visits, key=lambda each: (-first[each], each)):
         node = first[visit]
+        if node == len(corridor):
+            stops[visit] = node
+            continue
         shares = np.linspace(0.0, 1.0, _PARTS + 1)[:-1]
         places = corridor.points[node] + shares[:, None] * (corridor.points[node + 1] - corridor.points[node])
         clear = (

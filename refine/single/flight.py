@@ -66,7 +66,8 @@ def _moving(problem: Problem, name: str, limits: Limits, extra: tuple[Ball, ...]
     if hovering:
         corridor = replace(corridor, cycle=None)
     held = {meeting.then[1] for meeting in problem.plan.meetings if meeting.then[0] == name}
-    held |= {wait.then[1] + 1 for wait in problem.plan.precedences if wait.then[0] == name and wait.due == "leaves"} & rests
+    in_region = ("leaves", "acts") if options.lingers else ("leaves",)
+    held |= {wait.then[1] + 1 for wait in problem.plan.precedences if wait.then[0] == name and wait.due in in_region} & rests
     stays = {visit: mission.all_regions[robot.visits[visit - 1].region] if visit else None for visit in held}
     corridor, halts = with_rests(corridor, mission, rests.union(stays), stays)
     rest = frozenset(halts.values())

@@ -33,6 +33,7 @@ class RefinementOptions:
         even: Whether other shares of a flight's time are tried where the plan's own would slow it much.
         rests: Whether the flight rests at every point.
         closes: Whether it is a lap, which ends with the heading that it began with.
+        lingers: Whether a robot that acts only after others comes to the region first, and rests there.
     """
 
     pace: Pace
@@ -42,6 +43,7 @@ class RefinementOptions:
     even: bool = True
     rests: bool = False
     closes: bool = False
+    lingers: bool = False
 
     def held(self, mission: Mission, name: str) -> int | None:
         """Return the pieces that a robot's flight may have; None for any number.

@@ -1,4 +1,4 @@
-"""From stages to waits: who must have arrived before who sets out."""
+"""From stages to waits: who must have arrived before who sets out, or acts."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from ltlplan.search.counts.planning import CountedPlan
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
 from verify.data import BadInput
-from verify.data.plan import Meeting
+from verify.data.plan import Meeting, Precedence
 
 
 class HoversOutside(BadInput):
     """A robot would have to hover outside all regions, or act where it stays, while others are still to set out."""
 
 
-def meetings_of(systems: Sequence[TransitionSystem], plan: CountedPlan) -> list[Meeting]:
-    """Return the waits between stages: each robot of a stage sets out when all others of the one before have arrived.
+def waits_of(systems: Sequence[TransitionSystem], plan: CountedPlan) -> tuple[list[Meeting], list[Precedence]]:
+    """Return the waits between stages: each robot of a stage sets out, or acts where it is, when all others of the one before have arrived.
 
     Args:
         systems: One for each robot.
@@ -26,10 +26,11 @@ def meetings_of(systems: Sequence[TransitionSystem], plan: CountedPlan) -> list[
     Raises:
         HoversOutside: A robot would have to come to rest in no region, or act where it stays, while others are still to set out.
     """
-    return list(dict.fromkeys(_meetings(systems, plan)))
+    found = list(dict.fromkeys(_waits(systems, plan)))
+    return [wait for wait in found if isinstance(wait, Meeting)], [wait for wait in found if isinstance(wait, Precedence)]
 
 
-def _meetings(systems: Sequence[TransitionSystem], plan: CountedPlan) -> Iterator[Meeting]:
+def _waits(systems: Sequence[TransitionSystem], plan: CountedPlan) -> Iterator[Meeting | Precedence]:
     def visits(robot: int, length: int) -> int:
         log = VisitLog()
         for node in plan.paths[robot][:length]:
@@ -41,8 +42,9 @@ def _meetings(systems: Sequence[TransitionSystem], plan: CountedPlan) -> Iterato
         first = {plan.turns[turn][0]: turn for turn in reversed(later)}
         for robot, turn in sorted(first.items()):
             _, before, after = plan.turns[turn]
-            setting_out = visits(robot, before)
-            if visits(robot, after) == setting_out:
+            setting_out, path = visits(robot, before), plan.paths[robot]
+            acts, flies = _acts(systems[robot], path[before - 1 : before + 1]), visits(robot, after) > setting_out
+            if not (acts or flies):
                 raise HoversOutside(_OUTSIDE.format(name=systems[robot].robot))
             for other, other_turn in sorted(last.items()):
                 _, began, arrived = plan.turns[other_turn]
@@ -52,9 +54,25 @@ def _meetings(systems: Sequence[TransitionSystem], plan: CountedPlan) -> Iterato
                     raise HoversOutside(_OUTSIDE.format(name=systems[other].robot))
                 if arrived > 1 and _acts(systems[other], plan.paths[other][arrived - 2 : arrived]):
                     raise HoversOutside(_ACTS.format(name=systems[other].robot))
-                yield Meeting(
-                    first=(systems[other].robot, visits(other, arrived) - 1), then=(systems[robot].robot, setting_out)
-                )
+                awaited = (systems[other].robot, visits(other, arrived) - 1)
+                if acts:
+                    where = (systems[robot].robot, _acting_visit(systems[robot], path, before))
+                    yield Precedence(first=awaited, then=where, done="entered", due="acts")
+                if flies:
+                    yield Meeting(first=awaited, then=(systems[robot].robot, setting_out))
+
+
+def _acting_visit(system: TransitionSystem, path: Sequence[int], step: int) -> int:
+    """Return the visit in which a robot acts by a step of its path."""
+    log = VisitLog()
+    for node in path[:step]:
+        log.enter(system.nodes[node].regions)
+    change = system.nodes[path[step - 1]].internal, system.nodes[path[step]].internal
+    regions = system.nodes[path[step]].regions
+    visit = log.current(next(a.at for a in system.actions if (a.source, a.target) == change and a.at in regions))
+    for node in path[step:]:
+        log.enter(system.nodes[node].regions)
+    return log.numbers[visit]
 
 
 def _acts(system: TransitionSystem, step: Sequence[int]) -> bool:
