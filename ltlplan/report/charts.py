@@ -8,16 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 import plotly.graph_objects as go
 
-from flight.pictures import robot_colour
+from flight.pictures import MANY, robot_colour
 from flight.shapes import Floats
 from ltlplan.report.bars import Bar, bars_html
 from ltlplan.report.history import LetterInterval, ReadLetter, truth_intervals
-from ltlplan.report.over_time import Line, over_time
+from ltlplan.report.over_time import MARK, Line, over_time
 
 if TYPE_CHECKING:
     from ltlplan.result import Result
     from verify import Certificate
     from verify.data import Formula, Mission
+
+WORST = 10
+"""Robots that a chart of very many draws by themselves."""
 
 _INTERNAL = "#6b7280"
 _TRUE = "#2f8d57"
@@ -116,15 +119,18 @@ def truth_chart(formula: Formula, readings: list[ReadLetter], end: float, cycle:
 
 
 def error_chart(result: Result) -> go.Figure:
-    """Draw each robot's distance from its certified path, against the margin."""
-    names = result.log.robots
-    lines = {name: Line(result.log.times, 1000 * result.log.error[:, i], robot_colour(i)) for i, name in enumerate(names)}
+    """Draw each robot's distance from its certified path, against the margin; of very many those that went farthest, and the farthest of all."""
+    times, errors, names = result.log.times, 1000 * result.log.error, result.log.robots
+    shown = _worst(np.fmax.reduce(errors))
+    lines = {names[i]: Line(times, errors[:, i], robot_colour(i)) for i in shown}
+    if len(shown) < len(names):
+        lines[f"farthest of {len(names)}"] = Line(times, np.fmax.reduce(errors, axis=1), MARK)
     margin = 1000 * result.certificate.margin
     return over_time(lines, "error (mm)", {f"margin {margin:g} mm": margin})
 
 
 def rotor_chart(result: Result, rotors: Floats) -> go.Figure:
-    """Draw each robot's greatest and least rotor, against its vehicle's limits.
+    """Draw each robot's greatest and least rotor, against its vehicle's limits; of very many those that push hardest, and the extremes of all.
 
     Args:
         result: Gives the limits and the times.
@@ -132,10 +138,16 @@ def rotor_chart(result: Result, rotors: Floats) -> go.Figure:
     """
     own = {name: result.mission.limits_of(name) for name in result.log.robots}
     lines: dict[str, Line] = {}
-    for index, name in enumerate(result.log.robots):
+    shown = _worst(np.max(rotors, axis=(0, 2)))
+    for index in shown:
+        name = result.log.robots[index]
         greatest, least = np.max(rotors[:, index], axis=1), np.min(rotors[:, index], axis=1)
         lines[f"{name} greatest"] = Line(result.log.times, greatest, robot_colour(index), group=name)
         lines[f"{name} least"] = Line(result.log.times, least, robot_colour(index), "dot", group=name, least=True)
+    if len(shown) < len(own):
+        group = f"extremes of {len(own)}"
+        lines["greatest of all"] = Line(result.log.times, np.max(rotors, axis=(1, 2)), MARK, group=group)
+        lines["least of all"] = Line(result.log.times, np.min(rotors, axis=(1, 2)), MARK, "dot", group=group, least=True)
     kinds: dict[tuple[str, float], dict[str, None]] = {}
     for name, limits in own.items():
         for word, value in (("most", limits.rotor_thrust_max), ("least", limits.rotor_thrust_min)):
@@ -143,3 +155,10 @@ def rotor_chart(result: Result, rotors: Floats) -> go.Figure:
     whose = {limit: "" if result.mission.of_one_kind else f", {' and '.join(names)}" for limit, names in kinds.items()}
     marks = {f"{word}: {value:g} N{whose[word, value]}": value for word, value in kinds}
     return over_time(lines, "thrust of one rotor (N)", marks)
+
+
+def _worst(values: Floats) -> list[int]:
+    """Return the places of the robots that a chart draws: all of a few, of very many those with the greatest values."""
+    if len(values) <= MANY:
+        return list(range(len(values)))
+    return sorted(np.argsort(-values, kind="stable")[:WORST].tolist())

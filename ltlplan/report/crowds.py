@@ -1,7 +1,8 @@
 """Scenes of many robots, lightened: a browser draws each trace of a scene apart, and 30 times a second it cannot draw seven hundred.
 
-Paths and robots stay as they are, each to be hidden by itself. All regions and obstacles become one body of each opacity, all their names one
-trace. Tubes of the margin, flown paths and waypoints are left out: where many robots are seen at once they are thinner than a line.
+Paths and robots stay as they are, each to be hidden by itself. All regions and obstacles become one body of each opacity, all their
+names one trace, and where these are very many too they are told on hovering alone. Pages leave out tubes of the margin, flown
+paths and waypoints: where many robots are seen at once they are thinner than a line.
 """
 
 from __future__ import annotations
@@ -13,23 +14,11 @@ import numpy as np
 import plotly.graph_objects as go
 
 from flight.pictures import MANY
-from verify.data import Mission
 
 CROWD = (
     f"Line: path. Tubes of the margin, flown paths and waypoints are left out of scenes of more than {MANY} robots. Drag to turn, scroll to "
     "zoom; a click on a robot's name beside the scene hides it, or shows it again."
 )
-
-
-def scene_of(mission: Mission, figure: go.Figure, note: str) -> tuple[go.Figure, str]:
-    """Return a scene and how to read it: as they are for a few robots, lightened for many.
-
-    Args:
-        mission: Gives the robots.
-        figure: As `flight.pictures.scene` draws it.
-        note: How to read it for a few robots.
-    """
-    return (figure, note) if len(mission.agents) <= MANY else (lightened(figure), CROWD)
 
 
 def lightened(figure: go.Figure) -> go.Figure:
@@ -44,26 +33,27 @@ def lightened(figure: go.Figure) -> go.Figure:
     scene: Any = figure
     for trace in scene.data:
         if trace.meta is None and trace.type == "mesh3d":
-            if not trace.name.endswith(": tube"):
-                bodies.setdefault(trace.opacity, []).append(trace)
+            bodies.setdefault(trace.opacity, []).append(trace.to_plotly_json())
         elif trace.meta is None and trace.mode == "text":
             names.append(trace)
-        elif not trace.name.endswith((", flown", ": waypoints")):
+        else:
             kept.append(trace)
     merged = [_body(meshes) for meshes in bodies.values()]
-    return go.Figure([*merged, *([_names(names)] if names else []), *kept], layout=scene.layout)
+    told = [_names(names)] if 0 < len(names) <= MANY else []
+    return go.Figure([*merged, *told, *kept], layout=scene.layout)
 
 
-def _body(meshes: Sequence[Any]) -> go.Mesh3d:
-    firsts = np.cumsum([0, *(len(mesh.x) for mesh in meshes)]).tolist()
+def _body(meshes: Sequence[dict[str, Any]]) -> go.Mesh3d:
+    firsts = np.cumsum([0, *(len(mesh["x"]) for mesh in meshes)]).tolist()
+    places = {axis: [value for mesh in meshes for value in mesh[axis]] for axis in "xyz"}
     faces = {
-        axis: np.concatenate([np.asarray(mesh[axis]) + first for mesh, first in zip(meshes, firsts[:-1], strict=True)]).tolist()
+        axis: [corner + first for mesh, first in zip(meshes, firsts[:-1], strict=True) for corner in mesh[axis]]
         for axis in "ijk"
     }
     return go.Mesh3d(
-        **{axis: np.concatenate([np.asarray(mesh[axis]) for mesh in meshes]).tolist() for axis in "xyz"}, **faces,
-        facecolor=[mesh.color for mesh in meshes for _ in mesh.i], hovertext=[mesh.name for mesh in meshes for _ in mesh.x],
-        hoverinfo="text", opacity=meshes[0].opacity, name="regions", showlegend=False, flatshading=False,
+        **places, **faces, facecolor=[mesh["color"] for mesh in meshes for _ in mesh["i"]],
+        hovertext=[mesh["name"] for mesh in meshes for _ in mesh["x"]], hoverinfo="text", opacity=meshes[0]["opacity"], name="regions",
+        showlegend=False, flatshading=False,
     )  # fmt: skip
 
 

@@ -4,6 +4,7 @@ const DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz!#
 const MOST_SCENES = 8; // a browser takes the picture away from the oldest of 16 scenes, a phone sooner
 const WIDE = 1.45; // a scene narrower than this is looked at from farther away, so that its axes are in the picture
 const CONFIG = { displaylogo: false, displayModeBar: false };
+const CROWD = 20; // robots; scenes of more are drawn in single pixels instead of quarters, which is what drawing them costs
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 const places = Array.from(document.querySelectorAll(".figure"));
 const alive = new Set(); // scenes that are drawn
@@ -74,7 +75,8 @@ async function put(place) {
   for (const [name, value] of Object.entries(colours(layout))) set(layout, name, value);
   stepBack(place, layout);
   if (layout.scene) alive.add(place);
-  await Plotly.newPlot(place, traces, layout, CONFIG); // a reader's own camera comes back in the layout
+  const crowd = data.player && data.player.robots.length > CROWD;
+  await Plotly.newPlot(place, traces, layout, crowd ? { ...CONFIG, plotGlPixelRatio: 1 } : CONFIG); // a reader's own camera comes back in the layout
   place.dataset.seen = "yes";
 }
 

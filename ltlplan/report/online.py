@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from flight.pictures import scene
+from flight.pictures import MANY, scene
 from ltlplan.report.charts import shown_chart, truth_chart
-from ltlplan.report.crowds import scene_of
+from ltlplan.report.crowds import CROWD, lightened
 from ltlplan.report.history import LetterInterval, still_to_do, team_readings
 from ltlplan.report.page import listed, page_html, section, warning
 from ltlplan.report.player import Playing, player_data, player_section
@@ -51,7 +51,9 @@ def online_html(flown: OnlineFlight) -> str:
     label = (
         f"Moving 3-D picture of the hoops and of where {', '.join(mission.agents)} were; the bars below say what they showed."
     )
-    drawn, note = scene_of(mission, scene(mission, playing.paths, earlier=flown.earlier), _SCENE)
+    drawn, note = scene(mission, playing.paths, earlier=flown.earlier), _SCENE
+    if len(mission.agents) > MANY:
+        drawn, note = lightened(drawn), CROWD
     return page_html(
         f"{mission.name}, flown online",
         header="".join(warning(note) for note in log.notes)

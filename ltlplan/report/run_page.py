@@ -7,13 +7,14 @@ nothing: plotly's script, the styles and the data are all in it (`inline`). The 
 from __future__ import annotations
 
 import html
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import plotly.graph_objects as go
 
-from flight.pictures import scene
-from ltlplan.report.charts import error_chart, label_chart, rotor_chart, truth_chart
-from ltlplan.report.crowds import scene_of
+from flight.pictures import MANY, Floats, scene
+from ltlplan.report.charts import WORST, error_chart, label_chart, rotor_chart, truth_chart
+from ltlplan.report.crowds import CROWD, lightened
 from ltlplan.report.page import figure_place, folded, listed, page_html, section, table, warning
 from ltlplan.report.player import player_data, player_section
 from ltlplan.report.replay import replay_of
@@ -49,8 +50,12 @@ _TRUTH = (
     "A bar at a time: what is flown from then on satisfies the sub-formula. `F a` is true until a is reached for "
     "the last time. Judged on the nominal letters; the claim is the certificate's."
 )
-_ERRORS = "Distance of the simulated robot from its certified path; the certificate covers the flight while it stays below the margin."
-_ROTORS = "Greatest (line) and least (dots) rotor of each robot, against the limits."
+_FEWER = f" Of more than {MANY} robots the {WORST} with the greatest values are drawn, and in grey the extremes of all."
+_ERRORS = (
+    "Distance of the simulated robot from its certified path; the certificate covers the flight while it stays below the margin."
+    + _FEWER
+)
+_ROTORS = "Greatest (line) and least (dots) rotor of each robot, against the limits." + _FEWER
 _SCENE = (
     "Line: certified path; tube around it: the margin; dots: flown in simulation; diamonds: waypoints. Drag to turn, scroll to "
     "zoom; a click on a name hides that robot, or shows it again."
@@ -62,10 +67,7 @@ def report_html(result: Result) -> str:
     mission, certificate = result.mission, result.certificate
     replay = replay_of(result.plan, result.team, certificate)
     playing, end = replay.playing, replay.end
-    flown = {name: result.log.position[::THIN, i] for i, name in enumerate(result.log.robots)}
-    waypoints = {name: [w.position for w in robot.waypoints] for name, robot in result.plan.robots.items()}
-    drawn = scene(mission, playing.paths, flown=flown, waypoints=waypoints, margin=certificate.margin)
-    drawn, note = scene_of(mission, drawn, _SCENE)
+    drawn, note = _scene(result, playing.paths)
     figures: dict[str, go.Figure] = {"scene": drawn, "errors": error_chart(result)}
     label = f"Moving 3-D picture of the hoops and of the paths of {', '.join(mission.agents)}; the plan's table says the same."
     sections = [
@@ -92,6 +94,16 @@ def report_html(result: Result) -> str:
         player=player_data(playing),
         footer=f"Certificate {certificate.digest()}. It does not cover climb, landing, another airframe or another time scale.",
     )
+
+
+def _scene(result: Result, paths: Mapping[str, Floats]) -> tuple[go.Figure, str]:
+    """Return the scene and how to read it; of very many robots with their paths alone."""
+    mission = result.mission
+    if len(mission.agents) > MANY:
+        return lightened(scene(mission, paths)), CROWD
+    flown = {name: result.log.position[::THIN, i] for i, name in enumerate(result.log.robots)}
+    waypoints = {name: [w.position for w in robot.waypoints] for name, robot in result.plan.robots.items()}
+    return scene(mission, paths, flown=flown, waypoints=waypoints, margin=result.certificate.margin), _SCENE
 
 
 def _header(result: Result, end: float) -> str:

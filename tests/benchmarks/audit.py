@@ -2,6 +2,7 @@
 
 python tests/benchmarks/audit.py                      # 100, 300 and 1000 drones, with growth exponents
 python tests/benchmarks/audit.py 1000 --breaches 1000 # every breach of about 50 ms and 1 cm must be found
+python tests/benchmarks/audit.py --teams 10000        # the broad phase against the plain judge of all pairs, on random small teams
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import tempfile
 import time
 import zipfile
 from collections.abc import Sequence
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +26,10 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import verify
+from tests.helpers.fleets import wandering
 from verify.arithmetic.balls import Floats
+from verify.foreign import near_pieces
+from verify.foreign.distances import Breach, Closest, Nearest, Separation, judge_distances
 
 SPACING = 3.0
 """m between drones of one layer, and between layers."""
@@ -137,6 +142,36 @@ def measure(drones: int, seconds: int, breaches: int) -> dict[str, float]:
     return spent
 
 
+def compare(teams: int) -> None:
+    """Judge random teams of 2 to 4 drones with the broad phase and without it, and fail where the two see different breaches or distances."""
+    rng = np.random.default_rng(7)
+    near_pieces.FEW = 0
+    spent, broken = {"plain": 0.0, "broad phase": 0.0}, 0
+    for team in range(teams):
+        pieces, common, size = int(rng.integers(1, 4)), bool(rng.integers(2)), float(rng.uniform(2, 12))
+        fleet = wandering(int(rng.integers(2, 5)), pieces, rng, common=common, size=size)
+        limit = float(rng.uniform(0.01, 1.0))
+        asked = Separation(
+            lambda one, other, limit=limit: np.full(np.broadcast(one, other).shape, limit),
+            limit, Fraction(1), np.zeros(len(fleet)),
+        )  # fmt: skip
+        found: list[tuple[Nearest, list[Breach]]] = []
+        for name in spent:
+            since, closest = time.process_time(), Closest()
+            pairs = near_pieces.all_pieces(fleet) if name == "plain" else near_pieces.near_pieces(fleet, asked, closest)
+            found.append(judge_distances(fleet, asked, pairs, closest))
+            spent[name] += time.process_time() - since
+        (plain, theirs), (fast, ours) = found
+        seen = [sorted((b.one, b.other, round(b.start, 6), round(b.stop, 6)) for b in breaches) for breaches in (theirs, ours)]
+        assert seen[0] == seen[1], f"team {team}: {seen}"
+        assert theirs or (abs(plain.low - fast.low) < 2e-6 and abs(plain.high - fast.high) < 2e-6), (
+            f"team {team}: {plain}, {fast}"
+        )
+        broken += bool(theirs)
+    told = ", ".join(f"{name} {seconds:.1f} s" for name, seconds in spent.items())
+    print(f"{teams} random teams, {broken} of them with breaches: the broad phase leaves nothing out ({told})")
+
+
 def main(sizes: Sequence[int], seconds: int, breaches: int) -> None:
     """Print a row for each size, and how each stage grows."""
     print(f"| drones | pieces | MB | {' | '.join(STAGES)} | all, s | GB |")
@@ -151,5 +186,11 @@ if __name__ == "__main__":
     parser.add_argument("sizes", nargs="*", type=int, default=[100, 300, 1000])
     parser.add_argument("--seconds", type=int, default=600)
     parser.add_argument("--breaches", type=int, default=0)
+    parser.add_argument(
+        "--teams", type=int, default=0, help="compare the broad phase with the plain judge on so many random teams"
+    )
     asked = parser.parse_args()
+    if asked.teams:
+        compare(asked.teams)
+        sys.exit()
     main(asked.sizes, asked.seconds, asked.breaches)

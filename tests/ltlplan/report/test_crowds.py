@@ -8,10 +8,10 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from flight.pictures import MANY, scene
+from flight.pictures import scene
 from ltlplan import load_mission
 from ltlplan.report.bars import Bar, bars_html
-from ltlplan.report.crowds import CROWD, lightened, scene_of
+from ltlplan.report.crowds import lightened
 from verify.data import Mission
 
 
@@ -22,8 +22,7 @@ def mission() -> Mission:
 
 def drawn(mission: Mission) -> go.Figure:
     paths = {name: np.linspace(agent.start, np.add(agent.start, [1.0, 1.0, 0.5]), 9) for name, agent in mission.agents.items()}
-    waypoints = {name: path[[0, -1]].tolist() for name, path in paths.items()}
-    return scene(mission, paths, flown=paths, waypoints=waypoints, margin=0.05)
+    return scene(mission, paths)
 
 
 def texts(figure: Any) -> list[list[str]]:
@@ -33,7 +32,7 @@ def texts(figure: Any) -> list[list[str]]:
 def test_regions_become_one_body_and_robots_stay_apart(mission: Mission) -> None:
     full: Any = drawn(mission)
     light: Any = lightened(full)
-    bodies = [trace for trace in full.data if trace.type == "mesh3d" and not trace.name.endswith("tube")]
+    bodies = [trace for trace in full.data if trace.type == "mesh3d"]
     merged = [trace for trace in light.data if trace.type == "mesh3d"]
     assert sum(len(body.x) for body in bodies) == sum(len(body.x) for body in merged)
     for body in merged:
@@ -46,17 +45,6 @@ def test_regions_become_one_body_and_robots_stay_apart(mission: Mission) -> None
     assert [trace.name for trace in light.data if trace.type == "scatter3d" and trace.mode == "lines"][-robots:] == [
         *mission.agents
     ]
-
-
-def test_only_scenes_of_many_robots_are_lightened(mission: Mission) -> None:
-    figure: Any = drawn(mission)
-    assert scene_of(mission, figure, "as it is")[0] is figure
-    agents = {f"q{i}": next(iter(mission.agents.values())) for i in range(MANY + 1)}
-    many = mission.model_copy(update={"agents": agents})
-    light: Any
-    light, note = scene_of(many, figure, "as it is")
-    assert note == CROWD
-    assert len(light.data) < len(figure.data)
 
 
 def test_charts_of_many_rows_are_folded() -> None:
