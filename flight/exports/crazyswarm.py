@@ -7,17 +7,17 @@ with the first.
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
-from ruamel.yaml import YAML
-from ruamel.yaml.scalarstring import DoubleQuotedScalarString
 
 from flight.exports.braking import at_most
 from flight.exports.crazyswarm_script import script
+from flight.exports.crazyswarm_settings import configuration, weights_said
 from flight.exports.fits import require_crazyflie, require_float32
-from flight.exports.parameters import parameters, sentence
+from flight.exports.inventory import Item, read_inventory
+from flight.exports.parameters import sentence
 from flight.exports.parts import notes_on, parts_of
 from flight.exports.target import NOTE, ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, Trajectory
@@ -36,10 +36,7 @@ def file_names(robots: Iterable[str]) -> tuple[str, ...]:
 
 def _product(request: Request) -> Product:
     require_crazyflie(request)
-    uris = request.options.get("uris", {})
-    unknown = sorted(set(uris) - set(request.team))
-    if unknown:
-        raise BadInput(f"uris names '{unknown[0]}', which is not a robot of the mission: {', '.join(request.team)}.")
+    items = _items(request)
     files: dict[str, bytes] = {}
     parts = parts_of(request)
     for part in parts:
@@ -56,12 +53,12 @@ def _product(request: Request) -> Product:
                     "export that (a lap of one piece that moves needs a second one, or `repeat` 2)."
                 )
             files[f"{name}{part.ending}.csv"] = write_csv(path).encode()
-    files[_CONFIGURATION] = _configuration(request, parts[0].starts, uris).encode()
+    files[_CONFIGURATION] = configuration(request, parts[0].starts, items).encode()
     files[_SCRIPT] = script(request, parts).encode()
     note = "fly_mission.py climbs, goes to the starts, and begins only if every robot is within the margin of its own."
     vehicles = dict.fromkeys(request.mission.vehicle_of(name) for name in request.team)
     told = (f"crazyflies.yaml sets what was simulated. {sentence(vehicle)}" for vehicle in vehicles)
-    return Product(files, (note, *told, *notes_on(request, parts)))
+    return Product(files, (note, *told, *weights_said(request, items), *notes_on(request, parts)))
 
 
 def with_hovers(team: Mapping[str, Trajectory], laps: int = 1) -> dict[str, Trajectory]:
@@ -84,46 +81,21 @@ def _readable(path: Trajectory) -> Trajectory:
     return Trajectory(np.append(path.durations, HOVER), np.concatenate([path.coefficients, hover]))
 
 
-def _configuration(request: Request, starts: Mapping[str, tuple[float, ...]], uris: dict[str, str]) -> str:
-    """Return crazyflies.yaml: who flies, where each stands before the climb, and how positions are known."""
-    robots = {
-        DoubleQuotedScalarString(name): {  # unquoted, YAML 1.1 readers take a robot named `no` or `on` for a Boolean
-            "enabled": True,
-            "uri": uris.get(name, f"radio://0/80/2M/E7E7E7E7{index + 1:02X}"),
-            "initial_position": [round(start[0], 6), round(start[1], 6), 0.0],
-            "type": "ltlplan",
-            "firmware_params": parameters(request.mission.vehicle_of(name)),
-        }
-        for index, (name, start) in enumerate(starts.items())
-    }
-    content = {
-        "fileversion": 3,
-        "robots": robots,
-        "robot_types": {
-            "ltlplan": {
-                "motion_capture": {"tracking": "librigidbodytracker", "marker": "default", "dynamics": "default"},
-                "big_quad": False,
-                "battery": {"voltage_warning": 3.8, "voltage_critical": 3.7},
-            }
-        },
-        "all": {
-            "firmware_logging": {"enabled": True, "default_topics": {"pose": {"frequency": 10}, "status": {"frequency": 1}}},
-            "firmware_params": {"commander": {"enHighLevel": 1}},
-            "broadcasts": {"num_repeats": 15, "delay_between_repeats_ms": 1},
-        },
-    }
-    buffer = io.StringIO()
-    yaml = YAML(pure=True)
-    yaml.default_flow_style = None
-    yaml.dump(content, buffer)
-    given = "The radio addresses are the ones that were passed." if uris else "Put your own radio addresses in."
-    return f"# Mission '{request.mission.name}', certificate {request.digest}. {given}\n{buffer.getvalue()}"
+def _items(request: Request) -> dict[str, Item]:
+    """Return what inventory and addresses say of robots; an address that is passed goes before the inventory's."""
+    uris = request.options.get("uris", {})
+    unknown = sorted(set(uris) - set(request.team))
+    if unknown:
+        raise BadInput(f"uris names '{unknown[0]}', which is not a robot of the mission: {', '.join(request.team)}.")
+    inventory = request.options.get("inventory")
+    items = {} if inventory is None else read_inventory(inventory, tuple(request.team))
+    return {**items, **{name: replace(items.get(name, Item()), uri=uri) for name, uri in uris.items()}}
 
 
 CRAZYSWARM2 = ExportTarget(
     name="crazyswarm2",
     make=_product,
-    options={"uris": "robot to radio address"},
+    options={"uris": "robot to radio address", "inventory": "file or table: robot to `uri` and `mass`"},
     voids=(
         "a `timescale` other than 1 (below 1 also breaks the vehicle's limits)",
         "`relative=True` in startTrajectory, which is crazyswarm2's default: the path is shifted to wherever the robot is",

@@ -80,6 +80,12 @@ def upload(robots, part):
     return plans
 
 
+def arm(everyone, armed):
+    """Arm or disarm all: brushless vehicles need it, others do not mind; versions of crazyswarm2 without it have none of them."""
+    if hasattr(everyone, "arm"):
+        everyone.arm(armed)
+
+
 def go_to_starts(clock, robots):
     """Climb and go to the starts; refuse to begin where a robot is not there."""
     for name, start in STARTS.items():
@@ -150,6 +156,7 @@ def land(clock, everyone, robots):
         for pause in (0.1, 0.1, 3.5):
             everyone.land(targetHeight=0.05, duration=3.0)
             clock.sleep(pause)
+        arm(everyone, False)
         return True
     except BaseException as error:
         print(f"landing was interrupted ({type(error).__name__}): all motors are stopped")
@@ -170,8 +177,9 @@ def main():
     flying, reason, worst = False, None, dict.fromkeys(STARTS, 0.0)
     try:
         plans = upload(robots, ORDER[0])
-        clock.sleep(1.0)
         flying = True
+        arm(everyone, True)
+        clock.sleep(1.0)
         go_to_starts(clock, robots)
         fly_parts(clock, everyone, robots, plans, worst)
     except Refused as refused:

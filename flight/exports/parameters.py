@@ -11,17 +11,18 @@ KALMAN = 2
 """`stabilizer.estimator`."""
 
 
-def parameters(vehicle: Vehicle) -> dict[str, dict[str, float]]:
+def parameters(vehicle: Vehicle, mass: float | None = None) -> dict[str, dict[str, float]]:
     """Return the firmware's parameters for a vehicle, by group and name.
 
     Args:
         vehicle: Its profile: mass, controller and autopilot.
+        mass: kg as it was weighed; None takes the profile's.
     """
-    autopilot = autopilot_of_vehicle(vehicle)
+    autopilot, flown = autopilot_of_vehicle(vehicle), vehicle.mass if mass is None else mass
     return {
         "stabilizer": {"estimator": KALMAN, "controller": _NUMBERS.get(controller_name(vehicle), _NUMBERS["mellinger"])},
-        "ctrlMel": {"mass": vehicle.mass, "massThrust": autopilot.mellinger.thrust_to_pwm},
-        "ctrlLee": {"mass": vehicle.mass},
+        "ctrlMel": {"mass": flown, "massThrust": autopilot.mellinger.thrust_to_pwm},
+        "ctrlLee": {"mass": flown},
         "locSrv": {"extPosStdDev": autopilot.ekf.position_noise, "extQuatStdDev": autopilot.ekf.attitude_noise},
     }
 

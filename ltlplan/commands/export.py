@@ -34,6 +34,12 @@ def command(
         str | None, typer.Option("--robots", help="Robots to write, such as quad0,quad1, where others fly from another export.")
     ] = None,
     rate: Annotated[float | None, typer.Option("--rate", min=1.0, help="px4, ros2: setpoints a second.")] = None,
+    inventory: Annotated[
+        Path | None,
+        typer.Option(
+            "--inventory", help="crazyswarm2: YAML of your robots' addresses and weights (robots: NAME: uri, mass); only read."
+        ),
+    ] = None,
     upload: Annotated[
         list[str] | None, typer.Option("--upload", help="crazyflie formats: ROBOT=URI, once a robot; send after writing.")
     ] = None,
@@ -61,7 +67,8 @@ def command(
         raise BadInput(f"--upload sends to Crazyflies; take --format {able}, not {format}.")
     place = check_folder(out or folder / target.name)
     with progress_bar(quiet=json) as progress:
-        options = {} if rate is None else {"rate": rate}
+        given = {"rate": rate, "inventory": inventory}
+        options = {name: value for name, value in given.items() if value is not None}
         names = None if robots is None else [name.strip() for name in robots.split(",")]
         made = make_export(folder, target, vehicle=vehicle, robots=names, options=options, progress=progress)
         written = write_folder(place, lambda fresh: put_files(made.files, fresh))

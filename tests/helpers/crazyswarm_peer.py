@@ -48,6 +48,7 @@ class World:
     """
 
     now: float = 0.0
+    armed: bool = False
     told: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
     off: dict[str, Position] = field(default_factory=dict[str, Position])
     silent_from: dict[str, float] = field(default_factory=dict[str, float])
@@ -97,6 +98,7 @@ class Robot:
     def takeoff(self, targetHeight: float, duration: float) -> None:
         """Climb."""
         assert duration > 0
+        assert self.world.armed
         self.world.told.append((self.name, "takeoff"))
         self.place[2], self.spinning = targetHeight, True
 
@@ -131,6 +133,11 @@ class Swarm:
         while self.world.now < end:
             self.world.now = min(end, self.world.now + 0.01)
             self.world.at(self.world.now)
+
+    def arm(self, arm: bool) -> None:
+        """Arm or disarm all."""
+        self.world.told.append(("all", "arm" if arm else "disarm"))
+        self.world.armed = arm
 
     def startTrajectory(self, trajectoryId: int, timescale: float, reverse: bool, relative: bool) -> None:  # noqa: N802
         """Start all."""

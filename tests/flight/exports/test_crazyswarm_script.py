@@ -51,7 +51,7 @@ def test_it_flies_the_mission_and_lands(world_and_script, capsys) -> None:
     world, script = world_and_script
     assert script.main() == 0
     assert begun(world)
-    assert world.commands("all")[-3:] == ["land"] * 3
+    assert world.commands("all")[-4:] == ["land"] * 3 + ["disarm"]
     assert not any(robot.spinning for robot in world.robots.values())
     assert "flown and landed" in capsys.readouterr().out
 
@@ -110,11 +110,12 @@ def test_a_second_interruption_stops_all_motors(world_and_script, capsys) -> Non
     assert not any(robot.spinning for robot in world.robots.values())
 
 
-def test_an_interruption_before_the_climb_tells_nobody_anything(world_and_script) -> None:
+def test_an_interruption_before_the_climb_leaves_all_disarmed_on_the_ground(world_and_script) -> None:
     world, script = world_and_script
     interrupt_at(world, 0.5)
     assert script.main() == 1
-    assert world.told == []
+    assert not any(command == "takeoff" for _, command in world.told)
+    assert not world.armed
 
 
 def test_a_robot_that_crazyswarm2_does_not_know_is_named_before_anything_spins(world_and_script, capsys) -> None:

@@ -91,7 +91,7 @@ def test_each_part_is_a_file_of_two_pieces_at_least(team, tmp_path) -> None:
 def test_the_script_flies_part_by_part_and_uploads_while_robots_hover(team, flown, capsys) -> None:
     world, script = flown(*team)
     assert script.main() == 0
-    assert world.commands("all") == ["startTrajectory"] * 2 + ["land"] * 3
+    assert world.commands("all") == ["arm"] + ["startTrajectory"] * 2 + ["land"] * 3 + ["disarm"]
     assert world.commands("r0") == ["takeoff", "goTo", "goTo", "goTo"]
     assert len(world.robots["r0"].uploads) == 2
     assert np.allclose(world.robots["r0"].place[:2], POINTS[-1][:2], atol=1e-5)

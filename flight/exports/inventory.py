@@ -1,0 +1,92 @@
+"""A user's inventory: each robot's address, and what it weighs. It is read, and never written.
+
+A YAML file with a table `robots`: `quad0: {uri: radio://0/80/2M/E7E7E7E701, mass: 0.0331}`. A `crazyflies.yaml` of crazyswarm2 will do: what
+it says beyond that of its robots belongs to crazyswarm2, and is left there.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML, YAMLError
+
+from verify.data import BadInput
+from verify.data.errors import did_you_mean
+from verify.data.events import unknown
+from verify.data.storage.reading import read_text
+
+KEYS = ("uri", "mass")
+"""What is read of a robot."""
+_CRAZYSWARM2 = ("enabled", "initial_position", "type", "firmware_params", "firmware_logging", "reference_frame")
+"""What crazyswarm2 reads of a robot, and we do not."""
+_MOST = 1_000_000
+"""Bytes of an inventory."""
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """What is known of one robot.
+
+    Attributes:
+        uri: Radio address; None where it is not said.
+        mass: kg as it flies; None where it was not weighed.
+    """
+
+    uri: str | None = None
+    mass: float | None = None
+
+
+def read_inventory(
+    source: str | os.PathLike[str] | Mapping[str, Any], robots: Collection[str]
+) -> dict[str, Item]:  # plain data
+    """Return what an inventory says of a team's robots; robots of other teams are nobody's business here.
+
+    Args:
+        source: A file, or the same as plain data: robot to `uri` and `mass`.
+        robots: Names of the team.
+
+    Raises:
+        BadInput: It is no inventory, a robot of the team has a key that none has, or two of them have one address.
+    """
+    table, where = (source, "inventory") if isinstance(source, Mapping) else (_table(Path(source)), str(source))
+    if not any(name in table for name in robots):
+        raise BadInput(f"{where} has no robot of the mission; {unknown(next(iter(robots)), 'robot of the inventory', table)}")
+    found = {name: _item(f"{where}: robots.{name}", table[name]) for name in robots if name in table}
+    addresses: dict[str, str] = {}
+    for name, item in found.items():
+        if item.uri is not None and (other := addresses.setdefault(item.uri, name)) != name:
+            raise BadInput(f"{where}: {other} and {name} have one address, {item.uri}.")
+    return found
+
+
+def _table(path: Path) -> Mapping[str, Any]:
+    text = read_text(path, most=_MOST, what="inventory")
+    try:
+        data = YAML(typ="safe", pure=True).load(text)
+    except YAMLError as error:
+        raise BadInput(f"{path} is no YAML: {' '.join(str(error).split())[:200]}") from None
+    robots = data.get("robots") if isinstance(data, dict) else None
+    if not isinstance(robots, dict) or not robots:
+        raise BadInput(
+            f"{path} is no inventory: it needs a table `robots`, such as `robots: {{quad0: {{uri: radio://0/80/2M/E7E7E7E701}}}}`."
+        )
+    return {str(name): row for name, row in robots.items()}
+
+
+def _item(where: str, row: object) -> Item:
+    if not isinstance(row, Mapping):
+        raise BadInput(f"{where} must be a table of {' and '.join(KEYS)}, not {row!r:.60}.")
+    for key in row:
+        if key not in KEYS and key not in _CRAZYSWARM2:
+            raise BadInput(f"{where}.{key}: unknown key.{did_you_mean(str(key), KEYS)} Known here: {', '.join(KEYS)}.")
+    uri, mass = row.get("uri"), row.get("mass")
+    if uri is not None and (not isinstance(uri, str) or "://" not in uri):
+        raise BadInput(f"{where}.uri must be an address such as radio://0/80/2M/E7E7E7E701, not {uri!r:.60}.")
+    if mass is not None and (isinstance(mass, bool) or not isinstance(mass, int | float) or not 0 < mass < math.inf):
+        raise BadInput(f"{where}.mass must be a number of kg above 0, not {mass!r:.60}.")
+    return Item(uri, None if mass is None else float(mass))
