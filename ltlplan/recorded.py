@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,6 +30,7 @@ class Recorded:
     samples: Samples
 
 
+# seven parameters: the two files, and what is known of the recording, each by its keyword
 def judge_flight(
     source: str | os.PathLike[str],
     recording: str | os.PathLike[str],
@@ -36,6 +38,7 @@ def judge_flight(
     max_speed: float | None = None,
     error: float = 0.0,
     start: float | None = None,
+    pauses: Sequence[float] = (),
     progress: Progress | None = None,
 ) -> Recorded:
     """Judge a recorded flight, claim by claim, for all times between its samples too.
@@ -46,6 +49,7 @@ def judge_flight(
         max_speed: Bound on every robot's speed, m/s.
         error: Bound on a position's error, m.
         start: When the flight began on the recording's clock, s; None where it is to be found.
+        pauses: How long the team hovered between the parts of a flight in parts, s each.
         progress: Told a sentence and the share done, 0 to 1.
 
     Raises:
@@ -57,7 +61,7 @@ def judge_flight(
     from verify.recordings.asked import asked_of
     from verify.recordings.flight_log import Samples, load_flight_log
 
-    asked = asked_of(Path(source))
+    asked = asked_of(Path(source), pauses)
     if _is_our_log(recording):
         samples, begin = load_flight_log(recording, asked.mission), 0.0 if start is None else start
     else:

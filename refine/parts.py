@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,8 +25,6 @@ from verify.data.plan import Meeting, Precedence
 from verify.data.progress import Progress, part_of
 from verify.data.trajectory import PIECES
 
-_TRIED = 6
-"""Moments at which a flight is tried to be cut in two."""
 _SPARE = 2
 """Pieces of a part that are left for waits, before departing and for the others."""
 
@@ -115,14 +113,15 @@ def _in_two(
 ) -> Stretch:
     """Return the flight of a plan that does not fit, cut at a common rest at least once."""
     failure: Infeasible | None = None
+    fewer = replace(options, cuts=max(options.cuts // 2, 1))
     held = {name: options.held(plan.mission, name) for name in plan.robots}
-    for number, cut in enumerate(itertools.islice(_cuts(plan, held, counts), _TRIED)):
+    for number, cut in enumerate(itertools.islice(_cuts(plan, held, counts), options.cuts)):
         tell(f"cutting the flight where all robots rest{'' if not number else f', place {number + 1}'}", 0.0)
         try:
-            head = in_parts(_head(plan, cut), witnesses, options, part_of(tell, 0.0, 0.5), part)
+            head = in_parts(_head(plan, cut), witnesses, fewer, part_of(tell, 0.0, 0.5), part)
             if not head.length:
                 continue
-            tail = in_parts(_tail(plan, cut, head), witnesses, options, part_of(tell, 0.5, 1.0), part)
+            tail = in_parts(_tail(plan, cut, head), witnesses, fewer, part_of(tell, 0.5, 1.0), part)
         except Infeasible as error:
             failure = failure or error
             continue

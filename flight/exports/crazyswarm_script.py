@@ -115,7 +115,7 @@ def hover(clock, robots, places):
 
 def fly_parts(clock, everyone, robots, plans, worst):
     """Fly part by part; the first is uploaded and all are at its start."""
-    loaded = ORDER[0]
+    loaded, ended, pauses = ORDER[0], None, []
     for number, part in enumerate(ORDER):
         if number:
             since = clock.time()
@@ -126,11 +126,16 @@ def fly_parts(clock, everyone, robots, plans, worst):
             require_near(robots, PARTS[part][2])
             if clock.time() - since > PAUSE:
                 raise Refused(f"the pause before part {number + 1} of {len(ORDER)} lasted more than {PAUSE:g} s")
-        fly(clock, everyone, robots, plans, PARTS[part][1], worst)
+        began = fly(clock, everyone, robots, plans, PARTS[part][1], worst)
+        if number:
+            pauses.append(began - ended)
+        ended = began + PARTS[part][1]
+    if pauses:
+        print("pauses between parts, in s:", ",".join(f"{pause:.3f}" for pause in pauses))
 
 
 def fly(clock, everyone, robots, plans, length, worst):
-    """Start all at once and watch them for a part's length; `worst` takes in how far each was from its plan."""
+    """Start all at once and watch them for a part's length; `worst` takes in how far each was from its plan. Return when they began."""
     begin = clock.time()
     last = {name: (heard(robots[name]), begin) for name in STARTS}
     everyone.startTrajectory(TRAJECTORY_ID, timescale=1.0, reverse=False, relative=False)
@@ -148,6 +153,7 @@ def fly(clock, everyone, robots, plans, length, worst):
             worst[name] = max(worst[name], off)
             if not off < MARGIN:
                 raise Refused(f"{name} is {off:.3f} m from its plan at {at:.2f} s; the margin is {MARGIN:g} m")
+    return begin
 
 
 def land(clock, everyone, robots):

@@ -20,7 +20,7 @@ class Part:
         ending: What its files are called behind a robot's name; nothing for a flight that is whole.
         paths: What each robot flies.
         starts: Where each robot begins it: x, y, z in m and heading in rad.
-        duration: s until the last robot has finished.
+        duration: s until the last robot has finished; a hover that was put behind it is a pause already.
     """
 
     ending: str
@@ -40,12 +40,14 @@ def parts_of(request: Request) -> tuple[Part, ...]:
     """
     team = request.team
     if not any(path.cuts for path in team.values()):
-        return (_part("", request.flown),)
+        return (_part("", request.flown, max(path.duration for path in request.flown.values())),)
     ranges = {name: path.parts for name, path in team.items()}
     found: list[Part] = []
     for number in range(min(map(len, ranges.values()))):
         paths = {name: _with_two_pieces(path, *ranges[name][number]) for name, path in team.items()}
-        found.append(_part(f"-part{number + 1}", paths))
+        spans = [(path.knots, *ranges[name][number]) for name, path in team.items()]
+        lengths = [float(knots[end] - knots[begin]) for knots, begin, end in spans]
+        found.append(_part(f"-part{number + 1}", paths, max(lengths)))
     return tuple(found)
 
 
@@ -59,9 +61,9 @@ def order_of(request: Request) -> tuple[int, ...]:
     return cut[0].flown_parts(request.laps) if cut else (0,)
 
 
-def _part(ending: str, paths: Mapping[str, Trajectory]) -> Part:
+def _part(ending: str, paths: Mapping[str, Trajectory], duration: float) -> Part:
     starts = {name: tuple(map(float, path.evaluate(0.0))) for name, path in paths.items()}
-    return Part(ending, paths, starts, max(path.duration for path in paths.values()))
+    return Part(ending, paths, starts, duration)
 
 
 def _with_two_pieces(path: Trajectory, begin: int, end: int) -> Trajectory:

@@ -30,11 +30,17 @@ def command(
     start: Annotated[
         float | None, typer.Option("--start", help="With --flight: when the flight began on the recording's clock, s.")
     ] = None,
+    pauses: Annotated[
+        str | None,
+        typer.Option(
+            "--pauses", help="With --flight: s that the team hovered between parts, as fly_mission.py prints them: 4.2,3.9"
+        ),
+    ] = None,
     json: JsonOption = False,
 ) -> None:
     """Prove that the trajectories in a folder satisfy its mission and plan, and write certificate.json there."""
     if flight is not None:
-        _judge_recording(folder, flight, max_speed, error, start, as_json=json)
+        _judge_recording(folder, flight, max_speed, error, start, _seconds(pauses), as_json=json)
         return
     import json as json_text
 
@@ -76,8 +82,28 @@ def below_asked(certificate: Certificate) -> str:
     return f" (the mission asks for {asked:g} m)" if certificate.margin < asked else ""
 
 
+def _seconds(text: str | None) -> tuple[float, ...]:
+    """Read numbers of seconds with commas between them."""
+    from verify.data import BadInput
+
+    if text is None:
+        return ()
+    try:
+        return tuple(float(each) for each in text.split(","))
+    except ValueError:
+        raise BadInput(f"--pauses is {text[:40]!r}; it must be seconds with commas between them, such as 4.2,3.9.") from None
+
+
+# seven parameters: the two files, and what is known of the recording
 def _judge_recording(
-    folder: Path, recording: Path, max_speed: float | None, error: float, start: float | None, *, as_json: bool
+    folder: Path,
+    recording: Path,
+    max_speed: float | None,
+    error: float,
+    start: float | None,
+    pauses: tuple[float, ...],
+    *,
+    as_json: bool,
 ) -> None:
     """Judge a recorded flight of the folder's mission, claim by claim, for all times between its samples too."""
     from ltlplan.commands.shared.progress import progress_bar
@@ -87,7 +113,9 @@ def _judge_recording(
     from verify.data import NotCertified
 
     with progress_bar(quiet=as_json) as progress:
-        judged = judge_flight(folder, recording, max_speed=max_speed, error=error, start=start, progress=progress)
+        judged = judge_flight(
+            folder, recording, max_speed=max_speed, error=error, start=start, pauses=pauses, progress=progress
+        )
     if as_json:
         print_json({"mission": judged.mission, "flight": str(recording), **judged.verdict.to_dict()})
     else:

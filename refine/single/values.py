@@ -34,6 +34,7 @@ class RefinementOptions:
         rests: Whether the flight rests at every point.
         closes: Whether it is a lap, which ends with the heading that it began with.
         lingers: Whether a robot that acts only after others comes to the region first, and rests there.
+        cuts: Moments at which a team's flight that is too long is tried to be cut in two.
     """
 
     pace: Pace
@@ -44,6 +45,7 @@ class RefinementOptions:
     rests: bool = False
     closes: bool = False
     lingers: bool = False
+    cuts: int = 4
 
     def held(self, mission: Mission, name: str) -> int | None:
         """Return the pieces that a robot's flight may have; None for any number.

@@ -179,6 +179,32 @@ class Trajectory:
         first = next((i for i, (begin, _) in enumerate(parts) if begin == self.cycle), len(parts))
         return (*range(first), *(tuple(range(first, len(parts))) * laps))
 
+    def paused(self, pauses: Sequence[float]) -> Trajectory:
+        """Return a finite flight in parts as it is flown: uncut, with a hover at each cut.
+
+        Args:
+            pauses: Length of each, s, one for each cut; 0 for none.
+
+        Raises:
+            BadInput: It has laps, there are more or fewer cuts, or a pause is no length of time.
+        """
+        if self.cycle is not None:
+            raise BadInput("Pauses between laps are not told: laps are held against their plan without pauses.")
+        if len(pauses) != len(self.cuts):
+            raise BadInput(
+                f"{len(pauses)} pauses are given; the flight is in {len(self.cuts) + 1} parts, so {len(self.cuts)} are asked for."
+            )
+        times, pieces = list[Floats](), list[Floats]()
+        for (begin, end), pause in zip(self.parts, (0.0, *pauses), strict=True):
+            if pause != 0:
+                hover = np.zeros((1, len(AXES), DEGREE + 1))
+                hover[0, :, 0] = self.coefficients[begin, :, 0]
+                times.append(np.array([pause], dtype=np.float64))
+                pieces.append(hover)
+            times.append(self.durations[begin:end])
+            pieces.append(self.coefficients[begin:end])
+        return Trajectory(np.concatenate(times), np.concatenate(pieces))
+
     def part(self, begin: int, end: int) -> Trajectory:
         """Return some of the pieces as a finite flight.
 

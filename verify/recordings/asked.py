@@ -13,7 +13,7 @@ from pathlib import Path
 
 from verify.certificate import ActionInstant, Certificate
 from verify.certification import judge
-from verify.data.errors import BadInput
+from verify.data.errors import BadInput, NotCertified
 from verify.data.events import EVENTS_FILE, RobotLeaves, WorldEvent, load_events, require_known
 from verify.data.files.mission_file import load_mission_file
 from verify.data.mission import Mission, check_mission
@@ -132,17 +132,22 @@ class Asked:
         return self.worlds[-1].mission
 
 
-def asked_of(source: str | Path) -> Asked:
+def asked_of(source: str | Path, pauses: Sequence[float] = ()) -> Asked:
     """Read what a flight was to do.
 
     Args:
         source: A folder that `ltlplan run` or `ltlplan fly` wrote, or a mission file.
+        pauses: How long the team hovered between the parts of a flight in parts, s each; none where it did not. The flight is held against
+            its plan with hovers of these lengths, which is proved anew.
 
     Raises:
-        NotCertified: The folder's certificate is not proved any more, or a file was changed since.
-        BadInput: A file is missing or unreadable.
+        NotCertified: The folder's certificate is not proved any more, or a file was changed since; or what was flown with these pauses
+            is not proved, as where they outlast an endurance.
+        BadInput: A file is missing or unreadable, or the flight has no such pauses.
     """
     source = Path(source)
+    if pauses:
+        return _paused(source, pauses)
     if not source.is_dir():
         return Asked.of_mission(load_mission_file(source, installed=False))
     if (source / CERTIFICATE_FILE).exists():
@@ -160,6 +165,22 @@ def asked_of(source: str | Path) -> Asked:
         return Asked((World(0.0, mission),), None, plan, mission.margin)
     plan, team = read_folder(source)
     return Asked.of_certificate(judge(plan, team, largest=False), team, plan)
+
+
+def _paused(source: Path, pauses: Sequence[float]) -> Asked:
+    """Read what a flight in parts was to do, with hovers between them."""
+    if not source.is_dir() or not (source / CERTIFICATE_FILE).exists():
+        raise BadInput(f"{source} is no certified run, of which a flight in parts could have paused.")
+    for pause in pauses:
+        if isinstance(pause, bool) or not isinstance(pause, int | float) or not 0 <= pause < math.inf:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
+            raise BadInput(f"A pause must be a number of seconds of at least 0, not {pause!r:.40}.")
+    run = proved_run(source)
+    team = {name: path.paused(pauses) for name, path in run.team.items()}
+    certificate = judge(run.plan, team, margin=run.certificate.margin, clock_error=run.certificate.clock_error, largest=False)
+    if not certificate.holds:
+        refused = " ".join(claim.sentence for claim in certificate.claims if claim.outcome != "holds")
+        raise NotCertified(f"{source}: with these pauses the flight is not proved. {refused}")
+    return Asked.of_certificate(certificate, team, run.plan)
 
 
 def of_events(mission: Mission, events: Sequence[WorldEvent]) -> Asked:

@@ -95,7 +95,10 @@ def test_the_script_flies_part_by_part_and_uploads_while_robots_hover(team, flow
     assert world.commands("r0") == ["takeoff", "goTo", "goTo", "goTo"]
     assert len(world.robots["r0"].uploads) == 2
     assert np.allclose(world.robots["r0"].place[:2], POINTS[-1][:2], atol=1e-5)
-    assert "flown and landed" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "flown and landed" in said
+    (pause,) = map(float, said.split("pauses between parts, in s: ")[1].splitlines()[0].split(","))
+    assert 1.6 < pause < 2.0
 
 
 def test_a_lap_is_uploaded_once_and_started_again(patrol, flown, capsys) -> None:
