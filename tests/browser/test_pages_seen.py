@@ -142,6 +142,19 @@ def test_a_flight_plays(desk: Desk, name: str) -> None:
     assert float(text(tab, "time").removesuffix(" s")) > 0.9
 
 
+def test_a_robot_s_name_beside_the_scene_hides_it_and_shows_it_again(desk: Desk) -> None:
+    tab = desk("report")
+    seen = """
+      document.getElementById('scene').data.filter(t => t.name === 'quad1' || t.legendgroup === 'quad1').map(t => String(t.visible))
+    """
+    pressed = "document.querySelectorAll('#letters button')[1].getAttribute('aria-pressed')"
+    for shown in ("false", "true"):
+        tab.run("document.querySelectorAll('#letters button')[1].click()")
+        assert tab.run(pressed) == shown
+        assert set(tab.run(seen)) == ({"legendonly"} if shown == "false" else {"true"})
+        tab.move_clock("1" if shown == "false" else "0")  # a hidden robot's marker moves unseen
+
+
 @pytest.mark.parametrize("name", ["report", "online"])
 def test_the_slider_shows_the_end_of_the_mission(desk: Desk, name: str) -> None:
     tab = desk(name)
