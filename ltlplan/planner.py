@@ -20,8 +20,8 @@ from verify.data.choices import PLANNING_METHODS
 from verify.data.language.counting import first_count
 from verify.data.progress import Progress, silent
 
-_NO_COUNTS = ("mtac-e", "online-mtac-e")
-"""Methods that hand tasks from one robot to the next, and know nothing of several at one time."""
+_NO_COUNTS = ("online-mtac-e",)
+"""Methods that hand tasks from one robot to the next in flight, and know nothing of several at one time."""
 
 SEQUENCE = "sequence"
 """What `Plan.method` says where the mission's own sequence of passages is flown."""
@@ -57,7 +57,7 @@ def make_plan(
     named = mission.planner.method if method is None else method
     if isinstance(named, str) and named in _NO_COUNTS and (count := first_count(mission.written)) is not None:
         raise BadInput(
-            f"`{count}` speaks of single robots or of how many there are, which `{named}` does not plan; `planner.method: exact` does."
+            f"`{count}` speaks of single robots or of how many there are, which `{named}` does not plan; `planner.method: exact` and `mtac-e` do."
         )
     allocate = PLANNING_METHODS.resolve(named)
     name = named if isinstance(named, str) else getattr(named, "__name__", type(named).__name__)

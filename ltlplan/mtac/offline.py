@@ -30,6 +30,7 @@ from ltlplan.allocation import Allocation, Context, Itinerary
 from ltlplan.mtac.admissible_heuristic import TeamModel
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.beam_search import BeamSearch, Options
+from ltlplan.mtac.counted_tasks import share_counted
 from ltlplan.mtac.many_tasks import many_tasks, share_many
 from ltlplan.mtac.optimality_gap import optimality_gap, straight_line_costs
 from ltlplan.mtac.priced_paths import PricedPaths
@@ -84,12 +85,12 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
         TooLarge: The exact search was asked, and used up its budget before it had an answer.
     """
     chosen = options or Options()
+    if len(mission.agents) > 1 and mission.written.counts and mission.spec.trace == "finite":
+        counted = None if context.blocked else share_counted(mission, context)
+        return _exact(mission, context) if counted is None else counted
     found = None if context.blocked else share_tasks(mission, rng=context.rng, progress=context.progress, options=chosen)
     if found is None:
-        from ltlplan.paths.priced_words import exact
-
-        answer = exact(mission, context)
-        return replace(answer, notes=("MTAC-E finished no words; these are the exact search's.", *answer.notes))
+        return _exact(mission, context)
     plans = {name: path.plan for name, path in found.paths.items()}
     notes = [f"MTAC-E optimised {found.tried} paths; handed over in the order {', '.join(found.order) or 'of nobody'}."]
     bound = None
@@ -103,6 +104,14 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
         },
         cost=found.cost, order=found.order, paths=plans, lower_bound=bound, notes=tuple(notes),
     )  # fmt: skip
+
+
+def _exact(mission: Mission, context: Context) -> Allocation:
+    """Return the exact method's allocation, with a note that it is not MTAC-E's."""
+    from ltlplan.paths.priced_words import exact
+
+    answer = exact(mission, context)
+    return replace(answer, notes=("MTAC-E finished no words; these are the exact search's.", *answer.notes))
 
 
 def share_tasks(

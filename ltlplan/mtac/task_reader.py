@@ -53,7 +53,7 @@ class Reader:
     def __init__(self, world: World) -> None:
         mission = world.mission
         require_plain(
-            mission.formula, "MTAC-E and sharing in flight hand tasks from one robot to the next and do not plan that"
+            mission.formula, "walks of MTAC-E and sharing in flight hand tasks from one robot to the next and do not plan that"
         )
         self._formula, self._joint = mission.formula, mission.spec.team == "joint"
         self._automaton = translate(mission.formula, trace="finite")

@@ -125,8 +125,8 @@ def test_counts_are_refused_where_letters_are_robots_own():
     with pytest.raises(MissionError, match="under `team: own` each letter is one robot's by itself"):
         world("F(count(a) >= 2)", robots=2)
     mission = world("F(count(a) >= 2)", robots=2, regions=PLACES, team="joint")
-    with pytest.raises(BadInput, match="which `mtac-e` does not plan"):
-        plan(mission, method="mtac-e")
+    with pytest.raises(BadInput, match="which `online-mtac-e` does not plan"):
+        plan(mission, method="online-mtac-e")
     assert assign(world("F(count(a) >= 1) & all(free)", regions=PLACES, team="joint")).robots["quad0"].visits
 
 
