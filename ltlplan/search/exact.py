@@ -187,7 +187,9 @@ def _assign_counted(
     complete = total <= found.bound + TIES
     notes = [f"The search reached {found.reached:,} states: how many robots rest where, and what is done."]
     if not complete:
-        notes.append("A cheaper plan was not ruled out: who flies what was decided after how many fly where.")
+        notes.append(
+            "A cheaper plan was not ruled out, one in which robots end just outside regions or where they act included."
+        )
     if waits or precedences:
         notes.append(
             f"Robots wait for each other: the plan has {len(found.stages)} stages, each begun when the one before has ended."

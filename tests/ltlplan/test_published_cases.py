@@ -23,19 +23,21 @@ def planned(case: str) -> tuple[Mission, Assignment]:
 
 
 @pytest.mark.parametrize(
-    ("case", "cost"), [("Bai, second", 19.424), ("Schillinger, second", 84.0), ("Schillinger, third", 38.0)]
+    ("case", "cost"),
+    [
+        ("Bai, second", 19.424),
+        ("Schillinger, second", 84.0),
+        ("Schillinger, second, joint", 84.0),
+        ("Schillinger, third", 38.0),
+        ("Schillinger, third, joint", 43.083),
+        ("five gather", 30.828),
+        ("ten meet", 73.484),
+    ],
 )
 def test_published_cases_are_planned_to_the_cheapest_words(case: str, cost: float) -> None:
     _, plan = planned(case)
     assert plan.complete
     assert plan.cost == pytest.approx(cost, abs=1e-3)
-
-
-def test_counts_and_names_among_many_places_are_planned_with_a_bound() -> None:
-    _, plan = planned("Schillinger, third, joint")
-    assert plan.lower_bound is not None
-    assert plan.lower_bound == pytest.approx(43.083, abs=1e-3)
-    assert plan.cost == pytest.approx(43.883, abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -59,19 +61,10 @@ def test_what_is_picked_up_is_carried_to_its_desk_around_public_places() -> None
     assert set(carried) == {"left5", "left7", "left10"}
 
 
-def test_with_counts_a_robot_that_acts_flies_on_and_all_else_costs_the_same() -> None:
-    _, plan = planned("Schillinger, second, joint")
-    assert plan.lower_bound is not None
-    assert plan.lower_bound <= 84.0 < plan.cost < 84.0 + 3.0
-
-
-@pytest.mark.parametrize(("case", "share"), [("five gather", 0.9), ("ten meet", 0.0)])
-def test_gatherings_are_planned_with_a_bound(case: str, share: float) -> None:
-    mission, plan = planned(case)
+@pytest.mark.parametrize("case", ["five gather", "ten meet"])
+def test_those_who_gather_wait_for_each_other(case: str) -> None:
+    _, plan = planned(case)
     assert plan.meetings
-    assert plan.lower_bound is not None
-    assert share * plan.cost <= plan.lower_bound <= plan.cost
-    assert mission.written.counts
 
 
 @pytest.mark.slow

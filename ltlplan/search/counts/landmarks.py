@@ -83,18 +83,49 @@ class Landmarks:
         return tuple(missing)
 
 
-def _landmarks(marks: Marks, part: JointConjunct) -> dict[int, tuple[_Needed, ...]]:
-    """Return what each state of a conjunct needs; nothing where there are too many."""
-    levels = {1 << bit: level for bit, level in enumerate(marks.levels) if part.mask >> bit & 1}
+def never_made(marks: Marks) -> frozenset[int]:
+    """Return the marks, by number, that no robot may ever make: the first one that does loses the task.
+
+    Args:
+        marks: What the formula sees.
+    """
+    found: set[int] = set()
+    for part in marks.parts:
+        levels = _levels(marks, part)
+        letters, after = _walked(part, levels)
+        for bit, (mark, least) in levels.items():
+            lost = (targets[i] == DEAD for targets in after.values() for i, letter in enumerate(letters) if letter & bit)
+            if least == 1 and after and all(lost):
+                found.add(mark)
+    return frozenset(found)
+
+
+_Levels = dict[int, tuple[int, int]]
+"""Of each proposition of a conjunct, as a bit, its mark and the least sum that makes it true."""
+
+
+def _levels(marks: Marks, part: JointConjunct) -> _Levels:
+    return {1 << bit: level for bit, level in enumerate(marks.levels) if part.mask >> bit & 1}
+
+
+def _walked(part: JointConjunct, levels: _Levels) -> tuple[list[int], dict[int, list[int]]]:
+    """Return all letters, and where they lead from each state of a conjunct; no states where there are too many."""
     letters = list(_letters(levels)) if len(levels) <= MOST_READ.bit_length() else []
     after: dict[int, list[int]] = {}
     waiting = [part.initial]
     for state in waiting:  # grows while it is walked
         if len(after) * len(letters) >= MOST_READ or not letters:
-            return {}
+            return letters, {}
         if state not in after:
             after[state] = [part.step(state, letter) for letter in letters]
             waiting += [target for target in after[state] if target != DEAD and target not in after]
+    return letters, after
+
+
+def _landmarks(marks: Marks, part: JointConjunct) -> dict[int, tuple[_Needed, ...]]:
+    """Return what each state of a conjunct needs; nothing where there are too many."""
+    levels = _levels(marks, part)
+    letters, after = _walked(part, levels)
     found: dict[int, tuple[_Needed, ...]] = dict.fromkeys(after, ())
     for bit, (mark, least) in levels.items():
         for made in (True, False):
@@ -122,7 +153,7 @@ def _accepting_without(part: JointConjunct, after: dict[int, list[int]], allowed
     return reached.__contains__
 
 
-def _letters(levels: dict[int, tuple[int, int]]) -> Iterator[int]:
+def _letters(levels: _Levels) -> Iterator[int]:
     """Yield the letters, as bits, that some sums make: of two counts of the same mark the larger is not true alone."""
     by_mark: dict[int, list[tuple[int, int]]] = {}
     for bit, (mark, least) in levels.items():

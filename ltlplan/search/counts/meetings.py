@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
-from ltlplan.search.counts.planning import CountedPlan
+from ltlplan.search.counts.team_classes import CountedPlan
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
 from verify.data import BadInput

@@ -2,8 +2,8 @@
 
 A state is (the conjuncts' states, how many robots of each class); one move of one robot leads to the next, and the team's
 letters on the way are read. For n robots of one kind and p places that is at most (n + p over p) times the automata's states,
-where their product has p to the power n. Starts of robots that can do the same from there are one class, at the cost of the
-nearest: costs are then lower bounds, and who flies which of the moves is decided afterwards (`roles`).
+where their product has p to the power n. Starts of robots that can do the same from there are first one class, at the
+cost of the nearest: costs are then lower bounds, and who flies which of the moves is decided afterwards (`team_classes`).
 
 What is left is estimated by conjuncts (`conjunct_bound`) and, where that does not suffice, by goals and where robots are (`cover_bound`).
 """
@@ -18,6 +18,7 @@ from operator import add, sub
 
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.best_first import BestFirst
+from ltlplan.search.bounds.heuristic import UNREACHABLE
 from ltlplan.search.counts.classes import Classes, ClassMove, Numbers
 from ltlplan.search.counts.conjunct_bound import ConjunctBound
 from ltlplan.search.counts.cover_bound import CoverBound
@@ -125,6 +126,12 @@ class NumberSearch:
         except UsedUp as spent:
             raise UsedUp(spent.used, spent.limit, bound) from None
         return None if found is None else replace(found, bound=bound)
+
+    def least(self) -> float:
+        """Return a lower bound on the cost of any course, without a search; infinite where there is none."""
+        sums = self.classes.sums(self.classes.begin)
+        first = self._marks.begin(sums)
+        return UNREACHABLE if first is None else CoverBound(self.classes)(first, sums, self.classes.begin)
 
     def _walk(self, first: States, left: _Left, most: int, *, weight: float = 1.0) -> Course | None:
         nodes: list[tuple[States, Numbers, Sums]] = [(first, self.classes.begin, self.classes.sums(self.classes.begin))]

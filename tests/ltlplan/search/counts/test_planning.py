@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 import itertools
 from functools import cache
 from random import Random
@@ -16,6 +17,7 @@ from ltlplan.missions import shipped_mission_text
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.pipeline import certified_team
+from ltlplan.search.counts.marks import Marks
 from ltlplan.search.counts.planning import plan_counts
 from ltlplan.search.exact import assign
 from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
@@ -104,6 +106,69 @@ def test_many_plans_keep_their_formulas():
     rng = Random(6)
     for _ in range(1500):
         check_against_brute_force(rng)
+
+
+def least_cost(formula):
+    """Return what courses cost at the least in which one robot flies at a time, step by step and without any bound; None where there is none.
+
+    A robot rests in regions and at its start, and may stay for good anywhere else where flights may end.
+    """
+    _, each = systems()
+    asked = written_out(formula, NAMES)
+    marks = Marks(conjunct_automata(asked, "finite"), atoms(asked))
+
+    def sums(at):
+        own = [marks.of(system.robot, system.labels[node]) for system, node in zip(each, at, strict=True)]
+        return tuple(map(sum, zip(*own, strict=True)))
+
+    def rests(robot, node):
+        return node == each[robot].initial or bool(each[robot].nodes[node].regions)
+
+    begin = tuple(system.initial for system in each)
+    first = marks.begin(sums(begin))
+    heap = [] if first is None else [(0.0, first, begin, (False,) * len(each))]
+    seen = set()
+    while heap:
+        cost, states, at, gone = heapq.heappop(heap)
+        if (states, at, gone) in seen:
+            continue
+        seen.add((states, at, gone))
+        if marks.accepting(states) and all(node in system.final for system, node in zip(each, at, strict=True)):
+            return cost
+        for robot, system in enumerate(each):
+            others = [o for o in range(len(each)) if o != robot and not gone[o] and not rests(o, at[o])]
+            if gone[robot] or any(at[o] not in each[o].final for o in others):
+                continue
+            left = tuple(was or o in others for o, was in enumerate(gone))
+            for node, step in system.edges[at[robot]]:
+                to = (*at[:robot], node, *at[robot + 1 :])
+                after = marks.read(states, sums(to))
+                if after is not None:
+                    heapq.heappush(heap, (cost + step, after, to, left))
+    return None
+
+
+def check_costs(rng: Random) -> bool:
+    formula = random_counting_formula(rng, rng.randint(1, 6), NAMES)
+    found, least = planned(formula), least_cost(formula)
+    assert (found is None) == (least is None), str(formula)
+    if found is None or least is None:
+        return False
+    assert found.bound <= least + 1e-6, str(formula)
+    assert least <= found.cost + 1e-6, str(formula)
+    return found.cost > 0.0 and found.cost <= found.bound + 1e-6
+
+
+def test_no_course_is_cheaper_than_a_plan_that_is_said_to_be_cheapest():
+    rng = Random(15)
+    assert sum(check_costs(rng) for _ in range(30)) > 5
+
+
+@pytest.mark.slow
+def test_no_course_is_cheaper_than_many_plans():
+    rng = Random(16)
+    for _ in range(3_000):
+        check_costs(rng)
 
 
 def test_the_earlier_ones_wait_until_all_have_come():
