@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -18,7 +18,7 @@ from verify.behaviour.transitions import judge_transitions
 from verify.behaviour.word_claims import judge_formula
 from verify.certificate import ActionInstant, Certificate, versions
 from verify.claims.claim import Claim
-from verify.claims.distance_claims import rim_claims, separation_claims, workspace_claims
+from verify.claims.distance_claims import rim_claims, separation_claims, separation_holds, workspace_claims
 from verify.claims.evidence import Evidence
 from verify.claims.limit_claims import continuity_claims, endurance_claims, leg_claims, limit_claims
 from verify.claims.obstacle_claims import obstacle_claims
@@ -228,16 +228,16 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
         *found.visits,
         *found.passages,
         *precedence_claims(plan, found.matchings, found.timelines, clock_error),
-        *_claims_of_paths(evidence, found, margin, clock_error),
+        *_claims_of_paths(evidence, found, margin, separation_claims(evidence, margin, _drifts(evidence, clock_error))),
     )
     return _Tube(claims, found.timelines)
 
 
-def _claims_of_paths(evidence: Evidence, found: _Readings, margin: Fraction, clock_error: Fraction) -> Iterator[Claim]:
+def _claims_of_paths(evidence: Evidence, found: _Readings, margin: Fraction, separation: Iterable[Claim]) -> Iterator[Claim]:
     yield from rim_claims(evidence, margin)
     yield from obstacle_claims(evidence, margin)
     yield from workspace_claims(evidence, margin)
-    yield from separation_claims(evidence, margin, _drifts(evidence, clock_error))
+    yield from separation
     yield from leg_claims(evidence, found.matchings)
 
 
@@ -249,10 +249,11 @@ def _holds_at(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> bo
         found.visits,
         found.passages,
         precedence_claims(evidence.plan, found.matchings, found.timelines, clock_error),
-        _claims_of_paths(evidence, found, margin, clock_error),
+        _claims_of_paths(evidence, found, margin, ()),
     )
     return (
         all(claim.outcome == "holds" for claim in claims)
+        and separation_holds(evidence, margin, _drifts(evidence, clock_error))
         and all(judge_transitions(mission, found.timelines, evidence.relations))
         and all(judge_formula(mission, found.timelines, evidence.relations, clock_error=clock_error, detail="answer"))
     )

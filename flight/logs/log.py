@@ -6,8 +6,6 @@ writing a log that was read gives the same bytes.
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -157,11 +155,7 @@ class FlightLog:
 
     def to_csv(self) -> str:
         """Return the log as the text of flight.csv."""
-        buffer = io.StringIO()
-        writer = csv.writer(buffer, lineterminator="\n")
-        writer.writerow(self.columns)
-        writer.writerows(self._rows())
-        return buffer.getvalue()
+        return "\n".join([",".join(self.columns), *self._lines(), ""])
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -172,20 +166,23 @@ class FlightLog:
             + (MEASURED_COLUMNS if self.measured is not None else ())
         )
 
-    def _rows(self) -> Iterator[list[str]]:
+    def _lines(self) -> Iterator[str]:
+        """Yield the samples, robot by robot; names and letters hold nothing that CSV would quote."""
         parts = [self.position, self.velocity, self.attitude, self.thrust[..., None], self.rates, self.error[..., None]]
-        main = np.concatenate(parts, axis=-1)
         extra = [values for values in (self.rotors, self.measured) if values is not None]
-        rest = np.concatenate(extra, axis=-1) if extra else np.zeros((*self.error.shape, 0))
+        main, rest = np.concatenate(parts, axis=-1), np.concatenate([*extra, np.zeros((*self.error.shape, 0))], axis=-1)
+        before, after = ",%.9g" * main.shape[-1], ",%.9g" * rest.shape[-1]
         for i, time in enumerate(self.times):
-            for j, robot in enumerate(self.robots):
-                numbers = [_text(x) for x in main[i, j].tolist()]
-                letter = " ".join(sorted(self.letters[i][j]))
-                yield [_text(float(time)), robot, *numbers, letter, *(_text(x) for x in rest[i, j].tolist())]
+            at = f"{float(time):.9g}"
+            for robot, numbers, letter, more in zip(
+                self.robots, main[i].tolist(), self.letters[i], rest[i].tolist(), strict=True
+            ):
+                yield f"{at},{robot}{_row(before, numbers)},{' '.join(sorted(letter))}{_row(after, more)}"
 
 
-def _text(number: float) -> str:
-    return "" if number != number else f"{number:.9g}"
+def _row(form: str, numbers: list[float]) -> str:
+    """Return numbers with a comma before each; nothing for what is no number."""
+    return (form % tuple(numbers)).replace("nan", "")
 
 
 def _axis_rms(difference: Floats) -> float:

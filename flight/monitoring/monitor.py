@@ -75,10 +75,8 @@ class Monitor:
             )
             for name in self._robots
         ]
-        self._apart = {
-            (i, j): mission.least_distance(self._robots[i], self._robots[j])
-            for i, j in itertools.combinations(range(len(self._robots)), 2)
-        }
+        self._pairs = np.triu_indices(len(self._robots), 1)
+        self._least = np.array([mission.least_distance(one, other) for one, other in itertools.combinations(self._robots, 2)])
         self._table = region_letters(mission)
         self._masks = RegionMasks(mission)
         self._regions = self._masks.none(len(self._robots))
@@ -239,18 +237,21 @@ class Monitor:
             self._say(None, "formula", "the formula is too large to be followed; its state is undecided.")
 
     def _see_distances(self, measured: Floats) -> None:
+        if not len(self._least):
+            return
+        first, second = self._pairs
         squeeze = 1.0 if self._mission.separation_z is None else self._mission.separation / self._mission.separation_z
-        for i, j in self._apart:
-            x, y, z = (measured[:, i] - measured[:, j]).tolist()
-            distance = float(np.sqrt(x * x + y * y + (squeeze * z) ** 2))
-            if distance != distance:
-                continue
-            if self.closest is None or distance < self.closest[0]:
-                self.closest = (distance, self._robots[i], self._robots[j])
-            apart = self._apart[i, j]
-            if distance < apart and not self.too_close:
-                self.too_close = True
-                self._say(
-                    None, "separation",
-                    f"{self._robots[i]} and {self._robots[j]} are {distance:.3f} m apart, less than {apart:g} m.",
-                )  # fmt: skip
+        x, y, z = measured[:, first] - measured[:, second]
+        distances = np.sqrt(x * x + y * y + (squeeze * z) ** 2)
+        distances[np.isnan(distances)] = np.inf  # of robots that were not seen
+        pair = int(np.argmin(distances))
+        nearest = float(distances[pair])
+        if nearest < (float("inf") if self.closest is None else self.closest[0]):
+            self.closest = (nearest, self._robots[first[pair]], self._robots[second[pair]])
+        if not self.too_close and (near := distances < self._least).any():
+            pair = int(np.argmax(near))
+            self.too_close = True
+            self._say(
+                None, "separation", f"{self._robots[first[pair]]} and {self._robots[second[pair]]} are "
+                f"{distances[pair]:.3f} m apart, less than {self._least[pair]:g} m.",
+            )  # fmt: skip

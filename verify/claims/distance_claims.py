@@ -48,40 +48,63 @@ def separation_claims(evidence: Evidence, margin: Fraction, drifts: Mapping[str,
         margin: delta, m, exact.
         drifts: For each robot, how far at most its clock's error moves it, m, exact.
     """
-    stretch = stretch_of(evidence.paths)
-    for pair, near in enumerate(evidence.minimum_distances):
-        robots = near.robot, near.other
-        in_tube = separation_limit(evidence, robots, margin)
-        limit = in_tube + stretch * min(drifts[near.robot], drifts[near.other])
-        steps = [evidence.pairwise_distances.jumps[i] for i in evidence.pairwise_distances.pairs[pair]]
+    for pair in range(len(evidence.minimum_distances)):
+        yield _separation_claim(evidence, pair, margin, drifts)
 
-        def exactly(pair: int = pair, limit: Fraction = limit, steps: list[float] = steps) -> bool:
-            if not all(map(math.isfinite, steps)):
-                return False
-            return distance_exactly(evidence.pairwise_distances, pair, limit + stretch * sum(map(Fraction, steps)))
 
-        verdict = _at_least(near.low, near.high, limit, exactly)
-        if verdict == "fails" and not near.high < float(in_tube) and (limit > in_tube or any(steps)):
-            verdict = "undecided"  # what drift and steps can do is bounded from above only
-        time = float(near.time)
-        asked = (
-            f"{float(limit):.4f} m are asked (separation {evidence.plan.mission.least_distance(*robots):g} m, "
-            f"margin {float(margin):g} m)"
+def separation_holds(evidence: Evidence, margin: Fraction, drifts: Mapping[str, Fraction]) -> bool:
+    """Tell whether all separation claims hold: those of pairs that stay further apart than is asked of any pair do.
+
+    Args:
+        evidence: What is known of the team's paths.
+        margin: delta, m, exact.
+        drifts: For each robot, how far at most its clock's error moves it, m, exact.
+    """
+    mission = evidence.plan.mission
+    asked = {mission.least_distance(near.robot, near.other) for near in evidence.minimum_distances}
+    if not asked:
+        return True
+    most = Fraction(max(asked)) + stretch_of(evidence.paths) * (2 * margin + max(drifts.values()))
+    clear = math.nextafter(float(most), math.inf)
+    near = [pair for pair, found in enumerate(evidence.minimum_distances) if not math.inf > found.low >= clear]
+    return all(_separation_claim(evidence, pair, margin, drifts).outcome == "holds" for pair in near)
+
+
+def _separation_claim(evidence: Evidence, pair: int, margin: Fraction, drifts: Mapping[str, Fraction]) -> Claim:
+    """Return the claim of one pair."""
+    stretch, near = stretch_of(evidence.paths), evidence.minimum_distances[pair]
+    robots = near.robot, near.other
+    in_tube = separation_limit(evidence, robots, margin)
+    limit = in_tube + stretch * min(drifts[near.robot], drifts[near.other])
+    steps = [evidence.pairwise_distances.jumps[i] for i in evidence.pairwise_distances.pairs[pair]]
+
+    def exactly() -> bool:
+        if not all(map(math.isfinite, steps)):
+            return False
+        return distance_exactly(evidence.pairwise_distances, pair, limit + stretch * sum(map(Fraction, steps)))
+
+    verdict = _at_least(near.low, near.high, limit, exactly)
+    if verdict == "fails" and not near.high < float(in_tube) and (limit > in_tube or any(steps)):
+        verdict = "undecided"  # what drift and steps can do is bounded from above only
+    time = float(near.time)
+    asked = (
+        f"{float(limit):.4f} m are asked (separation {evidence.plan.mission.least_distance(*robots):g} m, "
+        f"margin {float(margin):g} m)"
+    )
+    if verdict == "holds":
+        sentence = f"{near.robot} and {near.other} stay {near.low:.4f} m apart; {asked}."
+    elif verdict == "undecided":
+        sentence = (
+            f"{near.robot} and {near.other} cannot be shown to keep apart: they come within {near.high:.4f} m at {time:.4f} s, "
+            f"not counting what their paths jump between pieces (up to {sum(steps):.4g} m); {asked}."
         )
-        if verdict == "holds":
-            sentence = f"{near.robot} and {near.other} stay {near.low:.4f} m apart; {asked}."
-        elif verdict == "undecided":
-            sentence = (
-                f"{near.robot} and {near.other} cannot be shown to keep apart: they come within {near.high:.4f} m at {time:.4f} s, "
-                f"not counting what their paths jump between pieces (up to {sum(steps):.4g} m); {asked}."
-            )
-        else:
-            sentence = f"{near.robot} and {near.other} come within {near.high:.4f} m at {time:.4f} s; {asked}."
-        bound = _proved(near.low, limit, verdict)
-        yield claim_of(
-            "separation", verdict, sentence, robot=near.robot, other=near.other, unit="m", time=time,
-            bound=bound, limit=float(limit), margin=bound - float(limit),
-        )  # fmt: skip
+    else:
+        sentence = f"{near.robot} and {near.other} come within {near.high:.4f} m at {time:.4f} s; {asked}."
+    bound = _proved(near.low, limit, verdict)
+    return claim_of(
+        "separation", verdict, sentence, robot=near.robot, other=near.other, unit="m", time=time,
+        bound=bound, limit=float(limit), margin=bound - float(limit),
+    )  # fmt: skip
 
 
 def rim_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 from flint import fmpq_poly
@@ -39,6 +40,20 @@ class MembershipPolynomials:
     def values(self, one: Condition) -> Balls:
         """Return the table that an inequality has its column in."""
         return self.planes if isinstance(one, HalfSpace) else self.quadrics
+
+    def extent(self, one: Condition) -> tuple[Floats, Floats]:
+        """Return bounds of the table that an inequality has its column in, over whole segments. Shapes (segments, columns).
+
+        A polynomial lies between the least and the greatest of its Bernstein coefficients.
+        """
+        return self._extents[isinstance(one, HalfSpace)]
+
+    @cached_property
+    def _extents(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+        """What `extent` says of quadrics, and of half-spaces: it is asked at every margin."""
+        with np.errstate(all="ignore"):
+            quadrics, planes = ((table.low.min(-1), table.high.max(-1)) for table in (self.quadrics, self.planes))
+        return quadrics, planes
 
 
 @np.errstate(all="ignore")

@@ -50,6 +50,7 @@ def statuses(found: MembershipPolynomials, margin: Fraction) -> dict[str, dict[s
         if name not in far and (near := _RegionLeaves.of(found, name, body, margin)) is not None
     }
     _classify(leaves.values(), DEPTH_WITHOUT if margin == 0 else DEPTH_WITH_MARGIN)
+    clear = {name: near.never_in(paths) for name, near in leaves.items()}
     result: dict[str, dict[str, tuple[Span, ...]]] = {}
     of_robot: list[list[int]] = [[] for _ in paths.robots]
     for index, segment in enumerate(paths.segments):
@@ -58,7 +59,7 @@ def statuses(found: MembershipPolynomials, margin: Fraction) -> dict[str, dict[s
         result[name] = {}
         whole = paths.segments[of_robot[robot][0]].start, paths.segments[of_robot[robot][-1]].stop
         for region in found.bodies:
-            if region not in leaves:
+            if region not in leaves or clear[region][robot]:
                 result[name][region] = (Span(*whole, "no"),)
                 continue
             near = leaves[region]
@@ -104,7 +105,9 @@ def _far(found: MembershipPolynomials, margin: Fraction) -> set[str]:
             scales[name] = float(first.scale)
     outside = (1.0 + np.array(list(scales.values())) * float(margin) * (1 + 2.0**-40)) ** 2 * (1 + 2.0**-40)
     columns = [found.columns[name][0] for name in scales]
-    out = np.all(found.quadrics.low[:, columns].min(-1) > outside, axis=0)
+    if not columns:
+        return set()
+    out = np.all(found.extent(found.bodies[next(iter(scales))].conditions[0])[0][:, columns] > outside, axis=0)
     return {name for name, sure in zip(scales, out.tolist(), strict=True) if sure}
 
 
@@ -116,6 +119,7 @@ class _RegionLeaves:
         body: The region.
         values: For each inequality its polynomials. Shape (segments, degree + 1) each.
         thresholds: For each inequality.
+        broken: For each inequality the segments on the whole of which it is proved to be broken. Shape (segments,) each.
         open: For each inequality the segments that have to be halved, as the whole of them decides neither it nor the region.
         leaves: For each inequality and segment.
     """
@@ -123,6 +127,7 @@ class _RegionLeaves:
     body: Body
     values: list[Balls]
     thresholds: list[Thresholds]
+    broken: list[NDArray[np.bool_]]
     open: list[Indices]
     leaves: list[list[Sequence[Leaf]]]
 
@@ -131,7 +136,10 @@ class _RegionLeaves:
         """Look at whole segments; None where all robots are proved to be out of the region at all times."""
         values = [found.values(one)[:, column] for one, column in zip(body.conditions, found.columns[name], strict=True)]
         thresholds = [Thresholds.of(one, margin) for one in body.conditions]
-        low, high = [row.low.min(-1) for row in values], [row.high.max(-1) for row in values]
+        low, high = (
+            [found.extent(one)[side][:, column] for one, column in zip(body.conditions, found.columns[name], strict=True)]
+            for side in (0, 1)
+        )
         broken = [row > bounds.outside[1] for row, bounds in zip(low, thresholds, strict=True)]
         out = _all(_any(broken[k] for k in part) for part in body.parts)
         if bool(np.all(out)):
@@ -143,7 +151,13 @@ class _RegionLeaves:
         for no, must in zip(broken, kept, strict=True):
             marks: list[Mark] = [CODES[code] or "may" for code in np.select([no, must], [0, 2], 1).tolist()]
             leaves.append([_WHOLE[mark] for mark in marks])
-        return cls(body, values, thresholds, opened, leaves)
+        return cls(body, values, thresholds, broken, opened, leaves)
+
+    def never_in(self, paths: TeamPaths) -> NDArray[np.bool_]:
+        """Tell for each robot whether one inequality of every part is broken on all of its segments. Shape (robots,)."""
+        robots = len(paths.robots)
+        always = [np.bincount(paths.owner, ~row, robots) == 0 for row in self.broken]
+        return _all(_any(always[k] for k in part) for part in self.body.parts)
 
     def spans(self, paths: TeamPaths, k: int, indices: Sequence[int], margin: Fraction) -> list[Span]:
         """Return the spans of one inequality along one robot's segments."""
