@@ -25,6 +25,7 @@ from verify.data.mission import Mission
 from verify.data.plan import PLAN_FILE, Plan, load_plan
 from verify.data.storage.reading import parse_json, read_bytes
 from verify.data.trajectory import Trajectory
+from verify.exported_parts import require_parts
 from verify.motion.continuity import JUMPS
 from verify.motion.planned_words import false_statement
 
@@ -86,6 +87,7 @@ def proved_run(folder: str | Path) -> ProvedRun:
     if plan.digest() != written["plan"]:
         raise NotCertified(f"{folder / PLAN_FILE} was changed: it is not the plan that was certified.")
     team = _certified_team(folder, mission, written["trajectories"])
+    require_parts(folder, team)
     certificate = judge(plan, team, margin=written["margin"], clock_error=written["clock_error"])
     if not certificate.holds:
         refused = [claim for claim in certificate.claims if claim.outcome != "holds"]

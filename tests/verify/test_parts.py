@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import flight
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.verify.test_run_folder import write_folder
 from verify import Certificate, certify, judge, recheck
 from verify.certificate import payload_digest
 from verify.data import BadInput, NotCertified, Plan, Trajectory
+from verify.data.files.trajectory_csv import load_csv, write_csv
 from verify.data.plan import Visit
 from verify.run_folder import read_folder
 
@@ -135,6 +137,30 @@ def test_a_folder_of_parts_is_proved_again_and_tampered_ones_are_refused(tmp_pat
             recheck(folder)
     moving = replace(certificate, cuts={"r0": (1,)})
     assert moving.digest() != certificate.digest()
+
+
+def test_files_of_parts_beside_a_run_are_those_of_its_flight(tmp_path, made: Plan) -> None:
+    team = {"r0": cut(legs(POINTS), 2)}
+    certificate = certify(made, team)
+    folder = write_folder(tmp_path / "out", made, team, certificate)
+    parts = flight.export(team, certificate, folder / "crazyswarm2").folder
+    assert recheck(folder).covers(team)
+    first, second = (parts / f"r0-part{number}.csv" for number in (1, 2))
+    kept = {file: file.read_text() for file in (first, second)}
+    first.write_text(kept[second])
+    second.write_text(kept[first])
+    with pytest.raises(NotCertified, match=r"r0-part1.csv was changed: it is not this part"):
+        recheck(folder)
+    for file, text in kept.items():
+        file.write_text(text)
+    moved = load_csv(second).coefficients.copy()
+    moved[1, 0, 0] += 0.01  # the hover behind a single piece
+    second.write_text(write_csv(Trajectory(load_csv(second).durations, moved.astype(np.float32))))
+    with pytest.raises(NotCertified, match=r"r0-part2.csv was changed"):
+        recheck(folder)
+    second.unlink()
+    with pytest.raises(NotCertified, match=r"r0-part2.csv is missing"):
+        recheck(folder)
 
 
 @pytest.mark.parametrize("cuts", [(0,), (3,), (2, 1), (1, 1), (True,), (1.5,), (-1,)])
