@@ -3,7 +3,8 @@
 Where all terms are counted leg by leg (`ltlplan.systems.objective.BY_LEGS`) that is the exact search. Other terms, effort for one, are those of a path:
 what a leg adds depends on the legs before it. Then words are listed that should cost little (as by Lawler, "A procedure for
 computing the K best solutions", Management Science 18, 1972), nominal paths are laid along them, those of the cheapest few are
-improved, and the words whose paths cost least are taken. A lower bound, from one more exact search over what each leg costs at the least, says how far from the best they can be.
+improved, and the words whose paths cost least are taken; where robots wait for each other or begin laps together, of a few that were
+planned together. A lower bound, from one more exact search over what each leg costs at the least, says how far from the best they can be.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from ltlplan.paths.flight_times import lasts_too_long
 from ltlplan.paths.improvement import improved_path, own_draws, with_ramped_times
 from ltlplan.paths.leg_prices import expected_costs, least_costs, least_rates
 from ltlplan.paths.nominal import lay_path
+from ltlplan.paths.team_laps import lay_laps
 from ltlplan.search.exact import Assignment, assign
 from ltlplan.search.method import SHUT
 from ltlplan.search.method import exact as exact_by_legs
@@ -33,13 +35,7 @@ from verify.data.shapes.inequalities import Point
 _PRICED = 24  # allocations along which paths are laid, about
 _IMPROVED = 4  # of these, the cheapest ones, whose paths are improved
 _BRANCHES = 30  # sets of legs without which some are looked for
-_LAPS = "A team's laps were chosen by their lengths; other costs are of their paths, and a cheaper lap was not ruled out."
 _FEW = 6  # robots up to which each is tried alone, and all without each
-
-
-_BY_LENGTHS = (
-    "Robots wait for each other: their words are those of the least lengths, and cheaper ones by the mission's costs may exist."
-)
 
 
 def exact(mission: Mission, context: Context) -> Allocation:
@@ -57,10 +53,8 @@ def exact(mission: Mission, context: Context) -> Allocation:
     by_metres = exact_by_legs(mission, context)
     if is_counted_by_legs(mission):
         return by_metres
-    if by_metres.meetings or by_metres.precedences:  # words of robots that wait for each other were planned together
-        return replace(by_metres, lower_bound=None, complete=False, notes=(*by_metres.notes, _BY_LENGTHS))
-    if mission.spec.trace == "infinite" and len(mission.agents) > 1:
-        return replace(by_metres, lower_bound=None, complete=False, notes=(*by_metres.notes, _LAPS))
+    if by_metres.meetings or by_metres.precedences or (mission.spec.trace == "infinite" and len(mission.agents) > 1):
+        return _planned_together(mission, context, by_metres)
     prices = _Prices(mission)
     priced = _compared(mission, context, prices, by_metres)
     last = [found for price, _, found in sorted(priced, key=itemgetter(0, 1)) if math.isfinite(price)][:_IMPROVED]
@@ -75,6 +69,39 @@ def exact(mission: Mission, context: Context) -> Allocation:
     bound = lower_bound(mission) if prices.bounded else None
     notes = (*best.notes, *_said(mission, len(priced), bounded=prices.bounded))
     return Allocation(robots=robots, cost=min(costs), paths=paths, lower_bound=bound, notes=notes)
+
+
+def _planned_together(mission: Mission, context: Context, by_metres: Allocation) -> Allocation:
+    """Return the allocation whose nominal paths cost least, of robots that wait for each other or begin laps together.
+
+    Those are the cheapest ones by metres, by what legs cost at the least, and by what they should cost. Their words were planned
+    together, so that the paths of one robot cannot be exchanged for others.
+    """
+    prices, shut, found = _Prices(mission), _Shut(context.blocked), [by_metres]
+    for cost, metre in ((least_costs(mission), least_rates(mission)), (expected_costs(mission), weighted_metres(mission))):
+        context.progress("pricing words by their paths", 0.05 + 0.1 * len(found))
+        try:
+            other = assign(mission, cost=shut.avoided(cost), metre=metre)
+        except (TooLarge, Infeasible, Unsatisfiable):
+            continue
+        if not any(shut.forbids(leg) for name, does in other.robots.items() for leg in does.legs(mission, name)):
+            found.append(
+                Allocation(
+                    robots=other.robots,
+                    cost=other.cost,
+                    notes=other.notes,
+                    meetings=other.meetings,
+                    precedences=other.precedences,
+                )
+            )
+    priced = [prices.of(each) for each in found]
+    best = found[priced.index(min(priced))]
+    bound = lower_bound(mission) if prices.bounded else None
+    said = [*_said(mission, len({_key(each) for each in found}), bounded=prices.bounded)]
+    if prices.bounded and bound is None:
+        said[1:] = ["No bound on costs is known."]
+    notes = (*best.notes, *said)
+    return replace(best, lower_bound=bound, complete=False, notes=notes)
 
 
 def _said(mission: Mission, priced: int, *, bounded: bool) -> Iterator[str]:
@@ -165,6 +192,7 @@ class _Prices:
 
     def __init__(self, mission: Mission) -> None:
         self._mission = mission
+        self._laps = mission.spec.trace == "infinite" and len(mission.agents) > 1
         self._others = [WeightedCost({name: 1.0}) for name in sorted(terms_of(mission) - BOUNDED)]
         self._known: dict[tuple[str, Itinerary], float] = {}
         self._paths: dict[tuple[str, Itinerary], RobotPlan] = {}
@@ -184,14 +212,14 @@ class _Prices:
 
     def _price(self, name: str, does: Itinerary) -> float:
         try:
-            path, _ = lay_path(self._mission, name, does)
+            path, _ = (lay_laps if self._laps else lay_path)(self._mission, name, does)
         except Infeasible:
             return math.inf
         function = cost_of(self._mission, name)
         self._paths[name, does] = path
-        ramped = path if path.hovers else with_ramped_times(path, function)
+        ramped = path if path.hovers or self._laps else with_ramped_times(path, function)
         self.bounded = self.bounded and all(plan_cost(ramped, term) >= 0 for term in self._others)
-        return plan_cost(ramped, function)
+        return path.cost if self._laps else plan_cost(ramped, function)
 
     def improved(self, name: str, does: Itinerary, seed: int) -> RobotPlan:
         """Return what cross-entropy makes of a path that was laid, by draws that depend on nothing but seed, robot and word."""

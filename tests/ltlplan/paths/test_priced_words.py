@@ -20,6 +20,7 @@ from ltlplan.search.exact import assign
 from ltlplan.systems.objective import objective_text
 from ltlplan.systems.visit_words import word_of
 from tests.helpers.packages import install
+from tests.helpers.worlds import world
 from verify.data import Mission, Visit, parse_mission
 
 TERMS = """
@@ -141,3 +142,17 @@ def test_a_term_of_another_package_is_minimised_and_counted_as_nothing_in_the_bo
     gained = ltlplan.plan(team("length: 3, gain: 1", "length: 3, gain: 1", formula="F b"))
     assert gained.lower_bound is None
     assert "gain was below 0: no bound on costs is known." in gained.notes
+
+
+def test_laps_and_meetings_are_chosen_by_the_costs_of_their_paths_with_a_bound() -> None:
+    for formula, trace in (
+        ("F(count(a) >= 2) & F b & F c", "finite"),
+        ("G F(count(a) >= 2) & G F quad0.b & G F quad1.c", "infinite"),
+    ):
+        mission = world(formula, robots=2, trace=trace, team="joint", radii={"a": 0.6}, objective="sum, cost: {effort: 1.0}")
+        planned = ltlplan.plan(mission)
+        assert planned.lower_bound is not None
+        assert 0.0 < planned.lower_bound < planned.cost
+        assert not planned.complete
+        assert "Minimised: the robots' sum, 1 effort." in planned.notes
+        assert any("priced by their paths" in note for note in planned.notes)
