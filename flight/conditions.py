@@ -12,7 +12,7 @@ from flight.model.disturbances import Wind
 from flight.model.full import FullModel
 from flight.model.plant import AIRFRAME_MODELS, AirframeModel
 from flight.model.sensing import MotionCapture
-from verify.data import BadInput, Mission
+from verify.data import BadInput, Mission, Vehicle
 from verify.data.errors import did_you_mean
 
 Estimator = Literal["ekf", "kalman"]
@@ -107,11 +107,24 @@ class Conditions:
         """Whether controller or estimator run on board, at the rates of common firmware."""
         return self.estimator == "ekf" or isinstance(self.controller, OnBoardController)
 
+    def follower(self, vehicle: Vehicle) -> str:
+        """Return the name of the controller that flies a vehicle.
+
+        Args:
+            vehicle: One of those that fly.
+        """
+        return controller_name(vehicle) if self._controller == "profile" else self._controller
+
+    @property
+    def _controller(self) -> str:
+        """The controller's name; of one that has other gains than the named one, its class and them."""
+        names = {CONTROLLERS.find(name): name for name in CONTROLLERS.built_in}
+        return names.get(self.controller, repr(self.controller))
+
     @property
     def sentence(self) -> str:
         """What is flown in, for a person."""
-        names = {CONTROLLERS.find(name): name for name in CONTROLLERS.built_in}
-        who = names.get(self.controller, type(self.controller).__name__)
+        who = self._controller
         who = "the controllers of the vehicles' profiles" if who == "profile" else f"the controller {who}"
         air = "still air" if self.wind is None else f"wind of {self.wind.speed:g} m/s with gusts of {self.wind.gust:g} m/s"
         if self.noise is None:

@@ -223,6 +223,7 @@ def _log(flight: _Flight, watcher: _Watcher, entries: list[Snapshot]) -> FlightL
         tube=monitor.tube,
         seed=flight.seed,
         certificate=None if flight.cert is None else flight.cert.digest(),
+        controllers=tuple(flight.conditions.follower(mission.vehicle_of(robot)) for robot in reference.robots),
         notes=flight.notes,
     )
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from verify.data import Mission, Plan, Trajectory, mission_to_yaml
 from verify.data.files.trajectory_csv import write_csv
-from verify.data.progress import Progress, silent
+from verify.data.progress import Progress, part_of, silent
 from verify.data.storage.folders import PROOF, write_folder
 from verify.data.trajectory import PIECES
 
@@ -44,17 +44,20 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
 
     Files: `mission.yaml` (resolved), `plan.json`, `<robot>.csv`, `certificate.json`, `flight.csv`, `report.html`, a folder
     `crazyswarm2` ready for that system (of a mixed team, with the Crazyflies among them; left out where the mission says that they hold
-    more than their memory does), and the manifest.
+    more than their memory does, and where something does not hold, the simulated flight in its tube for instance), and the manifest.
     """
     import flight
     from ltlplan.report.run_page import report_html
+    from ltlplan.report.summary import shortfall
 
     def write(folder: Path) -> None:
         write_plan_files(result.plan, folder)
         write_trajectories(result.plan, result.team, folder)
-        robots = _exported(result.mission)
+        robots = () if shortfall(result) else _exported(result.mission)
         if robots and not any(_too_long(result.team[name], result.mission.spec.repeat) for name in robots):
-            flight.export(result.team, result.certificate, folder / _EXPORT, format="crazyswarm2", robots=robots)
+            flight.export(
+                result.team, result.certificate, folder / _EXPORT, format="crazyswarm2", robots=robots, flight=result.log
+            )
         (folder / PROOF).write_text(result.certificate.to_json(), encoding="utf-8")
         (folder / "flight.csv").write_text(result.log.to_csv(), encoding="utf-8")
         (folder / "report.html").write_text(report_html(result), encoding="utf-8")
@@ -169,9 +172,12 @@ def make_export(
     vehicle: str | None = None,
     robots: Collection[str] | None = None,
     options: Mapping[str, Any] | None = None,  # of any type that the target reads
+    anyway: bool = False,
     progress: Progress | None = None,
 ) -> Export:
-    """Make a certified folder's flight ready for a vehicle, after proving its certificate again.
+    """Make a certified folder's flight ready for a vehicle, after proving its certificate again and flying it in simulation.
+
+    It is flown as `ltlplan run` flies, by whom the vehicles' profiles name, and must stay in its tube.
 
     Where a format rounds, the path is fitted to it and certified as it is then; the new plan's files and certificate go with it.
 
@@ -181,13 +187,17 @@ def make_export(
         vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
         robots: Names of those that are written, where others of the team fly from another export; None for all.
         options: As the target's `options` say.
+        anyway: Fly nothing, and write with a warning in every file that has room for words.
         progress: Told a sentence and the share done, 0 to 1.
 
     Raises:
         LtlplanError: As `flight.export` and `verify.recheck`.
     """
+    from flight.conditions import conditions_of
     from flight.exports.files import make_product
+    from flight.exports.flown import require_flight
     from flight.exports.target import EXPORT_TARGETS
+    from flight.flights import fly
     from verify import certify, recheck
     from verify.run_folder import read_folder
 
@@ -209,8 +219,12 @@ def make_export(
     if anew:
         say("proving the paths as they are written", 0.6)
         certificate = certify(plan, team, margin=certificate.margin, clock_error=certificate.clock_error)
-    say("writing files", 0.9)
-    product = make_product(team, certificate, target, vehicle=vehicle, robots=robots, **(options or {}))
+    say("writing files", 0.7)
+    product = make_product(team, certificate, target, vehicle=vehicle, robots=robots, anyway=anyway, **(options or {}))
+    if not anyway:
+        conditions = conditions_of(plan.mission)
+        log = fly(plan, team, certificate, seed=plan.seed, conditions=conditions, progress=part_of(say, 0.75, 1.0))
+        require_flight(log, certificate, plan.mission, robots or team)
     files = dict(product.files)
     if anew:
         texts = {**plan_files(plan), **trajectory_files(plan, team), PROOF: certificate.to_json()}

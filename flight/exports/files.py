@@ -12,8 +12,10 @@ import numpy as np
 
 from flight.certified import certified_mission
 from flight.exports.braking import at_most, braked, ends_in_flight
+from flight.exports.flown import WARNING, require_flight, warned
 from flight.exports.notes import readme
 from flight.exports.target import EXPORT_TARGETS, NOTE, ExportTarget, Product, Request
+from flight.logs.log import FlightLog
 from verify.certificate import Certificate
 from verify.data import BadInput, Mission, NotCertified, Trajectory, check_trajectories
 from verify.data.events import unknown
@@ -52,6 +54,8 @@ def export(
     *,
     vehicle: str | None = None,
     robots: Collection[str] | None = None,
+    flight: FlightLog | None = None,
+    anyway: bool = False,
     **options: Any,  # of any type that the target reads
 ) -> Exported:
     """Write a certified team's trajectories for real vehicles.
@@ -63,6 +67,9 @@ def export(
         format: A target, or a name of one: `crazyswarm2`, `crazyflie`, `crazyflie-compressed`, `px4`, `ros2`, or another package's.
         vehicle: Name of the airframe that will fly, where it is to be checked against the certificate's.
         robots: Names of those that are written, where others of the team fly from another export; None for all.
+        flight: A simulated flight under this certificate, which must have stayed in its tube by the profiles' controllers; None leaves
+            that to whoever flies.
+        anyway: Write whatever became of that flight, with a warning in every file that has room for words.
         options: As the target's `options` say: `uris` (crazyswarm2: robot to radio address), `trajectory_ids` and `offset`
             (crazyflie: robot to id, bytes), `rate` (px4, ros2: points a second), `origin` (px4: m, the local frame's origin in ours).
 
@@ -70,14 +77,15 @@ def export(
         What was written.
 
     Raises:
-        NotCertified: There is no certificate, it does not cover exactly these trajectories, or a claim of it fails.
+        NotCertified: There is no certificate, it does not cover exactly these trajectories, a claim of it fails, or the flight left
+            its tube, was another's or by another controller.
         DoesNotFit: The vehicle or its format cannot hold the flight.
         MissingEngine: A package that the target needs is not installed.
         BadInput: There is no such format or option, or the folder cannot be written, is somebody else's, or holds a file of
             the user's that would be overwritten.
     """
     target = EXPORT_TARGETS.resolve(format)
-    product = make_product(team, cert, target, vehicle=vehicle, robots=robots, **options)
+    product = make_product(team, cert, target, vehicle=vehicle, robots=robots, flight=flight, anyway=anyway, **options)
     written = write_files(out, product.files)
     note = Path(out) / NOTE
     files = (*(path for path in written if path != note), note)
@@ -91,6 +99,8 @@ def make_product(
     *,
     vehicle: str | None = None,
     robots: Collection[str] | None = None,
+    flight: FlightLog | None = None,
+    anyway: bool = False,
     **options: Any,  # of any type that the target reads
 ) -> Product:
     """Return what `export` would write, its note included.
@@ -101,10 +111,14 @@ def make_product(
         format: A target, or a name of one.
         vehicle: Name of the airframe that will fly, where it is to be checked against the certificate's.
         robots: Names of those that are written, where others of the team fly from another export; None for all.
+        flight: A simulated flight under this certificate, which must have stayed in its tube by the profiles' controllers; None leaves
+            that to whoever flies.
+        anyway: Write whatever became of that flight, with a warning in every file that has room for words.
         options: As the target's `options` say.
 
     Raises:
-        NotCertified: There is no certificate, it does not cover exactly these trajectories, or a claim of it fails.
+        NotCertified: There is no certificate, it does not cover exactly these trajectories, a claim of it fails, or the flight left
+            its tube, was another's or by another controller.
         DoesNotFit: The vehicle or its format cannot hold the flight.
         MissingEngine: A package that the target needs is not installed.
         BadInput: There is no such format or option.
@@ -125,10 +139,13 @@ def make_product(
             who = "" if mission.of_one_kind else f" of {name}"
             raise NotCertified(f"the certificate is for the airframe '{own}'{who}, not '{vehicle}'.")
     ends, said = _brakings(mission.model_copy(update={"margin": float(cert.margin)}), ordered, target)
+    if flight is not None and not anyway:
+        require_flight(flight, cert, mission, ordered)
     request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options, ends)
     product = target.make(request)
-    notes = (*product.notes, *said)
-    return Product({**product.files, NOTE: readme(request, target, notes).encode()}, notes)
+    notes = (*([WARNING] if anyway else []), *product.notes, *said)
+    files = {**product.files, NOTE: readme(request, target, notes).encode()}
+    return Product(warned(files) if anyway else files, notes)
 
 
 def _brakings(

@@ -69,6 +69,7 @@ class FlightLog:
         tube: `inside`, `outside` or `unknown`; None without a certificate.
         seed: Of the simulation, or None.
         certificate: Digest of the certificate, or None.
+        controllers: Who flew each robot, by name; None where that is not known.
         notes: Sentences for a person.
     """
 
@@ -92,6 +93,7 @@ class FlightLog:
     tube: str | None = None
     seed: int | None = None
     certificate: str | None = None
+    controllers: tuple[str, ...] | None = None
     notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:

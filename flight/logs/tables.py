@@ -239,6 +239,7 @@ def _kept(value: Any, source: str) -> dict[str, Any]:
     kept = {name: item for name, item in value.items() if name in _KINDS}
     kept["events"] = tuple(Event(**event) for event in kept.get("events", ()))
     kept["notes"] = tuple(kept.get("notes", ()))
+    kept["controllers"] = None if kept.get("controllers") is None else tuple(kept["controllers"])
     kept["peak"] = None if kept.get("peak") is None else np.array(kept["peak"], dtype=np.float64)
     return kept
 
@@ -265,6 +266,7 @@ _KINDS: dict[str, Callable[[Any], bool]] = {
     "tube": lambda value: isinstance(value, str | None),
     "seed": lambda value: value is None or (isinstance(value, int) and not isinstance(value, bool)),
     "certificate": lambda value: isinstance(value, str | None),
+    "controllers": lambda value: value is None or (isinstance(value, list) and all(isinstance(name, str) for name in value)),
     "notes": lambda value: isinstance(value, list) and all(isinstance(note, str) for note in value),
     "peak": lambda value: value is None or (isinstance(value, list) and all(map(_is_number, value))),
     "events": lambda value: isinstance(value, list) and all(map(_is_event, value)),

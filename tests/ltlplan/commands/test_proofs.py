@@ -117,7 +117,13 @@ def test_what_an_export_certifies_anew_keeps_margin_and_clock_error(tmp_path: Pa
     mission = small_mission("F G a", margin=0.02)
     plan, team = plan_of(mission, {"r0": [Visit(region="a")]}), {"r0": legs([[0, 0, 1], [1, 0, 1]])}
     out = write_folder(tmp_path / "out", plan, team, certify(plan, team, margin=0.01, clock_error=0.05))
-    ok("export", str(out), "--format", form, "--out", str(tmp_path / "export"))
+    refused = runner.invoke(app, ["export", str(out), "--format", form, "--out", str(tmp_path / "export")])
+    assert isinstance(refused.exception, NotCertified)
+    assert "r0, flown by 'mellinger', strayed" in str(refused.exception)
+    assert not (tmp_path / "export").exists()
+    assert "WARNING: written without a simulated flight" in ok(
+        "export", str(out), "--format", form, "--anyway", "--out", str(tmp_path / "export")
+    )
     made = recheck(tmp_path / "export")
     assert (made.margin, made.clock_error) == (0.01, 0.05)
     flown = load_csv(tmp_path / "export" / "r0.csv")

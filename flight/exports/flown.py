@@ -1,0 +1,76 @@
+"""Whether a certified flight was flown by whom its margin is meant for, and what is written where it was not.
+
+A certificate says that every flight inside the tube keeps its claims. That a vehicle's controller keeps it inside is not proved; that a
+simulation of it did is the least to ask before anything is written for a real one.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+
+from flight.control.on_board import controller_name
+from flight.logs.log import FlightLog
+from verify.certificate import Certificate
+from verify.data import Mission, NotCertified
+
+WARNING = (
+    "WARNING: written without a simulated flight that stayed in its tube; nothing says that the vehicles keep to this path."
+)
+
+
+def require_flight(log: FlightLog, cert: Certificate, mission: Mission, robots: Iterable[str]) -> None:
+    """Refuse a flight that is not of this certificate, by the profiles' controllers, inside its tube.
+
+    Args:
+        log: A simulated flight.
+        cert: What is to be written.
+        mission: What the certificate is of.
+        robots: Who is written.
+
+    Raises:
+        NotCertified: As said, with who strayed, by how much, and what would be right.
+    """
+    if log.certificate != cert.digest():
+        raise NotCertified("the flight is of another certificate; fly this one (`flight.fly` with it, `ltlplan run`).")
+    for name in robots:
+        wanted = controller_name(mission.vehicle_of(name))
+        who = None if log.controllers is None else log.controllers[log.robots.index(name)]
+        if who != wanted:
+            flown = "nobody knows whom" if who is None else f"'{who}'"
+            raise NotCertified(
+                f"the margin of {name} is meant for the controller '{wanted}', and the flight was flown by {flown}; fly it with "
+                'conditions=flight.conditions_of(mission), or controller="profile".'
+            )
+        if not (worst := log.worst_error(name)) < cert.margin:
+            raise NotCertified(
+                f"in simulation {name}, flown by '{wanted}', strayed {1000 * worst:.1f} mm from its certified path, and the margin is "
+                f"{1000 * cert.margin:g} mm: ask for a greater margin or a slower flight (`ltlplan rehearse` says what it takes), or "
+                "write it anyway."
+            )
+    if log.satisfied is False:
+        raise NotCertified("the flown path breaks the formula in simulation.")
+
+
+def warned(files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Return files with a warning in each that has room for words: scripts, YAML and JSON; the note has one. Tables and bytes have none.
+
+    Args:
+        files: Contents by file name.
+    """
+    return {name: _warned(name, content) for name, content in files.items()}
+
+
+def _warned(name: str, content: bytes) -> bytes:
+    ending = name.rsplit(".", 1)[-1]
+    if ending in ("yaml", "yml"):
+        return f"# {WARNING}\n".encode() + content
+    if ending == "py":
+        first, separator, rest = content.partition(b"\n")
+        said = f"# {WARNING}\n".encode()
+        return first + separator + said + rest if first.startswith(b"#!") else said + content
+    if ending == "json":
+        data = json.loads(content)
+        if isinstance(data, dict):
+            return (json.dumps({"warning": WARNING, **data}, indent=1) + "\n").encode()
+    return content
