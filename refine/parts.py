@@ -20,10 +20,10 @@ from refine.corridor.relocation import moved_to_meet
 from refine.feedback import feedback_of
 from refine.single.values import RefinementOptions
 from refine.stretches import Part, Stretch, end_of, in_one
-from verify.data import DoesNotFit, Infeasible, Mission, Plan, RobotPlan, Trajectory, Visit, Witness
+from verify.data import BadInput, DoesNotFit, Infeasible, Mission, Plan, RobotPlan, Trajectory, Visit, Witness
 from verify.data.plan import Meeting, Precedence
 from verify.data.progress import Progress, part_of
-from verify.data.trajectory import PIECES
+from verify.data.trajectory import MAX_PIECES, PIECES
 
 _SPARE = 2
 """Pieces of a part that are left for waits, before departing and for the others."""
@@ -72,8 +72,21 @@ def longer_than_held(mission: Mission, flights: Mapping[str, Trajectory], option
         mission: Says what vehicles hold and how many laps are flown.
         flights: One a robot.
         options: May say otherwise.
+
+    Raises:
+        BadInput: There are more laps than files hold.
     """
-    flown = {name: len(path.flattened(mission.spec.repeat)) for name, path in flights.items()}
+    laps = mission.spec.repeat
+    flown = {
+        name: len(path) + (laps - 1) * (0 if path.cycle is None else len(path) - path.cycle) for name, path in flights.items()
+    }
+    for name, count in flown.items():
+        if count > MAX_PIECES:
+            most = 1 + (MAX_PIECES - len(flights[name])) * (laps - 1) // (count - len(flights[name]))
+            raise BadInput(
+                f"{name} flies {count} pieces in {laps} laps, and files hold {MAX_PIECES}: at most {most} laps are written (`repeat`); start "
+                "them again for more."
+            )
     return {name: count for name, count in flown.items() if count > (options.held(mission, name) or count)}
 
 

@@ -215,4 +215,6 @@ VOIDS = (
     "`relative_position=True`, `relative_yaw=True` or `reversed=True` in start_trajectory",
     "writing another trajectory over the same part of the memory",
 )
-CRAZYFLIE = ExportTarget(name="crazyflie", make=_product, options=OPTIONS, voids=VOIDS, send=upload, join=at_most(PIECES))
+CRAZYFLIE = ExportTarget(
+    name="crazyflie", make=_product, options=OPTIONS, voids=VOIDS, send=upload, in_parts=True, join=at_most(PIECES)
+)

@@ -102,5 +102,6 @@ CRAZYSWARM2 = ExportTarget(
         "`reverse=True`, or retiming single pieces",
     ),
     prepare=with_hovers,
+    in_parts=True,
     join=at_most(PIECES),
 )

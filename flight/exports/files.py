@@ -17,7 +17,7 @@ from flight.exports.notes import readme
 from flight.exports.target import EXPORT_TARGETS, NOTE, ExportTarget, Product, Request
 from flight.logs.log import FlightLog
 from verify.certificate import Certificate
-from verify.data import BadInput, Mission, NotCertified, Trajectory, check_trajectories
+from verify.data import BadInput, DoesNotFit, Mission, NotCertified, Trajectory, check_trajectories
 from verify.data.events import unknown
 from verify.data.storage.folders import write_files
 
@@ -138,6 +138,8 @@ def make_product(
         if (own := mission.vehicle_of(name).name) != vehicle:
             who = "" if mission.of_one_kind else f" of {name}"
             raise NotCertified(f"the certificate is for the airframe '{own}'{who}, not '{vehicle}'.")
+    if any(path.cuts for path in team.values()) and len(ordered) < len(team):
+        _require_common_pauses(target, mission, ordered)
     ends, said = _brakings(mission.model_copy(update={"margin": float(cert.margin)}), ordered, target)
     if flight is not None and not anyway:
         require_flight(flight, cert, mission, ordered)
@@ -146,6 +148,20 @@ def make_product(
     notes = (*([WARNING] if anyway else []), *product.notes, *said)
     files = {**product.files, NOTE: readme(request, target, notes).encode()}
     return Product(warned(files) if anyway else files, notes)
+
+
+def _require_common_pauses(target: ExportTarget, mission: Mission, written: Mapping[str, Trajectory]) -> None:
+    """Refuse to write some robots of a flight in parts for a target that would not pause when the others do.
+
+    Raises:
+        DoesNotFit: As said.
+    """
+    if not target.in_parts:
+        others = ", ".join(name for name in mission.agents if name not in written)
+        raise DoesNotFit(
+            f"The flight is in parts, between which the whole team pauses, and {target.name} flies {', '.join(written)} without pauses while {others} "
+            "are flown otherwise. Write all robots for it, or give the vehicles of the others memory for the whole flight (`pieces`)."
+        )
 
 
 def _brakings(

@@ -87,7 +87,10 @@ def notes_on(request: Request, parts: tuple[Part, ...]) -> tuple[str, ...]:
     if len(parts) == 1:
         return ()
     flown = ", ".join(str(part + 1) for part in order_of(request))
+    others = [name for name in request.mission.agents if name not in request.team]
+    also = (f"{', '.join(others)} pause with them, and start each part at the same instant.",) if others else ()
     return (
+        *also,
         f"The vehicles do not hold this flight at once: it is in {len(parts)} parts, uploaded one after another while all robots hover. They are "
         f"flown in this order: {flown}.",
         "Each part is started by all robots at the same instant, once each has its part and is within the margin of where the part begins. Pauses "

@@ -98,6 +98,7 @@ class ExportTarget:
         prepare: Makes a team's trajectories such that the target can hold them, to be certified as they are then; it is told the
             trajectories and how often cycles are flown. None where any fit.
         send: Sends an export to vehicles; None where that is another tool's work.
+        in_parts: Whether it flies flights in parts with pauses between them; others fly them whole and pause nowhere.
         join: Puts the piece in which a patrol's robot brakes behind its laps, as the target holds it; None where there is no room. None:
             as it is, any number of pieces.
     """
@@ -108,6 +109,7 @@ class ExportTarget:
     voids: tuple[str, ...] = ()
     prepare: Callable[[Mapping[str, Trajectory], int], Mapping[str, Trajectory]] | None = None
     send: Sender | None = None
+    in_parts: bool = False
     join: Callable[[str, Trajectory, Trajectory], Trajectory | None] | None = None
 
     def require_options(self, options: Mapping[str, object]) -> None:

@@ -12,7 +12,7 @@ from ltlplan.pipeline import certified_team
 from refine import refine
 from tests.refine.test_laps import patrol
 from verify import certify
-from verify.data import DoesNotFit, Mission, Trajectory
+from verify.data import BadInput, DoesNotFit, Mission, Trajectory
 
 ROW = {f"g{i}": {"center": (-1.5 + 1.0 * (i % 4), -1.0 + 1.0 * (i // 4), 1.0), "radii": (0.25, 0.25, 0.25)} for i in range(8)}
 
@@ -83,6 +83,12 @@ def test_laps_that_do_not_fit_are_flown_from_rest_to_rest() -> None:
     assert len(path.flattened(10)) > 31
     assert max(end - begin for begin, end in path.parts) <= 31
     assert path.flown_parts(10)[-10:] == (len(path.parts) - 1,) * 10, "one lap is one part, which is started ten times"
+
+
+def test_more_laps_than_files_hold_are_refused_with_how_many_do() -> None:
+    made = plan(patrol("G F west & G F east", repeat=4000, agents={"q0": {"start": (-1.0, -1.5, 1.0)}}))
+    with pytest.raises(BadInput, match=r"in 4000 laps, and files hold 4096: at most \d+ laps are written"):
+        refine(made)
 
 
 def test_laps_of_a_team_are_cut_where_they_begin() -> None:

@@ -180,6 +180,15 @@ def test_parts_of_an_upload_are_named(team, tmp_path) -> None:
     assert (written["order"], written["pause"]) == ([1, 2], 60.0)
 
 
+def test_nobody_is_flown_without_the_pauses_of_the_others(team, tmp_path) -> None:
+    paths, cert = team
+    with pytest.raises(DoesNotFit, match=r"px4 flies r0 without pauses while r1 are flown otherwise"):
+        flight.export(paths, cert, tmp_path / "stream", format="px4", robots=["r0"])
+    flight.export(paths, cert, tmp_path / "all", format="px4")
+    done = flight.export(paths, cert, tmp_path / "some", robots=["r0"])
+    assert "r1 pause with them, and start each part at the same instant." in done.notes
+
+
 def test_what_fits_in_the_compressed_format_is_packed_whole(tmp_path) -> None:
     there = [[(k % 2), 0.1 * (k // 2), 1] for k in range(34)]
     path = {"r0": cut(legs(there, speed=1.2), 20)}
