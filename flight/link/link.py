@@ -100,8 +100,8 @@ class Link(Protocol):
         """
         ...
 
-    def start(self, number: int) -> None:
-        """Start a stored flight of all robots at once, by one broadcast."""
+    def start(self, number: int) -> float:
+        """Start a stored flight of all robots at once, by one broadcast; return when it began, s of the link's clock."""
         ...
 
     def hold(self, robot: str) -> bool:

@@ -10,11 +10,12 @@ import numpy as np
 
 from flight.link.checks import FRESH, Check, at_start, before_take_off
 from flight.link.link import Link, LinkLost
-from flight.link.reaction import end_safely, told
+from flight.link.reaction import PATIENCE, end_safely, told
 from flight.link.record import Record
 from flight.link.stages import Stage
 from flight.logs.log import Event
 from flight.monitoring.monitor import Monitor
+from flight.monitoring.reaction import LANDING_HEIGHT
 from verify.data import BadInput
 
 STEP = 0.02
@@ -124,16 +125,21 @@ def fly_live(
         record.note(link.now(), reason, kind="alarm")
         unsafe = end_safely(link, robots if flying else (), dict(grounds), record)
     else:
-        unsafe = _motors_off(link, robots, record)
+        unsafe = _motors_off(link, robots, grounds, record)
     return LiveFlight(not reason and not unsafe, reason, checks, record, tuple(unsafe))
 
 
-def _motors_off(link: Link, robots: Sequence[str], record: Record) -> list[str]:
-    """Stop motors after the last stage, which ends on the ground."""
+def _motors_off(link: Link, robots: Sequence[str], grounds: Mapping[str, float], record: Record) -> list[str]:
+    """Set all down after the last stage, which ends just above the ground, and stop motors."""
+
+    def down() -> list[str]:
+        told(link, robots, lambda robot: link.land(robot, grounds[robot] + LANDING_HEIGHT, 1.0))
+        return told(link, robots, link.stop, 3 * PATIENCE)
+
     try:
-        left = told(link, robots, link.stop)
-    except BaseException:
-        left = told(link, robots, link.stop)
+        left = down()
+    except BaseException:  # once more: it is on the ground, and motors turn
+        left = down()
     for robot in left:
         record.note(link.now(), f"{robot} has not acknowledged that its motors stop: {link.failsafe}.", robot, "reaction")
     return left
@@ -167,9 +173,8 @@ def _fly(link: Link, number: int, stage: Stage, record: Record, show: Callable[[
         _Alarm: It does not go on.
     """
     monitor, robots = stage.monitor(link.accuracy), tuple(stage.paths)
-    begin = record.starts[stage.name] = link.now()
     worst = record.worst[stage.name] = dict.fromkeys(robots, 0.0)
-    link.start(number)
+    begin = record.starts[stage.name] = link.start(number)
     watch = _Watch(link, stage, monitor, begin, record, worst)
     while link.now() - begin < stage.duration:
         link.sleep(STEP)

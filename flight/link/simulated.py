@@ -161,11 +161,12 @@ class SimulatedLink:
             raise LinkLost(f"{robot} does not take flight {number}: the link to it is gone; {self.failsafe}.")
         self._fleet.commanders[robot].store(number, path)
 
-    def start(self, number: int) -> None:
-        """Start a stored flight of all."""
+    def start(self, number: int) -> float:
+        """Start a stored flight of all, and return when."""
         for name, commander in self._fleet.commanders.items():
             if self._reaches(name):
                 commander.start(number, self._time)
+        return self._time
 
     def hold(self, robot: str) -> bool:
         """Tell a robot to brake to a hover."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     ReactionName = Reaction
     LinkName = str
 else:
-    LinkName = choices("LinkName", ("simulated",))
+    LinkName = choices("LinkName", ("simulated", "mavlink"))
     ReactionName = choices("ReactionName", get_args(Reaction))
 
 
@@ -42,12 +42,16 @@ def command(
         typer.Option(
             "--link",
             help="Fly live over a link: checks, certified climb, way to the starts, flight and landing, watched, with a way out "
-            "at every moment. `simulated`: our simulation behind the same interface.",
+            "at every moment. `simulated`: our simulation behind the same interface; `mavlink`: PX4, by --address.",
         ),
     ] = None,
     place: Annotated[
         list[str] | None,
         typer.Option("--place", help="With --link: NAME=x,y,z in m, where a robot stands (default: at z = 0 below its start)."),
+    ] = None,
+    address: Annotated[
+        list[str] | None,
+        typer.Option("--address", help="With --link mavlink: NAME=ADDRESS, such as quad0=udpin:0.0.0.0:14540, once a robot."),
     ] = None,
     real_time: Annotated[bool, typer.Option("--real-time", help="With --link simulated: a second takes a second.")] = False,
     json: options.JsonOption = False,
@@ -58,12 +62,13 @@ def command(
 
     conditions = flight_options.conditions(wind, noise, model, controller, estimator=estimator, latency=latency)
     if link is not None:
-        from ltlplan.commands.shared.live_flight import fly_over_simulated_link
+        from ltlplan.commands.shared.live_flight import Asked, fly_over_link
 
-        fly_over_simulated_link(source, out, conditions, seed, places=place or [], real_time=real_time, json=json)
+        kind = Asked(str(link), tuple(place or ()), tuple(address or ()), real_time)
+        fly_over_link(source, out, kind, conditions, seed, json=json)
         return
-    if place or real_time:
-        raise BadInput("--place and --real-time go with --link.")
+    if place or real_time or address:
+        raise BadInput("--place, --address and --real-time go with --link.")
     with simulating(out, LOG_FILES, quiet=json) as progress:
         plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
         progress("flying in simulation", 0.5)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import socket
+import struct
 import threading
 import time
 from dataclasses import dataclass
 
-SET_MODE, SET_INTERVAL = 176, 511
+SET_MODE, SET_INTERVAL, ARM = 176, 511, 400
 OFFBOARD, HOLD, POSITION, LAND = 6 << 16, 4 << 16 | 3 << 24, 3 << 16, 4 << 16 | 6 << 24
 
 
@@ -24,6 +25,8 @@ class Manner:
     loses_commands: int = 0  # the first ones, of each kind
     deaf_to: tuple[int, ...] = ()  # modes that it never takes
     loss_time: float = 1.0  # COM_OF_LOSS_T, s
+    refuses_arming: bool = False
+    deaf_to_parameters: tuple[str, ...] = ()
 
 
 class Px4Peer(threading.Thread):
@@ -49,6 +52,8 @@ class Px4Peer(threading.Thread):
         self.lost: dict[tuple[int, float, float], int] = {}
         self.arrivals: list[float] = []
         self.interval = 1.0
+        self.armed = self.manner.armed
+        self.parameters = {"COM_OF_LOSS_T": 0.5, "COM_OBL_RC_ACT": 0}
         self.ended = threading.Event()
 
     def run(self) -> None:
@@ -59,10 +64,13 @@ class Px4Peer(threading.Thread):
             silent = self.manner.falls_silent_after is not None and len(self.flown) > self.manner.falls_silent_after
             if now >= said + 0.05 and not silent:
                 said = now
-                mavlink.heartbeat_send(2, 12, 1 | (128 if self.manner.armed else 0), self.mode, 4)
+                mavlink.heartbeat_send(2, 12, 1 | (128 if self.armed else 0), self.mode, 4)
             if now >= placed + self.interval and not silent:
                 placed = now
                 mavlink.local_position_ned_send(0, *self.place, 0.0, 0.0, 0.0)
+            if self.mode == LAND and self.armed:  # a metre a second, down to the ground
+                x, y, z = self.place
+                self.place = (x, y, min(z + 0.005, 0.0))
             if self.mode == OFFBOARD and now - self.arrivals[-1] > self.manner.loss_time:
                 self.mode, self.failsafes = HOLD, self.failsafes + 1
             message = self.link.recv_match(blocking=True, timeout=0.005)
@@ -77,9 +85,15 @@ class Px4Peer(threading.Thread):
             self.lost[key] = self.lost.get(key, 0) + 1
             if self.lost[key] > self.manner.loses_commands:
                 self.obey(message)
+        elif message.get_type() == "PARAM_SET" and message.param_id not in self.manner.deaf_to_parameters:
+            value = message.param_value
+            if message.param_type == 6:
+                (value,) = struct.unpack("<i", struct.pack("<f", value))
+            self.parameters[message.param_id] = value
+            self.link.mav.param_value_send(message.param_id.encode(), message.param_value, message.param_type, 2, 0)
         elif message.get_type() == "SET_POSITION_TARGET_LOCAL_NED":
             self.arrivals = [*(t for t in self.arrivals if t > time.monotonic() - 0.6), time.monotonic()]
-            if self.mode != OFFBOARD:
+            if self.mode != OFFBOARD or not self.armed:
                 self.before += 1
                 return
             self.flown.append((message.time_boot_ms, message.x, message.y, message.z))
@@ -99,6 +113,11 @@ class Px4Peer(threading.Thread):
             taken = mode not in self.manner.deaf_to and (mode != OFFBOARD or streamed)
             if taken:
                 self.mode = mode
+        elif message.command == ARM:
+            on_ground = self.place[2] > -0.1
+            taken = not self.manner.refuses_arming if message.param1 else on_ground
+            if taken:
+                self.armed = bool(message.param1)
         self.link.mav.command_ack_send(message.command, 0 if taken else 1)
 
 

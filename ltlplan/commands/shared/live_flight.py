@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ from verify.data.progress import part_of
 
 if TYPE_CHECKING:
     from flight import Conditions
+    from flight.link.link import Link
     from flight.link.live import LiveFlight
     from ltlplan.transfers import Place
     from verify.data import Mission, Trajectory
@@ -21,38 +23,54 @@ FILES = ("poses.csv", "setpoints.csv", "live.csv", "live.json")
 """What a live flight writes."""
 
 
-def fly_over_simulated_link(
-    source: str, out: Path | None, conditions: Conditions, seed: int | None, *, places: list[str], real_time: bool, json: bool
-) -> None:  # as many as the command's options that matter here
-    """Fly a certified mission over a link to the simulation, and show how it ended.
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What the command line says of a link.
+
+    Attributes:
+        kind: `simulated` or `mavlink`.
+        places: `NAME=x,y,z`, where robots stand.
+        addresses: `NAME=ADDRESS`.
+        real_time: Whether a simulated second takes a second.
+    """
+
+    kind: str
+    places: tuple[str, ...]
+    addresses: tuple[str, ...]
+    real_time: bool
+
+
+def fly_over_link(source: str, out: Path | None, asked: Asked, conditions: Conditions, seed: int | None, *, json: bool) -> None:
+    """Fly a certified mission over a link, and show how it ended.
 
     Args:
         source: A run's folder, a mission's file, or the name of a shipped mission.
         out: Folder for what was measured and asked; None writes nothing.
-        conditions: What it flies in and with.
-        seed: Of every random number; None takes the plan's.
-        places: `NAME=x,y,z`, where robots stand.
-        real_time: Whether a second takes a second.
+        asked: Which link, and where robots are.
+        conditions: What simulated robots fly in and with.
+        seed: Of every random number of theirs; None takes the plan's.
         json: One JSON document instead of text.
 
     Raises:
         NotCertified: The flight was not flown to its end inside the margin.
-        BadInput: A place makes no sense.
+        BadInput: A place or an address makes no sense.
+        LinkLost: A robot cannot be reached.
     """
     from flight.link.live import fly_live
-    from flight.link.simulated import SimulatedLink
     from ltlplan.live import stages
 
+    _require_sense(asked)
     with simulating(out, FILES, quiet=json) as progress:
         plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
-        stand = _places(places, plan.mission, team)
+        stand = _places(asked.places, plan.mission, team)
         flown = stages(plan, team, certificate, stand, progress=part_of(progress, 0.5, 1.0))
-    link = SimulatedLink(
-        plan.mission, stand, conditions=conditions, seed=plan.seed if seed is None else seed, real_time=real_time
-    )
+    link = _link(asked, plan.mission, stand, conditions, plan.seed if seed is None else seed)
     view = View(quiet=json)
-    with sigterm_interrupts():
-        done = fly_live(link, flown, grounds={name: place[2] for name, place in stand.items()}, show=view.show)
+    try:
+        with sigterm_interrupts():
+            done = fly_live(link, flown, grounds={name: place[2] for name, place in stand.items()}, show=view.show)
+    finally:
+        link.close()
     view.end()
     texts = done.record.files()
 
@@ -64,7 +82,26 @@ def fly_over_simulated_link(
     _outcome(done, plan.mission.name, link.failsafe).show(files, as_json=json)
 
 
-def _places(texts: list[str], mission: Mission, team: dict[str, Trajectory]) -> dict[str, Place]:
+def _require_sense(asked: Asked) -> None:
+    if asked.kind != "mavlink" and asked.addresses:
+        raise BadInput(f"--address goes with --link mavlink, not {asked.kind}.")
+    if asked.kind != "simulated" and asked.real_time:
+        raise BadInput(f"--real-time goes with --link simulated; {asked.kind} is real.")
+
+
+def _link(asked: Asked, mission: Mission, stand: dict[str, Place], conditions: Conditions, seed: int) -> Link:
+    """Open the link that was asked for."""
+    if asked.kind == "simulated":
+        from flight.link.simulated import SimulatedLink
+
+        return SimulatedLink(mission, stand, conditions=conditions, seed=seed, real_time=asked.real_time)
+    from flight.link.mavlink import MavlinkLink
+
+    pairs = [text.partition("=")[::2] for text in asked.addresses]
+    return MavlinkLink(mission, dict(pairs))
+
+
+def _places(texts: tuple[str, ...], mission: Mission, team: dict[str, Trajectory]) -> dict[str, Place]:
     """Return where robots stand: as said, or at z = 0 below their starts."""
     found: dict[str, Place] = {}
     for name, path in team.items():

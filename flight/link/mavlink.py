@@ -1,0 +1,341 @@
+"""A link to PX4 vehicles by MAVLink: set-points streamed from here, all robots by one clock, modes and arming asked for until confirmed.
+
+PX4 stores no trajectories: flights are kept here, and `sleep` sends each robot's set-point of the instant, `RATE` times a second. When
+they end, PX4's own failsafe acts: after `COM_OF_LOSS_T` seconds it does what `COM_OBL_RC_ACT` says. Both are set before the first
+flight and read back.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import struct
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from flight.exports.px4 import to_ned
+from flight.link.link import Health, LinkLost, Pose
+from verify.data import BadInput, MissingEngine, Mission, Trajectory
+from verify.data.events import unknown
+
+RATE = 50.0
+"""Set-points a second; PX4 wants more than two."""
+CONNECT = 10.0
+"""s to wait for each robot's heartbeat and position."""
+LEAD = 1.5
+"""s of set-points before offboard flight is asked for."""
+ANSWER = 5.0
+"""s to wait for a mode, for arming, and for a parameter."""
+AGAIN = 0.3
+"""s after which what was not confirmed is asked for again."""
+OFFBOARD, HOLD, LAND = (6, 0), (4, 3), (4, 6)
+"""PX4's main and sub mode."""
+FAILSAFE = {"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 4}
+"""What acts on board when set-points end: after so many seconds, land (4)."""
+
+_CUSTOM_MODE, _SET_MODE, _SET_INTERVAL, _ARM, _PX4, _ARMED = 1, 176, 511, 400, 12, 128
+_LOCAL_POSITION_NED, _LOCAL_NED, _INT32 = 32, 1, 6
+
+
+@dataclass(slots=True)
+class _Vehicle:
+    """One robot: how it is reached, and what it last said."""
+
+    name: str
+    system: int
+    link: Any  # pymavlink's links have no types
+    mode: tuple[int, int] | None = None
+    armed: bool = False
+    beats: float = -math.inf
+    pose: Pose | None = None
+    often: bool = False
+    battery: float | None = None
+    parameters: dict[str, float] = field(default_factory=dict[str, float])
+    stored: dict[int, Trajectory] = field(default_factory=dict[int, Trajectory])
+    asked: dict[str, float] = field(default_factory=dict[str, float])
+
+    @property
+    def speaks(self) -> bool:
+        """Whether it is known, seen, and reports often."""
+        return self.mode is not None and self.pose is not None and self.often
+
+    def command(self, number: int, *values: float) -> None:
+        """Send a command with up to seven values."""
+        self.link.mav.command_long_send(self.system, 1, number, 0, *values, *(0.0 for _ in range(7 - len(values))))
+
+    def ask(self, what: str, now: float, number: int, *values: float) -> None:
+        """Send a command unless it was sent a moment ago."""
+        if now - self.asked.get(what, -math.inf) >= AGAIN:
+            self.asked[what] = now
+            self.command(number, *values)
+
+
+class MavlinkLink:
+    """PX4 vehicles, each by its own address."""
+
+    def __init__(
+        self,
+        mission: Mission,
+        addresses: Mapping[str, str],
+        *,
+        systems: Mapping[str, int] | None = None,
+        origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        accuracy: float = 0.02,
+    ) -> None:
+        """Reach all vehicles, and set and read back what acts on board when set-points end.
+
+        Args:
+            mission: Who flies.
+            addresses: Robot to address, such as `udpin:0.0.0.0:14540`.
+            systems: Robot to MAVLink system id; 1, 2, ... in the mission's order where left out.
+            origin: Where the vehicles' local frame has its origin in the mission's, m.
+            accuracy: Bound on the error of a reported position, m.
+
+        Raises:
+            BadInput: An address is missing, of nobody, used twice, or cannot be opened.
+            LinkLost: A vehicle does not answer, or does not take a parameter.
+            MissingEngine: pymavlink is not installed.
+        """
+        _require_addresses(mission, addresses)
+        os.environ["MAVLINK20"] = "1"  # before pymavlink is imported: it decides there
+        try:
+            from pymavlink import mavutil
+        except ImportError:
+            raise MissingEngine("flying PX4 needs pymavlink: pip install 'ltlplan[px4]'.") from None
+        self._mission, self._origin, self.accuracy = mission, np.array(origin, dtype=float), accuracy
+        self._vehicles: dict[str, _Vehicle] = {}
+        for index, name in enumerate(mission.agents):
+            try:
+                link = mavutil.mavlink_connection(addresses[name], source_system=255, source_component=190, dialect="common")
+            except Exception as error:  # pymavlink raises what its drivers do
+                self.close()
+                raise BadInput(f"{name} cannot be reached at {addresses[name]}: {error}.") from None
+            self._vehicles[name] = _Vehicle(name, (systems or {}).get(name, index + 1), link)
+        self._begin, self._number, self._sent = 0.0, -1, -math.inf
+        self._streaming = False
+        try:
+            self._connect()
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def robots(self) -> tuple[str, ...]:
+        """Names."""
+        return tuple(self._vehicles)
+
+    @property
+    def failsafe(self) -> str:
+        """What acts on board when set-points end, as it was read back."""
+        return f"{FAILSAFE['COM_OF_LOSS_T']:g} s after its last set-point PX4 lands where it is (COM_OF_LOSS_T, COM_OBL_RC_ACT)"
+
+    def now(self) -> float:
+        """Return s of this computer's steady clock."""
+        return time.monotonic()
+
+    def sleep(self, seconds: float) -> None:
+        """Listen, and stream set-points, for so long."""
+        end = self.now() + seconds
+        while True:
+            self._listen()
+            self._stream()
+            left = end - self.now()
+            if left <= 0:
+                return
+            time.sleep(min(left, 0.002))
+
+    def pose(self, robot: str) -> Pose | None:
+        """Return the last reported pose."""
+        return self._vehicles[robot].pose
+
+    def health(self, robot: str) -> Health:
+        """Return what a vehicle last said of itself."""
+        vehicle, endurance = self._vehicles[robot], self._mission.vehicle_of(robot).endurance
+        known = vehicle.battery is not None and endurance is not None
+        return Health(None, vehicle.pose is not None, endurance * vehicle.battery if known else None)  # type: ignore[operator]
+
+    def parameters(self, robot: str) -> Mapping[str, float]:
+        """Return the parameters that were read back."""
+        return dict(self._vehicles[robot].parameters)
+
+    def upload(self, robot: str, number: int, path: Trajectory) -> None:
+        """Keep a flight; it is streamed when it is started.
+
+        Args:
+            robot: Name.
+            number: From 0.
+            path: Finite, as it is flown.
+        """
+        self._vehicles[robot].stored[number] = path
+
+    def start(self, number: int) -> float:
+        """Start a flight of all: before the first one, set-points, offboard flight and arming.
+
+        Args:
+            number: Of the flight.
+
+        Returns:
+            When it began, s of the link's clock.
+
+        Raises:
+            LinkLost: A vehicle does not change to offboard flight, or does not arm.
+        """
+        self._number, self._begin = number, math.inf
+        if not self._streaming:
+            self._streaming = True
+            self.sleep(LEAD)
+            self._until(
+                lambda vehicle: vehicle.mode == OFFBOARD,
+                lambda vehicle: vehicle.ask("offboard", self.now(), _SET_MODE, _CUSTOM_MODE, *OFFBOARD),
+                "did not change to offboard flight",
+            )
+            self._until(lambda vehicle: vehicle.armed, lambda vehicle: vehicle.ask("arm", self.now(), _ARM, 1.0), "did not arm")
+        self._begin = self.now()
+        return self._begin
+
+    def hold(self, robot: str) -> bool:
+        """Ask a robot to hold, which is to brake to a hover; return whether it does."""
+        return self._in_mode(robot, HOLD, "hold")
+
+    def land(self, robot: str, height: float, seconds: float) -> bool:
+        """Ask a robot to land as PX4 does, to the ground and at its own speed; return whether it does.
+
+        Args:
+            robot: Name.
+            height: Not used: PX4 lands until it feels the ground.
+            seconds: Not used.
+        """
+        del height, seconds
+        vehicle = self._vehicles[robot]
+        return not vehicle.armed or self._in_mode(robot, LAND, "land")
+
+    def stop(self, robot: str) -> bool:
+        """Ask a robot to disarm, which PX4 does on the ground only; return whether its motors are off."""
+        vehicle = self._vehicles[robot]
+        self._listen()
+        if vehicle.armed:
+            vehicle.ask("disarm", self.now(), _ARM, 0.0)
+        return not vehicle.armed
+
+    def close(self) -> None:
+        """Close all sockets."""
+        for vehicle in self._vehicles.values():
+            with contextlib.suppress(Exception):
+                vehicle.link.close()
+
+    def _in_mode(self, robot: str, mode: tuple[int, int], what: str) -> bool:
+        vehicle = self._vehicles[robot]
+        self._listen()
+        if vehicle.mode != mode:
+            vehicle.ask(what, self.now(), _SET_MODE, _CUSTOM_MODE, *mode)
+        return vehicle.mode == mode
+
+    def _connect(self) -> None:
+        """Wait for all to speak, and set what acts on board."""
+
+        def often(vehicle: _Vehicle) -> None:
+            if vehicle.mode is not None:  # before it was heard, a link that listens knows nobody to send to
+                vehicle.ask("interval", self.now(), _SET_INTERVAL, _LOCAL_POSITION_NED, 1e6 / RATE)
+
+        self._until(lambda vehicle: vehicle.speaks, often, "sends no PX4 heartbeat and position", CONNECT)
+        for key, value in FAILSAFE.items():
+
+            def set_it(vehicle: _Vehicle, key: str = key, value: float = value) -> None:
+                if self.now() - vehicle.asked.get(key, -math.inf) >= AGAIN:
+                    vehicle.asked[key] = self.now()
+                    kind = _INT32 if isinstance(value, int) else 9
+                    sent = struct.unpack("<f", struct.pack("<i", value))[0] if isinstance(value, int) else value
+                    vehicle.link.mav.param_set_send(vehicle.system, 1, key.encode(), sent, kind)
+
+            def has_it(vehicle: _Vehicle, key: str = key, value: float = value) -> bool:
+                return vehicle.parameters.get(key) == value
+
+            self._until(has_it, set_it, f"does not take the parameter {key} = {value:g}")
+
+    def _until(
+        self, done: Callable[[_Vehicle], bool], ask: Callable[[_Vehicle], None], otherwise: str, patience: float = ANSWER
+    ) -> None:
+        """Ask vehicles for something until each has confirmed it.
+
+        Raises:
+            LinkLost: One has not.
+        """
+        end = self.now() + patience
+        while True:
+            left = [vehicle for vehicle in self._vehicles.values() if not done(vehicle)]
+            if not left:
+                return
+            if self.now() >= end:
+                raise LinkLost(f"{', '.join(vehicle.name for vehicle in left)} {otherwise} within {patience:g} s.")
+            for vehicle in left:
+                ask(vehicle)
+            self.sleep(0.02)
+
+    def _listen(self) -> None:
+        """Take in what has arrived."""
+        for vehicle in self._vehicles.values():
+            while (message := vehicle.link.recv_msg()) is not None:
+                if message.get_srcSystem() == vehicle.system:
+                    self._hear(vehicle, message)
+
+    def _hear(self, vehicle: _Vehicle, message: Any) -> None:  # pymavlink's messages have no types
+        kind = message.get_type()
+        if kind == "HEARTBEAT" and message.autopilot == _PX4:
+            vehicle.mode = (message.custom_mode >> 16 & 255, message.custom_mode >> 24 & 255)
+            vehicle.armed, vehicle.beats = bool(message.base_mode & _ARMED), self.now()
+        elif kind == "LOCAL_POSITION_NED":
+            x, y, z = (self._origin + np.array([message.y, message.x, -message.z])).tolist()
+            vehicle.pose = Pose(self.now(), (x, y, z), None)
+        elif kind == "COMMAND_ACK" and message.command == _SET_INTERVAL:
+            vehicle.often |= message.result == 0
+        elif kind == "PARAM_VALUE":
+            value = message.param_value
+            if message.param_type == _INT32:
+                (value,) = struct.unpack("<i", struct.pack("<f", value))
+            vehicle.parameters[message.param_id] = value
+        elif kind == "SYS_STATUS" and message.battery_remaining >= 0:
+            vehicle.battery = message.battery_remaining / 100.0
+
+    def _stream(self) -> None:
+        """Send each robot in offboard flight, or on its way there, the set-point of this instant."""
+        now = self.now()
+        if not self._streaming or now - self._sent < 1.0 / RATE:
+            return
+        self._sent = now if now - self._sent > 2.0 / RATE else self._sent + 1.0 / RATE
+        for vehicle in self._vehicles.values():
+            if vehicle.mode in (HOLD, LAND) or (path := vehicle.stored.get(self._number)) is None:
+                continue
+            at = min(max(now - self._begin, 0.0), path.duration)
+            flat = np.stack([path.evaluate(at, order) for order in range(3)])[:, None]
+            if now - self._begin >= path.duration:
+                flat[1:] = 0.0
+            position, velocity, acceleration, heading, rate = to_ned(flat, self._origin)
+            vehicle.link.mav.set_position_target_local_ned_send(
+                round(1000 * at),
+                vehicle.system,
+                1,
+                _LOCAL_NED,
+                0,
+                *position[0],
+                *velocity[0],
+                *acceleration[0],
+                heading[0],
+                rate[0],
+            )
+
+
+def _require_addresses(mission: Mission, addresses: Mapping[str, str]) -> None:
+    for name in addresses:
+        if name not in mission.agents:
+            raise BadInput(unknown(name, "robot of the mission", mission.agents))
+    of: dict[str, str] = {}
+    for name in mission.agents:
+        if not addresses.get(name):
+            raise BadInput(f"no address of {name}; write {name}=udpin:0.0.0.0:14540.")
+        if (other := of.setdefault(addresses[name], name)) != name:
+            raise BadInput(f"{other} and {name} have one address, {addresses[name]}.")
