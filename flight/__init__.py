@@ -14,7 +14,7 @@ TYPE_CHECKING = False  # type checkers take it for True
 if TYPE_CHECKING:
     from flight.campaigns import Campaign, Share, campaign
     from flight.comparison import Comparison, compare
-    from flight.conditions import Conditions
+    from flight.conditions import Conditions, conditions_of
     from flight.control.controller import Controller
     from flight.exports import Exported, ExportTarget, Product, Request, export, formats, quantised, upload, with_hovers
     from flight.flights import fly
@@ -52,6 +52,7 @@ __all__ = [
     "airframe_of",
     "campaign",
     "compare",
+    "conditions_of",
     "export",
     "fly",
     "formats",
@@ -71,7 +72,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
         {
             "flight.campaigns": ("Campaign", "Share", "campaign"),
             "flight.comparison": ("Comparison", "compare"),
-            "flight.conditions": ("Conditions",),
+            "flight.conditions": ("Conditions", "conditions_of"),
             "flight.control.controller": ("Controller",),
             "flight.exports": (
                 "Exported",

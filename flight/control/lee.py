@@ -30,6 +30,7 @@ from flight.control.on_board import (
     body_axes,
     column,
     mixed,
+    require_mass,
     turning_of,
 )
 from flight.model.airframe import Airframe
@@ -47,6 +48,9 @@ class Lee(OnBoardController):
     """
 
     mass: float | None = None
+
+    def __post_init__(self) -> None:
+        require_mass(self.mass)
 
     def laws(self, airframe: Airframe) -> Laws:
         """Return its laws for one airframe; argument as said there."""

@@ -31,6 +31,7 @@ from flight.control.on_board import (
     column,
     limited,
     mixed,
+    require_mass,
 )
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats
@@ -47,6 +48,9 @@ class Mellinger(OnBoardController):
     """
 
     mass: float | None = None
+
+    def __post_init__(self) -> None:
+        require_mass(self.mass)
 
     def laws(self, airframe: Airframe) -> Laws:
         """Return its laws for one airframe; argument as said there."""

@@ -117,6 +117,19 @@ class OnBoardController(Controller):
         """
 
 
+def require_mass(mass: float | None) -> None:
+    """Refuse a mass that a controller cannot be told.
+
+    Args:
+        mass: kg, or None for the vehicle's.
+
+    Raises:
+        BadInput: It is no mass.
+    """
+    if mass is not None and not 0.0 < mass < 1000.0:
+        raise BadInput(f"a controller is told a mass above 0 in kg, such as 0.029, not {mass:g}.")
+
+
 def controller_name(vehicle: Vehicle) -> str:
     """Return the name of the controller that a vehicle's margin is meant for."""
     return vehicle.controller or "geometric"

@@ -30,13 +30,14 @@ def command(
     controller: flight_options.ControllerOption = flight_options.GEOMETRIC,
     estimator: flight_options.EstimatorOption = None,
     latency: flight_options.LatencyOption = None,
+    mass: flight_options.MassOption = None,
     json: options.JsonOption = False,
 ) -> None:
     """Fly a certified mission many times in simulation: which share of the flights kept tube and formula."""
     from flight import campaign
     from ltlplan.output import CAMPAIGN_FILES, write_campaign
 
-    conditions = flight_options.conditions(wind, noise, model, controller, estimator=estimator, latency=latency)
+    conditions = flight_options.conditions(wind, noise, model, controller, estimator=estimator, latency=latency, mass=mass)
     with simulating(out, CAMPAIGN_FILES, quiet=json) as progress:
         with nullcontext(workers or 1) if dask is None else machines.cluster_at(dask, workers) as those:
             plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))

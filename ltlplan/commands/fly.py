@@ -33,6 +33,7 @@ def command(
     controller: flight_options.ControllerOption = flight_options.GEOMETRIC,
     estimator: flight_options.EstimatorOption = None,
     latency: flight_options.LatencyOption = None,
+    mass: flight_options.MassOption = None,
     reaction: Annotated[
         ReactionName | None,
         typer.Option("--reaction", help="What the team does after an alarm, instead of the mission's choice."),
@@ -60,7 +61,7 @@ def command(
     from flight import fly
     from ltlplan.output import LOG_FILES, write_flight
 
-    conditions = flight_options.conditions(wind, noise, model, controller, estimator=estimator, latency=latency)
+    conditions = flight_options.conditions(wind, noise, model, controller, estimator=estimator, latency=latency, mass=mass)
     if link is not None:
         from ltlplan.commands.shared.live_flight import Asked, fly_over_link
 

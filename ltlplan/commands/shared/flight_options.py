@@ -42,6 +42,9 @@ EstimatorOption = Annotated[
 LatencyOption = Annotated[
     float | None, typer.Option("--latency", help="s from a frame of motion capture to its use; 0.01 where there is noise.")
 ]
+MassOption = Annotated[
+    float | None, typer.Option("--mass", help="kg that a controller on board is told, instead of the vehicle's.")
+]
 FULL = ModelName("full")
 GEOMETRIC = ControllerName("geometric")
 
@@ -54,7 +57,8 @@ def conditions(
     *,
     estimator: str | None = None,
     latency: float | None = None,
-) -> Conditions:
+    mass: float | None = None,
+) -> Conditions:  # as many parameters as commands have options
     """Return the conditions that a command's options name.
 
     Args:
@@ -64,15 +68,23 @@ def conditions(
         controller: As `--controller`.
         estimator: As `--estimator`.
         latency: As `--latency`.
+        mass: As `--mass`.
 
     Raises:
         BadInput: There are none such.
     """
+    from flight.control.lee import Lee
+    from flight.control.mellinger import Mellinger
     from flight.model.sensing import MotionCapture
 
+    follower = CONTROLLERS.find(controller)
+    if mass is not None:
+        if not isinstance(follower, Mellinger | Lee):
+            raise BadInput(f"--mass is what `mellinger` or `lee` is told; '{controller}' is told none.")
+        follower = replace(follower, mass=mass)
     sensor = None if noise is None else MotionCapture.parse(noise)
     if latency is not None:
         if sensor is None:
             raise BadInput("--latency is motion capture's: give --noise as well, 0 for cameras without error.")
         sensor = replace(sensor, delay=latency)
-    return Conditions(wind, sensor, model, controller, estimator=cast("Estimator | None", estimator))
+    return Conditions(wind, sensor, model, follower, estimator=cast("Estimator | None", estimator))

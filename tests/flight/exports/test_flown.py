@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 import flight
-from flight.conditions import conditions_of
+from flight import conditions_of
 from flight.exports.flown import WARNING
 from tests.helpers.flights import legs, plan_of, small_mission
 from verify import certify

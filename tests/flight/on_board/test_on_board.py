@@ -7,7 +7,6 @@ import pytest
 
 import flight
 from flight.closed_loop import Setup, steps
-from flight.conditions import conditions_of
 from flight.control.controller import CONTROLLERS
 from flight.control.lee import Lee
 from flight.control.mellinger import Mellinger
@@ -46,6 +45,12 @@ def test_a_run_among_many_is_bit_for_bit_the_run_alone(short, controller):
     assert np.array_equal(together.position[:, 7:8], alone.position)
     assert np.array_equal(together.attitude[:, 7:8], alone.attitude)
     assert np.array_equal(together.estimated[:, 7:8], alone.estimated)
+
+
+@pytest.mark.parametrize("mass", [0.0, -0.03, float("nan")])
+def test_a_mass_that_is_none_is_refused(mass):
+    with pytest.raises(BadInput, match="told a mass above 0 in kg"):
+        Mellinger(mass=mass)
 
 
 @pytest.mark.parametrize("law", [Mellinger, Lee])
@@ -122,16 +127,16 @@ def test_autopilots_are_shipped_with_a_source_for_each_number():
 
 
 def test_a_mission_is_flown_by_whom_its_vehicles_name():
-    crazyflies = conditions_of(mission())
+    crazyflies = flight.conditions_of(mission())
     assert crazyflies.on_board
     assert crazyflies.estimator == "ekf"
     assert crazyflies.wind is not None
     own = mission().model_copy(update={"vehicle": mission().vehicle.changed(name="homemade", controller=None, autopilot=None)})
-    assert not conditions_of(own).on_board
-    assert conditions_of(own).estimator == "kalman"
+    assert not flight.conditions_of(own).on_board
+    assert flight.conditions_of(own).estimator == "kalman"
     wrong = mission().model_copy(update={"vehicle": mission().vehicle.changed(controller="melinger")})
     with pytest.raises(BadInput, match="Did you mean 'mellinger'"):
-        conditions_of(wrong)
+        flight.conditions_of(wrong)
 
 
 def test_the_profiles_controller_is_the_one_that_it_names(short):

@@ -1,0 +1,34 @@
+"""What the options of commands that simulate flights come to."""
+
+from __future__ import annotations
+
+import pytest
+
+from flight.control.lee import Lee
+from flight.control.mellinger import Mellinger
+from ltlplan.commands.shared.flight_options import conditions
+from verify.data import BadInput
+
+
+def test_options_become_conditions() -> None:
+    found = conditions("0.2+0.1", "0", "full", "mellinger", latency=0.015, mass=0.029)
+    assert found.controller == Mellinger(mass=0.029)
+    assert (found.noise.noise, found.noise.delay) == (0.0, 0.015)
+    assert found.estimator == "ekf"
+    assert conditions(None, None, "full", "lee") == conditions(None, None, "full", "lee")
+    assert conditions(None, None, "full", "lee").controller == Lee()
+    assert conditions(None, "0.001", "full", "geometric", estimator="ekf").on_board
+
+
+@pytest.mark.parametrize(
+    ("controller", "given", "said"),
+    [
+        ("pid", {"mass": 0.03}, "`mellinger` or `lee` is told; 'pid' is told none"),
+        ("mellinger", {"mass": -1.0}, "a mass above 0 in kg"),
+        ("mellinger", {"latency": 0.02}, "give --noise as well"),
+        ("mellinger", {"estimator": "ekf"}, "give `noise`"),
+    ],
+)
+def test_options_that_say_nothing_together_are_refused(controller: str, given: dict[str, object], said: str) -> None:
+    with pytest.raises(BadInput, match=said):
+        conditions(None, None, "full", controller, **given)
