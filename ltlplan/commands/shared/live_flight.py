@@ -97,8 +97,13 @@ def _link(asked: Asked, mission: Mission, stand: dict[str, Place], conditions: C
         return SimulatedLink(mission, stand, conditions=conditions, seed=seed, real_time=asked.real_time)
     from flight.link.mavlink import MavlinkLink
 
-    pairs = [text.partition("=")[::2] for text in asked.addresses]
-    return MavlinkLink(mission, dict(pairs))
+    addresses: dict[str, str] = {}
+    for text in asked.addresses:
+        name, _, address = text.partition("=")
+        if name in addresses:
+            raise BadInput(f"--address names {name} twice.")
+        addresses[name] = address
+    return MavlinkLink(mission, addresses)
 
 
 def _places(texts: tuple[str, ...], mission: Mission, team: dict[str, Trajectory]) -> dict[str, Place]:
