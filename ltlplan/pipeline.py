@@ -34,6 +34,7 @@ from verify.data import (
 )
 from verify.data.choices import PLANNING_METHODS
 from verify.data.progress import Progress, part_of, silent
+from verify.data.trajectory import MAX_PIECES
 
 if TYPE_CHECKING:
     from ltlplan.allocation import PlanningMethod
@@ -252,8 +253,15 @@ def _refined(draft: Draft, refining: Progress) -> tuple[Draft, dict[str, Traject
         return draft, refine.refine(draft.plan, witnesses=draft.witnesses, progress=refining)
     except DoesNotFit:
         refining("letting robots rest on their long ways, where flights are cut for their vehicles' memories", 0.0)
+    try:
         team = refine.refine(draft.plan, witnesses=draft.witnesses, too_long="rest", progress=refining)
         return replace(draft, plan=_with_parts(draft.plan, team)), team
+    except (DoesNotFit, Infeasible) as error:
+        refining("leaving the flight whole, to be streamed", 0.0)
+        team = refine.refine(draft.plan, witnesses=draft.witnesses, max_pieces=MAX_PIECES, progress=refining)
+        said = f"The flight is longer than its vehicles hold, and no parts of it were found: stream it (px4, ros2). {error}"
+        notes = tuple(dict.fromkeys((*draft.plan.notes, said)))
+        return replace(draft, plan=draft.plan.model_copy(update={"notes": notes})), team
 
 
 def _with_fewer_soft_parts(draft: Draft, why: str) -> Draft | None:

@@ -11,7 +11,7 @@ from ltlplan import plan
 from ltlplan.pipeline import certified_team
 from refine import refine
 from tests.refine.test_laps import patrol
-from verify import certify
+from verify import certify, judge
 from verify.data import BadInput, DoesNotFit, Mission, Trajectory
 
 ROW = {f"g{i}": {"center": (-1.5 + 1.0 * (i % 4), -1.0 + 1.0 * (i // 4), 1.0), "radii": (0.25, 0.25, 0.25)} for i in range(8)}
@@ -69,6 +69,9 @@ def test_a_team_is_cut_at_common_rests() -> None:
         assert at_rest(path)
         assert max(end - begin for begin, end in path.parts) <= 10
     assert certify(done.plan, done.team, clock_error=0.02).holds
+    pauses = [3.7] * len(first.cuts)
+    paused = {"q0": first.paused(pauses), "q1": second.paused([pause + 0.02 for pause in pauses])}
+    assert judge(done.plan, paused, largest=False).holds, "what is flown with pauses, and skew of the starts, is as certified"
 
 
 def test_laps_that_do_not_fit_are_flown_from_rest_to_rest() -> None:
@@ -83,6 +86,17 @@ def test_laps_that_do_not_fit_are_flown_from_rest_to_rest() -> None:
     assert len(path.flattened(10)) > 31
     assert max(end - begin for begin, end in path.parts) <= 31
     assert path.flown_parts(10)[-10:] == (len(path.parts) - 1,) * 10, "one lap is one part, which is started ten times"
+
+
+def test_where_no_parts_are_found_the_flight_is_left_whole() -> None:
+    """Two robots with one goal each, whose ways have no point between start and goal at which both could rest."""
+    two = {name: ROW[name] for name in ("g0", "g3")}
+    regions = {**two, "between": {"center": (-1.95, -1.7, 1.0), "radii": (0.3, 0.3, 0.3)}}
+    agents = {"q0": {"start": (-2.4, -2.4, 1.0)}, "q1": {"start": (2.4, -1.4, 1.0)}}
+    done = certified_team(plan(row("F g0 & F g3 & G !between", agents, pieces=2, regions=regions)))
+    assert all(path.cuts == () for path in done.team.values())
+    assert max(map(len, done.team.values())) > 2
+    assert any("stream it" in note for note in done.plan.notes)
 
 
 def test_more_laps_than_files_hold_are_refused_with_how_many_do() -> None:
