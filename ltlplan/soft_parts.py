@@ -14,7 +14,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, TooLarge
+from ltlplan.search.assignment import Assignment
 from ltlplan.search.exact import assign
+from ltlplan.search.method import knowing
 from ltlplan.search.refusals.most_weight import Kept, MostWeight, Parts
 from verify.data import Infeasible, Mission, Plan, Unsatisfiable, Word
 from verify.data.plan import Meeting
@@ -44,17 +46,29 @@ def plan_with_soft_parts(mission: Mission, planned: Callable[[Mission, Progress]
     progress("choosing among soft parts", 0.0)
     budget = replace(DEFAULT_BUDGET, states=_STATES[mission.spec.team])
 
+    found: list[tuple[Mission, Assignment]] = []
+    stopped: set[Parts] = set()
+
     def cost_of(parts: Parts) -> float | None:
+        asked = _asking(mission, parts)
         try:
-            return assign(_asking(mission, parts), budget=budget, explained=False).cost
+            cheapest = assign(asked, budget=budget, explained=False)
         except (Unsatisfiable, Infeasible):
             return None
+        if cheapest.complete:
+            found.append((asked, cheapest))
+        else:
+            stopped.add(parts)
+        return cheapest.cost
 
     choices = MostWeight([part.weight for part in mission.soft_parts], cost_of)
     best = choices.choose()
     if best is None:  # whoever plans the formula alone says why it cannot be kept, or finds out what was too large here
         best = Kept(frozenset(), math.inf, certain=False)
-    made = _planned(mission, best.parts, planned, part_of(progress, 0.2, 1.0))
+    if best.certain and stopped - {best.parts}:  # what these cost at the least is not known
+        best = replace(best, certain=False)
+    with knowing(found):
+        made = _planned(mission, best.parts, planned, part_of(progress, 0.2, 1.0))
     kept = best.parts if _is_timed(mission, made.meetings) else kept_by_plan(mission, made)
     notes = (*made.notes, *_said(mission, kept, best, choices))
     return made.model_copy(update={"mission": made.mission.model_copy(update={"spec": mission.spec}), "notes": notes})

@@ -61,6 +61,11 @@ class Automaton:
         return True
 
     @cached_property
+    def shape(self) -> tuple[tuple[tuple[int, ...], ...], frozenset[int]]:
+        """What leads where and what accepts, whatever the conditions: the same for formulas that differ in their names alone."""
+        return tuple(tuple(target for _, target in edges) for edges in self.edges), self.accepting
+
+    @cached_property
     def letters(self) -> tuple[Letter, ...]:
         """One letter for each way in which letters act on the states; those that no edge takes are one of them."""
         return representative_letters([self])

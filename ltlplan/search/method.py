@@ -5,6 +5,10 @@ That is the exact method for costs of length and time; what it makes of other te
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from ltlplan.allocation import Allocation, Context, Leg
@@ -14,6 +18,9 @@ from verify.data import Mission, Unsatisfiable
 
 if TYPE_CHECKING:
     from ltlplan.systems.transition_systems import Cost, Point
+
+_Found = Mapping[tuple[str, tuple[str, ...]], Assignment]  # by formula and robots
+_FOUND: ContextVar[_Found] = ContextVar("found", default=MappingProxyType({}))
 
 SHUT = 1e5
 """m; longer than any plan, so that a shut leg is taken only where no word does without."""
@@ -36,8 +43,26 @@ def exact(mission: Mission, context: Context) -> Allocation:
     if context.blocked:
         found = in_units_of(mission, assign(mission, cost=_avoiding(mission, context.blocked)))
     else:
-        found = assign(mission)
+        found = _FOUND.get().get(_asked(mission)) or assign(mission)
     return _allocation(found)
+
+
+@contextmanager
+def knowing(found: Iterable[tuple[Mission, Assignment]]) -> Iterator[None]:
+    """Let the exact method take what was found already, instead of searching for it again.
+
+    Args:
+        found: Missions that differ in their formulas alone, and their cheapest assignments, complete ones.
+    """
+    token = _FOUND.set({_asked(mission): assignment for mission, assignment in found})
+    try:
+        yield
+    finally:
+        _FOUND.reset(token)
+
+
+def _asked(mission: Mission) -> tuple[str, tuple[str, ...]]:
+    return mission.spec.formula or "", tuple(mission.agents)
 
 
 def under_precedences(mission: Mission, context: Context) -> Allocation:

@@ -10,11 +10,12 @@ broke, so that no refused combination of elements comes twice.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import Budget, TooLarge
+from ltlplan.logic.conjunct_readers import Deterministic
 from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoid
 from ltlplan.search.best_first import BestFirst
@@ -95,6 +96,7 @@ def plan_team(team: Team, task: Task, budget: Budget) -> PlanningOutcome:
     """
     graph = ReducedGraph(team, *letter_classes(task))
     everything, check = TransitionMonoid(task), OrderCheck(task)
+    shapes = [part.automaton.shape if isinstance(part, Deterministic) else index for index, part in enumerate(task.parts)]
 
     def elements_of(run: TeamRun) -> list[Element]:
         return [everything.of(letters) for letters in team.letters_of(run.paths)]
@@ -102,10 +104,21 @@ def plan_team(team: Team, task: Task, budget: Budget) -> PlanningOutcome:
     return refined_until_kept(
         graph,
         lambda tracked: TeamStates(graph, task, tracked),
-        lambda run: check.failing_parts(elements_of(run)),
+        lambda run: with_alike(shapes, check.failing_parts(elements_of(run))),
         lambda run: check.failing_order(elements_of(run)),
         budget,
     )
+
+
+def with_alike(shapes: Sequence[Hashable], broken: Collection[int]) -> tuple[int, ...]:
+    """Return conjuncts, by index, with all that have the shape of one of them: what some order broke, it may break of these next.
+
+    Args:
+        shapes: Of each conjunct's automaton.
+        broken: The conjuncts that are.
+    """
+    found = {shapes[index] for index in broken}
+    return tuple(index for index, shape in enumerate(shapes) if shape in found)
 
 
 def refined_until_kept(

@@ -9,10 +9,12 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from ltlplan.logic.automaton import DEAD
+from ltlplan.logic.conjunct_readers import Deterministic
 from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoid
 from ltlplan.search.bounds.heuristic import UNREACHABLE, TaskHeuristic
 from ltlplan.search.bounds.landmarks import Landmarks
+from ltlplan.search.bounds.order_bounds import OrderBounds
 from ltlplan.search.reduced_graph import ReducedGraph
 
 
@@ -65,6 +67,11 @@ class TeamStates:
         self.task = task
         self._heuristic = TaskHeuristic(task, graph.entering)
         self._landmarks = Landmarks(task, graph)
+        self._orders = {
+            place: OrderBounds(part, index, self._heuristic, self._landmarks)
+            for place, index in enumerate(tracked)
+            if isinstance(part := task.parts[index], Deterministic) and self._heuristic.knows(index)
+        }
         self._monoid, self._check = TransitionMonoid(task, tracked), OrderCheck(task, tracked)
         self._states: list[int] = []
         self._own: list[Element] = []
@@ -85,7 +92,7 @@ class TeamStates:
             if state != DEAD and self._heuristic(state) < UNREACHABLE:
                 element = self._monoid.read(self._own[number], letter)
                 if not self._monoid.is_dead(element):
-                    found = self._number(state, element, self._done[number])
+                    found = self._alive(self._number(state, element, self._done[number]))
             self._after[number][letter] = found
         return found
 
@@ -97,7 +104,7 @@ class TeamStates:
             if element != self._monoid.identity:
                 done = tuple(sorted((*done, element)))
             if self._check.failing_order(done, finished=False) is None:
-                found = self._number(self._states[number], self._monoid.identity, done)
+                found = self._alive(self._number(self._states[number], self._monoid.identity, done))
             self._switched[number] = found
         return found
 
@@ -119,6 +126,10 @@ class TeamStates:
         """Tell whether the words keep the tracked conjuncts in every order of the robots."""
         return self._check.failing_order([*self._done[number], self._own[number]]) is None
 
+    def _alive(self, number: int) -> int:
+        """Return a state's number; `DEAD` where some order of the robots is lost whatever is still to be read."""
+        return number if self._rest[number] < UNREACHABLE else DEAD
+
     def _number(self, state: int, own: Element, done: tuple[Element, ...]) -> int:
         key = (state, own, done)
         found = self._numbers.get(key)
@@ -128,6 +139,10 @@ class TeamStates:
             self._own.append(own)
             self._done.append(done)
             self._after.append({})
-            self._rest.append(self._heuristic(state))
-            self._missing.append(self._landmarks(state))
+            rest, missing = self._heuristic(state), self._landmarks(state)
+            for place, bound in self._orders.items():
+                left, needed = bound(own[place], [each[place] for each in done])
+                rest, missing = rest + left - bound.plain(self.task.state(state)), missing | needed
+            self._rest.append(rest)
+            self._missing.append(missing)
         return found

@@ -8,7 +8,7 @@ rest, and a state from which some conjunct can never accept with these letters i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunct_readers import Deterministic
@@ -36,6 +36,8 @@ class TaskHeuristic:
                 sharers[letter] += 1
         prices = [cost / max(count, 1) for cost, count in zip(entering, sharers, strict=True)]
         self._rest = [_distances(part, table, prices) for part, table in zip(task.parts, tables, strict=True)]
+        self._tables, self._prices = tables, prices
+        self._to: dict[tuple[int, frozenset[int]], list[float] | None] = {}
         self._known: list[float | None] = []
 
     def __call__(self, state: int) -> float:
@@ -52,6 +54,22 @@ class TaskHeuristic:
             known[state] = found
         return found
 
+    def knows(self, part: int) -> bool:
+        """Tell whether anything is known of a conjunct, by index."""
+        return self._rest[part] is not None
+
+    def distances_to(self, part: int, goals: frozenset[int]) -> list[float] | None:
+        """Return lower bounds on the cost from each state of a conjunct to some of its states; None where nothing is known.
+
+        Args:
+            part: The conjunct, by index.
+            goals: States of its automaton.
+        """
+        key = part, goals
+        if key not in self._to:
+            self._to[key] = _distances(self.task.parts[part], self._tables[part], self._prices, goals)
+        return self._to[key]
+
 
 def _table(part: object, letters: int) -> list[list[tuple[int, int]]]:
     """Return, for each state of a small conjunct, the letters that change it and what to."""
@@ -63,13 +81,16 @@ def _table(part: object, letters: int) -> list[list[tuple[int, int]]]:
     ]
 
 
-def _distances(part: object, table: list[list[tuple[int, int]]], prices: Sequence[float]) -> list[float] | None:
-    """Return the smallest sum of prices from each state to an accepting one; None where nothing is known."""
+def _distances(
+    part: object, table: list[list[tuple[int, int]]], prices: Sequence[float], goals: Collection[int] | None = None
+) -> list[float] | None:
+    """Return the smallest sum of prices from each state to an accepting one, or a goal; None where nothing is known."""
     if not isinstance(part, Deterministic) or not table:
         return None
     back: list[list[tuple[int, float]]] = [[] for _ in table]
     for state, row in enumerate(table):
         for letter, target in row:
             back[target].append((state, prices[letter]))
-    found = distances([state for state in part.identity if part.accepting(state)], back.__getitem__)
+    ends = [state for state in part.identity if part.accepting(state)] if goals is None else sorted(goals)
+    found = distances(ends, back.__getitem__)
     return [found.get(state, UNREACHABLE) for state in part.identity]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from typing import TypeGuard
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunct_readers import Deterministic
@@ -31,10 +32,12 @@ class Landmarks:
     def __init__(self, task: Task, graph: ReducedGraph) -> None:
         self._task = task
         shown = {letter for label in graph.label for letter in label}
-        by_part = [_landmarks_of(part, task.letters, shown) for part in task.parts]
+        self._ways = [_Ways(part, task.letters, shown) if _is_small(part) else None for part in task.parts]
+        by_part = [[] if ways is None else ways.landmarks(ways.accepting) for ways in self._ways]
         goals = sorted({name for landmarks in by_part for names in landmarks for name in names})
-        bit = {name: 1 << i for i, name in enumerate(goals)}
+        bit = self._bit = {name: 1 << i for i, name in enumerate(goals)}
         self._by_part = [[sum(bit[name] for name in names) for names in landmarks] for landmarks in by_part]
+        self._needed: dict[tuple[int, frozenset[int]], list[int]] = {}
         self.tree_bound = SpanningTreeBound(
             graph, [{letter for letter in shown if name in task.letters[letter]} for name in goals]
         )
@@ -46,31 +49,59 @@ class Landmarks:
             found |= landmarks[at] if landmarks else 0
         return found
 
+    def needed_for(self, part: int, goals: frozenset[int]) -> list[int]:
+        """Return what each state of a conjunct needs to come to some of its states, as bits.
 
-def _landmarks_of(part: object, letters: Sequence[Letter], shown: Collection[int]) -> list[list[str]]:
-    """Return the propositions that each state of a small conjunct needs; nothing for a large one."""
-    if not isinstance(part, Deterministic) or len(part.identity) * len(part.views) > MAX_TABLE:
-        return []
-    names = [name for name in part.automaton.propositions if any(name in letters[letter] for letter in shown)]
-    seen = {view: part.views[view] for view in {part.view[letter] for letter in shown}}
-    one = {part.view[letter]: letter for letter in shown}
-    landmarks: list[list[str]] = [[] for _ in part.identity]
-    for name in names[:MAX_GOALS]:
-        others = [one[view] for view, letter in seen.items() if name not in letter]
-        back: list[list[int]] = [[] for _ in part.identity]
-        for state in part.identity:
-            row = part.row(state)
-            for letter in others:
-                if row[letter] != DEAD:
-                    back[row[letter]].append(state)
-        reached = {state for state in part.identity if part.accepting(state)}
-        waiting = list(reached)
-        for state in waiting:  # grows while it is walked
-            for before in back[state]:
-                if before not in reached:
-                    reached.add(before)
-                    waiting.append(before)
-        for state in part.identity:
-            if state not in reached:
-                landmarks[state].append(name)
-    return landmarks
+        Args:
+            part: The conjunct, by index; a small one.
+            goals: States of its automaton.
+        """
+        key = part, goals
+        found = self._needed.get(key)
+        if found is None:
+            ways = self._ways[part]
+            assert ways is not None
+            found = [sum(self._bit.get(name, 0) for name in names) for names in ways.landmarks(goals)]
+            self._needed[key] = found
+        return found
+
+
+def _is_small(part: object) -> TypeGuard[Deterministic]:
+    return isinstance(part, Deterministic) and len(part.identity) * len(part.views) <= MAX_TABLE
+
+
+class _Ways:
+    """How a small conjunct's states lead on without a proposition, for each that it speaks of: backwards."""
+
+    def __init__(self, part: Deterministic, letters: Sequence[Letter], shown: Collection[int]) -> None:
+        self._states = part.identity
+        self.accepting = frozenset(state for state in part.identity if part.accepting(state))
+        names = [name for name in part.automaton.propositions if any(name in letters[letter] for letter in shown)]
+        seen = {view: part.views[view] for view in {part.view[letter] for letter in shown}}
+        one = {part.view[letter]: letter for letter in shown}
+        self._without: dict[str, list[list[int]]] = {}
+        for name in names[:MAX_GOALS]:
+            others = [one[view] for view, letter in seen.items() if name not in letter]
+            back: list[list[int]] = [[] for _ in part.identity]
+            for state in part.identity:
+                row = part.row(state)
+                for letter in others:
+                    if row[letter] != DEAD:
+                        back[row[letter]].append(state)
+            self._without[name] = back
+
+    def landmarks(self, goals: Collection[int]) -> list[list[str]]:
+        """Return the propositions that each state needs to come to a goal."""
+        found: list[list[str]] = [[] for _ in self._states]
+        for name, back in self._without.items():
+            reached = set(goals)
+            waiting = list(reached)
+            for state in waiting:  # grows while it is walked
+                for before in back[state]:
+                    if before not in reached:
+                        reached.add(before)
+                        waiting.append(before)
+            for state in self._states:
+                if state not in reached:
+                    found[state].append(name)
+        return found
