@@ -5,7 +5,7 @@ That is the exact method for costs of length and time; what it makes of other te
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from types import MappingProxyType
@@ -48,7 +48,7 @@ def exact(mission: Mission, context: Context) -> Allocation:
 
 
 @contextmanager
-def knowing(found: Iterable[tuple[Mission, Assignment]]) -> Iterator[None]:
+def knowing(found: Iterable[tuple[Mission, Assignment]]) -> Generator[None]:
     """Let the exact method take what was found already, instead of searching for it again.
 
     Args:
