@@ -8,6 +8,7 @@ its witnesses, a handful of times at most.
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -123,6 +124,7 @@ class Draft:
         certified: What is certified already, while refinement tries to keep more of the planned soft parts.
         begun: Rounds that were spent on plans that keep more soft parts, and that no flight kept.
         fewer: Missions with fewer soft parts, to be planned next where this plan is not certified; None before that was asked.
+        reworded: How many other ways to keep the soft parts were tried, of `_WAYS`.
     """
 
     plan: Plan
@@ -131,6 +133,7 @@ class Draft:
     certified: Certified | None = None
     begun: int = 0
     fewer: tuple[Mission, ...] | None = None
+    reworded: int = 0
 
     @property
     def last_round(self) -> int:
@@ -146,11 +149,13 @@ class Refused:
         draft: What was refined.
         team: One trajectory a robot.
         certificate: What the judge said of them.
+        instead: What may keep more of the soft parts, where only these are missed.
     """
 
     draft: Draft
     team: dict[str, Trajectory]
     certificate: Certificate
+    instead: Draft | None = None
 
     @property
     def rounds(self) -> int:
@@ -230,7 +235,7 @@ def next_round(draft: Draft, *, margin: float | None = None, progress: Progress 
     except (Infeasible, DoesNotFit) as error:
         if before is not None:
             return before
-        other = _with_fewer_soft_parts(replace(draft, rounds=number), str(error))
+        other = _without_this_flight(replace(draft, rounds=number), str(error))
         if other is None:
             raise
         return next_round(replace(other, rounds=draft.rounds), margin=margin, progress=progress)
@@ -242,7 +247,8 @@ def next_round(draft: Draft, *, margin: float | None = None, progress: Progress 
     if before is not None and before.certificate.soft_weight >= certificate.soft_weight:
         done = before
     refused = Refused(replace(draft, certified=done), team, certificate)
-    return done if number >= draft.last_round or _with_waits_for_soft_parts(refused) is None else refused
+    instead = None if number >= draft.last_round else _for_soft_parts(refused)
+    return done if instead is None else replace(refused, instead=instead)
 
 
 def _refined(draft: Draft, refining: Progress) -> tuple[Draft, dict[str, Trajectory]]:
@@ -264,39 +270,69 @@ def _refined(draft: Draft, refining: Progress) -> tuple[Draft, dict[str, Traject
         return replace(draft, plan=draft.plan.model_copy(update={"notes": notes})), team
 
 
-def _with_fewer_soft_parts(draft: Draft, why: str) -> Draft | None:
-    """Return a plan that keeps fewer soft parts, in the place of one that no flight keeps; None where there is none."""
-    from ltlplan.soft_parts import less_wished
-
+def _without_this_flight(draft: Draft, why: str) -> Draft | None:
+    """Return other words for the same soft parts, or for fewer of them, in the place of a plan that no flight keeps; None where there are none."""
     made = draft.plan
     if not made.mission.soft_parts or made.method == SEQUENCE or not PLANNING_METHODS.knows(made.method):
         return None
+    other = None if draft.reworded == _WAYS or draft.fewer is not None else _other_words_for_soft_parts(made)
+    if other is not None:
+        return Draft(other, draft.rounds, begun=draft.rounds, reworded=_WAYS)
+    return _with_fewer_soft_parts(draft, why)
+
+
+def _with_fewer_soft_parts(draft: Draft, why: str) -> Draft | None:
+    from ltlplan.soft_parts import less_wished, part_text
+
+    made = draft.plan
     fewer = tuple(less_wished(made)) if draft.fewer is None else draft.fewer
     if not fewer:
         return None
     other = plan(fewer[0], method=made.method)
-    notes = (*other.notes, f"A plan that keeps more of the soft parts was given up: {why}")
+    lost = " and ".join(part_text(part) for part in made.mission.soft_parts if part not in fewer[0].soft_parts)
+    notes = (
+        *other.notes,
+        f"Given up: {lost}; a plan that keeps more, at a cost of {made.cost:.3f} in all, has no flight that is certified.",
+        f"A plan that keeps more of the soft parts was given up: {why}",
+    )
     return Draft(
         other.model_copy(update={"mission": made.mission, "notes": notes}), draft.rounds, begun=draft.rounds, fewer=fewer[1:]
     )
 
 
-def _with_waits_for_soft_parts(refused: Refused) -> Plan | None:
-    """Return the plan with waits that may keep soft parts which its words keep and its flight may not; None where there are none."""
-    from ltlplan.soft_parts import kept_by_plan
+_WAYS = 2
+"""Ways beyond waits to keep soft parts: the same words under precedences, and other words."""
 
-    made = refused.draft.plan
+
+def _for_soft_parts(refused: Refused) -> Draft | None:
+    """Return what may keep soft parts which the words keep and the flight may not: waits, precedences, other words; None where nothing may."""
+    from ltlplan.soft_parts import kept_by_plan, same_words_under_precedences
+
+    draft, made = refused.draft, refused.draft.plan
     lost = [part.outcome != "holds" for part in refused.certificate.soft]
     laps = made.mission.spec.trace == "infinite" and len(made.robots) > 1  # in which no waits are known that would help
     if not any(lost) or made.method == SEQUENCE or laps:
         return None
     meant = range(len(lost)) if made.meetings else kept_by_plan(made.mission, made)
     witnesses = [p.witness for i, p in enumerate(refused.certificate.soft) if lost[i] and i in meant and p.witness is not None]
-    try:
+    if not witnesses:
+        return None  # these parts were not meant to be kept
+    with contextlib.suppress(NotCertified):  # the waits go round in a circle
         waiting = with_waits(made, witnesses)
-    except NotCertified:  # the waits go round in a circle
-        return None
-    return None if waiting.precedences == made.precedences else waiting
+        if waiting.precedences != made.precedences:
+            return replace(draft, plan=waiting, rounds=refused.rounds)
+    for way in range(draft.reworded, _WAYS):
+        other = same_words_under_precedences(made) if way == 0 else _other_words_for_soft_parts(made)
+        if other is not None:
+            return replace(draft, plan=other, rounds=refused.rounds, witnesses=(), reworded=way + 1)
+    return None
+
+
+def _other_words_for_soft_parts(made: Plan) -> Plan | None:
+    from ltlplan.search.method import under_precedences
+    from ltlplan.soft_parts import other_words_under_precedences
+
+    return other_words_under_precedences(made, lambda asked: plan(asked, method=under_precedences))
 
 
 def _with_parts(made: Plan, team: Mapping[str, Trajectory]) -> Plan:
@@ -325,7 +361,7 @@ def mended(refused: Refused) -> Draft:
     try:
         return _mended(refused)
     except NotCertified as error:
-        other = _with_fewer_soft_parts(replace(refused.draft, rounds=refused.rounds), str(error))
+        other = _without_this_flight(replace(refused.draft, rounds=refused.rounds), str(error))
         if other is None:
             raise
         return other
@@ -333,8 +369,7 @@ def mended(refused: Refused) -> Draft:
 
 def _mended(refused: Refused) -> Draft:
     if refused.draft.certified is not None:
-        waiting = _with_waits_for_soft_parts(refused)
-        return replace(refused.draft, plan=waiting or refused.draft.plan, rounds=refused.rounds)
+        return refused.instead or replace(refused.draft, rounds=refused.rounds)
     latest = tuple(claim.witness for claim in refused.claims if claim.witness is not None)
     if long := [claim.sentence for claim in refused.claims if claim.name == "limits.endurance"]:
         hint = "No other flight of this plan is shorter; plan faster flights (`planner.speed`), or with room for waits."
@@ -370,8 +405,10 @@ def _with_other_words(made: Plan) -> Plan | None:
     """Return a plan whose words hold under precedences, in the place of one that holds in every order of whole words and in no flight."""
     from ltlplan.search.method import under_precedences
 
-    if made.method == SEQUENCE or made.mission.soft_parts:
+    if made.method == SEQUENCE:
         return None
+    if made.mission.soft_parts:
+        return _other_words_for_soft_parts(made)
     try:
         other = plan(made.mission, method=under_precedences)
     except (BadInput, Unsatisfiable, Infeasible, NotCertified):

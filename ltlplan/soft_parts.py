@@ -8,17 +8,19 @@ that a part which holds anyway changes nothing. What is kept in the end is said 
 from __future__ import annotations
 
 import contextlib
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, TooLarge
+from ltlplan.precedences import with_planned_waits
 from ltlplan.search.assignment import Assignment
 from ltlplan.search.exact import assign
 from ltlplan.search.method import knowing
 from ltlplan.search.refusals.most_weight import Kept, MostWeight, Parts
-from verify.data import Infeasible, Mission, Plan, Unsatisfiable, Word
+from verify.data import BadInput, Infeasible, Mission, NotCertified, Plan, Unsatisfiable, Word
 from verify.data.plan import Meeting
 from verify.data.progress import Progress, part_of, silent
 
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
 _COUNTED = "count(free) >= 0"  # holds always
 _STATES = {"own": 200_000, "joint": 60_000}  # of one search for a set of parts; joint ones take longer the more they are
+_KEPT = "Planned words keep weight"
 _RELIEFS = 3  # soft parts without which a plan is tried that no flight kept
 _EXPLAINED = 8  # parts that are given up of which it is said what keeping them would have cost
 
@@ -97,7 +100,7 @@ def less_wished(made: Plan) -> Iterator[Mission]:
         made: The plan.
     """
     parts = made.mission.soft_parts
-    kept = range(len(parts)) if _is_timed(made.mission, made.meetings) else sorted(kept_by_plan(made.mission, made))
+    kept = _meant(made)
     lightest = sorted(kept, key=lambda index: (parts[index].weight, index))
     for index in lightest[:_RELIEFS] if len(lightest) > 1 else ():
         fewer = tuple(part for i, part in enumerate(parts) if i != index)
@@ -105,6 +108,57 @@ def less_wished(made: Plan) -> Iterator[Mission]:
         yield made.mission.model_copy(update={"spec": spec})
     if kept:
         yield made.mission.asking(made.mission.spec.formula)
+
+
+def same_words_under_precedences(made: Plan) -> Plan | None:
+    """Return the plan with precedences under which its words keep the formula and the soft parts that they are meant to keep.
+
+    Args:
+        made: A plan whose flight does not keep one of these parts.
+
+    Returns:
+        None where there are no such precedences, or the plan has them.
+    """
+    try:
+        found = with_planned_waits(made.model_copy(update={"mission": _asking(made.mission, _meant(made))}))
+    except Unsatisfiable:
+        return None
+    return None if found is None else found.model_copy(update={"mission": made.mission})
+
+
+def other_words_under_precedences(made: Plan, planned: Callable[[Mission], Plan]) -> Plan | None:
+    """Return a plan of other words that keep what a plan's words keep, but under precedences, as flights ask.
+
+    Args:
+        made: A plan that no flight keeps, or whose flight does not keep a soft part.
+        planned: Plans a mission without soft parts by words that hold under precedences.
+
+    Returns:
+        None where there are no such words, or no others.
+    """
+    mission = made.mission
+    if mission.spec.trace == "infinite" or len(made.robots) < 2:
+        return None
+    try:
+        other = planned(_asking(mission, _meant(made)))
+    except (BadInput, Unsatisfiable, Infeasible, NotCertified):
+        return None
+    if other.words == made.words and set(other.precedences) <= set(made.precedences):
+        return None
+    why = "Words that keep these soft parts in every order of the robots were given up for words that keep them under precedences, as a flight asks."
+    return made.model_copy(
+        update={
+            **{name: getattr(other, name) for name in ("robots", "precedences", "meetings", "cost", "lower_bound", "complete")},
+            "notes": (*other.notes, *itertools.dropwhile(lambda note: not note.startswith(_KEPT), made.notes), why),
+        }
+    )
+
+
+def _meant(made: Plan) -> Parts:
+    """Return the soft parts that a plan's words keep; all of them where that depends on their times."""
+    if _is_timed(made.mission, made.meetings):
+        return frozenset(range(len(made.mission.soft_parts)))
+    return kept_by_plan(made.mission, made)
 
 
 def _is_timed(mission: Mission, meetings: Sequence[Meeting]) -> bool:
@@ -174,7 +228,7 @@ def _said(mission: Mission, kept: Parts, best: Kept, choices: MostWeight) -> lis
     """Say what is kept, and of each part that is given up what keeping it would have cost."""
     parts = mission.soft_parts
     weight, whole = (math.fsum(parts[index].weight for index in those) for those in (kept, range(len(parts))))
-    said = [f"Planned words keep weight {weight:g} of {whole:g} of the soft parts."]
+    said = [f"{_KEPT} {weight:g} of {whole:g} of the soft parts."]
     given_up = [index for index in range(len(parts)) if index not in kept]
     for index in given_up[:_EXPLAINED]:
         said.append(f"Given up: {part_text(parts[index])}; {_price(mission, index, kept, choices)}.")

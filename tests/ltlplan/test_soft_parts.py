@@ -17,6 +17,7 @@ from ltlplan.report.summary import soft_sentences
 from ltlplan.search.exact import assign
 from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
 from ltlplan.soft_parts import kept_by_words
+from tests.helpers.own_places import own_places
 from tests.helpers.worlds import world
 from verify.data import BadInput, Mission, NotCertified, Unsatisfiable, mission_to_yaml, parse_mission
 from verify.run_folder import recheck
@@ -249,3 +250,41 @@ def test_eight_soft_parts_of_a_team_are_planned() -> None:
     plain = world("F a & F(c & F h) & (!d U e)", robots=3, regions=regions)
     made = ltlplan.plan(plain.changed(spec={**plain.spec.model_dump(), "soft": soft}))
     assert any("of the soft parts" in note for note in made.notes)
+
+
+def in_turn_only(formula: str, *soft: str) -> Mission:
+    """Return a mission in which one robot serves a and b, the other c and d."""
+    plain = own_places(formula, {"quad0": "ab", "quad1": "cd"}, starts=((0.0, 0.0), (3.0, 3.0)))
+    parts = [{"formula": text, "weight": 1.0} for text in soft]
+    return plain.changed(spec={**plain.spec.model_dump(), "soft": parts})
+
+
+@pytest.mark.parametrize(
+    ("formula", "soft"),
+    [
+        ("F a & F b & F c & F d", ("G(a -> (!c U b))", "G(c -> (!a U d))")),  # the flight is certified, and does not keep both
+        pytest.param(
+            "F a & F b & F c & G(a -> (!c U b)) & G(c -> (!a U d))", ("F d",), marks=pytest.mark.slow
+        ),  # it is refused
+    ],
+)
+def test_other_words_are_tried_before_a_soft_part_is_given_up(formula: str, soft: tuple[str, ...]) -> None:
+    """Each order of the robots does it; but b may be read late, so no flight of these words does unless quad0 leaves b."""
+    made = ltlplan.plan(in_turn_only(formula, *soft))
+    assert not made.precedences
+    done = certified_team(made)
+    assert done.rounds == 2
+    assert done.certificate.soft_weight == len(soft)
+    assert done.plan.words != made.words
+    assert [each.sentence(done.plan.robots) for each in done.plan.precedences] == ["quad1 enters c only when quad0 has left b"]
+    kept = f"Planned words keep weight {len(soft)} of {len(soft)} of the soft parts."
+    assert done.plan.notes[-2] == kept
+    assert "were given up for words that keep them under precedences" in done.plan.notes[-1]
+    assert done.plan.mission == made.mission
+
+
+def test_what_was_found_for_a_choice_of_parts_is_what_is_planned() -> None:
+    mission = wishing("F a", ("F(b & F c)", 1.0), ("F(c & F b)", 1.0), robots=2)
+    made, asked = ltlplan.plan(mission), mission.asking("(F a) & (F(b & F c)) & (F(c & F b))")
+    assert made.words == ltlplan.plan(asked).words
+    assert made.cost == ltlplan.plan(asked).cost

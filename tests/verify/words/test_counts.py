@@ -88,8 +88,8 @@ def test_counts_come_to_what_they_say():
 
     assert out("count(a) >= 1") == out("some(a)") == "a"
     assert out("count(a) > 1") == "count(a) >= 2"
-    assert out("all(a)") == "!count(!a) >= 1"
-    assert out("count(a & b) == 2") == "count(a & b) >= 2 & !count(a & b) >= 3"
+    assert out("all(a)") == "!(count(!a) >= 1)"
+    assert out("count(a & b) == 2") == "count(a & b) >= 2 & !(count(a & b) >= 3)"
     assert out("each(F a -> count(b) >= 2)", ROBOTS[:2]) == ("(F quad0.a -> count(b) >= 2) & (F quad1.a -> count(b) >= 2)")
     assert written_out(parse_formula("count(a) >= 4"), ROBOTS) == FALSE
     assert written_out(parse_formula("count(a) >= 0"), ROBOTS) == TRUE
@@ -103,13 +103,18 @@ def test_counts_come_to_what_they_say():
         "F quad0.a & !all(a | free)",
         "each(F a U quad1.b)",
         "G some(a -> b)",
-        "!count(a) < 10 U quad0.free",
+        "!(count(a) < 10) U quad0.free",
     ],
 )
 def test_printed_and_read_again(text):
     formula = parse_formula(text)
     assert str(formula) == text.replace("F a U", "F a U")
     assert parse_formula(str(formula)) == formula
+
+
+def test_a_count_that_is_not_so_is_written_in_parentheses():
+    assert str(parse_formula("!count(a) >= 2")) == "!(count(a) >= 2)"
+    assert parse_formula("!(count(a) >= 2)") == parse_formula("!count(a) >= 2")
 
 
 @pytest.mark.parametrize(

@@ -150,7 +150,9 @@ class Formula:
                 return f'"{text}"' if quote else text
             case "!" | "F" | "G" | "X" | "X[!]":
                 text = self.arguments[0]._text(quote=quote, power=PREFIX_POWER)
-                return f"!{text}" if self.operator == "!" else f"{self.operator} {text}"
+                if self.operator == "!":
+                    return f"!({text})" if self.arguments[0].operator == "count" and not quote else f"!{text}"
+                return f"{self.operator} {text}"
             case _:
                 left, right = self.arguments
                 bind_left, bind_right = INFIX[self.operator]
