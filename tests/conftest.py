@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 import ltlplan
 
@@ -28,6 +29,9 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 # More processes than processors are at work: threads of linear algebra that wait for each other only take time from them.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Whether an example takes long is the machine's affair: a test must not fail because others are at work.
+settings.register_profile("tests", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("tests")
 
 
 gc.disable()  # nearly all that is made until the tests begin stays to the end

@@ -37,7 +37,7 @@ class Budget:
         rounds: States that may be expanded in search of an infinite trace's cheapest round.
         candidates: Complete plans that may be tried where the first ones are refused.
         automaton: States of one explicit automaton.
-        seconds: s that the translation of one large formula may take, in a process of its own.
+        seconds: s of processor time that the translation of one large formula may take, in a process of its own.
         megabytes: MB that this process may take.
     """
 

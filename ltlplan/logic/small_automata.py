@@ -51,12 +51,17 @@ def _weight(formula: Formula) -> int:
     return below + (formula.operator in ("F", "G", "U", "W", "R", "M", "X", "X[!]"))
 
 
+_PATIENCE = 30  # the process ends itself by its own processor time; by the clock it may wait for others for so much longer
+
+
 def _translate_in_own_process(text: str, trace: Trace, budget: Budget) -> str:
     """Translate in a process that can be ended."""
     request = json.dumps({"formula": text, "trace": trace, "bytes": budget.megabytes * 2**20, "seconds": budget.seconds})
     command = [sys.executable, "-I", spot_engine.__file__]
     try:
-        done = subprocess.run(command, input=request, capture_output=True, text=True, timeout=budget.seconds + 2, check=False)
+        done = subprocess.run(
+            command, input=request, capture_output=True, text=True, timeout=_PATIENCE * budget.seconds, check=False
+        )
     except subprocess.TimeoutExpired:
         raise TooLarge("Translating the formula takes", int(budget.seconds), "s", int(budget.seconds)) from None
     if done.returncode != 0 or not done.stdout.startswith("HOA"):
