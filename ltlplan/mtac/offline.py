@@ -39,6 +39,7 @@ from ltlplan.mtac.task_reader import Reader
 from ltlplan.paths.costs import team_cost
 from ltlplan.paths.improvement import ImprovedPath
 from verify.data import BadInput, Mission
+from verify.data.language.counting import require_plain
 from verify.data.progress import Progress, silent
 
 MOST_WALKED = 8
@@ -129,10 +130,11 @@ def share_tasks(
         None where the beam finished no words.
 
     Raises:
-        BadInput: The trace is infinite.
+        BadInput: The trace is infinite, or the formula counts robots or names them (see `counted_tasks`).
     """
     if mission.spec.trace == "infinite":
         raise BadInput("MTAC-E shares tasks that end; laps for ever are planned by `method: exact`.")
+    require_plain(mission.formula, "walks and tours of MTAC-E give each task to one robot and do not plan that")
     chosen, many = options or Options(), many_tasks(mission)
     if many is not None:
         paths = PricedPaths(mission, int(rng.integers(2**63)))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Container, Hashable, Mapping, Sequence
+from collections.abc import Callable, Container, Hashable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -18,8 +18,9 @@ from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
 from ltlplan.logic.translation import translate
 from ltlplan.mtac.agent_moves import World
+from ltlplan.search.counts.marks import shows
 from verify.data import BadInput, Letter
-from verify.data.language.counting import require_plain
+from verify.data.language.counting import atoms
 
 State = Hashable
 """A state of the automaton, its dead state included."""
@@ -52,14 +53,13 @@ class Reader:
 
     def __init__(self, world: World) -> None:
         mission = world.mission
-        require_plain(
-            mission.formula, "walks of MTAC-E and sharing in flight hand tasks from one robot to the next and do not plan that"
-        )
         self._formula, self._joint = mission.formula, mission.spec.team == "joint"
         self._automaton = translate(mission.formula, trace="finite")
         self._known: dict[tuple[State, Letter], State] = {}
         self._decomposition_set: dict[tuple[States, States], bool] = {}
         self._commutes: dict[Letter, bool] = {}
+        self._atoms = atoms(mission.formula)
+        self._letters: dict[tuple[tuple[str, Letter], ...], Letter] = {}
         self.initial: State = self._automaton.initial
         self.shown = tuple(sorted({f | regions for f in world.free_letters for regions in world.region_sets}, key=sorted))
 
@@ -85,6 +85,25 @@ class Reader:
         if key not in self._known:
             self._known[key] = self._automaton.successor(state, letter)
         return self._known[key]
+
+    def team_letter(self, held: Mapping[str, Letter]) -> Letter:
+        """Return what a team shows whose robots hold some letters: their union, and what holds of single robots and of numbers.
+
+        Args:
+            held: Each robot's letter.
+        """
+        union = union_of(held)
+        if not self._atoms:
+            return union
+        key = tuple(held.items())
+        if key not in self._letters:
+            true = (
+                text
+                for text, atom in self._atoms.items()
+                if sum(shows(atom.counted, letter) for robot, letter in held.items() if atom.robot in ("", robot)) >= atom.least
+            )
+            self._letters[key] = union.union(true)
+        return self._letters[key]
 
     def in_decomposition_set(self, states: States, *, begun: States | None = None) -> bool:
         """Tell whether the rest may be handed to another robot: whether the states are in the decomposition set.
@@ -140,7 +159,7 @@ class Reader:
     def holds_in_every_order(self, words: Mapping[str, Sequence[Letter]]) -> bool:
         """Tell whether the words have the sequential property (Def. 4.5)."""
         if self._joint:
-            return holds_one_at_a_time(self, words)
+            return holds_one_at_a_time(self, words, self.team_letter)
         unforeseen = frozenset(letter for word in words.values() for letter in word) - frozenset(self.shown)
         letters = (*self.shown, *sorted(unforeseen, key=sorted))  # where regions overlap, more may be flown than planned
         numbers = {letter: i for i, letter in enumerate(letters)}
@@ -149,8 +168,26 @@ class Reader:
         return OrderCheck(task).failing_order([monoid.of(numbers[x] for x in word) for word in words.values()]) is None
 
 
-def holds_one_at_a_time(automaton: Accepting, words: Mapping[str, Sequence[Letter]]) -> bool:
-    """Tell whether unions are accepted when robots fly one after another, in every order (`team: joint`).
+def union_of(held: Mapping[str, Letter]) -> Letter:
+    """Return the union of what robots hold: what a team shows where nothing asks for numbers or single robots.
+
+    Args:
+        held: Each robot's letter.
+    """
+    return frozenset[str]().union(*held.values())
+
+
+def holds_one_at_a_time(
+    automaton: Accepting,
+    words: Mapping[str, Sequence[Letter]],
+    team_letter: Callable[[Mapping[str, Letter]], Letter] = union_of,
+) -> bool:
+    """Tell whether a team's letters are accepted when robots fly one after another, in every order (`team: joint`).
+
+    Args:
+        automaton: Reads the team's letters.
+        words: Each robot's.
+        team_letter: What the team shows whose robots hold some letters.
 
     Raises:
         BadInput: There are too many robots to try all orders.
@@ -158,17 +195,16 @@ def holds_one_at_a_time(automaton: Accepting, words: Mapping[str, Sequence[Lette
     flying = [robot for robot, word in words.items() if len(word) > 1]
     if len(flying) > 14:
         raise BadInput(f"{len(flying)} robots with tasks under `team: joint` are too many to order; at most 14.")
-    still = frozenset[str]().union(*(word[0] for robot, word in words.items() if robot not in flying))
-    begun = still.union(*(words[robot][0] for robot in flying))
-    reached: dict[frozenset[str], set[State]] = {frozenset(): {automaton.successor(automaton.initial, begun)}}
+    still = {robot: word[0] for robot, word in words.items()}
+    reached: dict[frozenset[str], set[State]] = {frozenset(): {automaton.successor(automaton.initial, team_letter(still))}}
     for size in range(len(flying)):
         for done in map(frozenset, itertools.combinations(flying, size)):
             for robot in flying:
                 if robot in done:
                     continue
-                held = still.union(*(words[r][-1 if r in done else 0] for r in flying if r != robot))
+                held = {**still, **{other: words[other][-1] for other in done}}
                 states = reached[done]
                 for letter in words[robot][1:]:
-                    states = {automaton.successor(state, held | letter) for state in states}
+                    states = {automaton.successor(state, team_letter({**held, robot: letter})) for state in states}
                 reached.setdefault(done | {robot}, set()).update(states)
     return all(state in automaton.accepting for state in reached[frozenset(flying)])

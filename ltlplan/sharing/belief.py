@@ -19,7 +19,7 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ltlplan.mtac.task_reader import Accepting, State
+from ltlplan.mtac.task_reader import Accepting, State, union_of
 from verify.data import BadInput
 from verify.data.language.word import Letter
 from verify.data.sections import TeamReading
@@ -223,8 +223,9 @@ def _finishing(belief: Belief, ahead: Ahead) -> Iterator[tuple[str, ...]]:
 
 
 def _joint(automaton: Accepting, states: Iterable[State], held: Mapping[str, Letter]) -> frozenset[Pair]:
-    union = frozenset[str]().union(*held.values())
-    return frozenset((automaton.successor(state, union), frozenset[Letter]()) for state in states)
+    team_letter: Callable[[Mapping[str, Letter]], Letter] = getattr(automaton, "team_letter", union_of)
+    shown = team_letter(held)
+    return frozenset((automaton.successor(state, shown), frozenset[Letter]()) for state in states)
 
 
 def _closure(automaton: Accepting, pairs: Iterable[Pair], letters: frozenset[Letter]) -> frozenset[Pair]:

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
-from verify.data import BadInput, Mission
+from verify.data import BadInput, Formula, Mission
 from verify.data.events import (
     HoopMoves,
     ObstacleAppears,
@@ -112,12 +113,26 @@ def _solid_falls_on(event: HoopMoves | ObstacleAppears, after: Mission, position
 def _for_check(mission: Mission, event: WorldEvent) -> Mission:
     """Return a mission whose agents' starts say nothing: robots in the air have left theirs."""
     if isinstance(event, RobotJoins):
-        return changed(mission, agents={event.robot: event.agent})
+        return _alone(mission, event.robot, event.agent)
     smallest = min(mission.agents, key=lambda name: mission.vehicle_of(name).radius, default=None)
     vehicle = mission.vehicle if smallest is None else mission.vehicle_of(smallest)
     kind = None if smallest is None else mission.kind_of(smallest)
     parked = Agent(start=_corner(mission, vehicle.radius), vehicle=vehicle, robot=kind)
-    return changed(mission, agents={"parked": parked})
+    return _alone(mission, "parked", parked)
+
+
+def _alone(mission: Mission, robot: str, agent: Agent) -> Mission:
+    """Return a mission of one robot; whoever the formula names is that one."""
+    spec = mission.spec
+    if any(node.robot for node in mission.written.nodes()):  # reading it refuses names that are none of this team
+        spec = spec.model_copy(update={"formula": str(_naming(mission.written, robot))})
+    return changed(mission, agents={robot: agent}, spec=spec)
+
+
+def _naming(formula: Formula, robot: str) -> Formula:
+    if formula.robot:
+        return replace(formula, robot=robot)
+    return replace(formula, arguments=tuple(_naming(part, robot) for part in formula.arguments))
 
 
 def _corner(mission: Mission, radius: float) -> Point:

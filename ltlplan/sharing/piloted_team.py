@@ -19,11 +19,18 @@ from ltlplan.sharing.detours import WayAhead, led_around
 from ltlplan.sharing.pilot import Pilot
 from ltlplan.sharing.team_in_flight import TeamInFlight
 from verify.data import Letter, Mission, RobotPlan, Word
+from verify.data.language.counting import require_plain
 from verify.data.sections import Action
 from verify.data.shapes.inequalities import Point
 
 CLEARANCE = 0.08
 """m that robots keep beyond the mission's separation, for what the vehicles do not follow."""
+
+_MIDDLES = (
+    "sharing in flight hands tasks from one robot to the next, along courses through the middles of regions, where one robot waits for no other. "
+    "Certified pieces are planned for such formulas: `ltlplan online MISSION --certified`, or before the flight `ltlplan run` with "
+    "`planner.method: exact` or `mtac-e`"
+)
 
 
 class PilotedTeam(TeamInFlight[Pilot], ABC):
@@ -46,6 +53,7 @@ class PilotedTeam(TeamInFlight[Pilot], ABC):
         Raises:
             BadInput: The trace is infinite, there is a sequence, or N <= 1 / rho.
         """
+        require_plain(mission.formula, _MIDDLES)
         super().__init__(mission, lambda asked, world, name, where: Pilot(asked, world, name, where, settings))
         self.rng, self.every_order = rng, every_order
 

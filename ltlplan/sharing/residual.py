@@ -41,6 +41,9 @@ class _Telling:
             return told
         return _Told(reached, FALSE if reached == DEAD else progressed(told.formula, [letter]))
 
+    def team_letter(self, held: Mapping[str, Letter]) -> Letter:
+        return self.reader.team_letter(held)
+
     def commutes(self, letter: Letter) -> bool:
         return self.reader.commutes(letter)
 
@@ -109,8 +112,8 @@ def _after(node: Formula, letter: Letter) -> Formula:
     match node.operator:
         case "true" | "false":
             return node
-        case "name":
-            return TRUE if node.name in letter else FALSE
+        case "name" | "count":  # of a written-out formula: propositions of the team's letter
+            return TRUE if node.atom in letter else FALSE
         case "!":
             return _not(_after(parts[0], letter))
         case "&":
@@ -133,8 +136,10 @@ def _after(node: Formula, letter: Letter) -> Formula:
             return _and(_after(parts[1], letter), _or(_after(parts[0], letter), node))
         case "X" | "X[!]":
             raise NotCertified("a mission's formula has no X, so none can be left.")
-        case "count" | "all" | "some" | "each":
-            raise BadInput(f"`{node}` counts robots; what is left of it is not asked of a team in flight.")
+        case "all" | "some" | "each":
+            raise BadInput(
+                f"`{node}` depends on how many robots there are; what is left of a formula is asked of one that is written out."
+            )
 
 
 def _not(one: Formula) -> Formula:

@@ -32,7 +32,8 @@ MOST_WALKED = 512
 
 NEEDS_WAITS = (
     "No words of these robots hold in every order of the robots, as words do whose tasks are shared in flight. Words that hold while robots "
-    "wait for each other are planned before the flight: `planner.method: exact`, with `ltlplan run`."
+    "wait for each other are planned before the flight (`planner.method: exact`, with `ltlplan run`), or in flight in certified pieces: "
+    "`ltlplan online MISSION --certified`."
 )
 
 WIDTH = 8

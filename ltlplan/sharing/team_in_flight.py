@@ -31,6 +31,11 @@ Floats = NDArray[np.float64]
 PERIOD = 0.02
 """s between two steps: 50 Hz, as in the paper's experiment."""
 
+_OTHER_TEAM = (
+    "The formula counts robots or names them, and the team is not the one that took off: what such a formula asks of a team that others left "
+    "or joined is not planned in flight, so the robots hold their positions."
+)
+
 
 @dataclass(frozen=True, slots=True)
 class Desired:
@@ -102,6 +107,7 @@ class TeamInFlight(ABC, Generic[Robot]):
         self.holding: str | None = None
         self.waits_to_share = False
         self.steps = 0
+        self._other_team = False
 
     # -- how robots are led --------------------------------------------------------------------------------
 
@@ -202,6 +208,9 @@ class TeamInFlight(ABC, Generic[Robot]):
         # no matter how: that is known at once, whatever else turns out when what is left is shared
         lost = ", and what was flown cannot be completed to satisfy what is asked now" if DEAD in self.belief.states else ""
         self.hold(f"at {now:.2f} s {event}{lost}")
+        self._other_team = self._other_team or isinstance(event, RobotLeaves | RobotJoins)
+        if self._other_team and self.mission.written.counts:
+            self.give_up(_OTHER_TEAM)
 
     def hold(self, reason: str) -> None:
         """Let everybody wait on their courses; what is left is shared again once all have come to rest."""

@@ -17,6 +17,8 @@ from ltlplan.online.certified import CertifiedTeam
 from ltlplan.online.flight import fly_online
 from ltlplan.online.online_flight import NOT_ALL_CERTIFIED
 from tests.helpers import dense_sampler
+from tests.helpers.own_places import own_places
+from tests.helpers.worlds import world
 from verify import check_samples, check_word
 from verify.data import BadInput, Trajectory, parse_mission
 from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoins, RobotLeaves
@@ -378,3 +380,42 @@ def test_what_appears_on_a_robot_ends_the_flight_in_a_hover() -> None:
 def test_courses_that_know_no_obstacles_are_refused() -> None:
     with pytest.raises(BadInput, match="--certified"):
         fly_online(parse_mission(WALLED), seed=0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["exact", "mtac-e"])
+def test_formulas_that_count_robots_and_name_them_are_flown_in_certified_pieces(method):
+    places = {"a": (0.0, 0.0), "b": (2.0, 0.0), "c": (0.0, 2.5), "d": (5.0, 0.0)}
+    mission = world(
+        "F(count(a) >= 2) & G(count(b) <= 1) & F c", robots=3, regions=places, radii=dict.fromkeys(places, 0.7), team="joint",
+        extra="margin: 0.05",
+    )  # fmt: skip
+    mission = mission.model_copy(update={"planner": mission.planner.model_copy(update={"method": method})})
+    asked = "F(count(a) >= 2) & F(quad0.d & count(a) >= 1) & F c & G(count(b) <= 1)"
+    flight = flown(mission, NewFormula(time=6.0, formula=asked))
+    assert flight.verdict.outcome == "holds"
+    assert len(flight.pieces) > 1
+    with pytest.raises(BadInput, match="'quad7' is not a robot"):
+        fly_online(mission, seed=1, events=(NewFormula(time=1.0, formula="F quad7.d"),), certified=True)
+
+
+@pytest.mark.slow
+def test_robots_that_wait_for_each_other_are_flown_in_certified_pieces():
+    mission = own_places("F a & F b", {"quad0": "a", "quad1": "b"})
+    flight = flown(mission, NewFormula(time=1.0, formula="F b & (!b U a)"))
+    assert flight.verdict.outcome == "holds"
+    names = list(flight.log.robots)
+    when = {
+        place: next(i for i, letters in enumerate(flight.log.letters) if place in letters[names.index(name)])
+        for name, place in (("quad0", "a"), ("quad1", "b"))
+    }
+    assert when["a"] < when["b"]
+
+
+@pytest.mark.slow
+def test_a_team_that_is_counted_and_loses_a_robot_holds_its_position():
+    places = {"a": (0.0, 0.0), "c": (0.0, 2.5)}
+    mission = world("F(count(a) >= 2) & F c", robots=3, regions=places, radii=dict.fromkeys(places, 0.7), team="joint")
+    flight = fly_online(mission, seed=1, events=(RobotLeaves(time=4.0, robot="quad1"),), certified=True, max_seconds=20)
+    assert flight.verdict.outcome == "fails"
+    assert any("the team is not the one that took off" in str(event) for event in flight.log.events)

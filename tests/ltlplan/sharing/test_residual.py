@@ -1,15 +1,19 @@
 """What is left of a formula: right for every way to read what was flown, by brute force over readings."""
 
 import itertools
+from random import Random
 
 import pytest
 
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.sharing.residual import formula_left, progressed
+from tests.helpers.plain_team_words import holds
+from tests.helpers.random_counts import random_counting_formula
 from tests.ltlplan.mtac.test_offline import small
 from verify import check_word
 from verify.data import parse_formula
+from verify.data.language.counting import written_out
 
 RESTS = ([set()], [{"a"}, set(), {"b"}], [{"c"}, {"a"}, set()], [{"b"}, set()], [set(), {"a"}, {"c"}, set(), {"b"}])
 
@@ -25,6 +29,23 @@ def test_progression_asks_of_the_rest_what_the_formula_asks_of_the_whole(text, l
     for rest in ([set()], [{"a"}, {"b"}], [{"c"}, {"a"}, set()], [{"b"}], [set(), {"a", "c"}]):
         whole = [*letters, *rest]
         assert bool(check_word(left, rest)) == bool(check_word(formula, whole)), (str(left), whole)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_progression_asks_the_same_of_formulas_that_count(seed):
+    rng, names = Random(seed), ("quad0", "quad1", "quad2")
+    formula = random_counting_formula(rng, 6, names)
+    asked = written_out(formula, names)
+    mission = small("F a", regions={"a": (-2, 0, 1), "b": (1.5, 0, 1)}, agents=[(0, -1, 1), (0, 1, 1), (0, 0, 1)], team="joint")
+    reader = Reader(World(mission.model_copy(update={"spec": mission.spec.model_copy(update={"formula": str(formula)})})))
+    word = [{name: frozenset(x for x in "ab" if rng.random() < 0.5) for name in names} for _ in range(6)]
+    for cut in range(1, len(word)):
+        left = progressed(asked, [reader.team_letter(held) for held in word[:cut]])
+        assert holds(left, word[cut:]) == holds(formula, word), cut
+        state = reader.initial
+        for held in word:
+            state = reader.successor(state, reader.team_letter(held))
+        assert (state in reader.accepting) == holds(formula, word)
 
 
 def readings(first, shown, most):

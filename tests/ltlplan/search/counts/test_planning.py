@@ -7,6 +7,7 @@ import itertools
 from functools import cache
 from random import Random
 
+import numpy as np
 import pytest
 
 from ltlplan import parse_mission, plan
@@ -14,13 +15,12 @@ from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.translation import translate
 from ltlplan.missions import shipped_mission_text
-from ltlplan.mtac.agent_moves import World
-from ltlplan.mtac.task_reader import Reader
 from ltlplan.pipeline import certified_team
 from ltlplan.search.counts.marks import Marks
 from ltlplan.search.counts.planning import plan_counts
 from ltlplan.search.exact import assign
 from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
+from ltlplan.sharing.team import OnlineTeam
 from ltlplan.systems.robot_systems import Systems
 from refine.coordination.orders import one_at_a_time
 from tests.helpers.plain_team_words import at_once, holds
@@ -246,8 +246,8 @@ def test_four_robots_meet_and_go_home():
 
 def test_what_shares_tasks_in_flight_refuses_counts():
     mission = parse_mission(MEETING.replace("FORMULA", "F(count(dock) >= 2)"))
-    with pytest.raises(BadInput, match="hand tasks from one robot to the next"):
-        Reader(World(mission))
+    with pytest.raises(BadInput, match="ltlplan online MISSION --certified"):
+        OnlineTeam(mission, rng=np.random.default_rng(0))
     with pytest.raises(BadInput, match="depends on how many robots there are"):
         translate("F all(a)")
     assert translate("F(count(a) >= 2) & F quad0.a").propositions == ("count(a) >= 2", "quad0.a")
