@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from flight.model.plant import AirframeModel
     from flight.model.sensing import MotionCapture
     from flight.monitoring.monitor import Monitor
-    from flight.rehearsal.rehearse import rehearse
+    from flight.rehearsal.rehearse import Combinations, rehearse
     from flight.rehearsal.table import Cell, Rehearsal
 
 __all__ = [
@@ -34,6 +34,7 @@ __all__ = [
     "AirframeModel",
     "Campaign",
     "Cell",
+    "Combinations",
     "Comparison",
     "Conditions",
     "Controller",
@@ -94,7 +95,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "flight.model.plant": ("AirframeModel",),
             "flight.model.sensing": ("MotionCapture",),
             "flight.monitoring.monitor": ("Monitor",),
-            "flight.rehearsal.rehearse": ("rehearse",),
+            "flight.rehearsal.rehearse": ("Combinations", "rehearse"),
             "flight.rehearsal.table": ("Cell", "Rehearsal"),
         },
     )

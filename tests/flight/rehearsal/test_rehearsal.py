@@ -7,7 +7,7 @@ import json
 import pytest
 
 import flight
-from flight.rehearsal.rehearse import Combinations
+from flight import Combinations
 from ltlplan.report.rehearsal import rehearsal_html
 from tests.helpers.stand_ins import hop, rest_to_rest, stand_in
 from verify.data import BadInput
