@@ -169,7 +169,8 @@ def _assign_counted(
     """Plan a formula that counts robots or names them: words, and who waits for whom."""
     kinds = [mission.alike_as(name) for name in mission.agents]
     automata = conjunct_automata(asked, "finite", budget=budget)
-    found = plan_counts(each, kinds, automata, known, budget, rooms=small_rooms(mission, each))
+    longest = mission.planner.objective == "longest" and len(each) > 1
+    found = plan_counts(each, kinds, automata, known, budget, rooms=small_rooms(mission, each), longest=longest)
     if found is None:
         from ltlplan.search.refusals.relaxation import relaxed
 
@@ -183,7 +184,8 @@ def _assign_counted(
                 return ordered
         raise
     robots = {name: itinerary(system, path) for name, system, path in zip(mission.agents, each, found.paths, strict=True)}
-    total = sum(robot.cost for robot in robots.values())
+    costs = [robot.cost for robot in robots.values()]
+    total = max(costs) if longest else sum(costs)
     complete = total <= found.bound + TIES
     notes = [f"The search reached {found.reached:,} states: how many robots rest where, and what is done."]
     if not complete:
@@ -194,13 +196,8 @@ def _assign_counted(
         notes.append(
             f"Robots wait for each other: the plan has {len(found.stages)} stages, each begun when the one before has ended."
         )
-    least = found.bound
-    longest = mission.planner.objective == "longest" and len(robots) > 1
-    if longest:
-        notes.append("With counts the plan has the smallest sum of costs; its dearest robot may not be the cheapest.")
-        total, least = max(robot.cost for robot in robots.values()), least / len(robots)
     said = (*notes, *systems.unclear())
-    return Assignment(robots, total, least, complete and not longest, 1, said, tuple(waits), tuple(precedences))
+    return Assignment(robots, total, found.bound, complete, 1, said, tuple(waits), tuple(precedences))
 
 
 def _assign_ordered(

@@ -2,6 +2,6 @@
 
 Read `plan_counts` first. `marks` says what a formula sees of the team, `moves` what a robot can do from one rest to the next; `numbers`
 searches over how many robots rest where, with lower bounds from each conjunct (`conjunct_bound`) and from where the robots are (`landmarks`,
-`cover_bound`); `stages` lets robots fly at the same time where the formula allows every order, and says who
+`cover_bound`), `dearest` for the cheapest dearest robot, over classes of `team_classes`; `stages` lets robots fly at the same time where the formula allows every order, and says who
 must have arrived before who may set out.
 """

@@ -65,6 +65,8 @@ class ConjunctBound:
         first = (part.step(part.initial, letter(begin)), begin)
         order, back = [first], dict[tuple[int, Sums], list[tuple[tuple[int, Sums], float]]]()
         known = {first}
+        nothing = (0,) * len(own)  # moves of which the conjunct sees nothing: it reads the letter again
+        kinds = kinds | {(nothing, nothing): 0.0}
         for state, sums in order:
             for way, price in kinds.items():
                 others = tuple(s - m for s, m in zip(sums, way[0], strict=True))

@@ -42,8 +42,12 @@ class CoverBound:
         self._landmarks = Landmarks(classes.marks)
         self._bits = [1 << index for index in range(len(self._landmarks.goals[:MOST_GOALS]))]
         costs = self._costs(classes)
-        sets, still = np.arange(1 << len(self._bits)), np.array([self._missed((own,)) for own in classes.resting])
-        self._alone = np.where(sets[:, None] & ~still, np.inf, costs)  # of sets that a robot there has not reached in part
+        self._open = [self._missed((own,)) for own in classes.resting]
+        sets = np.arange(1 << len(self._bits))
+        self._alone = np.where(
+            sets[:, None] & ~np.array(self._open), np.inf, costs
+        )  # of sets that a robot there has not reached in part
+        self._rows: list[list[float]] = self._alone.tolist()
         self._least: dict[frozenset[int], list[float]] = {}
         self._joined: dict[tuple[int, frozenset[int]], float] = {}
         self._prices: dict[int, list[_Prices]] = {}
@@ -65,6 +69,35 @@ class CoverBound:
         if max(missing) > 1 and found < UNREACHABLE:
             found = max(found, *(prices.bound(missing, numbers, places) for prices in self._priced(asked, missing, numbers)))
         return max(0.0, found - _ROUNDING)
+
+    def dearest(self, states: States, sums: Sums, robots: Sequence[tuple[int, float]]) -> float:
+        """Return a lower bound on what the dearest robot pays in the end.
+
+        A goal that is needed of all robots that have not reached it adds to what each of them pays; of any other one, so many robots that
+        reach it cheaply pay at least as much as the last of them does.
+
+        Args:
+            states: The conjuncts' states.
+            sums: How many robots make each mark.
+            robots: The class of each, and what it has paid.
+        """
+        missing = self._landmarks(states, sums)[: len(self._bits)]
+        left = [self._open[place] for place, _ in robots]
+        forced, some = 0, list[tuple[int, int]]()
+        for bit, more in zip(self._bits, missing, strict=True):
+            able = sum(1 for own in left if own & bit) if more else 0
+            if more > able:
+                return UNREACHABLE
+            if more and more == able:
+                forced |= bit
+            elif more:
+                some.append((bit, more))
+        begun = [(place, paid, own & forced) for (place, paid), own in zip(robots, left, strict=True)]
+        found = max(paid + self._rows[own][place] for place, paid, own in begun)
+        for bit, more in some:
+            reached = sorted(paid + self._rows[own | bit][place] for place, paid, own in begun if self._open[place] & bit)
+            found = max(found, reached[more - 1])
+        return found - _ROUNDING
 
     def _missed(self, letters: Sequence[Sums]) -> int:
         """Return the goals, as bits, that none of a robot's letters reaches."""

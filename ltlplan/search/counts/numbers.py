@@ -40,12 +40,14 @@ class Course:
         cost: What they cost.
         bound: No course costs less.
         reached: States that were seen.
+        who: The robot that makes each move, where that was looked at.
     """
 
     moves: tuple[ClassMove, ...]
     cost: float
     bound: float
     reached: int
+    who: tuple[int, ...] = ()
 
 
 class NumberSearch:
@@ -53,19 +55,28 @@ class NumberSearch:
 
     Args:
         classes: What the team can do.
+
+    Attributes:
+        ways: For each class the moves from it, with what each of their letters changes in the sums that are there before it.
     """
 
     def __init__(self, classes: Classes) -> None:
         self.classes, self._marks, self._crowds = classes, classes.marks, classes.crowds
-        self._ways = [[(move, self._changes(move)) for move in found] for found in classes.moves]
+        self.ways = [[(move, self._changes(move)) for move in found] for found in classes.moves]
 
     def _changes(self, move: ClassMove) -> tuple[Sums, ...]:
         """Return what each letter of a move changes in the sums that are there before it."""
         resting = self.classes.resting[move.source]
         return tuple(tuple(map(sub, marks, resting)) for marks in move.marks)
 
-    def _after(self, states: States, sums: Sums, changes: Sequence[Sums]) -> States | None:
-        """Return the states after one robot's move while the others rest; None where it loses the task."""
+    def after(self, states: States, sums: Sums, changes: Sequence[Sums]) -> States | None:
+        """Return the states after one robot's move while the others rest; None where it loses the task.
+
+        Args:
+            states: Before it.
+            sums: How many robots make each mark before it.
+            changes: What its letters change in them.
+        """
         read = self._marks.read
         for change in changes:
             found = read(states, tuple(map(add, sums, change)))
@@ -78,18 +89,31 @@ class NumberSearch:
         """Tell whether a small region holds more robots than it can."""
         return any(crowd.excess(numbers) > 0 for crowd in self._crowds)
 
-    def _may_end(self, numbers: Numbers) -> bool:
-        """Tell whether flights may end so."""
+    def may_end(self, numbers: Numbers) -> bool:
+        """Tell whether flights may end so.
+
+        Args:
+            numbers: How many robots rest in each class.
+        """
         return all(end or not count for end, count in zip(self.classes.ends, numbers, strict=True)) and not self.crowded(
             numbers
         )
 
-    def _leaves(self, numbers: Numbers) -> frozenset[int] | None:
-        """Return the classes from which one must leave next, as its region is too full; None where any may."""
+    def leaves(self, numbers: Numbers) -> frozenset[int] | None:
+        """Return the classes from which one must leave next, as its region is too full; None where any may.
+
+        Args:
+            numbers: How many robots rest in each class.
+        """
         return next((crowd.classes for crowd in self._crowds if crowd.excess(numbers) > 0), None)
 
-    def _fits(self, numbers: Numbers, move: ClassMove) -> bool:
-        """Tell whether a move's target has room: for one more only where that is passed on at once."""
+    def fits(self, numbers: Numbers, move: ClassMove) -> bool:
+        """Tell whether a move's target has room: for one more only where that is passed on at once.
+
+        Args:
+            numbers: How many robots rest in each class after it.
+            move: The move.
+        """
         return all(
             crowd.excess(numbers) <= int(crowd.passing)
             for crowd in self._crowds
@@ -142,16 +166,16 @@ class NumberSearch:
             at = -key
             states, numbers, sums = nodes[at]
             found: list[tuple[int, float]] = []
-            leaving = self._leaves(numbers)
+            leaving = self.leaves(numbers)
             for place, count in enumerate(numbers):
-                for move, changes in self._ways[place] if count and (leaving is None or place in leaving) else ():
-                    after = self._after(states, sums, changes)
+                for move, changes in self.ways[place] if count and (leaving is None or place in leaving) else ():
+                    after = self.after(states, sums, changes)
                     if after is None:
                         continue
                     moved = list(numbers)
                     moved[place] -= 1
                     moved[move.target] += 1
-                    if self._crowds and not self._fits(tuple(moved), move):
+                    if self._crowds and not self.fits(tuple(moved), move):
                         continue
                     place_of = after, tuple(moved)
                     target = index.get(place_of)
@@ -167,7 +191,7 @@ class NumberSearch:
         search = BestFirst([0], successors, lambda key: left(*nodes[-key]), weight=weight)
         for explored, (key, _, bound) in enumerate(search, start=1):
             states, numbers, _ = nodes[-key]
-            if self._marks.accepting(states) and self._may_end(numbers):
+            if self._marks.accepting(states) and self.may_end(numbers):
                 path = [-at for at in search.path(key)]
                 moves = tuple(came[pair] for pair in itertools.pairwise(path))
                 cost = sum(move.cost for move in moves)

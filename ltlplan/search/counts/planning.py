@@ -10,6 +10,7 @@ from dataclasses import replace
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.counts.capacities import most_that_show
+from ltlplan.search.counts.dearest import cheapest_dearest
 from ltlplan.search.counts.marks import Marks
 from ltlplan.search.counts.numbers import NumberSearch, UsedUp
 from ltlplan.search.counts.team_classes import CountedPlan, CountedTeam, Rooms, TeamClasses
@@ -22,6 +23,8 @@ _STATES_STAYING = 8_000
 """Of the search whether a plan would be cheaper in which robots stay where nobody can be waited for, which is seldom so."""
 _STATES_APART = 4_000
 """Of a search in which robots are told apart by where they start."""
+_STATES_DEAREST, _FEW_DEAREST = 400_000, 200
+"""Moves tried, about, and states at the least, of a search for the cheapest dearest robot."""
 
 
 def plan_counts(
@@ -32,7 +35,8 @@ def plan_counts(
     budget: Budget,
     *,
     rooms: Mapping[str, int] | None = None,
-) -> CountedPlan | None:
+    longest: bool = False,
+) -> CountedPlan | None:  # as many as a search of words has, and what small regions hold
     """Return a cheapest plan for a formula that counts robots, or None where there is none.
 
     Small regions hold no more robots at rest than they have room for. Where no such plan is found, and it is not sure either that there
@@ -45,6 +49,7 @@ def plan_counts(
         atoms: The formula's propositions of the whole team.
         budget: Bounds on the search.
         rooms: How many robots small regions hold; others hold all.
+        longest: Whether the dearest robot's cost counts, not the sum.
 
     Raises:
         TooLarge: The budget was used up before any plan was found.
@@ -52,7 +57,7 @@ def plan_counts(
     marks = Marks(automata, atoms)
 
     def team(small: Rooms, *, skips: bool = False) -> CountedTeam:
-        return CountedTeam(tuple(systems), tuple(kinds), marks, small, skips)
+        return CountedTeam(tuple(systems), tuple(kinds), marks, small, skips, longest)
 
     found, anywhere = None, Rooms({}, passing=False)
     with suppress(TooLarge):
@@ -67,7 +72,9 @@ def plan_counts(
         if roomy is not None:  # where nobody may pass another one, a cheaper plan is not ruled out
             return roomy if passing else replace(roomy, bound=0.0 if found is None else found.bound)
     if rooms:
-        looser = replace(team(anywhere, skips=True), marks=Marks(automata, atoms, _between(systems, atoms, rooms)))
+        looser = replace(
+            team(anywhere, skips=True), longest=False, marks=Marks(automata, atoms, _between(systems, atoms, rooms))
+        )
         if not _any_course(looser, budget):
             return None
     return found or _plan(team(anywhere), budget)
@@ -98,6 +105,8 @@ def _plan(team: CountedTeam, budget: Budget, *, within: Mapping[str, int] | None
     def taken(cheaper: CountedPlan) -> bool:
         return needed or not cheaper.stays or (within is not None and _stays_apart(team.systems, cheaper, within))
 
+    if team.longest:
+        return _with_cheapest_dearest(plan, (staying,) if needed else (staying, resting), taken)
     if not needed:
         plan = _beside(plan, staying, min(_STATES_STAYING, 4 * plan.reached + 1_000), taken)
     if plan.cost <= plan.bound + _TIES:
@@ -110,6 +119,26 @@ def _plan(team: CountedTeam, budget: Budget, *, within: Mapping[str, int] | None
     if plan.cost > bound + _TIES and not needed:
         plan = _beside(plan, resting.told_apart(), _STATES_APART, taken)
     return replace(plan, bound=bound)
+
+
+def _with_cheapest_dearest(
+    plan: CountedPlan, variants: Sequence[TeamClasses], taken: Callable[[CountedPlan], bool]
+) -> CountedPlan:
+    """Return a plan whose dearest robot costs as little as was found, with a bound on that from the first variant, which has all ends."""
+    bounds: list[float] = []
+    for classes in variants:
+        apart = classes.told_apart()
+        search = NumberSearch(apart.made())
+        most = max(_STATES_DEAREST // sum(map(len, search.ways)), _FEW_DEAREST)
+        found = cheapest_dearest(search, apart.start, plan.cost, most)
+        bounds.append(found.bound)
+        if found.course is not None:
+            cheaper = apart.plan(found.course)
+            if taken(cheaper) and _has_room(classes.systems, cheaper, classes.team.rooms.most):
+                plan = cheaper
+        if plan.cost <= bounds[0] + _TIES:
+            break
+    return replace(plan, bound=min(plan.cost, bounds[0]))
 
 
 def _beside(plan: CountedPlan, classes: TeamClasses, states: int, taken: Callable[[CountedPlan], bool]) -> CountedPlan:

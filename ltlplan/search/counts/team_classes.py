@@ -32,7 +32,7 @@ class CountedPlan:
         paths: Nodes of each robot's system.
         turns: In an order that does what is asked: (robot, places in its path before and after that move).
         stages: Turns, by index, that are made at the same time; those of one stage begin when all of the one before have ended.
-        cost: Sum over the robots.
+        cost: Sum over the robots, or that of the dearest.
         bound: No plan that makes one move after another costs less.
         reached: States that were seen.
         stays: Whether some robot stays for good where nobody can wait for it.
@@ -70,6 +70,7 @@ class CountedTeam:
         marks: What the formula sees.
         rooms: Which regions are small.
         skips: Whether rests are left out of which the formula sees nothing.
+        longest: Whether the dearest robot's cost counts, not the sum.
     """
 
     systems: tuple[TransitionSystem, ...]
@@ -77,6 +78,7 @@ class CountedTeam:
     marks: Marks
     rooms: Rooms
     skips: bool
+    longest: bool = False
 
 
 class TeamClasses:
@@ -181,6 +183,7 @@ class TeamClasses:
             InternalError: The course does not do what is asked: a bug of ours.
         """
         flown = self._flown(course)
+        own = [sum(move.cost for who, move in flown if who == robot) for robot in range(len(self.systems))]
         paths = [[system.initial] for system in self.systems]
         turns: list[Turn] = []
         places: list[tuple[int, int, int]] = []
@@ -197,7 +200,7 @@ class TeamClasses:
             tuple(map(tuple, paths)),
             tuple(places),
             tuple(map(tuple, together)),
-            sum(move.cost for _, move in flown),
+            max(own) if self.team.longest else sum(own),
             course.bound,
             course.reached,
             any(move.last for _, move in flown),
@@ -207,7 +210,7 @@ class TeamClasses:
         """Return each move of a course as the robot's that makes it."""
         at = [system.initial for system in self.systems]
         found: list[tuple[int, Move]] = []
-        for robot, step in zip(self._who(course), course.moves, strict=True):
+        for robot, step in zip(course.who or self._who(course), course.moves, strict=True):
             found.append((robot, next(move for move in self.robots[robot].of(at[robot]) if self._way(robot, move) == step.key)))
             at[robot] = found[-1][1].target
         return found

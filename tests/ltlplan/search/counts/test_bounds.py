@@ -9,9 +9,10 @@ import pytest
 
 from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjunct_automata
-from ltlplan.search.counts.classes import Classes, ClassMove
+from ltlplan.search.counts.classes import Classes, ClassMove, numbers_of
 from ltlplan.search.counts.conjunct_bound import ConjunctBound
 from ltlplan.search.counts.cover_bound import CoverBound
+from ltlplan.search.counts.dearest import cheapest_dearest
 from ltlplan.search.counts.landmarks import Landmarks
 from ltlplan.search.counts.marks import Marks
 from ltlplan.search.counts.numbers import NumberSearch
@@ -110,6 +111,65 @@ def test_no_bound_of_many_teams_exceeds_what_is_left():
     rng = Random(12)
     for _ in range(5_000):
         check(rng)
+
+
+def least_dearest(classes: Classes, begin: list[int], most: float) -> float:
+    """Return what the dearest robot pays at the least, by a search without any bound; infinite where it is more than `most`."""
+    first = classes.marks.begin(classes.sums(classes.begin))
+    heap = [] if first is None else [(0.0, first, tuple((place, 0.0) for place in begin))]
+    seen = set()
+    while heap:
+        dearest, states, team = heapq.heappop(heap)
+        if (states, tuple(sorted(team))) in seen:
+            continue
+        seen.add((states, tuple(sorted(team))))
+        if classes.marks.accepting(states) and all(classes.ends[place] for place, _ in team):
+            return dearest
+        for robot, (place, paid) in enumerate(team):
+            held = classes.sums(numbers_of([at for other, (at, _) in enumerate(team) if other != robot], len(classes.moves)))
+            for move in classes.moves[place]:
+                after = states
+                for own in move.marks:
+                    after = (
+                        None
+                        if after is None
+                        else classes.marks.read(after, tuple(h + o for h, o in zip(held, own, strict=True)))
+                    )
+                if after is not None and paid + move.cost <= most:
+                    further = (*team[:robot], (move.target, paid + move.cost), *team[robot + 1 :])
+                    heapq.heappush(heap, (max(dearest, paid + move.cost), after, further))
+    return float("inf")
+
+
+def check_dearest(rng: Random) -> bool:
+    """Hold the search for the cheapest dearest robot of a random team against one without bounds."""
+    classes = random_team(rng, random_counting_formula(rng, rng.randint(1, 6), NAMES[:2]), 2)
+    begin = [place for place, count in enumerate(classes.begin) for _ in range(count)]
+    found = cheapest_dearest(NumberSearch(classes), begin, 6.0, 100_000)
+    least = least_dearest(classes, begin, 5.5)
+    assert found.bound == pytest.approx(min(least, 6.0))
+    assert (found.course is None) == (least > 5.5)
+    if found.course is None:
+        return False
+    paid = [0.0, 0.0]
+    for robot, move in zip(found.course.who, found.course.moves, strict=True):
+        assert begin[robot] == move.source
+        begin[robot] = move.target
+        paid[robot] += move.cost
+    assert max(paid) == found.course.cost == pytest.approx(least)
+    return least > 0.0
+
+
+def test_the_dearest_robot_costs_as_little_as_possible():
+    rng = Random(13)
+    assert sum(check_dearest(rng) for _ in range(120)) > 15
+
+
+@pytest.mark.slow
+def test_the_dearest_of_many_teams_costs_as_little_as_possible():
+    rng = Random(14)
+    for _ in range(4_000):
+        check_dearest(rng)
 
 
 def two_places(formula: str, robots: int) -> Classes:

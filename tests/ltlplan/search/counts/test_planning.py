@@ -26,6 +26,7 @@ from refine.coordination.orders import one_at_a_time
 from tests.helpers.plain_team_words import at_once, holds
 from tests.helpers.random_counts import random_counting_formula
 from tests.helpers.worlds import world
+from verify import check_team
 from verify.data import BadInput, Infeasible, parse_formula
 from verify.data.language.counting import atoms, written_out
 from verify.data.plan import plan_from_json
@@ -175,6 +176,20 @@ def test_the_earlier_ones_wait_until_all_have_come():
     found = planned(parse_formula("F(count(a) >= 2) & F(count(b) >= 2)"))
     assert [len(stage) for stage in found.stages] == [2, 2]
     assert len(planned(parse_formula("F(count(a) >= 2)")).stages) == 1
+
+
+def test_with_counts_too_the_dearest_robot_may_be_what_counts():
+    formula, places = "F some(a) & F some(b) & F some(c)", {"a": (0.0, 0.0), "b": (2.0, 0.0), "c": (0.0, 2.5)}
+    starts = ((-1.0, 0.3), (-4.5, 2.5))
+    by_sum, longest = (
+        assign(world(formula, robots=2, regions=places, starts=starts, team="joint", objective=what))
+        for what in ("sum", "longest")
+    )
+    assert by_sum.robots["quad1"].cost == 0.0
+    assert longest.complete
+    assert longest.cost == max(robot.cost for robot in longest.robots.values()) == pytest.approx(4.5)
+    words = {name: robot.word for name, robot in longest.robots.items()}
+    assert check_team(written_out(parse_formula(formula), NAMES), words, reading="joint").sequential
 
 
 def test_counts_beyond_the_team_cannot_be_kept_and_are_said_to_be():
