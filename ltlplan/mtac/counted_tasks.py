@@ -27,6 +27,7 @@ from ltlplan.logic.conjunction import conjunct_automaton, conjuncts
 from ltlplan.mtac.counted_bounds import gathering
 from ltlplan.mtac.counted_courses import CountedCourses, Course
 from ltlplan.mtac.counted_parts import taken_by_the_cheapest
+from ltlplan.mtac.many_tasks import MANY
 from ltlplan.mtac.shared_tours import Objective
 from ltlplan.paths.costs import team_cost
 from ltlplan.paths.nominal import lay_path
@@ -59,8 +60,19 @@ _TRIED = 200
 """Places for one visit that are held against the formula, cheapest first."""
 
 
+def is_shared_at_once(mission: Mission) -> bool:
+    """Tell whether a mission is shared by `share_counted`: one that counts robots or names them, or under `joint` one of many tasks.
+
+    Args:
+        mission: What is asked.
+    """
+    if len(mission.agents) < 2 or mission.spec.trace == "infinite" or mission.spec.team != "joint":
+        return False
+    return mission.written.counts or sum(bool(_visited(part)) for part in dict.fromkeys(conjuncts(mission.formula))) >= MANY
+
+
 def share_counted(mission: Mission, context: Context) -> Allocation | None:
-    """Share a mission whose formula counts robots or names them.
+    """Share a mission whose formula counts robots or names them, or one of many tasks that are done by anybody.
 
     Args:
         mission: Of several robots, with a finite trace.
@@ -105,7 +117,7 @@ class _Counted:
     def whole(self) -> CountedPlan | None:
         """Return a plan for all conjuncts at once; None where there is none, or none within the budget."""
         tasks = sum(bool(_visited(part)) for part in self._asked)
-        found = self._planned(self._asked, _STATES_AT_ONCE if 0 < tasks < len(self._asked) else _STATES)
+        found = self._planned(self._asked, _STATES_AT_ONCE if tasks else _STATES)
         self._least = 0.0 if found is None else found.bound
         return found
 
@@ -113,9 +125,10 @@ class _Counted:
         """Return a plan of those conjuncts that are no tasks, with the tasks put in as visits; None where none was found."""
         tasks = [names for part in self._asked if (names := _visited(part))]
         others = [part for part in self._asked if not _visited(part)]
-        if not tasks or not others:
+        if not tasks:
             return None
-        core = self._planned(others, _STATES)
+        still = tuple((system.initial,) for system in self.systems)
+        core = self._planned(others, _STATES) if others else CountedPlan(still, (), (), 0.0, 0.0, 1)
         if core is None:
             return None
         self._least = max(self._least, core.bound)

@@ -30,7 +30,7 @@ from ltlplan.allocation import Allocation, Context, Itinerary
 from ltlplan.mtac.admissible_heuristic import TeamModel
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.beam_search import BeamSearch, Options
-from ltlplan.mtac.counted_tasks import share_counted
+from ltlplan.mtac.counted_tasks import is_shared_at_once, share_counted
 from ltlplan.mtac.many_tasks import many_tasks, share_many
 from ltlplan.mtac.optimality_gap import optimality_gap, straight_line_costs
 from ltlplan.mtac.priced_paths import PricedPaths
@@ -86,7 +86,7 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
         TooLarge: The exact search was asked, and used up its budget before it had an answer.
     """
     chosen = options or Options()
-    if len(mission.agents) > 1 and mission.written.counts and mission.spec.trace == "finite":
+    if is_shared_at_once(mission):
         counted = None if context.blocked else share_counted(mission, context)
         return _exact(mission, context) if counted is None else counted
     found = None if context.blocked else share_tasks(mission, rng=context.rng, progress=context.progress, options=chosen)
