@@ -81,7 +81,10 @@ class Sender(Protocol):
     def __call__(
         self, folder: str | os.PathLike[str], uris: Mapping[str, str], *, dry_run: bool = False, part: int = 1
     ) -> tuple[Sent, ...]:
-        """Send to each robot by its address, of a flight in parts one of them; with `dry_run` only return what would be sent."""
+        """Send to each robot by its address, of a flight in parts one of them; with `dry_run` only return what would be sent.
+
+        Who never writes parts need not take `part`: it is given for others than the first only.
+        """
         ...
 
 

@@ -78,7 +78,11 @@ def command(
         names = None if robots is None else [name.strip() for name in robots.split(",")]
         made = make_export(folder, target, vehicle=vehicle, robots=names, options=options, anyway=anyway, progress=progress)
         written = write_folder(place, lambda fresh: put_files(made.files, fresh))
-    sent = target.send(place, addresses, dry_run=dry_run, part=part) if addresses and target.send is not None else ()
+    sent = (
+        target.send(place, addresses, dry_run=dry_run, **({} if part == 1 else {"part": part}))
+        if addresses and target.send is not None
+        else ()
+    )
     words = [f"{'would send' if dry_run else 'sent'} {len(item.data)} bytes to {item.robot} at {item.uri}" for item in sent]
     if json:
         files = [str(path) for path in written]
