@@ -1,6 +1,6 @@
 """What a person sees of a plan and of a flight: the text that closes a run, and pages that open from their file alone.
 
 Begin with `summary`, the words; then `run_page`, the page of a run, from its answer down to its notes. `campaign`, `online` and
-`pictures` are the other pages; all are put together by `page`, which carries everything inside itself (`inline`), with `player`
+`pictures` are the other pages, `audit_page` that of flights that others planned; all are put together by `page`, which carries everything inside itself (`inline`), with `player`
 for the scene that plays, `charts`, `over_time` and `bars` for what lasts, and `history` for what a sampled flight says over time.
 """

@@ -165,17 +165,25 @@ def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closes
     steps = asked.steps[first] + asked.steps[second]
     needed = np.where(steps > 0, np.nextafter(limits + steps * (1 + 2.0**-40), np.inf), limits)
     level = needed * needed * (1 + 2.0**-50)
-    squares = _squares(fleet, one, other, asked.weight)
-    low = squares.low.min(-1)
-    aside = low >= np.maximum(level, max(closest.high - NEAR, 0.0) ** 2)  # what is not known is looked at
+    wanted = np.maximum(level, max(closest.high - NEAR, 0.0) ** 2)
+    offsets = _offsets(fleet, one, other, asked.weight)
+    low = _apart_one_way(offsets) ** 2 * (1 - 2.0**-50)
+    aside = low >= wanted  # what is not known is looked at
     closest.put_aside(low[aside])
     open_ = np.flatnonzero(~aside)
+    if not len(open_):
+        return
+    squares = dot(offsets[open_], offsets[open_])
+    low = squares.low.min(-1)
+    aside = low >= wanted[open_]
+    closest.put_aside(low[aside])
+    squares, open_ = squares[~aside], open_[~aside]
     if not len(open_):
         return
     one, other = one[open_], other[open_]
     limits, needed, level = limits[open_], needed[open_], level[open_]
     slack = np.maximum(1e-9 * level, NEAR * min(closest.high, 1.0) + 1e-9)
-    least = peaks(-squares[open_], np.arange(len(open_)), len(open_), slack=slack, critical=-level)
+    least = peaks(-squares, np.arange(len(open_)), len(open_), slack=slack, critical=-level)
     closest.come_to(fleet, one, other, least)
     apart = -least.upper >= level
     closest.put_aside(-least.upper[apart])
@@ -195,8 +203,8 @@ def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closes
         yield Breach(*drones, float(limit), distance, time, float(begin), float(end), sure)
 
 
-def _squares(fleet: Fleet, one: Indices, other: Indices, weight: Fraction) -> Balls:
-    """Return squared distances during the times that both pieces last. Shape (pairs, 2 degree + 1)."""
+def _offsets(fleet: Fleet, one: Indices, other: Indices, weight: Fraction) -> Balls:
+    """Return one drone's place less the other's, weighted, during the times that both pieces last. Shape (pairs, 3, degree + 1)."""
     first, second = fleet.knot[one], fleet.knot[other]
     begin = _later(fleet.knots[first], fleet.knots[second])
     end = _sooner(fleet.knots[first + 1], fleet.knots[second + 1])
@@ -204,7 +212,22 @@ def _squares(fleet: Fleet, one: Indices, other: Indices, weight: Fraction) -> Ba
     if weight != 1:
         number = float(weight)
         offset = offset.scaled(np.array([1.0, 1.0, number])[:, None], np.array([0.0, 0.0, abs(number) * 2.0**-52])[:, None])
-    return dot(offset, offset)
+    return offset
+
+
+def _apart_one_way(offsets: Balls) -> Floats:
+    """Bound distances from below by how far apart pieces are along one line; 0 where that shows nothing. Shape (pairs,).
+
+    Any line will do. Taken is the one through both drones when they are nearest, as if the pieces were straight, which most nearly are: there it
+    shows all of the distance, for a part of what squares cost.
+    """
+    first, chord = offsets.mid[..., 0], offsets.mid[..., -1] - offsets.mid[..., 0]
+    share = np.clip(-(first * chord).sum(-1) / (chord * chord).sum(-1), 0.0, 1.0)
+    way = first + np.where(np.isnan(share), 0.0, share)[:, None] * chord
+    along = np.einsum("ij,ijk->ik", way, offsets.mid)
+    doubt = np.einsum("ij,ijk->ik", np.abs(way), offsets.rad + 1e-14 * np.abs(offsets.mid))  # far more than its rounding
+    low = (along - doubt).min(-1) / np.sqrt((way * way).sum(-1)) * (1 - 1e-14)
+    return np.where(low > 0, low, 0.0)
 
 
 def _during(fleet: Fleet, rows: Indices, begin: Floats, end: Floats) -> Balls:

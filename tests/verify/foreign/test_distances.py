@@ -43,9 +43,8 @@ def same(one: tuple[Nearest, list[Breach]], other: tuple[Nearest, list[Breach]])
     """Tell whether two judges see the same breaches, or where there are none the same least distance."""
     if one[1] or other[1]:
         return spans(one[1]) == spans(other[1])
-    plain, fast = one[0], other[0]  # distances are told to a millionth of a metre, or their squares
-    alike = abs(plain.low - fast.low) < 2e-6 or abs(plain.low**2 - fast.low**2) < 2e-6
-    return alike and abs(plain.high - fast.high) < 2e-6
+    pairs = ((one[0].low, other[0].low), (one[0].high, other[0].high))  # told to a millionth of a metre, or of its square
+    return all(min(abs(a - b), abs(a * a - b * b)) < 2e-6 for a, b in pairs)
 
 
 @pytest.mark.parametrize("common", [True, False])
