@@ -155,8 +155,8 @@ def other_words_under_precedences(made: Plan, planned: Callable[[Mission], Plan]
 
 
 def _meant(made: Plan) -> Parts:
-    """Return the soft parts that a plan's words keep; all of them where that depends on their times."""
-    if _is_timed(made.mission, made.meetings):
+    """Return the soft parts that a plan's words keep; all of them where that depends on the times of laps."""
+    if _is_timed(made.mission, ()):
         return frozenset(range(len(made.mission.soft_parts)))
     return kept_by_plan(made.mission, made)
 
@@ -167,17 +167,18 @@ def _is_timed(mission: Mission, meetings: Sequence[Meeting]) -> bool:
 
 
 def kept_by_plan(mission: Mission, made: Plan) -> Parts:
-    """Return the soft parts, by index, that a plan's words keep in every order of the robots; or under its precedences, where the formula needs them.
+    """Return the soft parts, by index, that a plan's words keep in every order of the robots; or under its precedences and meetings, where the formula needs them.
 
     Args:
         mission: Whose parts.
-        made: A plan for it, without meetings.
+        made: A plan for it, of a finite trace where robots are several.
     """
     from verify import check_team
     from verify.words.planned_order import check_planned_order
 
     hard = mission.asking(mission.spec.formula).formula
-    if not made.precedences or check_team(hard, made.words, reading=mission.spec.team).sequential:
+    waits = made.meetings or (made.precedences and not check_team(hard, made.words, reading=mission.spec.team).sequential)
+    if not waits:
         return kept_by_words(mission, made.words)
     asked = (mission.asking(part.formula) for part in mission.soft_parts)
     return frozenset(i for i, part in enumerate(asked) if check_planned_order(made.model_copy(update={"mission": part})))

@@ -288,3 +288,38 @@ def test_what_was_found_for_a_choice_of_parts_is_what_is_planned() -> None:
     made, asked = ltlplan.plan(mission), mission.asking("(F a) & (F(b & F c)) & (F(c & F b))")
     assert made.words == ltlplan.plan(asked).words
     assert made.cost == ltlplan.plan(asked).cost
+
+
+CLASHING = ("F a", "G !a", "F b", "G !b", "!b U a", "!a U b", "F c & G !b", "F(b & F c)", "G(a -> F b)")
+
+
+def assert_cheapest_relaxation(seed: int) -> bool:
+    """Hold what an impossible formula is told to leave out against all sets of its parts."""
+    draw = random.Random(seed)
+    parts, robots = draw.sample(CLASHING, 4), draw.choice((1, 2))
+    mission = world(" & ".join(f"({part})" for part in parts), robots=robots, regions=SMALL, team=draw.choice(("own", "joint")))
+    try:
+        assign(mission)
+    except NoPlan as error:
+        left_out = error.left_out
+    else:
+        return False
+    written = list(dict.fromkeys(str(part) for part in mission.written.conjuncts()))
+    costs: dict[frozenset[str], float] = {}
+    for those in (those for size in range(1, len(written)) for those in itertools.combinations(written, size)):
+        with contextlib.suppress(Unsatisfiable):
+            costs[frozenset(those)] = assign(mission.asking(" & ".join(f"({part})" for part in those)), explained=False).cost
+    size, least = min((len(written) - len(those), cost) for those, cost in costs.items())
+    assert len(left_out) == size
+    assert costs[frozenset(written) - set(left_out)] == pytest.approx(least)
+    return True
+
+
+def test_no_relaxation_is_cheaper_than_the_one_that_is_offered() -> None:
+    assert sum(assert_cheapest_relaxation(seed) for seed in range(3)) > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("block", range(3))
+def test_of_many_impossible_formulas_none_has_a_cheaper_relaxation(block: int) -> None:
+    assert sum(assert_cheapest_relaxation(seed) for seed in range(100 * (block + 1), 100 * (block + 1) + 30)) > 10
