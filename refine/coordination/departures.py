@@ -31,6 +31,9 @@ STEP = 1 / 64
 COARSE = 8
 """Samples that a first look goes on by."""
 _ORDERS = 48
+_MANY = 16
+"""Robots above which fewer orders are tried: each takes as many looks as there are pairs, and more."""
+_ORDERS_OF_MANY = 6
 _FEW = 4
 """Robots of which all orders are tried."""
 
@@ -138,7 +141,7 @@ def _in_some_order(
     settled = [flight for flight in flights if given is not None and flight.name in given]
     others = [flight for flight in flights if flight not in settled]
     by_name = {flight.name: flight for flight in others}
-    orders = Orders(tuple(by_name), _ORDERS)
+    orders = Orders(tuple(by_name), _ORDERS if len(others) <= _MANY else _ORDERS_OF_MANY)
     for order in orders:
         found = _in_order((*settled, *(by_name[name] for name in order)), pairs, precedences, given or {})
         if isinstance(found, DepartureConflict):

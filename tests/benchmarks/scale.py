@@ -1,14 +1,17 @@
-"""What many robots cost: planning, refining and judging as many goals as robots, all flying at once; MTAC-E; words; separation.
+"""What many robots cost: planning, refining and judging as many goals as robots, all flying at once; files; swaps; MTAC-E; words;
+separation.
 
 python tests/benchmarks/scale.py                     # 4, 8 and 12 robots
-python tests/benchmarks/scale.py 4 8 16 --only words # or only: mission, mtac, words, separation
+python tests/benchmarks/scale.py 4 8 16 --only words # or only: mission, files, circle, hall, mtac, words, separation
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import resource
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -22,6 +25,7 @@ if __name__ == "__main__":
 import ltlplan
 import refine
 import verify
+from ltlplan.pipeline import certified_team
 from tests.helpers.flights import small_mission, wandering
 from tests.helpers.timelines import APART, mission, timeline
 from verify.behaviour.apart import team_answers
@@ -77,6 +81,59 @@ def mtac(sizes: Sequence[int]) -> None:
             )
 
 
+def files(sizes: Sequence[int]) -> None:
+    """Time whole runs, to their certified files, and how the time grows from size to size."""
+    before: tuple[int, float] | None = None
+    for robots in sizes:
+        asked = scale_mission(robots)
+        with tempfile.TemporaryDirectory() as folder:
+            taken, result = seconds(lambda asked=asked, folder=folder: ltlplan.run(asked, Path(folder) / "run"))
+        grown = "" if before is None else f"{math.log(taken / before[1]) / math.log(robots / before[0]):.2f}"
+        before = robots, taken
+        most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        print(f"| {robots} robots | {taken:.1f} | {most:.0f} MB | {grown} | {result.certificate.holds} |", flush=True)
+
+
+def circle_mission(robots: int) -> Mission:
+    """Return a mission whose robots change sides of a circle, 0.94 m apart from their neighbours."""
+    radius = round(0.94 * robots / (2 * math.pi), 2)
+    angles = [2 * math.pi * i / robots for i in range(robots)]
+    ends = [((x := radius * math.cos(a), y := radius * math.sin(a), 1.0), (-x, -y, 1.0)) for a in angles]
+    return swaps(f"circle{robots}", ends, (-radius - 2, -radius - 2, 0.2), (radius + 2, radius + 2, 4))
+
+
+def hall_mission(robots: int) -> Mission:
+    """Return a mission whose robots take each other's places at random, in a hall of 20 by 20 by 4 m."""
+    rng, places = np.random.default_rng(0), list[tuple[float, ...]]()
+    while len(places) < robots:
+        place = tuple(rng.uniform([0.6, 0.6, 0.6], [19.4, 19.4, 3.4]).round(3).tolist())
+        if all(math.dist(place, other) > 0.8 for other in places):
+            places.append(place)
+    ends = rng.permutation(robots)
+    return swaps(f"hall{robots}", [(places[i], places[ends[i]]) for i in range(robots)], (0, 0, 0), (20, 20, 4))
+
+
+def swaps(
+    name: str, ends: Sequence[tuple[Sequence[float], Sequence[float]]], low: Sequence[float], high: Sequence[float]
+) -> Mission:
+    """Return a mission that asks for nothing but ends."""
+    lines = [f"format: 1\nname: {name}\nspec: {{formula: 'true'}}\nvehicle: crazyflie-2.1\nseparation: 0.3"]
+    lines += [f"regions: {{far: {{center: [{high[0] - 0.3}, {high[1] - 0.3}, {high[2] - 0.3}], radii: [0.1, 0.1, 0.1]}}}}"]
+    lines += [f"workspace: {{min: {list(low)}, max: {list(high)}}}", "agents:"]
+    lines += [f"  q{i}: {{start: {list(start)}, end: {list(end)}}}" for i, (start, end) in enumerate(ends)]
+    return parse_mission("\n".join([*lines, ""]))
+
+
+def swapping(sizes: Sequence[int], made: Callable[[int], Mission]) -> None:
+    """Time swaps from the mission to the certificate, and compare the team's flight with the longest that is planned alone."""
+    for robots in sizes:
+        asked = made(robots)
+        taken, done = seconds(lambda asked=asked: certified_team(ltlplan.plan(asked)))
+        flown = max(flight.duration for flight in done.team.values())
+        alone = max(robot.times[-1] for robot in done.plan.robots.values())
+        print(f"| {robots} robots | {taken:.1f} | {flown:.1f} | {alone:.1f} | {done.rounds} |", flush=True)
+
+
 def words(sizes: Sequence[int]) -> None:
     """Time formulas about robots that deliver from a to b all at once."""
     formulas = ("F a & F b & G !c", "G(a -> F b)", "F(a & F b)", "F G !a", "G !(a & b)")
@@ -116,9 +173,18 @@ def main() -> None:
     """Print what was asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("sizes", nargs="*", type=int, default=[4, 8, 12])
-    parser.add_argument("--only", choices=("mission", "mtac", "words", "separation"))
+    measures: dict[str, Callable[[Sequence[int]], None]] = {
+        "mission": missions,
+        "files": files,
+        "circle": lambda sizes: swapping(sizes, circle_mission),
+        "hall": lambda sizes: swapping(sizes, hall_mission),
+        "mtac": mtac,
+        "words": words,
+        "separation": separation,
+    }
+    parser.add_argument("--only", choices=tuple(measures))
     asked = parser.parse_args()
-    for name, measure in (("mission", missions), ("mtac", mtac), ("words", words), ("separation", separation)):
+    for name, measure in measures.items():
         if asked.only in (None, name):
             print(f"\n{name}")
             measure(asked.sizes)

@@ -71,14 +71,16 @@ def test_whoever_rests_where_another_flies_arrives_with_it() -> None:
 
 
 @pytest.mark.slow
-def test_two_robots_that_nothing_parts_are_named() -> None:
-    """Five robots, and a tube in which no two of them pass."""
-    robots = {f"q{i}": straight((i - 2.0, 0.0, 2.0), (2.0 - i, 0.0, 2.0)) for i in range(5) if i != 2}
-    robots["q2"] = straight((3.5, 0.0, 2.0), (-3.5, 0.0, 2.0))
-    with pytest.raises(Infeasible, match=r"No departure times keep q\d and q\d apart") as caught:
+@pytest.mark.parametrize("count", [5, 18])
+def test_two_robots_that_nothing_parts_are_named(count: int) -> None:
+    """Robots that turn the order around in which they stand in a tube, where no two of them pass."""
+    places = np.linspace(-5.0, 5.0, count + count % 2).tolist()[:count]
+    robots = {f"q{i}": straight((x, 0.0, 2.0), (-x, 0.0, 2.0)) for i, x in enumerate(places)}
+    with pytest.raises(Infeasible, match=r"No departure times keep q\d+ and q\d+ apart") as caught:
         refine(hall(robots, (6.0, 0.15, 0.15)))
     assert caught.value.witness is not None
     assert caught.value.witness.claim == "separation"
+    assert caught.value.witness.other in robots
 
 
 def test_bent_points_keep_what_is_not_free_and_the_distance() -> None:
