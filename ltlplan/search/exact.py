@@ -19,9 +19,11 @@ from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.task import Task
 from ltlplan.search.assignment import TIES, Assignment, NoWords, asked_of, in_units_of
 from ltlplan.search.counts.capacities import small_rooms
-from ltlplan.search.counts.meetings import HoversOutside, waits_of
-from ltlplan.search.counts.planning import plan_counts
+from ltlplan.search.counts.marks import Marks
+from ltlplan.search.counts.meetings import HoversOutside, precedences_of, waits_of
+from ltlplan.search.counts.planning import plan_counts, plan_hovering
 from ltlplan.search.counts.refusals import no_counted_plan
+from ltlplan.search.counts.team_classes import CountedTeam, Rooms
 from ltlplan.search.endurance import over_endurance, require_endurance
 from ltlplan.search.interleavings.ordered_plans import MOST_STATES, plan_ordered
 from ltlplan.search.itineraries import itinerary, word_along
@@ -36,6 +38,9 @@ from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import Cost, TransitionSystem
 from verify.data import Formula, Infeasible, Mission, Unsatisfiable, Word
 from verify.data.language.counting import Atom, atoms
+
+_HOVERING_STATES = 20_000
+"""Of the search for plans in which robots also wait outside regions."""
 
 
 def assign(
@@ -172,17 +177,23 @@ def _assign_counted(
     longest = mission.planner.objective == "longest" and len(each) > 1
     found = plan_counts(each, kinds, automata, known, budget, rooms=small_rooms(mission, each), longest=longest)
     if found is None:
+        hovering = _assign_hovering(mission, systems, each, automata, known)
+        if hovering is not None:
+            return hovering
         from ltlplan.search.refusals.relaxation import relaxed
 
         raise NoWords(lambda: relaxed(mission, no_counted_plan(mission, each, kinds, asked), _cheapest))
     try:
         waits, precedences = waits_of(each, found)
-    except HoversOutside:  # but flights may be timed so that nobody has to
+    except HoversOutside:  # but flights may be timed so that nobody has to, or it waits there
         with contextlib.suppress(TooLarge, Infeasible):
             ordered = _assign_ordered(mission, systems, each, automata, known, budget)
             if ordered is not None:
                 return ordered
-        raise
+        events = precedences_of(each, found)
+        if events is None:
+            raise
+        waits, precedences = [], events
     robots = {name: itinerary(system, path) for name, system, path in zip(mission.agents, each, found.paths, strict=True)}
     costs = [robot.cost for robot in robots.values()]
     total = max(costs) if longest else sum(costs)
@@ -198,6 +209,30 @@ def _assign_counted(
         )
     said = (*notes, *systems.unclear())
     return Assignment(robots, total, found.bound, complete, 1, said, tuple(waits), tuple(precedences))
+
+
+def _assign_hovering(
+    mission: Mission, systems: Systems, each: list[TransitionSystem], automata: Sequence[Automaton], known: dict[str, Atom]
+) -> Assignment | None:
+    """Plan counts with robots that also wait just outside regions; None where no such plan is found."""
+    budget, rooms = Budget(states=_HOVERING_STATES), Rooms(small_rooms(mission, each), passing=True)
+    kinds = tuple(mission.alike_as(name) for name in mission.agents)
+    with contextlib.suppress(TooLarge):
+        found = plan_hovering(CountedTeam(tuple(each), kinds, Marks(automata, known), rooms, skips=True), budget)
+        if found is None:
+            return None
+        waits = precedences_of(each, found)
+        if waits is None:
+            return _assign_ordered(mission, systems, each, automata, known, budget)
+        robots = {name: itinerary(system, path) for name, system, path in zip(mission.agents, each, found.paths, strict=True)}
+        costs = [robot.cost for robot in robots.values()]
+        total = sum(costs) if mission.planner.objective == "sum" else max(costs)
+        note = (
+            f"The search reached {found.reached:,} states. Robots wait for each other, also outside regions that they have left; a cheaper "
+            "plan was not ruled out."
+        )
+        return Assignment(robots, total, None, False, 1, (note, *systems.unclear()), precedences=tuple(waits))
+    return None
 
 
 def _assign_ordered(

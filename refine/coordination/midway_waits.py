@@ -100,7 +100,12 @@ def _parts(plan: Plan, wait: Precedence | Meeting) -> int:
 
 
 def _holding(robot: RobotFlight, waits: dict[tuple[str, int], float]) -> RobotFlight:
-    """Return a robot that hovers where it waits for a visit."""
+    """Return a robot that hovers where it waits for a visit; one that never moves hovers for longer."""
+    if robot.corridor is None:
+        longer = sum(wait for (name, _), wait in waits.items() if name == robot.name)
+        durations = robot.path.durations.copy()
+        durations[-1] += longer
+        return replace(robot, path=Spline(durations, robot.path.states))
     return with_hovers(robot, {node: waits.get((robot.name, visit), 0.0) for visit, node in robot.halts.items()})
 
 

@@ -52,15 +52,19 @@ def idle_others(problem: Problem, name: str) -> tuple[Ball, ...]:
     )
 
 
-def hovers_of(robot: RobotFlight, spacing: Spacing, meetings: Sequence[Meeting] = ()) -> tuple[Ball, ...]:
+def hovers_of(
+    robot: RobotFlight, spacing: Spacing, meetings: Sequence[Meeting] = (), *, anywhere: bool = False
+) -> tuple[Ball, ...]:
     """Return where a robot hovers before and after its flight, and while it waits for others to arrive, to be kept clear of.
 
     Args:
         robot: Its flight.
         spacing: How far robots keep apart.
         meetings: Arrivals that robots wait for.
+        anywhere: Whether it waits at all of its halts, not only for meetings.
     """
     waits = {robot.halts[meeting.then[1]] for meeting in meetings if meeting.then[0] == robot.name}
+    waits |= set(robot.halts.values()) if anywhere else set()
     ends = [("starts", robot.path.nodes[0]), ("ends", robot.path.nodes[-1])]
     ends += [("waits", robot.path.nodes[node]) for node in sorted(waits)]
     return tuple(

@@ -69,6 +69,9 @@ def together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: P
     try:
         return _together(plan, feedback, options, tell)
     except Infeasible:
+        if not plan.meetings and _waits_anywhere(plan):
+            tell("letting robots wait where each is nearest", 0.0)
+            return _together(plan, feedback, options, tell, nearest=True)
         if not plan.meetings:
             raise
         apart = plan.model_copy(update={"meetings": one_at_a_time(plan)})
@@ -207,7 +210,7 @@ def _departing(
     for as long as that changes anything.
     """
     clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
-    if problem.plan.meetings:
+    if problem.plan.meetings or _waits_anywhere(problem.plan):
         return _meeting(problem, robots)
     waiting = False
     while True:
@@ -234,6 +237,11 @@ def _departing(
             return robots, found
 
 
+def _waits_anywhere(plan: Plan) -> bool:
+    """Tell whether robots that count wait for each other's events, outside of regions too."""
+    return plan.mission.written.counts and len(plan.precedences) > 0
+
+
 def _meeting(
     problem: Problem, robots: dict[str, RobotFlight]
 ) -> tuple[dict[str, RobotFlight], dict[str, float] | DepartureConflict]:
@@ -245,10 +253,8 @@ def _meeting(
     clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
     given = dict.fromkeys(robots, 0.0)
     kept_clear: dict[str, tuple[Ball, ...]] = {}
+    anywhere = _waits_anywhere(problem.plan)
     tried: set[tuple[str, str, bytes]] = set()
-
-    def hovers(name: str) -> tuple[Ball, ...]:
-        return hovers_of(together[name], problem.spacing, problem.plan.meetings)
 
     while True:
         held = with_waits(problem, together, kept_clear)
@@ -262,7 +268,11 @@ def _meeting(
                 continue
             tried.add(key)
             clear_of[name] = tuple(dict.fromkeys((*clear_of[name], other)))
-            places = tuple(place for who in clear_of[name] for place in hovers(who))
+            places = tuple(
+                place
+                for who in clear_of[name]
+                for place in hovers_of(held[who], problem.spacing, problem.plan.meetings, anywhere=anywhere)
+            )
             try:
                 together = {**together, name: robot_flight(problem, name, (*idle_others(problem, name), *places))}
                 kept_clear[name], changed = places, True

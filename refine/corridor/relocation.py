@@ -26,6 +26,8 @@ _WIDER = (0.25, 0.1, 0.0)
 """m beyond what robots keep that places to meet at lie apart, where there is so much room: others fly between."""
 _FORBIDDEN = 1e9
 """m^2; more than any ways."""
+_AROUND = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
+"""Ways out of a region."""
 _UNIT_BOX = np.array(list(itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3)))
 _UNIT_BALL = np.array([p for p in itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3) if np.linalg.norm(p) <= 1.0])
 
@@ -140,8 +142,45 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float, *, nearest: bool 
                 break
         else:
             _refuse_what_is_too_small(plan, region, guests, (distance, z_scale))
+    for region in mission.regions if plan.precedences else ():  # robots may wait for each other just outside regions
+        _part_outside(plan, region, moved, (distance, z_scale))
     robots = {name: robot.model_copy(update={"waypoints": tuple(moved[name])}) for name, robot in plan.robots.items()}
     return plan.model_copy(update={"robots": robots})
+
+
+def _part_outside(plan: Plan, region: str, moved: Mapping[str, list[Waypoint]], kept: tuple[float, float]) -> None:
+    """Move the points just outside a region, to which robots leave it before they come back, apart from each other and from who is in it."""
+    mission, (distance, z_scale) = plan.mission, kept
+    body, middle = mission.regions[region], np.array(mission.regions[region].center)
+    inside = {
+        name: [np.array(w.position) for w in points if w.region == region and w.role == "centre"]
+        for name, points in moved.items()
+    }
+    outside: dict[str, list[Floats]] = {name: [] for name in moved}
+    for name, points in moved.items():
+        for index, point in enumerate(points):
+            around = points[index - 1 : index + 2]
+            if point.role != "via" or [w.region for w in around] != [region] * 3 or around[0].role != "centre":
+                continue
+            reach = float(np.sqrt(body.level(np.array(point.position))))
+            ways = np.concatenate([[np.array(point.position) - middle, np.array(around[0].position) - middle], _AROUND])
+            ways = ways[np.linalg.norm(ways, axis=1) > 0.0]
+            places = middle + ways * (reach / np.sqrt(body.level(middle + ways)))[:, None]
+            bodies = bodies_of(mission, name, CLEARANCE)
+            grow = mission.margin + CLEARANCE
+            free = np.all(
+                (places >= np.array(mission.workspace.min) + grow) & (places <= np.array(mission.workspace.max) - grow), axis=1
+            )
+            others = [at for each in (inside, outside) for other, found in each.items() if other != name for at in found]
+            taken = [keep_out(name, at, distance, z_scale) for at in others]
+            solid = [other for which, other in bodies.regions.items() if which != region]
+            for each in (*taken, *solid, *bodies.rings.values(), *bodies.solids):
+                free &= each.signed_distance(places) > 0.0
+            if free.any():
+                away = np.linalg.norm(places - np.array(around[0].position), axis=1)
+                place = places[int(np.argmin(np.where(free, away, np.inf)))]
+                points[index] = point.model_copy(update={"position": tuple(place.tolist())})
+            outside[name].append(np.array(points[index].position))
 
 
 def _visits_within(mission: Mission, region: str, waypoints: Mapping[str, list[Waypoint]]) -> dict[str, list[Floats]]:

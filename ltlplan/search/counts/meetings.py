@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from itertools import accumulate, pairwise
 
 from ltlplan.search.counts.team_classes import CountedPlan
+from ltlplan.search.interleavings.event_names import Names
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
 from verify.data import BadInput
@@ -73,6 +74,34 @@ def _acting_visit(system: TransitionSystem, path: Sequence[int], step: int) -> i
     for node in path[step:]:
         log.enter(system.nodes[node].regions)
     return log.numbers[visit]
+
+
+def precedences_of(systems: Sequence[TransitionSystem], plan: CountedPlan) -> list[Precedence] | None:
+    """Return the waits between stages as precedences between events; None where an event has no name that can be waited for.
+
+    The last event of each robot's moves in a stage comes before the first ones of all others in the next.
+
+    Args:
+        systems: One for each robot.
+        plan: Its paths, turns and stages; robots may wait outside regions that they have left.
+    """
+    names, found = Names(systems, plan.paths), dict[Precedence, None]()
+    letters = [
+        list(accumulate((system.labels[a] != system.labels[b] for a, b in pairwise(path)), initial=0))
+        for system, path in zip(systems, plan.paths, strict=True)
+    ]
+    for earlier, later in pairwise(plan.stages):
+        last = {plan.turns[turn][0]: plan.turns[turn][2] - 1 for turn in earlier}
+        first = {plan.turns[turn][0]: plan.turns[turn][1] for turn in reversed(later)}
+        for robot, begins in sorted(first.items()):
+            for other, ends in sorted(last.items()):
+                if other == robot:
+                    continue
+                pair = (other, letters[other][ends]), (robot, letters[robot][begins - 1] + 1)
+                if names.price(pair) is None:
+                    return None
+                found[names.precedence(pair)] = None
+    return list(found)
 
 
 def _acts(system: TransitionSystem, step: Sequence[int]) -> bool:

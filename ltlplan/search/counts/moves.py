@@ -45,7 +45,15 @@ class Move:
 class RobotMoves:
     """One robot's moves, by the node at which it rests; made as they are asked for."""
 
-    def __init__(self, system: TransitionSystem, marks_of: Callable[[Letter], Sums], *, stays: bool, skips: bool) -> None:
+    def __init__(
+        self,
+        system: TransitionSystem,
+        marks_of: Callable[[Letter], Sums],
+        *,
+        stays: bool,
+        skips: bool,
+        hovers: bool = False,
+    ) -> None:
         """Look at a robot.
 
         Args:
@@ -53,11 +61,12 @@ class RobotMoves:
             marks_of: The marks that its letters make.
             stays: Whether it may also stay, for good, just outside a region that it has left or where it has acted.
             skips: Whether it flies on from rests at which it makes the marks that it has made all the way.
+            hovers: Whether it also rests just outside a region that it has left, while others fly.
         """
         self.system = system
         self.marks = tuple(marks_of(letter) for letter in system.labels)
         self._skips = skips
-        self._stays = stays
+        self._stays, self._hovers = stays, hovers
         self._known: dict[int, tuple[Move, ...]] = {}
 
     def rests(self, node: int) -> bool:
@@ -65,7 +74,7 @@ class RobotMoves:
         if node == self.system.initial:
             return True
         found = self.system.nodes[node]
-        return not found.flying and found.leg is None and bool(found.regions)
+        return (not found.flying and found.leg is None and bool(found.regions)) or (self._hovers and self._gone(node))
 
     def ends(self, node: int) -> bool:
         """Tell whether the flight may end at a node."""

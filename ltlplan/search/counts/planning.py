@@ -6,12 +6,14 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.counts.capacities import most_that_show
 from ltlplan.search.counts.dearest import cheapest_dearest
 from ltlplan.search.counts.marks import Marks
+from ltlplan.search.counts.moves import RobotMoves
 from ltlplan.search.counts.numbers import NumberSearch, UsedUp
 from ltlplan.search.counts.team_classes import CountedPlan, CountedTeam, Rooms, TeamClasses
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -78,6 +80,29 @@ def plan_counts(
         if not _any_course(looser, budget):
             return None
     return found or _plan(team(anywhere), budget)
+
+
+def plan_hovering(team: CountedTeam, budget: Budget) -> CountedPlan | None:
+    """Return a cheapest plan in which robots also wait just outside regions that they have left; None where there is none.
+
+    Args:
+        team: Who there is, and what is asked.
+        budget: Bounds on the search.
+
+    Raises:
+        TooLarge: The budget was used up before any plan was found.
+    """
+    for stays in (False, True):
+        robots = [
+            RobotMoves(system, partial(team.marks.of, system.robot), stays=stays, skips=team.skips, hovers=True)
+            for system in team.systems
+        ]
+        classes = TeamClasses(team, stays=stays, robots=robots)
+        course = NumberSearch(classes.made()).cheapest(budget)
+        if course is not None:
+            plan = classes.plan(course)
+            return plan if _has_room(team.systems, plan, team.rooms.most) else None
+    return None
 
 
 def _plan(team: CountedTeam, budget: Budget, *, within: Mapping[str, int] | None = None) -> CountedPlan | None:

@@ -37,7 +37,7 @@ def no_counted_plan(mission: Mission, systems: Sequence[TransitionSystem], kinds
     reasons = [
         *_too_many(mission),
         *(_too_small(mission, systems, rooms, core) if rooms and _possible(core, systems, kinds, {}) else ()),
-        "Robots move one after another or together, and each waits in its region for others where that helps.",
+        "Robots move one after another or together, and each waits in its region, or just outside one that it has left, for others where that helps.",
     ]
     written = _as_written(mission)
     return NoPlan([written.get(str(part), str(part)) for part in core], reasons)
