@@ -8,7 +8,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tests.helpers.flights import small_mission
+from tests.helpers.flights import plan_of, small_mission
+from verify.claims.distance_claims import separation_claims, separation_holds
+from verify.claims.evidence import Evidence
 from verify.data import Mission, Trajectory
 from verify.motion.paths import read_team
 from verify.motion.separation import distance_exactly, minimum_distances, pairwise_distances
@@ -81,3 +83,25 @@ def test_what_crosses_for_ten_milliseconds_is_found() -> None:
     assert {nearest.robot, nearest.other} == {"r7", "r13"}
     assert nearest.high < 0.3
     assert float(nearest.time) == pytest.approx(17.5, abs=0.01)
+
+
+def test_the_answer_alone_is_that_of_all_pairs_claims() -> None:
+    """Drifts differ from robot to robot, and margins lie on both sides of where the answer turns, and on it."""
+    rng = np.random.default_rng(1)
+    answers: list[bool] = []
+    for _ in range(12):
+        mission, team = random_team(rng, int(rng.integers(2, 11)), 3)
+        evidence = Evidence.of(plan_of(mission, {}), team)
+        drifts = {name: Fraction(float(rng.choice([0.0, 0.02, 0.3]))) for name in team}
+        least = min(near.low for near in evidence.minimum_distances)
+        turns = max((least - mission.separation) / 2, 0.0)
+        for margin in (Fraction(0), Fraction(turns / 2), Fraction(turns), Fraction(turns) + Fraction(1, 10**6), Fraction(3)):
+            claims = separation_claims(evidence, margin, drifts)
+            answers.append(all(claim.outcome == "holds" for claim in claims))
+            assert separation_holds(evidence, margin, drifts) == answers[-1]
+    assert {True, False} <= set(answers)
+
+
+def test_one_robot_alone_keeps_apart() -> None:
+    mission, team = random_team(np.random.default_rng(2), 1, 2)
+    assert separation_holds(Evidence.of(plan_of(mission, {}), team), Fraction(1), dict.fromkeys(team, Fraction(0)))
