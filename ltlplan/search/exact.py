@@ -25,7 +25,7 @@ from ltlplan.search.counts.planning import plan_counts, plan_hovering
 from ltlplan.search.counts.refusals import no_counted_plan
 from ltlplan.search.counts.team_classes import CountedTeam, Rooms
 from ltlplan.search.endurance import over_endurance, require_endurance
-from ltlplan.search.interleavings.ordered_plans import MOST_STATES, plan_ordered
+from ltlplan.search.interleavings.ordered_plans import MOST_STATES, OrderedPlan, plan_ordered
 from ltlplan.search.itineraries import itinerary, word_along
 from ltlplan.search.joint.team_words import plan_joint, plan_joint_makespan
 from ltlplan.search.lassos.laps import assign_lasso, assign_team_laps
@@ -33,6 +33,7 @@ from ltlplan.search.makespan import Rule, plan_makespan
 from ltlplan.search.reduced_graph import Team
 from ltlplan.search.relevant_places import places_that_matter
 from ltlplan.search.team_search import PlanningOutcome, plan_team
+from ltlplan.search.weighted_sums import BY_WEIGHTED_SUMS, LeastSum, lower_the_dearest
 from ltlplan.systems.region_labels import Layout
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import Cost, TransitionSystem
@@ -245,23 +246,36 @@ def _assign_ordered(
 ) -> Assignment | None:
     """Plan words that hold under precedences between events, where none hold in every order of the robots; None where none do."""
     most = min(MOST_STATES, budget.states // 50)
-    found = plan_ordered(each, automata, known, joint=mission.spec.team == "joint", most=most)
-    if found is None:
+
+    def search(worlds: Sequence[TransitionSystem]) -> LeastSum[OrderedPlan] | None:
+        found = plan_ordered(worlds, automata, known, joint=mission.spec.team == "joint", most=most)
+        if found is None:
+            return None
+        costs = tuple(itinerary(system, path).cost for system, path in zip(each, found.paths, strict=True))
+        return LeastSum(found, costs, found.paths, max(0.0, found.cost - TIES))
+
+    best = search(each)
+    if best is None:
         return None
+    longest, bound = mission.planner.objective == "longest", best.least
+    if longest:
+        best, bound = lower_the_dearest(each, best, search)
+    found = best.plan
     robots = {name: itinerary(system, path) for name, system, path in zip(mission.agents, each, found.paths, strict=True)}
-    total = sum(robot.cost for robot in robots.values())
     notes = [
         "No words hold in every order of the robots; these hold under the plan's precedences: every team word that keeps them satisfies "
         f"the formula. The search reached {found.reached:,} states of all robots together."
     ]
-    if mission.planner.objective == "sum":
-        return Assignment(
-            robots, total, max(0.0, total - TIES), True, 1, (*notes, *systems.unclear()), precedences=found.precedences
-        )
-    notes.append("With precedences the plan has the smallest sum of costs; its dearest robot may not be the cheapest.")
-    dearest = max(robot.cost for robot in robots.values())
-    least = max(0.0, total / len(robots) - TIES)
-    return Assignment(robots, dearest, least, False, 1, (*notes, *systems.unclear()), precedences=found.precedences)
+    if not longest:
+        total = sum(best.costs)
+        least, complete = max(0.0, total - TIES), True
+    else:
+        total, least = max(best.costs), bound or 0.0
+        complete = total <= least + 2 * TIES
+        if not complete:
+            notes.append(BY_WEIGHTED_SUMS)
+    said = (*notes, *systems.unclear())
+    return Assignment(robots, total, least, complete, 1, said, precedences=found.precedences)
 
 
 def _sizes(systems: list[TransitionSystem], automata: Sequence[Automaton], found: PlanningOutcome) -> Iterator[str]:

@@ -21,6 +21,7 @@ from ltlplan.search.lassos.team_lassos import TeamLasso, plan_team_lasso, team_l
 from ltlplan.search.lassos.team_readers import reads_letters
 from ltlplan.search.lassos.word_lasso import improve_lasso
 from ltlplan.search.refusals.requirements import all_of
+from ltlplan.search.weighted_sums import BY_WEIGHTED_SUMS, LeastSum, lower_the_dearest
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Infeasible, Mission, Unsatisfiable
@@ -108,7 +109,7 @@ def assign_team_laps(
         TooLarge: A budget was used up before an answer was found.
     """
     asked, longest = asked_of(mission, each), mission.planner.objective == "longest"
-    parts = parts_of(mission, asked)
+    parts, bound = parts_of(mission, asked), None
     if parts is not None:
         shared = share_out(mission, each, parts, budget, longest=longest)
         if shared is None:
@@ -116,10 +117,21 @@ def assign_team_laps(
         found = TeamLasso(shared.prefixes, shared.laps, None, shared.least, shared.least is not None, shared.lassos)
         notes = [f"The parts of the formula were shared out, by {shared.lassos:,} lassos of single robots."]
     else:
-        product = plan_team_lasso(mission, each, asked, budget)
-        if product is None:
+
+        def search(worlds: Sequence[TransitionSystem]) -> LeastSum[TeamLasso] | None:
+            product = plan_team_lasso(mission, worlds, asked, budget)
+            if product is None:
+                return None
+            flown = team_itineraries(each, product, mission.spec.repeat)
+            paths = tuple((*once, *lap) for once, lap in zip(product.prefixes, product.laps, strict=True))
+            return LeastSum(product, tuple(robot.cost for robot in flown.values()), paths, product.least)
+
+        best = search(each)
+        if best is None:
             raise NoWords(lambda: _no_team_laps(mission, systems, each, budget, cheapest))
-        found = product
+        if longest:
+            best, bound = lower_the_dearest(each, best, search)
+        found = best.plan
         notes = [f"The search reached {found.reached:,} places of the team's product, in which one robot flies at a time."]
     robots, waits = team_itineraries(each, found, mission.spec.repeat), team_meetings(each, found)
     if waits:
@@ -128,9 +140,10 @@ def assign_team_laps(
     if longest:
         total = max(robot.cost for robot in robots.values())
         if parts is None:
-            notes.append("Laps have the smallest sum of costs; the dearest robot may not be the cheapest.")
-            least = None if least is None else least / len(robots)
+            least = bound
     complete = least is not None and total <= least + 2 * TIES
+    if longest and parts is None and not complete:
+        notes.append(BY_WEIGHTED_SUMS)
     if not complete and not longest:
         notes.append(
             "The cheapest laps of robots that fly one at a time." if found.exact else "A cheaper lap was not ruled out."

@@ -10,11 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
+from ltlplan.search.exact import assign
 from ltlplan.search.lassos.shared_parts import parts_of, share_out
 from ltlplan.search.lassos.team_lassos import plan_team_lasso
 from ltlplan.search.lassos.team_stages import Stage
 from ltlplan.systems.transition_systems import TransitionSystem
 from tests.helpers.timelines import mission
+from tests.helpers.worlds import world
 from verify.data import BadInput, Letter, Word
 from verify.logic.semantics import satisfies
 
@@ -195,3 +197,21 @@ def test_parts_are_shared_out_at_the_least_cost(each, parts: list[str], longest:
             for s, p, lap in zip(each, found.prefixes, found.laps, strict=True)
         ]
         assert (max(priced) if longest else sum(priced)) <= min(ways) + 1e-5
+
+
+def test_the_dearest_robot_of_laps_that_are_planned_together_pays_less_where_that_is_asked():
+    places, starts = {"a": (0.0, 0.0), "b": (2.0, 0.0), "c": (0.0, 2.5)}, ((-1.0, 0.3), (-1.5, 2.5))
+    by_sum, longest = (
+        assign(
+            world(
+                "G F(count(a) >= 2) & G F some(b) & G F some(c)",
+                robots=2, regions=places, radii={"a": 0.6}, starts=starts, team="joint", trace="infinite", objective=what,
+            )
+        )
+        for what in ("sum", "longest")
+    )  # fmt: skip
+    assert longest.cost == max(robot.cost for robot in longest.robots.values())
+    assert longest.cost < max(robot.cost for robot in by_sum.robots.values()) - 1.0
+    assert longest.lower_bound is not None
+    assert by_sum.lower_bound / 2 - 1e-3 <= longest.lower_bound <= longest.cost
+    assert longest.complete or any("may exist" in note for note in longest.notes)
