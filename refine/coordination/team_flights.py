@@ -38,7 +38,7 @@ Together = tuple[dict[str, RobotFlight], dict[str, float]]
 _FEW = 4
 """Robots that depart one after the other where they can: all of their orders are tried."""
 _CROWD = 16
-"""Robots above which departures are all that is tried where swerving does not part them."""
+"""Robots above which departures are all that is tried where swerving does not part them, unless they have to wait on the way."""
 _LATE = 1.25
 """How much longer than the longest flight a team that waits for each other may take before swerving is tried instead."""
 _PLACES = 3
@@ -108,7 +108,7 @@ def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: 
         swerving = avoid_jointly(problem, alone)
         if not isinstance(swerving, DepartureConflict):
             return swerving
-        if len(alone) > _CROWD:
+        if len(alone) > _CROWD and not feedback.precedences:
             tell("choosing departures", 0.75)
             starts = _departures(problem, alone)
             if isinstance(starts, DepartureConflict):
