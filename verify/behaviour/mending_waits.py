@@ -30,6 +30,9 @@ BUDGET = 30_000
 MAX_WAITS = 60
 MAX_ORDERS = 24
 
+ALLOWED = 3_000_000
+"""Steps of all tries together; beyond them no waits are found, and the flight is refused as it stands."""
+
 FEW = 4
 """Robots that change their letters up to which all are followed; of more, those that matter to a conjunct or are in waits."""
 
@@ -38,6 +41,18 @@ LESS = 10
 
 _Pair = tuple[tuple[int, int], tuple[int, int]]
 """((robot, visit), (robot, visit)), robots by number."""
+
+
+class _Allowance:
+    """What the search for waits may take: configurations each time that some are tried, and steps in all."""
+
+    def __init__(self, budget: int, steps: int) -> None:
+        self.budget, self._left = budget, steps
+
+    def step(self) -> None:
+        self._left -= 1
+        if self._left < 0:
+            raise OutOfBudget("more steps than all waits together may take")
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,11 +86,12 @@ def mending_waits(formula: Formula, reading: TeamReading, timelines: Mapping[str
         robots = _busy(robots)
     if len(robots) > FEW:
         budget //= LESS
+    allowance = _Allowance(budget, ALLOWED)
     try:
         parts = [_Part.of(normal, robots, reading, known) for normal in conjuncts(normal_form(formula))]
-        found = _from_counterexamples(robots, reading, parts, budget)
+        found = _from_counterexamples(robots, reading, parts, allowance)
         if found is None:
-            found = _one_after_another(robots, reading, parts, budget)
+            found = _one_after_another(robots, reading, parts, allowance)
     except OutOfBudget:
         return ()
     if not found:
@@ -95,11 +111,11 @@ def _busy(robots: list[_Robot]) -> list[_Robot]:
 
 
 def _from_counterexamples(
-    robots: Sequence[_Robot], reading: TeamReading, parts: Sequence[_Part], budget: int
+    robots: Sequence[_Robot], reading: TeamReading, parts: Sequence[_Part], allowance: _Allowance
 ) -> list[_Pair] | None:
     waits: list[_Pair] = []
     while len(waits) <= MAX_WAITS:
-        observations = next((found for part in parts if (found := _broken(robots, reading, part, waits, budget))), None)
+        observations = next((found for part in parts if (found := _broken(robots, reading, part, waits, allowance))), None)
         if observations is None:
             return waits
         pair = _best_pair(robots, observations, waits)
@@ -110,7 +126,7 @@ def _from_counterexamples(
 
 
 def _one_after_another(
-    robots: Sequence[_Robot], reading: TeamReading, parts: Sequence[_Part], budget: int
+    robots: Sequence[_Robot], reading: TeamReading, parts: Sequence[_Part], allowance: _Allowance
 ) -> list[_Pair] | None:
     """Try whole robots one after another, in the order of their present flights first."""
     flying = [r for r, robot in enumerate(robots) if robot.visits]
@@ -119,7 +135,7 @@ def _one_after_another(
         waits: list[_Pair] = [((a, len(robots[a].visits) - 1), (b, 0)) for a, b in pairwise(order)]
         if any(robots[a].visits[i].after is None or robots[b].visits[0].first == 0 for (a, i), (b, _) in waits):
             continue
-        if not any(_broken(robots, reading, part, waits, budget) for part in parts):
+        if not any(_broken(robots, reading, part, waits, allowance) for part in parts):
             return waits
     return None
 
@@ -152,7 +168,9 @@ _Nodes = list[dict[int, int]]
 """For each reading of a counterexample where each robot is; robots that cannot matter are left out."""
 
 
-def _broken(robots: Sequence[_Robot], reading: TeamReading, part: _Part, waits: Sequence[_Pair], budget: int) -> _Nodes | None:
+def _broken(
+    robots: Sequence[_Robot], reading: TeamReading, part: _Part, waits: Sequence[_Pair], allowance: _Allowance
+) -> _Nodes | None:
     """Return a shortest team word that breaks one conjunct while the waits are kept.
 
     Robots that neither matter nor wait nor are waited for fly as they like, beside any flights of the others.
@@ -163,6 +181,7 @@ def _broken(robots: Sequence[_Robot], reading: TeamReading, part: _Part, waits: 
     limits = [(place[a], robots[a].visits[i].after or 0, place[b], robots[b].visits[j].first) for (a, i), (b, j) in waits]
 
     def permitted(nodes: tuple[int, ...]) -> bool:
+        allowance.step()
         return all(nodes[b] < begins or nodes[a] >= over for a, over, b, begins in limits)
 
     if part.letters is not None:
@@ -171,7 +190,7 @@ def _broken(robots: Sequence[_Robot], reading: TeamReading, part: _Part, waits: 
         graph = JointGraph(marked, timed=False, permitted=permitted, together=part.letters.together)
     else:
         graph = (JointGraph if reading == "joint" else OwnGraph)(behaviours, timed=False, permitted=permitted)
-    broken = find_broken(graph, part.normal, budget)
+    broken = find_broken(graph, part.normal, allowance.budget)
     return None if broken is None else [dict(zip(kept, found.nodes, strict=True)) for found in broken.observations]
 
 
