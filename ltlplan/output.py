@@ -31,7 +31,7 @@ _EXPORT = "crazyswarm2"
 
 def run_files(mission: Mission) -> tuple[str, ...]:
     """Return what `write_run` writes for a mission, so that its folder can be looked at before minutes of work."""
-    from flight.exports.crazyswarm import file_names
+    from flight.exports.crazyflies.crazyswarm import file_names
 
     tables = tuple(f"{name}.csv" for name in mission.agents)
     robots = _exported(mission)
@@ -72,7 +72,7 @@ def _too_long(path: Trajectory, laps: int) -> bool:
 
 def _exported(mission: Mission) -> tuple[str, ...]:
     """Return the robots that crazyswarm2 flies: all of a team of one kind, the Crazyflies of a mixed one."""
-    from flight.exports.fits import crazyflies
+    from flight.exports.crazyflies.fits import crazyflies
 
     return tuple(mission.agents) if mission.of_one_kind else crazyflies(mission, mission.agents)
 

@@ -3,8 +3,8 @@
 `files` is the door; `target` says what a target is and lists them. Each has a file of its own that turns a team into the contents of
 files; nothing is written before all of them are made. Every export carries the certificate's digest and a note (`notes`) of what
 would void it.
-`fits`, `memory` and `compressed` serve those for Crazyflies; `crazyswarm_script` and `px4_stream` are scripts that are exported
-along.
+Those for Crazyflies are in the room `crazyflies`; `parts` and `braking` are what is uploaded of flights that vehicles do not hold at once and
+behind last laps, `flown` is who flew it in simulation before, and `px4_stream` a script that is exported along.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from verify.data.loading import loaded_at_first_use
 
 TYPE_CHECKING = False  # type checkers take it for True
 if TYPE_CHECKING:
-    from flight.exports.compressed import quantised
-    from flight.exports.crazyflie import upload
-    from flight.exports.crazyswarm import with_hovers
+    from flight.exports.crazyflies.compressed import quantised
+    from flight.exports.crazyflies.crazyflie import upload
+    from flight.exports.crazyflies.crazyswarm import with_hovers
     from flight.exports.files import Exported, export, formats
     from flight.exports.target import ExportTarget, Product, Request
 
@@ -25,9 +25,9 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
     __getattr__, __dir__ = loaded_at_first_use(
         __name__,
         {
-            "flight.exports.compressed": ("quantised",),
-            "flight.exports.crazyflie": ("upload",),
-            "flight.exports.crazyswarm": ("with_hovers",),
+            "flight.exports.crazyflies.compressed": ("quantised",),
+            "flight.exports.crazyflies.crazyflie": ("upload",),
+            "flight.exports.crazyflies.crazyswarm": ("with_hovers",),
             "flight.exports.files": ("Exported", "export", "formats"),
             "flight.exports.target": ("ExportTarget", "Product", "Request"),
         },

@@ -131,9 +131,9 @@ EXPORT_TARGETS: Registry[ExportTarget] = Registry(
     what="an export format",
     group="ltlplan.export_targets",
     built_in={
-        "crazyswarm2": "flight.exports.crazyswarm:CRAZYSWARM2",
-        "crazyflie": "flight.exports.crazyflie:CRAZYFLIE",
-        "crazyflie-compressed": "flight.exports.compressed:COMPRESSED",
+        "crazyswarm2": "flight.exports.crazyflies.crazyswarm:CRAZYSWARM2",
+        "crazyflie": "flight.exports.crazyflies.crazyflie:CRAZYFLIE",
+        "crazyflie-compressed": "flight.exports.crazyflies.compressed:COMPRESSED",
         "px4": "flight.exports.px4:PX4",
         "ros2": "flight.exports.ros:ROS2",
     },

@@ -82,7 +82,7 @@ def command(
     if out is not None:
         write_single(out, found.to_json().encode())
     if report is not None:
-        from ltlplan.report.audit_page import audit_html
+        from ltlplan.report.audits.audit_page import audit_html
 
         replace_page(report, audit_html(found))
     if json:

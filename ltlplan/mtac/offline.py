@@ -30,12 +30,12 @@ from ltlplan.allocation import Allocation, Context, Itinerary
 from ltlplan.mtac.admissible_heuristic import TeamModel
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.beam_search import BeamSearch, Options
-from ltlplan.mtac.counted_tasks import is_shared_at_once, share_counted
-from ltlplan.mtac.many_tasks import many_tasks, share_many
+from ltlplan.mtac.counted.tasks import is_shared_at_once, share_counted
 from ltlplan.mtac.optimality_gap import optimality_gap, straight_line_costs
 from ltlplan.mtac.priced_paths import PricedPaths
 from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.mtac.task_reader import Reader
+from ltlplan.mtac.tours.many_tasks import many_tasks, share_many
 from ltlplan.paths.costs import team_cost
 from ltlplan.paths.improvement import ImprovedPath
 from verify.data import BadInput, Mission

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from flight.exports.crazyflie import write_entry
-from flight.exports.memory import MEMORY, PIECE, Entry
+from flight.exports.crazyflies.crazyflie import write_entry
+from flight.exports.crazyflies.memory import MEMORY, PIECE, Entry
 
 Place = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from verify.data.sections import Box
 from verify.data.vehicle import Vehicle, load_vehicle
 from verify.foreign.extremes import Direction, Rate
 from verify.foreign.fleet import Fleet, Indices
-from verify.foreign.own_limits import NO_LIMITS, Fence, OwnLimits
+from verify.foreign.shows.own_limits import NO_LIMITS, Fence, OwnLimits
 
 _OWN_RATES: dict[int, tuple[tuple[str, str, Direction], ...]] = {
     1: (("speed_xy", "horizontal speed", "level"), ("climb", "climb", "up"), ("descent", "descent", "down")),

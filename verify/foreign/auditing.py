@@ -25,13 +25,13 @@ from verify.data.progress import Progress, silent
 from verify.foreign.asked import Asked, AuditLimits, require_agents, resolve
 from verify.foreign.distances import Breach, Closest, Separation, judge_distances
 from verify.foreign.extremes import Extreme, rate_extremes, wall_extremes
-from verify.foreign.fence_claims import fence_claims
 from verify.foreign.fleet import Fleet
 from verify.foreign.instants import TIGHTEST, Instant, all_of
 from verify.foreign.joints import Joints, home_jumps, jumps
 from verify.foreign.letters import check_words, word_claims
 from verify.foreign.near_pieces import near_pieces
 from verify.foreign.reading import read_fleet
+from verify.foreign.shows.fence_claims import fence_claims
 from verify.logic.verdict import Outcome
 
 AUDIT_FORMAT = 1

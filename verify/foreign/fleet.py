@@ -22,7 +22,7 @@ from scipy.spatial import KDTree
 from verify.arithmetic.balls import Balls, Floats, from_power, raised
 from verify.arithmetic.exact import rational
 from verify.data.errors import BadInput
-from verify.foreign.own_limits import NO_LIMITS, OwnLimits
+from verify.foreign.shows.own_limits import NO_LIMITS, OwnLimits
 
 Indices = NDArray[np.intp]
 Basis = Literal["bernstein", "power"]

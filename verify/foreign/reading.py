@@ -8,7 +8,7 @@ from pathlib import Path
 from verify.data.errors import BadInput
 from verify.foreign.crazyswarm_folders import csv_files, read_csv_files
 from verify.foreign.fleet import Fleet
-from verify.foreign.skybrush_shows import read_show
+from verify.foreign.shows.skybrush_shows import read_show
 
 
 def read_fleet(files: str | Path | Sequence[str | Path]) -> Fleet:

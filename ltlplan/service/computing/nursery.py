@@ -38,7 +38,7 @@ for _name in (
     "refine.solvers.qp",
     "refine.team",
     "flight.flights",
-    "flight.exports.crazyswarm",
+    "flight.exports.crazyflies.crazyswarm",
     "flight.model.compiled",
     "verify.certification",
     "verify.words.team_verdict",

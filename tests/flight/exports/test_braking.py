@@ -9,8 +9,9 @@ import pytest
 
 import flight
 from flight.exports.braking import at_most, braked, ends_in_flight
-from flight.exports.crazyflie import upload
-from flight.exports.memory import poly4d_trajectory
+from flight.exports.crazyflies.compressed import compressed_trajectory
+from flight.exports.crazyflies.crazyflie import upload
+from flight.exports.crazyflies.memory import poly4d_trajectory
 from tests.helpers.flights import legs, plan_of, small_mission
 from verify import certify
 from verify.data import Trajectory
@@ -88,7 +89,7 @@ def test_every_format_of_a_crazyflie_ends_at_rest(certified, target, tmp_path) -
         cert = certify(plan, team)
     flight.export(team, cert, tmp_path, format=target)
     (item,) = upload(tmp_path, {"r0": "radio://0/80/2M"}, dry_run=True)
-    read = poly4d_trajectory if target == "crazyflie" else flight.exports.compressed.compressed_trajectory
+    read = poly4d_trajectory if target == "crazyflie" else compressed_trajectory
     flown, laps = read(item.data), team["r0"].flattened(2)
     assert flown.part(0, len(laps)) == laps
     assert np.abs(flown.evaluate(flown.duration, 1)).max() < 1e-3

@@ -11,9 +11,9 @@ import pytest
 from ruamel.yaml import YAML
 
 import flight
-from flight.exports.compressed import compressed_bytes, compressed_trajectory
-from flight.exports.crazyflie import write_entry
-from flight.exports.memory import MEMORY, Entry, poly4d_bytes, poly4d_trajectory, side_by_side
+from flight.exports.crazyflies.compressed import compressed_bytes, compressed_trajectory
+from flight.exports.crazyflies.crazyflie import write_entry
+from flight.exports.crazyflies.memory import MEMORY, Entry, poly4d_bytes, poly4d_trajectory, side_by_side
 from flight.exports.px4 import to_ned
 from tests.helpers.stand_ins import flight as made_flight
 from tests.helpers.stand_ins import hoop6, hover, rest_to_rest, stand_in

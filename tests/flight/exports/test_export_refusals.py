@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import flight
-from flight.exports.compressed import compressed_bytes, compressed_trajectory
+from flight.exports.crazyflies.compressed import compressed_bytes, compressed_trajectory
 from tests.helpers.stand_ins import Claim, hoop6, hover, rest_to_rest, stand_in
 from tests.helpers.stand_ins import flight as made_flight
 from verify.data import BadInput, DoesNotFit, NotCertified, Trajectory, load_vehicle

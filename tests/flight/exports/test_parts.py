@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import flight
-from flight.exports.compressed import COMPRESSED, compressed_bytes
+from flight.exports.crazyflies.compressed import COMPRESSED, compressed_bytes
 from tests.helpers.crazyswarm_peer import Robot, World
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.trajectory_memory import Vehicle

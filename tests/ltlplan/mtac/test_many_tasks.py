@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from ltlplan.mtac.beam_search import Options
-from ltlplan.mtac.many_tasks import many_tasks
 from ltlplan.mtac.offline import mtac_e, share_tasks
 from ltlplan.mtac.optimality_gap import optimality_gap, straight_cost
+from ltlplan.mtac.tours.many_tasks import many_tasks
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
 from tests.helpers.random_missions import random_mission

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tests.helpers.fleets import sampled, wandering
-from verify.foreign.fences import judge_fence
 from verify.foreign.fleet import Fleet, Flight, assemble
-from verify.foreign.own_limits import Fence
+from verify.foreign.shows.fences import judge_fence
+from verify.foreign.shows.own_limits import Fence
 
 L_SHAPE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 3.0], [3.0, 3.0], [3.0, 8.0], [0.0, 8.0]])
 

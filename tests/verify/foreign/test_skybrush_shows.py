@@ -18,7 +18,7 @@ import verify
 from tests.helpers.fleets import sampled, show_of, trajectory_of, write_show
 from verify.data import BadInput
 from verify.foreign.reading import read_fleet
-from verify.foreign.show_archives import MOST_BYTES
+from verify.foreign.shows.show_archives import MOST_BYTES
 
 CURVES = trajectory_of(
     [[0, [0, 0, 0], []], [2.5, [0, 0, 4]], [4, [3, 0, 5], [[0, 0, 6], [2, 0, 5]]], [5, [4, 0, 5], [[3.5, 1, 5]]]],

@@ -21,7 +21,7 @@ from verify.arithmetic import exact
 from verify.arithmetic.balls import Balls, Floats, halves
 from verify.claims.claim import Outcome
 from verify.foreign.fleet import Fleet, Indices
-from verify.foreign.own_limits import Fence
+from verify.foreign.shows.own_limits import Fence
 
 BLOCK = 32_768
 """Pieces that are looked at at once, which bounds the memory."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flight.exports.fits import require_float32
+from flight.exports.crazyflies.fits import require_float32
 from verify.data import BadInput, DoesNotFit, Trajectory
 
 MEMORY = 4096

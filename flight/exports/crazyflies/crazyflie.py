@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from flight.exports.braking import at_most
-from flight.exports.fits import require_crazyflie
-from flight.exports.memory import Entry, poly4d_bytes, side_by_side
+from flight.exports.crazyflies.fits import require_crazyflie
+from flight.exports.crazyflies.memory import Entry, poly4d_bytes, side_by_side
 from flight.exports.parts import notes_on, order_of, parts_of
 from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, LtlplanError, MissingEngine, Trajectory

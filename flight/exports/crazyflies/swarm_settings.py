@@ -14,8 +14,8 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.scalarstring import DoubleQuotedScalarString
 
-from flight.exports.inventory import Item
-from flight.exports.parameters import parameters
+from flight.exports.crazyflies.inventory import Item
+from flight.exports.crazyflies.parameters import parameters
 from flight.exports.target import Request
 from verify.data import DoesNotFit
 from verify.data.vehicle import Vehicle

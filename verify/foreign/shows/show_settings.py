@@ -15,8 +15,8 @@ import numpy as np
 from verify.arithmetic.balls import Floats
 from verify.data.errors import BadInput
 from verify.foreign.fleet import LARGEST
-from verify.foreign.own_limits import NO_LIMITS, Fence, OwnLimits
-from verify.foreign.show_archives import ShowArchive
+from verify.foreign.shows.own_limits import NO_LIMITS, Fence, OwnLimits
+from verify.foreign.shows.show_archives import ShowArchive
 
 MOST_CORNERS = 1000
 """Of one polygon; fences have a dozen."""

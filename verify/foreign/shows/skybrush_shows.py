@@ -20,8 +20,8 @@ from verify.arithmetic.balls import Floats
 from verify.data.errors import BadInput
 from verify.data.trajectory import DEGREE
 from verify.foreign.fleet import LARGEST, Fleet, Flight, Home, assemble
-from verify.foreign.show_archives import ShowArchive, open_show
-from verify.foreign.show_settings import own_limits
+from verify.foreign.shows.show_archives import ShowArchive, open_show
+from verify.foreign.shows.show_settings import own_limits
 
 _UNJUDGED = {"lights": "Lights", "pyro": "Pyrotechnics", "yawControl": "Yaw programmes", "rthPlan": "Plans to return home"}
 """What a drone's settings may hold beside its trajectory, and how it is called."""

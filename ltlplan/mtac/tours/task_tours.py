@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunct_readers import Part
 from ltlplan.logic.task import Task
-from ltlplan.mtac.cheapest_legs import Key, Leg, Place, Walk, Watched
-from ltlplan.mtac.task_kinds import TaskKinds
+from ltlplan.mtac.tours.cheapest_legs import Key, Leg, Place, Walk, Watched
+from ltlplan.mtac.tours.task_kinds import TaskKinds
 from ltlplan.search.best_first import BestFirst
 from ltlplan.search.reduced_graph import ReducedGraph
 

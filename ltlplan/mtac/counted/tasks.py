@@ -24,11 +24,11 @@ from ltlplan.allocation import Allocation, Context, Itinerary
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automaton, conjuncts
-from ltlplan.mtac.counted_bounds import gathering
-from ltlplan.mtac.counted_courses import CountedCourses, Course
-from ltlplan.mtac.counted_parts import taken_by_the_cheapest
-from ltlplan.mtac.many_tasks import MANY
-from ltlplan.mtac.shared_tours import Objective
+from ltlplan.mtac.counted.bounds import gathering
+from ltlplan.mtac.counted.courses import CountedCourses, Course
+from ltlplan.mtac.counted.parts import taken_by_the_cheapest
+from ltlplan.mtac.tours.many_tasks import MANY
+from ltlplan.mtac.tours.shared_tours import Objective
 from ltlplan.paths.costs import team_cost
 from ltlplan.paths.nominal import lay_path
 from ltlplan.search.assignment import asked_of

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, cast
 
 import plotly.graph_objects as go
 
-from ltlplan.report.audit_pictures import overview, pair_or_drone
+from ltlplan.report.audits.audit_pictures import overview, pair_or_drone
 from ltlplan.report.page import figure_place, folded, listed, page_html, section, table
 
 if TYPE_CHECKING:

@@ -22,9 +22,9 @@ from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
 from ltlplan.mtac.priced_paths import PricedPaths
-from ltlplan.mtac.shared_tours import Objective, Share, Sharing
-from ltlplan.mtac.task_kinds import TaskKinds
-from ltlplan.mtac.task_tours import Tours
+from ltlplan.mtac.tours.shared_tours import Objective, Share, Sharing
+from ltlplan.mtac.tours.task_kinds import TaskKinds
+from ltlplan.mtac.tours.task_tours import Tours
 from ltlplan.paths.costs import team_cost
 from ltlplan.search.assignment import asked_of
 from ltlplan.search.itineraries import itinerary

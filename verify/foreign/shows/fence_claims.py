@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from verify.claims.claim import Claim, claim_of
-from verify.foreign.fences import Outside, judge_fence
 from verify.foreign.fleet import Fleet
 from verify.foreign.instants import TIGHTEST, Instant, all_of
-from verify.foreign.own_limits import Fence
+from verify.foreign.shows.fences import Outside, judge_fence
+from verify.foreign.shows.own_limits import Fence
 
 
 def fence_claims(fleet: Fleet, fences: Sequence[Fence], margin: Fraction) -> tuple[list[Claim], list[Instant]]:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from numpy.random import Generator
 
-from ltlplan.mtac.task_tours import Tour, Tours
+from ltlplan.mtac.tours.task_tours import Tour, Tours
 
 Share = tuple[tuple[int, ...], ...]
 """Each robot's tasks, in order."""

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flight.exports.crazyflie import OPTIONS, VOIDS, upload, upload_files
-from flight.exports.memory import MEMORY
+from flight.exports.crazyflies.crazyflie import OPTIONS, VOIDS, upload, upload_files
+from flight.exports.crazyflies.memory import MEMORY
 from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, Trajectory
 

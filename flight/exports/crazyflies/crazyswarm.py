@@ -13,11 +13,11 @@ from dataclasses import replace
 import numpy as np
 
 from flight.exports.braking import at_most
-from flight.exports.crazyswarm_script import script
-from flight.exports.crazyswarm_settings import configuration, weights_said
-from flight.exports.fits import require_crazyflie, require_float32
-from flight.exports.inventory import Item, read_inventory
-from flight.exports.parameters import sentence
+from flight.exports.crazyflies.fits import require_crazyflie, require_float32
+from flight.exports.crazyflies.inventory import Item, read_inventory
+from flight.exports.crazyflies.parameters import sentence
+from flight.exports.crazyflies.swarm_script import script
+from flight.exports.crazyflies.swarm_settings import configuration, weights_said
 from flight.exports.parts import notes_on, parts_of
 from flight.exports.target import NOTE, ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, Trajectory
