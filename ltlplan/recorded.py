@@ -3,16 +3,33 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
 from verify.data.progress import Progress, silent
 
 if TYPE_CHECKING:
     from verify import FlightVerdict
     from verify.recordings.flight_log import Samples
+
+
+class Bounds(TypedDict, total=False):
+    """What is known of a recording, as keywords of `judge_flight`."""
+
+    max_speed: float
+    error: float
+    start: float
+
+
+def bounds_of(values: Mapping[str, float | None]) -> Bounds:
+    """Return the bounds that are given: `max_speed` (m/s), `error` (m) and `start` (s)."""
+    found: Bounds = {}
+    for name in ("max_speed", "error", "start"):
+        if (value := values.get(name)) is not None:
+            found[name] = value
+    return found
 
 
 @dataclass(frozen=True, slots=True)

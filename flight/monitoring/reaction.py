@@ -92,7 +92,7 @@ def braking(flat: Floats, length: float) -> Floats:
     # Powers 3 to 5 that bring velocity, acceleration and jerk to zero at the end.
     ends = np.array([[t**3, t**4, t**5], [3 * t**2, 4 * t**3, 5 * t**4], [6 * t, 12 * t**2, 20 * t**3]])
     left = -np.stack([velocity + t * acceleration + 0.5 * t * t * jerk, acceleration + t * jerk, jerk])
-    high: Floats = np.linalg.solve(ends, left.reshape(3, -1)).reshape(3, *velocity.shape)
+    high = np.asarray(np.linalg.solve(ends, left.reshape(3, -1)), dtype=np.float64).reshape(3, *velocity.shape)
     return np.concatenate([np.stack([velocity, acceleration, 0.5 * jerk]), high])
 
 

@@ -238,6 +238,7 @@ def judge_flight(
         NotCertified: The flight's certificate is not proved any more.
         BadInput: A file is missing or unreadable, or the recording cannot be judged.
     """
+    from ltlplan.recorded import bounds_of
     from ltlplan.recorded import judge_flight as judged_of
 
     asked, flown = folder / "run", folder / "recording.csv"
@@ -248,9 +249,8 @@ def judge_flight(
     else:
         _put(files, asked)
     flown.write_bytes(recording)
-    given = {name: value for name, value in bounds.items() if value is not None}
     with _without_places(folder):
-        judged = judged_of(asked, flown, **given, progress=report)
+        judged = judged_of(asked, flown, **bounds_of(bounds), progress=report)
     return as_json({"mission": judged.mission, **judged.verdict.to_dict()})
 
 

@@ -35,7 +35,7 @@ def judged(
     Raises:
         BadInput: The recording cannot be judged.
     """
-    from ltlplan.recorded import judge_flight
+    from ltlplan.recorded import bounds_of, judge_flight
     from ltlplan.service.views.watching import claims_data
 
     run, flown = folder / "run", folder / "recording.csv"
@@ -43,7 +43,7 @@ def judged(
         (run / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, run / name)
     flown.write_bytes(recording)
-    found = judge_flight(run, flown, **bounds, progress=report)
+    found = judge_flight(run, flown, **bounds_of(bounds), progress=report)
     positions = {name: np.asarray(track, dtype=float) for name, track in found.samples.positions.items()}
     return {
         "words": _WORDS[found.verdict.outcome],
