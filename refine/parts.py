@@ -15,9 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from refine.coordination.spacing import spacing_for
+from refine.coordination.team_flights import Together
 from refine.corridor.legs import HOVERING
 from refine.corridor.relocation import moved_to_meet
-from refine.feedback import feedback_of
+from refine.feedback import Feedback, feedback_of
 from refine.single.values import RefinementOptions
 from refine.stretches import Part, Stretch, end_of, in_one
 from verify.data import BadInput, DoesNotFit, Infeasible, Mission, Plan, RobotPlan, Trajectory, Visit, Witness
@@ -27,6 +28,8 @@ from verify.data.trajectory import MAX_PIECES, PIECES
 
 _SPARE = 2
 """Pieces of a part that are left for waits, before departing and for the others."""
+_FAILURES = 2
+"""Parts that may fail after all was tried to keep their robots apart: each takes long, and others hardly fare better."""
 
 
 def team_in_parts(
@@ -58,7 +61,7 @@ def team_in_parts(
         plan = moved_to_meet(plan, kept_apart.distance + HOVERING, kept_apart.z_scale)
     plan = plan.model_copy(update={"precedences": _waits(plan, witnesses)})
     kept = tuple(witness for witness in witnesses if not witness.order)
-    found = _in_two(plan, kept, options, tell, part, counts)
+    found = _in_two(plan, kept, options, tell, _Bounded(part), counts)
     return {
         name: Trajectory(pieces.durations, np.stack(pieces.coefficients), cuts=found.cuts[name])
         for name, pieces in found.pieces.items()
@@ -109,11 +112,42 @@ def in_parts(
         DoesNotFit: A flight has no point at which it can be cut.
         SolverTimeout: An engine's seconds ran out.
     """
+    part = part if isinstance(part, _Bounded) else _Bounded(part)
     whole = in_one(plan, witnesses, options, tell, part, least)
     if options.too_long == "refuse" or whole.fits({name: options.held(plan.mission, name) for name in plan.robots}):
         return whole
     counts = {name: len(pieces.durations) for name, pieces in whole.pieces.items()}
     return _in_two(plan, witnesses, options, tell, part, counts)
+
+
+class _Bounded:
+    """Refines parts until too many have failed; those that come after fail at once, for the first one's reason."""
+
+    def __init__(self, part: Part) -> None:
+        self._part = part
+        self._failures: list[Infeasible] = []
+
+    def __call__(self, plan: Plan, feedback: Feedback, options: RefinementOptions, tell: Progress) -> Together:
+        """Refine a part.
+
+        Args:
+            plan: The part.
+            feedback: What witnesses asked for.
+            options: What the caller asked for.
+            tell: Told a sentence and a share of the work.
+
+        Raises:
+            Infeasible: It cannot be flown as planned, or too many before it could not.
+        """
+        if len(self._failures) >= _FAILURES:
+            raise self._failures[0]
+        try:
+            return self._part(plan, feedback, options, tell)
+        except Infeasible as error:
+            at_rest = error.witness is not None and error.witness.time is None  # seen at a glance
+            if not at_rest:
+                self._failures.append(error)
+            raise
 
 
 def _in_two(

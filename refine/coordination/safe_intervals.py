@@ -54,9 +54,10 @@ def schedule_safe_intervals(
     for robots in teams:
         gridded = {name: on_time_grid(plan.mission, robot) for name, robot in robots.items()}
         timetable = _Timetable(gridded, spacing)
-        orders = Orders(tuple(gridded), _ORDERS)
+        still = tuple(name for name, robot in gridded.items() if robot.corridor is None)  # whoever never moves comes first
+        orders = Orders(tuple(name for name in gridded if name not in still), _ORDERS)
         for order in orders:
-            waits = timetable.waits(order)
+            waits = timetable.waits((*still, *order))
             if isinstance(waits, str):
                 orders.stuck(order, waits)
                 continue
@@ -119,12 +120,11 @@ class _Timetable:
 
 def _legs(robot: RobotFlight, spacing: Spacing) -> list[Floats]:
     """Return the samples of each leg, its end left out, z scaled. Shapes (samples, 3)."""
-    legs = []
-    for leg, duration in enumerate(robot.path.durations):
-        count = round(duration / STEP)
-        points = robot.path.sample(np.arange(count) / count)[leg] if robot.corridor is not None else np.zeros((0, 3))
-        legs.append(points[:, :3] * np.array([1.0, 1.0, spacing.z_scale]))
-    return legs
+    if robot.corridor is None:
+        return [np.zeros((0, 3)) for _ in robot.path.durations]
+    counts = [round(duration / STEP) for duration in robot.path.durations]
+    sampled = {count: robot.path.sample(np.arange(count) / count) for count in set(counts)}
+    return [sampled[count][leg][:, :3] * np.array([1.0, 1.0, spacing.z_scale]) for leg, count in enumerate(counts)]
 
 
 def track_of(robot: RobotFlight, waits: Floats, steps: int, spacing: Spacing) -> Track:
@@ -197,6 +197,9 @@ def _hover_clear(node: Floats, tracks: list[Track], steps: int, distance: float)
     """Tell for each step of the grid whether a hover during it keeps the distance. Shape (steps,)."""
     clear = np.ones(steps, dtype=bool)
     for track, reach in tracks:
+        if _stands(track):
+            clear &= bool(np.linalg.norm(track[0] - node) >= distance + SCHEDULE_CLEARANCE)
+            continue
         far = np.linalg.norm(track - node, axis=1) - reach >= distance + SCHEDULE_CLEARANCE
         clear &= far[:-1].reshape(steps, _PER_GRID).all(axis=1) & far[_PER_GRID::_PER_GRID]
     return clear
@@ -208,6 +211,9 @@ def _leg_clear(leg: Floats, tracks: list[Track], steps: int, distance: float) ->
     look = np.unique(np.append(np.arange(0, len(leg), COARSE), len(leg) - 1))
     rows = max(1, _NUMBERS // len(leg))
     for track, reach in tracks:
+        if _stands(track):
+            clear &= bool((np.linalg.norm(track[0] - leg, axis=1) - mine).min() >= distance + SCHEDULE_CLEARANCE)
+            continue
         points = np.concatenate([track, np.repeat(track[-1:], len(leg), axis=0)])
         reaches = np.concatenate([reach, np.zeros(len(leg))])
         at = sliding_window_view(points, len(leg), axis=0)[: len(track) : _PER_GRID].transpose(0, 2, 1)
@@ -222,6 +228,11 @@ def _leg_clear(leg: Floats, tracks: list[Track], steps: int, distance: float) ->
                 finer = np.linalg.norm(at[unsure] - leg, axis=2) - mine - within[unsure]
                 clear[unsure] = finer.min(axis=1) >= distance + SCHEDULE_CLEARANCE
     return clear
+
+
+def _stands(track: Floats) -> bool:
+    """Tell whether a robot never moves, so that one look is as good as many."""
+    return bool((track == track[0]).all())
 
 
 def _blocks(count: int, size: int) -> Iterator[slice]:
