@@ -38,6 +38,7 @@ from verify.data.progress import Progress, part_of, silent
 from verify.data.trajectory import MAX_PIECES
 
 if TYPE_CHECKING:
+    from flight.processes import Workers
     from ltlplan.allocation import PlanningMethod
     from verify import Certificate, Claim
 
@@ -48,7 +49,12 @@ MAX_ROUNDS = 6
 
 
 def plan(
-    mission: Asked, *, method: PlanningMethod | str | None = None, seed: int | None = None, progress: Progress | None = None
+    mission: Asked,
+    *,
+    method: PlanningMethod | str | None = None,
+    seed: int | None = None,
+    progress: Progress | None = None,
+    workers: Workers | None = None,
 ) -> Plan:
     """Plan a mission and check the planned words, as words.
 
@@ -57,6 +63,7 @@ def plan(
         method: Planning method, as a function or by its name, instead of the mission's own.
         seed: Source of every draw, instead of the mission's own.
         progress: Told a sentence and the share done, 0 to 1.
+        workers: Who improves robots' paths side by side; None does it here. The plan does not depend on it.
 
     Raises:
         BadInput: There is no such mission, or its file is at fault.
@@ -76,7 +83,7 @@ def plan(
             return plan(asked, method=method, seed=seed, progress=say)
 
         return plan_with_soft_parts(mission, planned, progress or silent)
-    made = make_plan(mission, method=method, seed=seed, progress=progress)
+    made = make_plan(mission, method=method, seed=seed, progress=progress, workers=workers)
     words = made.words
     if mission.spec.trace == "infinite" and len(words) > 1:
         return made  # its words are laps that begin together, which the certificate proves of the flight
@@ -423,6 +430,7 @@ def run(
     *,
     seed: int | None = None,
     progress: Progress | None = None,
+    workers: Workers | None = None,
 ) -> Result:
     """Plan, refine, certify, fly in simulation and, where `out` is given, write all files.
 
@@ -431,6 +439,7 @@ def run(
         out: Folder to write, whole or not at all; what in it is not as an earlier run left it is kept, or refused.
         seed: Source of every draw, instead of the mission's own.
         progress: Told a sentence and the share done, 0 to 1.
+        workers: Who improves robots' paths side by side; None does it here. The bytes do not depend on it.
 
     Raises:
         BadInput: There is no such mission, its file is at fault, or its margin is 0, which leaves no tube to fly in.
@@ -445,7 +454,7 @@ def run(
     mission = as_mission(mission)
     require_tube(mission.margin)
     target = None if out is None else check_folder(out, output.run_files(mission))
-    made = plan(mission, seed=seed, progress=part_of(progress, 0.0, 0.25))
+    made = plan(mission, seed=seed, progress=part_of(progress, 0.0, 0.25), workers=workers)
     done = certified_team(made, progress=part_of(progress, 0.25, 0.7))
     part_of(progress, 0.7, 0.9)("flying in simulation", 0.0)
     flying = part_of(progress, 0.7, 0.9)

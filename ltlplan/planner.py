@@ -9,7 +9,7 @@ shares only plain data with the checker; whether the plan keeps its word is judg
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import SupportsIndex
+from typing import TYPE_CHECKING, SupportsIndex
 
 import numpy as np
 
@@ -20,6 +20,11 @@ from verify.data.choices import PLANNING_METHODS
 from verify.data.language.counting import first_count
 from verify.data.progress import Progress, silent
 
+if TYPE_CHECKING:
+    from flight.processes import Workers
+
+_CHUNKS = 4
+"""Parts that each process gets of the paths to improve: more even than one, and the mission is not sent for every robot."""
 _NO_COUNTS = ("online-mtac-e",)
 """Methods that hand tasks from one robot to the next in flight, and know nothing of several at one time."""
 
@@ -28,7 +33,12 @@ SEQUENCE = "sequence"
 
 
 def make_plan(
-    mission: Mission, *, method: PlanningMethod | str | None = None, seed: int | None = None, progress: Progress | None = None
+    mission: Mission,
+    *,
+    method: PlanningMethod | str | None = None,
+    seed: int | None = None,
+    progress: Progress | None = None,
+    workers: Workers | None = None,
 ) -> Plan:
     """Plan a mission.
 
@@ -37,6 +47,7 @@ def make_plan(
         method: Who does what is decided by this function, or the one of this name; by default the mission's `planner.method`.
         seed: Source of every draw, instead of the mission's own `planner.seed`.
         progress: Told a sentence and the share done, 0 to 1.
+        workers: Who improves robots' paths side by side; None does it here. The plan does not depend on it.
 
     Raises:
         BadInput: There is no such method, or what it returned is no allocation of this mission. Robots start, or are to end,
@@ -53,7 +64,7 @@ def make_plan(
             raise BadInput("A sequence of passages leaves a planning method nothing to choose; leave one of the two out.")
         say("laying the path through the sequence of hoops", 0.2)
         nominal = nominal_sequence(mission)
-        return plan_of(mission, nominal.allocation, _improved(mission, nominal.paths, rng, say), method=SEQUENCE)
+        return plan_of(mission, nominal.allocation, _improved(mission, nominal.paths, rng, say, workers), method=SEQUENCE)
     named = mission.planner.method if method is None else method
     if isinstance(named, str) and named in _NO_COUNTS and (count := first_count(mission.written)) is not None:
         raise BadInput(
@@ -87,7 +98,7 @@ def make_plan(
         return plan_of(mission, nominal.allocation, nominal.paths, method=name)
     if mission.written.counts and len(mission.agents) > 1 and not mission.hoops:
         return plan_of(mission, nominal.allocation, nominal.paths, method=name)  # refinement gives each robot places of its own
-    return plan_of(mission, nominal.allocation, _improved(mission, nominal.paths, rng, say), method=name)
+    return plan_of(mission, nominal.allocation, _improved(mission, nominal.paths, rng, say, workers), method=name)
 
 
 def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotPlan], *, method: str) -> Plan:
@@ -164,13 +175,42 @@ def _checked(found: object, mission: Mission, method: str) -> Allocation:
     return found
 
 
-def _improved(mission: Mission, paths: dict[str, RobotPlan], rng: np.random.Generator, say: Progress) -> dict[str, RobotPlan]:
+def _improved(
+    mission: Mission, paths: dict[str, RobotPlan], rng: np.random.Generator, say: Progress, workers: Workers | None
+) -> dict[str, RobotPlan]:
+    """Improve each robot's path by cross-entropy, with draws of its own: side by side or not, they come to the same."""
+    own = generators(mission, rng)
+    if workers is not None and workers.count > 1 and len(paths) > 1:
+        from flight.processes import shared
+
+        names = list(paths)
+        chunks = [names[k :: min(_CHUNKS * workers.count, len(names))] for k in range(min(_CHUNKS * workers.count, len(names)))]
+        parts = [[(name, paths[name], own[name]) for name in chunk] for chunk in chunks]
+        sentence = f"optimising the paths of {len(paths)} robots by cross-entropy"
+        found = shared(_improve, mission, parts, workers=workers, progress=lambda share: say(sentence, 0.3 + 0.7 * share))
+        better = {name: path for part in found for name, path in part}
+        return {name: better[name] for name in paths}
+    improved: dict[str, RobotPlan] = {}
+    for index, (name, draws) in enumerate(own.items()):
+        say(f"optimising the path of {name} by cross-entropy", 0.3 + 0.7 * index / len(paths))
+        improved[name] = _improved_path(mission, name, paths[name], draws)
+    return improved
+
+
+def _improve(
+    mission: Mission, part: list[tuple[str, RobotPlan, np.random.Generator]], report: Progress
+) -> list[tuple[str, RobotPlan]]:
+    """Improve some robots' paths; called in a process."""
+    done: list[tuple[str, RobotPlan]] = []
+    for index, (name, path, draws) in enumerate(part):
+        report("improving", index / len(part))
+        done.append((name, _improved_path(mission, name, path, draws)))
+    return done
+
+
+def _improved_path(mission: Mission, name: str, path: RobotPlan, draws: np.random.Generator) -> RobotPlan:
     from ltlplan.paths.flight_times import lasts_too_long
     from ltlplan.paths.improvement import improved_path
 
-    better: dict[str, RobotPlan] = {}
-    for index, (name, own) in enumerate(generators(mission, rng).items()):
-        say(f"optimising the path of {name} by cross-entropy", 0.3 + 0.7 * index / len(paths))
-        found = improved_path(mission, name, paths[name], lambda own=own: own).plan
-        better[name] = paths[name] if lasts_too_long(mission, found) else found
-    return better
+    found = improved_path(mission, name, path, lambda: draws).plan
+    return path if lasts_too_long(mission, found) else found

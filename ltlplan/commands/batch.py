@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ltlplan.commands.shared import machines, options
+from ltlplan.commands.shared.processors import processors
 
 if TYPE_CHECKING:
     from ltlplan.service.computing.batches import Entry
@@ -36,7 +36,7 @@ def command(
 
     target = out or Path("out") / folder.resolve().name
     with progress_bar(quiet=json) as progress:
-        pool = LocalWorkers(workers or _processors()) if dask is None else machines.cluster_at(dask, workers)
+        pool = LocalWorkers(workers or processors()) if dask is None else machines.cluster_at(dask, workers)
         with closing(pool):
             entries = run_batch(folder, target, workers=pool, seed=seed, progress=progress)
     code = exit_code(entries)
@@ -47,11 +47,6 @@ def command(
             typer.echo(line)
     if code:
         raise typer.Exit(code)
-
-
-def _processors() -> int:
-    """Return how many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _lines(entries: Sequence[Entry]) -> list[str]:

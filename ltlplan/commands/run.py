@@ -21,14 +21,15 @@ def command(
     json: options.JsonOption = False,
 ) -> None:
     """Plan, refine, certify, fly in simulation and export a mission."""
+    from ltlplan.commands.shared.processors import processes_for
     from ltlplan.commands.shared.progress import progress_bar
     from ltlplan.commands.shared.terminal import print_json
     from ltlplan.pipeline import run
     from ltlplan.report.summary import holds, shortfall, summary_data, summary_lines
 
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost, margin=margin)
-    with progress_bar(quiet=json) as progress:
-        result = run(asked, out or Path("out") / asked.name, seed=seed, progress=progress)
+    with processes_for(asked) as workers, progress_bar(quiet=json) as progress:
+        result = run(asked, out or Path("out") / asked.name, seed=seed, progress=progress, workers=workers)
     if json:
         print_json(summary_data(result))
     else:
