@@ -122,6 +122,7 @@ class Visitor:
         assert self.complaints == []
 
 
+@pytest.mark.slow
 def test_a_mission_from_its_first_mistake_to_a_file_that_is_certified(address: str, tmp_path: Path) -> None:
     with playwright.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)

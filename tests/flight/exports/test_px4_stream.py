@@ -130,7 +130,8 @@ def test_a_robot_that_does_not_take_hold_is_told_to_land(exported) -> None:
     assert last.failsafes == 0, "setpoints went on until it was on its way down"
 
 
-@pytest.mark.parametrize("number", [pytest.param(signal.SIGINT, marks=pytest.mark.slow), signal.SIGTERM])
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_all_hold_where_the_script_is_interrupted(exported, number) -> None:
     with vehicles_and_script(exported) as (vehicles, script):
         deadline = time.monotonic() + 30

@@ -123,7 +123,9 @@ def fault(kind: str, robot: str, when: float) -> Faults:
 KINDS = ("unseen", "pushed", "flat", "deaf", "lost", "both")
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", ["unseen", "pushed", "lost", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("flat", "deaf", "both"))]
+)
 def test_the_team_ends_on_the_ground_whatever_fails_in_flight(ready, kind) -> None:
     mission, flown = ready
     when = instants(flown)["flight"] + 2.0
@@ -137,7 +139,7 @@ def test_the_team_ends_on_the_ground_whatever_fails_in_flight(ready, kind) -> No
         assert "landing" not in done.record.starts, "it did not go on as if nothing had been"
 
 
-@pytest.mark.parametrize("when", [0.2, 2.0, 7.5, 12.0])
+@pytest.mark.parametrize("when", [0.2, 7.5, *(pytest.param(when, marks=pytest.mark.slow) for when in (2.0, 12.0))])
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
 def test_interruptions_and_errors_land_the_team(ready, when, error) -> None:
     mission, flown = ready

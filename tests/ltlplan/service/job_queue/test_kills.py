@@ -126,6 +126,7 @@ def assert_files_are_the_commands(data: Path, accepted: dict[str, int]) -> None:
         assert all(data in store_of for data in written)
 
 
+@pytest.mark.slow
 def test_a_few_kills_lose_nothing(tmp_path: Path) -> None:
     accepted, done = survived(tmp_path / "data", 2, random.Random(3))
     assert accepted <= done
