@@ -29,7 +29,8 @@ for name, robot in plan.robots.items():
 team = refine.refine(plan)  # polynomials within every limit of the vehicle
 certificate = verify.certify(plan, team)  # proved for all times, or NotCertified with a witness
 print(f"certified for {certificate.duration:.1f} s at a margin of {certificate.margin} m")
-log = flight.fly(plan, team, certificate, seed=0)  # closed loop, in simulation
+conditions = flight.conditions_of(mission)  # by the controller that the margin is meant for, in wind and noise
+log = flight.fly(plan, team, certificate, seed=0, conditions=conditions)  # closed loop, in simulation
 print(f"flown in simulation, at most {1000 * log.worst_error():.1f} mm from its path")
-exported = flight.export(team, certificate, Path(sys.argv[1]), format="crazyswarm2")
+exported = flight.export(team, certificate, Path(sys.argv[1]), format="crazyswarm2", flight=log)
 print("exported", *(path.name for path in exported.files))

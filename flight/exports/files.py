@@ -67,9 +67,9 @@ def export(
         format: A target, or a name of one: `crazyswarm2`, `crazyflie`, `crazyflie-compressed`, `px4`, `ros2`, or another package's.
         vehicle: Name of the airframe that will fly, where it is to be checked against the certificate's.
         robots: Names of those that are written, where others of the team fly from another export; None for all.
-        flight: A simulated flight under this certificate, which must have stayed in its tube by the profiles' controllers; None leaves
-            that to whoever flies.
-        anyway: Write whatever became of that flight, with a warning in every file that has room for words.
+        flight: A simulated flight under this certificate, which must have stayed in its tube by the profiles' controllers
+            (`flight.fly` with `conditions=flight.conditions_of(mission)`).
+        anyway: Write without such a flight, with a warning in every file that has room for words.
         options: As the target's `options` say: `uris` (crazyswarm2: robot to radio address), `trajectory_ids` and `offset`
             (crazyflie: robot to id, bytes), `rate` (px4, ros2: points a second), `origin` (px4: m, the local frame's origin in ours).
 
@@ -77,15 +77,17 @@ def export(
         What was written.
 
     Raises:
-        NotCertified: There is no certificate, it does not cover exactly these trajectories, a claim of it fails, or the flight left
-            its tube, was another's or by another controller.
+        NotCertified: There is no certificate, it does not cover exactly these trajectories, a claim of it fails, or there is no flight,
+            or it left its tube, was another's or by another controller.
         DoesNotFit: The vehicle or its format cannot hold the flight.
         MissingEngine: A package that the target needs is not installed.
         BadInput: There is no such format or option, or the folder cannot be written, is somebody else's, or holds a file of
             the user's that would be overwritten.
     """
     target = EXPORT_TARGETS.resolve(format)
-    product = make_product(team, cert, target, vehicle=vehicle, robots=robots, flight=flight, anyway=anyway, **options)
+    product = make_product(team, cert, target, vehicle=vehicle, robots=robots, anyway=anyway, **options)
+    if not anyway:
+        require_flight(flight, cert, certified_mission(cert), robots or team)
     written = write_files(out, product.files)
     note = Path(out) / NOTE
     files = (*(path for path in written if path != note), note)
@@ -99,11 +101,10 @@ def make_product(
     *,
     vehicle: str | None = None,
     robots: Collection[str] | None = None,
-    flight: FlightLog | None = None,
     anyway: bool = False,
     **options: Any,  # of any type that the target reads
 ) -> Product:
-    """Return what `export` would write, its note included.
+    """Return what `export` would write, its note included; whether it was flown in simulation is not asked here.
 
     Args:
         team: The trajectories that were certified.
@@ -111,14 +112,11 @@ def make_product(
         format: A target, or a name of one.
         vehicle: Name of the airframe that will fly, where it is to be checked against the certificate's.
         robots: Names of those that are written, where others of the team fly from another export; None for all.
-        flight: A simulated flight under this certificate, which must have stayed in its tube by the profiles' controllers; None leaves
-            that to whoever flies.
-        anyway: Write whatever became of that flight, with a warning in every file that has room for words.
+        anyway: Whether every file that has room for words warns that no flight stayed in its tube.
         options: As the target's `options` say.
 
     Raises:
-        NotCertified: There is no certificate, it does not cover exactly these trajectories, a claim of it fails, or the flight left
-            its tube, was another's or by another controller.
+        NotCertified: There is no certificate, it does not cover exactly these trajectories, or a claim of it fails.
         DoesNotFit: The vehicle or its format cannot hold the flight.
         MissingEngine: A package that the target needs is not installed.
         BadInput: There is no such format or option.
@@ -141,8 +139,6 @@ def make_product(
     if any(path.cuts for path in team.values()) and len(ordered) < len(team):
         _require_common_pauses(target, mission, ordered)
     ends, said = _brakings(mission.model_copy(update={"margin": float(cert.margin)}), ordered, target)
-    if flight is not None and not anyway:
-        require_flight(flight, cert, mission, ordered)
     request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options, ends)
     product = target.make(request)
     notes = (*([WARNING] if anyway else []), *product.notes, *said)

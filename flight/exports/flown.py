@@ -19,11 +19,11 @@ WARNING = (
 )
 
 
-def require_flight(log: FlightLog, cert: Certificate, mission: Mission, robots: Iterable[str]) -> None:
+def require_flight(log: FlightLog | None, cert: Certificate, mission: Mission, robots: Iterable[str]) -> None:
     """Refuse a flight that is not of this certificate, by the profiles' controllers, inside its tube.
 
     Args:
-        log: A simulated flight.
+        log: A simulated flight; None where there is none.
         cert: What is to be written.
         mission: What the certificate is of.
         robots: Who is written.
@@ -31,6 +31,11 @@ def require_flight(log: FlightLog, cert: Certificate, mission: Mission, robots: 
     Raises:
         NotCertified: As said, with who strayed, by how much, and what would be right.
     """
+    if log is None:
+        raise NotCertified(
+            "there is no simulated flight that stayed in its tube: fly it (`flight.fly` with conditions=flight.conditions_of(mission)) and "
+            "pass `flight=`, or write it with `anyway=True` and a warning."
+        )
     if log.certificate != cert.digest():
         raise NotCertified("the flight is of another certificate; fly this one (`flight.fly` with it, `ltlplan run`).")
     for name in robots:

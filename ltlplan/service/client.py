@@ -228,6 +228,7 @@ class Client:
         vehicle: str | None = None,
         robots: Collection[str] | None = None,
         rate: float | None = None,
+        anyway: bool = False,
     ) -> tuple[Path, ...]:
         """Write a job's certified flight for a vehicle; as `flight.export`.
 
@@ -238,14 +239,21 @@ class Client:
             vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
             robots: Names of those that are written, where others of the team fly from another export; None for all.
             rate: px4, ros2: setpoints a second.
+            anyway: Write without a simulated flight that stayed in its tube, with a warning in every file that has room for words.
 
         Raises:
+            NotCertified: The certificate is not proved again, or the flight left its tube in simulation.
             DoesNotFit: The vehicle or its format cannot hold the flight.
             LtlplanError: There is no such job or format, or the folder cannot be written.
         """
         from verify.data.storage.folders import write_files
 
-        options = {"vehicle": vehicle, "robots": None if robots is None else ",".join(robots), "rate": rate}
+        options = {
+            "vehicle": vehicle,
+            "robots": None if robots is None else ",".join(robots),
+            "rate": rate,
+            "anyway": anyway or None,
+        }
         given = {name: value for name, value in options.items() if value is not None}
         packed = self._wire.ask("GET", f"/api/jobs/{segment(self._of(job).id)}/exports/{segment(format)}", params=given).content
         return write_files(out, unpacked(packed))

@@ -252,11 +252,14 @@ async def export_job(
         str | None,
         Query(description="robots to write, such as quad0,quad1, where others fly from another export", max_length=10_000),
     ] = None,
+    anyway: Annotated[
+        bool, Query(description="write without a simulated flight that stayed in its tube, with a warning in the files")
+    ] = False,
 ) -> Response:
-    """Write a certified flight for a vehicle, after proving its certificate again."""
+    """Write a certified flight for a vehicle, after proving its certificate again and flying it in simulation."""
     service = service_of(request)
     names = None if robots is None else tuple(name.strip() for name in robots.split(","))
-    wanted = asked.ExportAsked(target, vehicle, names, {} if rate is None else {"rate": rate})
+    wanted = asked.ExportAsked(target, vehicle, names, {} if rate is None else {"rate": rate}, anyway)
     found = await places(service.jobs, job)
     packed = await service.questions.ask_in_folder(asked.export, found, wanted)
     return _zip(packed, f"{job}-{target}.zip")

@@ -67,7 +67,11 @@ class _Away:
                 _link(f"/api/jobs/{job.id}/report", "Open the report", "button primary").props("target=_blank")
             _link(f"/api/jobs/{job.id}/archive", "All files as one archive", "button").props("download")
         Words("h2", "For a vehicle")
-        Words("p", "The certificate is proved again before anything is written for a vehicle.", "soft")
+        Words(
+            "p",
+            "The certificate is proved again, and the flight flown in simulation, before anything is written for a vehicle.",
+            "soft",
+        )
         place = box("row exports")
         ui.timer(0.0, lambda: self._exports(job, place), once=True)
 

@@ -48,6 +48,14 @@ def test_other_flights_are_refused_each_with_its_reason(flown, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("form", ["crazyswarm2", "crazyflie", "px4"])
+def test_without_a_flight_nothing_is_written(flown, tmp_path, form):
+    _, team, cert, _ = flown
+    with pytest.raises(NotCertified, match=r"no simulated flight that stayed in its tube.*anyway=True"):
+        flight.export(team, cert, tmp_path / "out", format=form)
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize(("form", "named"), [("crazyswarm2", "crazyflies.yaml"), ("crazyflie", "upload.json")])
 def test_what_is_written_anyway_says_so(flown, tmp_path, form, named):
     plan, team, cert, _ = flown

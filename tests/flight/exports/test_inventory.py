@@ -15,7 +15,7 @@ def robots_of(folder):
 
 def test_the_firmware_is_told_what_the_margin_assumes(certified, tmp_path) -> None:
     team, cert = certified
-    flight.export(team, cert, tmp_path)
+    flight.export(team, cert, tmp_path, anyway=True)
     for name, row in robots_of(tmp_path).items():
         told = row["firmware_params"]
         assert told["stabilizer"]["controller"] == 2
@@ -31,7 +31,7 @@ def test_addresses_and_weights_come_from_the_users_file_and_it_stays_as_it_is(ce
         "  other: {uri: 'radio://1/90/2M/E7E7E7E798'}\n"
     )
     file.write_text(text)
-    done = flight.export(team, cert, tmp_path / "out", inventory=file)
+    done = flight.export(team, cert, tmp_path / "out", inventory=file, anyway=True)
     assert file.read_text() == text
     found = robots_of(tmp_path / "out")
     assert set(found) == set(team)
@@ -40,9 +40,9 @@ def test_addresses_and_weights_come_from_the_users_file_and_it_stays_as_it_is(ce
     assert found["quad0"]["firmware_params"]["ctrlMel"]["mass"] == 0.033
     assert any("quad1 weighs 34.1 g, its limits are certified for 33.0 g" in note for note in done.notes)
     with pytest.raises(BadInput, match=r"crazyflies\.yaml"):  # the folder with the user's own file is not written into
-        flight.export(team, cert, tmp_path, inventory=file)
+        flight.export(team, cert, tmp_path, inventory=file, anyway=True)
     assert file.read_text() == text
-    flight.export(team, cert, tmp_path / "both", inventory=file, uris={"quad1": "radio://2/1/2M/E7E7E7E701"})
+    flight.export(team, cert, tmp_path / "both", inventory=file, uris={"quad1": "radio://2/1/2M/E7E7E7E701"}, anyway=True)
     assert robots_of(tmp_path / "both")["quad1"]["uri"] == "radio://2/1/2M/E7E7E7E701"
 
 
@@ -64,10 +64,10 @@ def test_a_bad_inventory_is_refused_with_its_place(certified, tmp_path, text, sa
     file = tmp_path / "mine.yaml"
     file.write_text(text)
     with pytest.raises(BadInput, match=says):
-        flight.export(*certified, tmp_path / "out", inventory=file)
+        flight.export(*certified, tmp_path / "out", inventory=file, anyway=True)
     assert not (tmp_path / "out").exists()
 
 
 def test_a_robot_that_weighs_much_more_is_another_airframe(certified, tmp_path) -> None:
     with pytest.raises(DoesNotFit, match=r"quad0 weighs 40\.0 g, and was certified as 33\.0 g"):
-        flight.export(*certified, tmp_path, inventory={"quad0": {"mass": 0.040}})
+        flight.export(*certified, tmp_path, inventory={"quad0": {"mass": 0.040}}, anyway=True)

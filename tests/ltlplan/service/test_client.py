@@ -8,6 +8,7 @@ import pytest
 
 import ltlplan
 import verify
+from flight.exports.flown import WARNING
 from ltlplan import Client
 from ltlplan.service.problems import NotFound, Unreachable
 from ltlplan.service.questions import zipped
@@ -56,6 +57,9 @@ def test_exports_are_written_as_the_library_writes_them(client: Client, done: Su
     assert "px4" in client.exports()
     written = client.export(done, tmp_path / "out", "crazyflie")
     assert (tmp_path / "out" / "README.txt") in written
+    client.export(done, tmp_path / "anyway", "crazyflie", anyway=True)
+    assert WARNING in (tmp_path / "anyway" / "README.txt").read_text()
+    assert WARNING not in (tmp_path / "out" / "README.txt").read_text()
     assert client.export(done, tmp_path / "some", "crazyflie", robots=list(parse_mission(ONE_HOOP).agents))
     with pytest.raises(NotCertified):
         client.export(done, tmp_path / "other", "crazyflie", vehicle="another")
