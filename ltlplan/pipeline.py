@@ -3,193 +3,40 @@
     mission - plan - trajectories - certificate - flight - files
 
 Every arrow is a function from one frozen value to the next. A refused certificate goes back to refinement with
-its witnesses, a handful of times at most.
+its witnesses, a handful of times at most. `checked_plan` makes plans, `drafts` holds what is on its way, `mending` says what is tried next.
 """
 
 from __future__ import annotations
 
-import contextlib
-import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ltlplan.missions import load_mission
-from ltlplan.planner import SEQUENCE, make_plan
-from ltlplan.precedences import with_planned_waits, with_waits
+from ltlplan.checked_plan import Asked, as_mission, plan
+from ltlplan.drafts import MAX_ROUNDS, Certified, Draft, Refused
+from ltlplan.mending import keeping_soft_parts, mended, without_this_flight
 from ltlplan.result import Result
-from verify.data import (
-    BadInput,
-    DoesNotFit,
-    Infeasible,
-    InternalError,
-    Mission,
-    NotCertified,
-    Plan,
-    Trajectory,
-    Unsatisfiable,
-    Witness,
-    check_mission,
-    check_plan,
-)
-from verify.data.choices import PLANNING_METHODS
+from verify.data import DoesNotFit, Infeasible, Plan, Trajectory, check_plan
 from verify.data.progress import Progress, part_of, silent
 from verify.data.trajectory import MAX_PIECES
 
 if TYPE_CHECKING:
     from flight.processes import Workers
-    from ltlplan.allocation import PlanningMethod
-    from verify import Certificate, Claim
 
-Asked = Mission | str | os.PathLike[str]
-
-MAX_ROUNDS = 6
-"""How often refinement may try to mend what the checker refused."""
-
-
-def plan(
-    mission: Asked,
-    *,
-    method: PlanningMethod | str | None = None,
-    seed: int | None = None,
-    progress: Progress | None = None,
-    workers: Workers | None = None,
-) -> Plan:
-    """Plan a mission and check the planned words, as words.
-
-    Args:
-        mission: What is asked: a mission, or the path or name that `load_mission` reads one by.
-        method: Planning method, as a function or by its name, instead of the mission's own.
-        seed: Source of every draw, instead of the mission's own.
-        progress: Told a sentence and the share done, 0 to 1.
-        workers: Who improves robots' paths side by side; None does it here. The plan does not depend on it.
-
-    Raises:
-        BadInput: There is no such mission, or its file is at fault.
-        Unsatisfiable: No word that these robots can fly satisfies the formula.
-        Infeasible: A word exists, but no way between the hoops was found.
-        NotCertified: The sequence, or the words of a method of another package, break the formula.
-        InternalError: The words of one of our methods fail in the checker.
-    """
-    from verify import check_team, check_word
-    from verify.words.planned_order import check_planned_order
-
-    mission = as_mission(mission)
-    if mission.soft_parts and mission.passages is None:
-        from ltlplan.soft_parts import plan_with_soft_parts
-
-        def planned(asked: Mission, say: Progress) -> Plan:
-            return plan(asked, method=method, seed=seed, progress=say)
-
-        return plan_with_soft_parts(mission, planned, progress or silent)
-    made = make_plan(mission, method=method, seed=seed, progress=progress, workers=workers)
-    words = made.words
-    if mission.spec.trace == "infinite" and len(words) > 1:
-        return made  # its words are laps that begin together, which the certificate proves of the flight
-    if mission.spec.trace == "infinite":
-        (word,) = words.values()
-        verdict = check_word(mission.formula, word.prefix, word.cycle)
-    elif made.precedences or made.meetings:
-        verdict = check_planned_order(made)
-        if verdict.outcome == "undecided":
-            doubt = f"That the words hold when robots wait for each other so is proved of the flight alone: {verdict.sentence}"
-            made = made.model_copy(update={"notes": (*made.notes, doubt)})
-    else:
-        verdict = check_team(mission.formula, words, reading=mission.spec.team).sequential
-    if verdict.outcome == "fails" and made.method == SEQUENCE:
-        raise NotCertified(f"The sequence breaks the formula: {verdict.sentence}")
-    if verdict.outcome == "fails" and (method is None or isinstance(method, str)) and made.method in PLANNING_METHODS.built_in:
-        raise InternalError(f"The planner's words fail in the checker: {verdict.sentence}")
-    if verdict.outcome == "fails":
-        raise NotCertified(f"The words of the planning method '{made.method}' break the formula: {verdict.sentence}")
-    vacuous = tuple(f"Holds only vacuously: {part}" for part in verdict.vacuous)
-    return made.model_copy(update={"notes": (*made.notes, *vacuous)}) if vacuous else made
-
-
-def as_mission(mission: Asked) -> Mission:
-    """Return the mission that an argument means.
-
-    Raises:
-        BadInput: It means none, or one that is not allowed; all faults are listed.
-    """
-    if isinstance(mission, Mission):
-        return check_mission(mission)
-    if not isinstance(mission, str | os.PathLike):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers may not check
-        raise BadInput(f"A mission is a Mission, a path, or the name of a shipped mission, not {type(mission).__name__}.")
-    return load_mission(mission)
-
-
-@dataclass(frozen=True)
-class Draft:
-    """A plan that is not certified yet, with what the judge refused of it so far.
-
-    Attributes:
-        plan: With the precedences that the refusals asked for.
-        rounds: How many times refinement ran.
-        witnesses: Of all claims that were refused, in all rounds.
-        certified: What is certified already, while refinement tries to keep more of the planned soft parts.
-        begun: Rounds that were spent on plans that keep more soft parts, and that no flight kept.
-        fewer: Missions with fewer soft parts, to be planned next where this plan is not certified; None before that was asked.
-        reworded: How many other ways to keep the soft parts were tried, of `_WAYS`.
-    """
-
-    plan: Plan
-    rounds: int = 0
-    witnesses: tuple[Witness, ...] = ()
-    certified: Certified | None = None
-    begun: int = 0
-    fewer: tuple[Mission, ...] | None = None
-    reworded: int = 0
-
-    @property
-    def last_round(self) -> int:
-        """After how many rounds this plan is given up: a handful, two where plans with fewer soft parts are left."""
-        return self.begun + (2 if self.fewer else MAX_ROUNDS)
-
-
-@dataclass(frozen=True)
-class Refused:
-    """A team that was refined and not certified.
-
-    Attributes:
-        draft: What was refined.
-        team: One trajectory a robot.
-        certificate: What the judge said of them.
-        instead: What may keep more of the soft parts, where only these are missed.
-    """
-
-    draft: Draft
-    team: dict[str, Trajectory]
-    certificate: Certificate
-    instead: Draft | None = None
-
-    @property
-    def rounds(self) -> int:
-        """How many times refinement ran."""
-        return self.draft.rounds + 1
-
-    @property
-    def claims(self) -> tuple[Claim, ...]:
-        """The claims that were refused."""
-        return tuple(claim for claim in self.certificate.claims if claim.outcome != "holds")
-
-
-@dataclass(frozen=True)
-class Certified:
-    """A team that is certified.
-
-    Attributes:
-        plan: With the precedences that the proof asked for.
-        team: One trajectory a robot.
-        certificate: The proof.
-        rounds: How many times refinement ran.
-    """
-
-    plan: Plan
-    team: dict[str, Trajectory]
-    certificate: Certificate
-    rounds: int
+__all__ = [
+    "MAX_ROUNDS",
+    "Asked",
+    "Certified",
+    "Draft",
+    "Refused",
+    "as_mission",
+    "certified_team",
+    "mended",
+    "next_round",
+    "plan",
+    "run",
+]
 
 
 def certified_team(made: Plan, *, margin: float | None = None, progress: Progress | None = None) -> Certified:
@@ -242,7 +89,7 @@ def next_round(draft: Draft, *, margin: float | None = None, progress: Progress 
     except (Infeasible, DoesNotFit) as error:
         if before is not None:
             return before
-        other = _without_this_flight(replace(draft, rounds=number), str(error))
+        other = without_this_flight(replace(draft, rounds=number), str(error))
         if other is None:
             raise
         return next_round(replace(other, rounds=draft.rounds), margin=margin, progress=progress)
@@ -254,7 +101,7 @@ def next_round(draft: Draft, *, margin: float | None = None, progress: Progress 
     if before is not None and before.certificate.soft_weight >= certificate.soft_weight:
         done = before
     refused = Refused(replace(draft, certified=done), team, certificate)
-    instead = None if number >= draft.last_round else _for_soft_parts(refused)
+    instead = None if number >= draft.last_round else keeping_soft_parts(refused)
     return done if instead is None else replace(refused, instead=instead)
 
 
@@ -277,71 +124,6 @@ def _refined(draft: Draft, refining: Progress) -> tuple[Draft, dict[str, Traject
         return replace(draft, plan=draft.plan.model_copy(update={"notes": notes})), team
 
 
-def _without_this_flight(draft: Draft, why: str) -> Draft | None:
-    """Return other words for the same soft parts, or for fewer of them, in the place of a plan that no flight keeps; None where there are none."""
-    made = draft.plan
-    if not made.mission.soft_parts or made.method == SEQUENCE or not PLANNING_METHODS.knows(made.method):
-        return None
-    other = None if draft.reworded == _WAYS or draft.fewer is not None else _other_words_for_soft_parts(made)
-    if other is not None:
-        return Draft(other, draft.rounds, begun=draft.rounds, reworded=_WAYS)
-    return _with_fewer_soft_parts(draft, why)
-
-
-def _with_fewer_soft_parts(draft: Draft, why: str) -> Draft | None:
-    from ltlplan.soft_parts import less_wished, part_text
-
-    made = draft.plan
-    fewer = tuple(less_wished(made)) if draft.fewer is None else draft.fewer
-    if not fewer:
-        return None
-    other = plan(fewer[0], method=made.method)
-    lost = " and ".join(part_text(part) for part in made.mission.soft_parts if part not in fewer[0].soft_parts)
-    notes = (
-        *other.notes,
-        f"Given up: {lost}; a plan that keeps more, at a cost of {made.cost:.3f} in all, has no flight that is certified.",
-        f"A plan that keeps more of the soft parts was given up: {why}",
-    )
-    return Draft(
-        other.model_copy(update={"mission": made.mission, "notes": notes}), draft.rounds, begun=draft.rounds, fewer=fewer[1:]
-    )
-
-
-_WAYS = 2
-"""Ways beyond waits to keep soft parts: the same words under precedences, and other words."""
-
-
-def _for_soft_parts(refused: Refused) -> Draft | None:
-    """Return what may keep soft parts which the words keep and the flight may not: waits, precedences, other words; None where nothing may."""
-    from ltlplan.soft_parts import kept_by_plan, same_words_under_precedences
-
-    draft, made = refused.draft, refused.draft.plan
-    lost = [part.outcome != "holds" for part in refused.certificate.soft]
-    laps = made.mission.spec.trace == "infinite" and len(made.robots) > 1  # in which no waits are known that would help
-    if not any(lost) or made.method == SEQUENCE or laps:
-        return None
-    meant = range(len(lost)) if made.meetings else kept_by_plan(made.mission, made)
-    witnesses = [p.witness for i, p in enumerate(refused.certificate.soft) if lost[i] and i in meant and p.witness is not None]
-    if not witnesses:
-        return None  # these parts were not meant to be kept
-    with contextlib.suppress(NotCertified):  # the waits go round in a circle
-        waiting = with_waits(made, witnesses)
-        if waiting.precedences != made.precedences:
-            return replace(draft, plan=waiting, rounds=refused.rounds)
-    for way in range(draft.reworded, _WAYS):
-        other = same_words_under_precedences(made) if way == 0 else _other_words_for_soft_parts(made)
-        if other is not None:
-            return replace(draft, plan=other, rounds=refused.rounds, witnesses=(), reworded=way + 1)
-    return None
-
-
-def _other_words_for_soft_parts(made: Plan) -> Plan | None:
-    from ltlplan.search.method import under_precedences
-    from ltlplan.soft_parts import other_words_under_precedences
-
-    return other_words_under_precedences(made, lambda asked: plan(asked, method=under_precedences))
-
-
 def _with_parts(made: Plan, team: Mapping[str, Trajectory]) -> Plan:
     """Return a plan with a note on flights that are uploaded in parts."""
     laps = made.mission.spec.repeat
@@ -357,71 +139,6 @@ def _with_parts(made: Plan, team: Mapping[str, Trajectory]) -> Plan:
         "while all robots rest."
     )
     return made.model_copy(update={"notes": tuple(dict.fromkeys((*made.notes, said)))})
-
-
-def mended(refused: Refused) -> Draft:
-    """Return what to refine next after a refusal: the plan with the waits that it asks for, and all witnesses so far.
-
-    Raises:
-        NotCertified: This was the last of a handful of rounds, the flight outlasts a vehicle's endurance, or the waits go round in a circle; carries the witnesses.
-    """
-    try:
-        return _mended(refused)
-    except NotCertified as error:
-        other = _without_this_flight(replace(refused.draft, rounds=refused.rounds), str(error))
-        if other is None:
-            raise
-        return other
-
-
-def _mended(refused: Refused) -> Draft:
-    if refused.draft.certified is not None:
-        return refused.instead or replace(refused.draft, rounds=refused.rounds)
-    latest = tuple(claim.witness for claim in refused.claims if claim.witness is not None)
-    if long := [claim.sentence for claim in refused.claims if claim.name == "limits.endurance"]:
-        hint = "No other flight of this plan is shorter; plan faster flights (`planner.speed`), or with room for waits."
-        raise NotCertified(f"Not certified. {' '.join(long)} {hint}", latest)
-    if refused.rounds >= refused.draft.last_round:
-        sentences = " ".join(claim.sentence for claim in refused.claims)
-        raise NotCertified(f"Not certified after {refused.rounds} rounds of refinement. {sentences}", latest)
-    draft, witnesses = refused.draft, (*refused.draft.witnesses, *latest)
-    try:
-        waiting = with_waits(draft.plan, latest)
-        mends = waiting is not draft.plan or all(witness.claim != "formula" for witness in latest)
-    except NotCertified:
-        replanned = _replanned(refused)
-        if replanned is None:
-            raise
-        return replanned
-    replanned = None if mends else _replanned(refused)
-    return replanned or replace(draft, plan=waiting, rounds=refused.rounds, witnesses=witnesses)
-
-
-def _replanned(refused: Refused) -> Draft | None:
-    """Return the draft with precedences that planning finds for its words, or with other words that have some; None where it finds none."""
-    draft = refused.draft
-    others = tuple(witness for witness in draft.witnesses if witness.claim != "formula")  # planning orders all events
-    try:
-        planned = with_planned_waits(draft.plan)
-    except Unsatisfiable:
-        planned = _with_other_words(draft.plan)
-    return None if planned is None else replace(draft, plan=planned, rounds=refused.rounds, witnesses=others)
-
-
-def _with_other_words(made: Plan) -> Plan | None:
-    """Return a plan whose words hold under precedences, in the place of one that holds in every order of whole words and in no flight."""
-    from ltlplan.search.method import under_precedences
-
-    if made.method == SEQUENCE:
-        return None
-    if made.mission.soft_parts:
-        return _other_words_for_soft_parts(made)
-    try:
-        other = plan(made.mission, method=under_precedences)
-    except (BadInput, Unsatisfiable, Infeasible, NotCertified):
-        return None
-    why = "Words that hold in every order of the robots were given up: they hold under no precedences, as a flight asks."
-    return other.model_copy(update={"method": made.method, "notes": (*other.notes, why)})
 
 
 def run(

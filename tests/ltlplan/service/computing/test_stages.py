@@ -13,7 +13,7 @@ import pytest
 import ltlplan
 import refine
 import verify
-from ltlplan import pipeline
+from ltlplan import drafts, pipeline
 from ltlplan.service.computing.exact import from_bytes, to_bytes
 from ltlplan.service.computing.stages import Outcome, mission_bytes, plan_of, run_stage, share_after
 from tests.helpers.flights import small_mission
@@ -62,7 +62,7 @@ def test_soft_parts_go_through_the_stages_as_through_the_library() -> None:
 def test_what_is_refused_to_the_last_can_be_watched(monkeypatch: pytest.MonkeyPatch) -> None:
     judge = verify.judge
     monkeypatch.setattr(verify, "judge", lambda plan, team, margin=None: judge(plan, team, margin=0.5))
-    monkeypatch.setattr(pipeline, "MAX_ROUNDS", 1)
+    monkeypatch.setattr(drafts, "MAX_ROUNDS", 1)
     *_, (name, last) = staged(with_margin())
     assert name == "round 1"
     assert last.following is None

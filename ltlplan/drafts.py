@@ -1,0 +1,86 @@
+"""What a plan becomes on its way to a certificate: a draft, a team that was refused, a team that is certified."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from verify.data import Mission, Plan, Trajectory, Witness
+
+if TYPE_CHECKING:
+    from verify import Certificate, Claim
+
+MAX_ROUNDS = 6
+"""How often refinement may try to mend what the checker refused."""
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A plan that is not certified yet, with what the judge refused of it so far.
+
+    Attributes:
+        plan: With the precedences that the refusals asked for.
+        rounds: How many times refinement ran.
+        witnesses: Of all claims that were refused, in all rounds.
+        certified: What is certified already, while refinement tries to keep more of the planned soft parts.
+        begun: Rounds that were spent on plans that keep more soft parts, and that no flight kept.
+        fewer: Missions with fewer soft parts, to be planned next where this plan is not certified; None before that was asked.
+        reworded: How many other ways to keep the soft parts were tried, of those in `mending`.
+    """
+
+    plan: Plan
+    rounds: int = 0
+    witnesses: tuple[Witness, ...] = ()
+    certified: Certified | None = None
+    begun: int = 0
+    fewer: tuple[Mission, ...] | None = None
+    reworded: int = 0
+
+    @property
+    def last_round(self) -> int:
+        """After how many rounds this plan is given up: a handful, two where plans with fewer soft parts are left."""
+        return self.begun + (2 if self.fewer else MAX_ROUNDS)
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A team that was refined and not certified.
+
+    Attributes:
+        draft: What was refined.
+        team: One trajectory a robot.
+        certificate: What the judge said of them.
+        instead: What may keep more of the soft parts, where only these are missed.
+    """
+
+    draft: Draft
+    team: dict[str, Trajectory]
+    certificate: Certificate
+    instead: Draft | None = None
+
+    @property
+    def rounds(self) -> int:
+        """How many times refinement ran."""
+        return self.draft.rounds + 1
+
+    @property
+    def claims(self) -> tuple[Claim, ...]:
+        """The claims that were refused."""
+        return tuple(claim for claim in self.certificate.claims if claim.outcome != "holds")
+
+
+@dataclass(frozen=True)
+class Certified:
+    """A team that is certified.
+
+    Attributes:
+        plan: With the precedences that the proof asked for.
+        team: One trajectory a robot.
+        certificate: The proof.
+        rounds: How many times refinement ran.
+    """
+
+    plan: Plan
+    team: dict[str, Trajectory]
+    certificate: Certificate
+    rounds: int
