@@ -22,7 +22,7 @@ from flight.control.on_board import (
     VELOCITY,
     Laws,
     Moment,
-    OnBoardController,
+    ToldItsMass,
     along_axis,
     attitude_error,
     autopilot_of,
@@ -30,7 +30,6 @@ from flight.control.on_board import (
     body_axes,
     column,
     mixed,
-    require_mass,
     turning_of,
 )
 from flight.model.airframe import Airframe
@@ -40,21 +39,12 @@ from verify.data import GRAVITY
 
 
 @dataclass(frozen=True, slots=True)
-class Lee(OnBoardController):
-    """Lee, Leok and McClamroch's controller, with the gains of the vehicle's autopilot.
+class Lee(ToldItsMass):
+    """Lee, Leok and McClamroch's controller, with the gains of the vehicle's autopilot."""
 
-    Attributes:
-        mass: kg that it is told; None for the vehicle's.
-    """
-
-    mass: float | None = None
-
-    def __post_init__(self) -> None:
-        require_mass(self.mass)
-
-    def laws(self, airframe: Airframe) -> Laws:
-        """Return its laws for one airframe; argument as said there."""
-        return _Lee(airframe, airframe.vehicle.mass if self.mass is None else self.mass)
+    def laws_at(self, airframe: Airframe, mass: float) -> Laws:
+        """Return its laws for one airframe; arguments as said there."""
+        return _Lee(airframe, mass)
 
 
 LEE = Lee()

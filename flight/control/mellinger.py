@@ -22,7 +22,7 @@ from flight.control.on_board import (
     VELOCITY,
     Laws,
     Moment,
-    OnBoardController,
+    ToldItsMass,
     along_axis,
     attitude_error,
     autopilot_of,
@@ -31,7 +31,6 @@ from flight.control.on_board import (
     column,
     limited,
     mixed,
-    require_mass,
 )
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats
@@ -40,21 +39,12 @@ from verify.data import GRAVITY
 
 
 @dataclass(frozen=True, slots=True)
-class Mellinger(OnBoardController):
-    """Mellinger and Kumar's controller, with the gains of the vehicle's autopilot.
+class Mellinger(ToldItsMass):
+    """Mellinger and Kumar's controller, with the gains of the vehicle's autopilot."""
 
-    Attributes:
-        mass: kg that it is told; None for the vehicle's.
-    """
-
-    mass: float | None = None
-
-    def __post_init__(self) -> None:
-        require_mass(self.mass)
-
-    def laws(self, airframe: Airframe) -> Laws:
-        """Return its laws for one airframe; argument as said there."""
-        return _Mellinger(airframe, airframe.vehicle.mass if self.mass is None else self.mass)
+    def laws_at(self, airframe: Airframe, mass: float) -> Laws:
+        """Return its laws for one airframe; arguments as said there."""
+        return _Mellinger(airframe, mass)
 
 
 MELLINGER = Mellinger()

@@ -117,17 +117,35 @@ class OnBoardController(Controller):
         """
 
 
-def require_mass(mass: float | None) -> None:
-    """Refuse a mass that a controller cannot be told.
+@dataclass(frozen=True, slots=True)
+class ToldItsMass(OnBoardController):
+    """A controller whose thrust is a force, so that it is told what it carries.
 
-    Args:
-        mass: kg, or None for the vehicle's.
+    Attributes:
+        mass: kg that it is told; None for the vehicle's.
 
     Raises:
-        BadInput: It is no mass.
+        BadInput: The mass is none.
     """
-    if mass is not None and not 0.0 < mass < 1000.0:
-        raise BadInput(f"a controller is told a mass above 0 in kg, such as 0.029, not {mass:g}.")
+
+    mass: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.mass is not None and not 0.0 < self.mass < 1000.0:
+            raise BadInput(f"a controller is told a mass above 0 in kg, such as 0.029, not {self.mass:g}.")
+
+    def laws(self, airframe: Airframe) -> Laws:
+        """Return its laws for one airframe; argument as said there."""
+        return self.laws_at(airframe, airframe.vehicle.mass if self.mass is None else self.mass)
+
+    @abstractmethod
+    def laws_at(self, airframe: Airframe, mass: float) -> Laws:
+        """Return its laws for one airframe and the mass that they are told.
+
+        Args:
+            airframe: What the controller takes the vehicles for.
+            mass: kg.
+        """
 
 
 def controller_name(vehicle: Vehicle) -> str:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from flight import Campaign
 
 
+# a parameter for each of the command's options
 def command(
     source: flight_options.TeamArgument,
     runs: Annotated[int, typer.Option("--runs", min=1, help="How many flights.")] = 100,

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from verify import Certificate
 
 
+# a parameter for each of the command's options
 def command(
     folder: FolderArgument,
     margin: MarginOption = None,

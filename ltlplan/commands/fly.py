@@ -23,6 +23,7 @@ else:
     ReactionName = choices("ReactionName", get_args(Reaction))
 
 
+# a parameter for each of the command's options
 def command(
     source: flight_options.TeamArgument,
     out: flight_options.OutOption = None,

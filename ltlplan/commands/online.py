@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from ltlplan.online.online_flight import OnlineFlight
 
 
+# a parameter for each of the command's options
 def command(
     mission: options.MissionArgument,
     certified: Annotated[bool, typer.Option("--certified", help="Fly only pieces that are certified.")] = False,

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from flight import Rehearsal
 
 
+# a parameter for each of the command's options
 def command(
     source: flight_options.TeamArgument,
     runs: Annotated[int, typer.Option("--runs", min=1, help="Flights of each combination.")] = 20,

@@ -10,6 +10,7 @@ import typer
 from ltlplan.commands.shared import options
 
 
+# a parameter for each of the command's options
 def command(
     mission: options.MissionArgument,
     out: Annotated[Path | None, typer.Option("--out", help="Folder to write (default: out/MISSION).")] = None,

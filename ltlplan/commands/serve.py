@@ -11,6 +11,7 @@ from ltlplan.commands.shared.options import JsonOption
 from ltlplan.service.settings import LOOPBACK, PORT
 
 
+# a parameter for each of the command's options
 def command(
     host: Annotated[
         str, typer.Option("--host", help="Address to listen on; others than this machine's own need tokens.")

@@ -11,6 +11,7 @@ import typer
 from ltlplan.commands.shared import options
 
 
+# a parameter for each of the command's options
 def command(
     mission: options.MissionArgument,
     out: Annotated[Path | None, typer.Option("--out", help="Page to write (default: MISSION.html).")] = None,

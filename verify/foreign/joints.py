@@ -48,12 +48,12 @@ def jumps(fleet: Fleet, order: int) -> Joints:
         part = np.arange(low, min(low + BLOCK + 1, rows))  # the last one of a block is the next one's first
         table = fleet.positions(part) if order == 0 else fleet.derivative(part, order)
         ends, starts = table[:-1, :, -1:], table[1:, :, :1]
-        _raise(fleet, found, part[1:], *_size((starts - ends).low[..., 0], (starts - ends).high[..., 0]), within=True)
+        _raise(fleet, found, part[1:], _size((starts - ends).low[..., 0], (starts - ends).high[..., 0]), within=True)
         if order:
             for edge, place in ((fleet.first[:-1], 0), (fleet.first[1:] - 1, -1)):
                 own = edge[(edge >= low) & (edge <= part[-1])]
                 rest = table[own - low][..., place]
-                _raise(fleet, found, own, *_size(rest.low, rest.high), within=False, after=place)
+                _raise(fleet, found, own, _size(rest.low, rest.high), within=False, after=place)
     if order == 0:
         _exactly(fleet, found)
     return found
@@ -69,9 +69,10 @@ def home_jumps(fleet: Fleet) -> Iterator[tuple[int, str, int, float]]:
 
 
 def _raise(
-    fleet: Fleet, found: Joints, rows: np.ndarray, upper: Floats, lower: Floats, *, within: bool, after: int = 0
+    fleet: Fleet, found: Joints, rows: np.ndarray, sizes: tuple[Floats, Floats], *, within: bool, after: int = 0
 ) -> None:
-    """Take over the greatest jumps before (or after) pieces, each for its drone."""
+    """Take over the greatest jumps before (or after) pieces, whose sizes are known as from `_size`, each for its drone."""
+    upper, lower = sizes
     owner = fleet.owner[rows]
     kept = fleet.owner[rows - 1] == owner if within else np.ones(len(rows), dtype=bool)
     times = fleet.knots[fleet.knot[rows] - after, 0]

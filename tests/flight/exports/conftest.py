@@ -1,10 +1,15 @@
-"""A certified team to export."""
+"""A certified team to export, and scripts that fly exports with crazyswarm2."""
 
 from __future__ import annotations
+
+import importlib.util
+import signal
+import sys
 
 import pytest
 
 import flight
+from tests.helpers.crazyswarm_peer import Robot, World
 from tests.helpers.stand_ins import flight as made_flight
 from tests.helpers.stand_ins import stand_in
 
@@ -14,3 +19,25 @@ def certified():
     plan, team = made_flight()
     team = flight.with_hovers(team)
     return team, stand_in(plan, team)
+
+
+@pytest.fixture
+def script_in_world(tmp_path, monkeypatch):
+    """Export a team; return robots that stand below their starts, and the script that flies them."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def make(team, cert):
+        flight.export(team, cert, tmp_path, anyway=True)
+        world = World()
+        for name, path in team.items():
+            world.robots[name] = Robot(name, world, path.evaluate(0.0)[:3] * (1, 1, 0))
+        for name, module in world.modules().items():
+            monkeypatch.setitem(sys.modules, name, module)
+        spec = importlib.util.spec_from_file_location("fly_mission", tmp_path / "fly_mission.py")
+        script = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(script)
+        return world, script
+
+    yield make
+    for number, handler in before.items():
+        signal.signal(number, handler)

@@ -2,34 +2,18 @@
 
 from __future__ import annotations
 
-import importlib.util
 import signal
-import sys
 
 import numpy as np
 import pytest
 
-import flight
-from tests.helpers.crazyswarm_peer import Robot, World
+from tests.helpers.crazyswarm_peer import World
 
 
 @pytest.fixture
-def world_and_script(certified, tmp_path, monkeypatch):
+def world_and_script(certified, script_in_world):
     """The exported script, and robots that stand below their starts."""
-    team, cert = certified
-    flight.export(team, cert, tmp_path, anyway=True)
-    world = World()
-    for name, path in team.items():
-        world.robots[name] = Robot(name, world, path.evaluate(0.0)[:3] * (1, 1, 0))
-    for name, module in world.modules().items():
-        monkeypatch.setitem(sys.modules, name, module)
-    spec = importlib.util.spec_from_file_location("fly_mission", tmp_path / "fly_mission.py")
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    yield world, script
-    for number, handler in before.items():
-        signal.signal(number, handler)
+    return script_in_world(*certified)
 
 
 def begun(world: World) -> bool:

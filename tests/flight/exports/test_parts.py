@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-import signal
-import sys
 
 import numpy as np
 import pytest
 
 import flight
 from flight.exports.crazyflies.compressed import COMPRESSED, compressed_bytes
-from tests.helpers.crazyswarm_peer import Robot, World
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.trajectory_memory import Vehicle
 from verify import certify
@@ -49,28 +45,6 @@ def patrol():
     return path, certify(plan.model_copy(update={"robots": {"r0": robot}}), path)
 
 
-@pytest.fixture
-def flown(tmp_path, monkeypatch):
-    """Export a team, and return the script with the world that it flies in."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def make(team, cert) -> tuple[World, object]:
-        flight.export(team, cert, tmp_path, anyway=True)
-        world = World()
-        for name, path in team.items():
-            world.robots[name] = Robot(name, world, path.evaluate(0.0)[:3] * (1, 1, 0))
-        for name, module in world.modules().items():
-            monkeypatch.setitem(sys.modules, name, module)
-        spec = importlib.util.spec_from_file_location("fly_mission", tmp_path / "fly_mission.py")
-        script = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(script)
-        return world, script
-
-    yield make
-    for number, handler in before.items():
-        signal.signal(number, handler)
-
-
 def test_each_part_is_a_file_of_two_pieces_at_least(team, tmp_path) -> None:
     paths, cert = team
     done = flight.export(paths, cert, tmp_path, anyway=True)
@@ -88,8 +62,8 @@ def test_each_part_is_a_file_of_two_pieces_at_least(team, tmp_path) -> None:
     assert "hold by a go-to" in note
 
 
-def test_the_script_flies_part_by_part_and_uploads_while_robots_hover(team, flown, capsys) -> None:
-    world, script = flown(*team)
+def test_the_script_flies_part_by_part_and_uploads_while_robots_hover(team, script_in_world, capsys) -> None:
+    world, script = script_in_world(*team)
     assert script.main() == 0
     assert world.commands("all") == ["arm"] + ["startTrajectory"] * 2 + ["land"] * 3 + ["disarm"]
     assert world.commands("r0") == ["takeoff", "goTo", "goTo", "goTo"]
@@ -101,16 +75,16 @@ def test_the_script_flies_part_by_part_and_uploads_while_robots_hover(team, flow
     assert 1.6 < pause < 2.0
 
 
-def test_a_lap_is_uploaded_once_and_started_again(patrol, flown, capsys) -> None:
-    world, script = flown(*patrol)
+def test_a_lap_is_uploaded_once_and_started_again(patrol, script_in_world, capsys) -> None:
+    world, script = script_in_world(*patrol)
     assert script.ORDER == [0, 1, 1, 1]
     assert script.main() == 0
     assert world.commands("all").count("startTrajectory") == 4
     assert len(world.robots["r0"].uploads) == 2
 
 
-def test_no_part_is_started_by_robots_that_are_elsewhere(team, flown, capsys) -> None:
-    world, script = flown(*team)
+def test_no_part_is_started_by_robots_that_are_elsewhere(team, script_in_world, capsys) -> None:
+    world, script = script_in_world(*team)
     parts = 8.5 + float(team[0]["r0"].knots[2])
 
     def at(now: float) -> None:
@@ -124,8 +98,8 @@ def test_no_part_is_started_by_robots_that_are_elsewhere(team, flown, capsys) ->
     assert not any(robot.spinning for robot in world.robots.values())
 
 
-def test_who_pauses_for_too_long_lands(team, flown, capsys) -> None:
-    world, script = flown(*team)
+def test_who_pauses_for_too_long_lands(team, script_in_world, capsys) -> None:
+    world, script = script_in_world(*team)
     script.PAUSE = 1.0
     assert script.main() == 1
     assert "the pause before part 2 of 2 lasted more than 1 s" in capsys.readouterr().out

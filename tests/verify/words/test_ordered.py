@@ -1,3 +1,4 @@
+from collections.abc import Iterator
 from random import Random
 
 import pytest
@@ -5,7 +6,10 @@ import pytest
 from tests.helpers.linearisations import broken, events_of
 from tests.helpers.random_teams import random_formula
 from verify import check_ordered, check_team
-from verify.data import BadInput, parse_formula
+from verify.data import BadInput, Formula, parse_formula
+
+Words = dict[str, tuple[frozenset[str], ...]]
+Pairs = list[tuple[tuple[str, int], tuple[str, int]]]
 
 
 def word(text: str) -> tuple[frozenset[str], ...]:
@@ -64,12 +68,13 @@ def test_without_precedences_it_is_the_claim_of_all_interleavings() -> None:
             assert check_ordered(formula, words, [], reading).outcome == expected
 
 
-def _words(rng: Random) -> dict[str, tuple[frozenset[str], ...]]:
+def _words(rng: Random) -> Words:
     letters = [frozenset[str](), frozenset("a"), frozenset("b"), frozenset("ab"), frozenset("c")]
     return {f"quad{i}": tuple(rng.choice(letters) for _ in range(rng.randint(1, 3))) for i in range(rng.randint(1, 3))}
 
 
-def _agreement(seed: int, cases: int, most: int) -> None:
+def _small_teams(seed: int, cases: int, most: int) -> Iterator[tuple[Formula, Words, Pairs]]:
+    """Yield random formulas, words of few letters in all, and precedences; some of these go round in a circle, most do not."""
     rng = Random(seed)
     for _ in range(cases):
         formula, words = random_formula(rng, rng.randint(2, 6)), _words(rng)
@@ -77,8 +82,15 @@ def _agreement(seed: int, cases: int, most: int) -> None:
             continue
         events = events_of(words)
         rng.shuffle(events)
-        events.sort(key=lambda event: event[1])  # some of these go round in a circle, most do not
+        events.sort(key=lambda event: event[1])
         pairs = [(e, f) for i, e in enumerate(events) for f in events[i + 1 :] if e[0] != f[0] and rng.random() < 0.4]
+        yield formula, words, pairs
+
+
+@pytest.mark.parametrize(("seed", "cases"), [(0, 60), pytest.param(1, 400, marks=pytest.mark.slow)])  # each team is written out
+def test_all_linearisations_agree_with_words_that_are_written_out(seed: int, cases: int) -> None:
+    most = 6
+    for formula, words, pairs in _small_teams(seed, cases, most):
         for reading in ("own", "joint"):
             verdict = check_ordered(formula, words, pairs, reading)
             found = broken(formula, words, pairs, reading, most)
@@ -86,21 +98,13 @@ def _agreement(seed: int, cases: int, most: int) -> None:
                 assert (verdict.outcome == "fails") == (found is not None), (str(formula), words, pairs, reading)
 
 
-def test_all_linearisations_agree_with_words_that_are_written_out() -> None:
-    _agreement(0, 60, 6)
-
-
-@pytest.mark.slow  # hundreds of teams, each written out
-def test_many_linearisations_agree_with_words_that_are_written_out() -> None:
-    _agreement(1, 400, 6)
-
-
 def test_a_formula_may_ask_for_the_next_letter() -> None:
     words = {"quad0": word(", a, a"), "quad1": word("b")}
     assert check_ordered(parse_formula("F(a & X a)"), words, [], "joint").outcome == "holds"
 
 
-def _alike(seed: int, cases: int) -> None:
+def _teams_of_equals(seed: int, cases: int) -> Iterator[tuple[Formula, Words, Pairs]]:
+    """Yield random formulas, words of which two are the same, and precedences that see no difference, or now and then do."""
     rng = Random(seed)
     letters = [frozenset[str](), frozenset("a"), frozenset("b"), frozenset("ab")]
     for _ in range(cases):
@@ -111,16 +115,12 @@ def _alike(seed: int, cases: int) -> None:
         change = {"quad0": "quad1", "quad1": "quad0", "quad2": "quad2"}
         if rng.random() < 0.7:  # else robots that only look alike
             pairs |= {((change[r], i), (change[s], j)) for (r, i), (s, j) in pairs}
-        formula = random_formula(rng, rng.randint(2, 6))
-        verdict = check_ordered(formula, words, sorted(pairs), "joint")
-        found = broken(formula, words, sorted(pairs), "joint", 9)
+        yield random_formula(rng, rng.randint(2, 6)), words, sorted(pairs)
+
+
+@pytest.mark.parametrize(("seed", "cases"), [(0, 150), pytest.param(1, 4000, marks=pytest.mark.slow)])
+def test_robots_that_are_alike_are_followed_as_how_many(seed: int, cases: int) -> None:
+    for formula, words, pairs in _teams_of_equals(seed, cases):
+        verdict = check_ordered(formula, words, pairs, "joint")
+        found = broken(formula, words, pairs, "joint", 9)
         assert (verdict.outcome == "fails") == (found is not None or "circle" in verdict.sentence), (str(formula), words, pairs)
-
-
-def test_robots_that_are_alike_are_followed_as_how_many() -> None:
-    _alike(0, 150)
-
-
-@pytest.mark.slow
-def test_many_robots_that_are_alike_are_followed_as_how_many() -> None:
-    _alike(1, 4000)
