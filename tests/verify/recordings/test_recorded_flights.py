@@ -1,0 +1,20 @@
+"""Flights that the simulator flew and knows, recorded with bounded faults: what the judge says of them is so.
+
+`python tests/benchmarks/recordings.py 10000` does the same with as many flights as are asked for.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.helpers.recorded_flights import campaign
+
+
+@pytest.mark.slow
+def test_no_flight_that_is_called_satisfied_left_its_tube_or_broke_a_claim(tmp_path):
+    tally = campaign(1, 60, tmp_path, together=20)
+    assert tally.faults == []
+    assert tally.flights == 60
+    assert tally.outcomes["holds"] >= 1
+    assert tally.outcomes["fails"] >= 1
+    assert 1 <= tally.left < 60
