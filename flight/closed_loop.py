@@ -17,7 +17,7 @@ from flight.model.plant import Motion, Plant
 from flight.model.sensing import Kalman, MotionCapture
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
 from flight.on_board.steps import steps_on_board
-from flight.setup import Setup, Snapshot
+from flight.setup import Setup, Snapshot, farthest
 from flight.side_by_side import begin, kinds_of
 
 
@@ -65,13 +65,7 @@ def steps(setup: Setup, seeds: Sequence[int]) -> Iterator[Snapshot]:
             if senses is not None and frames is not None and sub % frames == 0:
                 senses.advance()
             flown = plant.fly(air, end - sub)
-            planned = [guidance.planned(step + k) for k in range(1, end - sub + 1)]
-            known = [k for k, place in enumerate(planned) if place is not None]
-            if known:
-                at = np.array([planned[k] for k in known])
-                away = (flown[known].reshape(-1, 3, runs, robots) - at[:, :, None]).reshape(-1, 3, n)
-                away *= away
-                peak = np.maximum(peak, np.max(away[:, 0] + away[:, 1] + away[:, 2], axis=0))
+            peak = np.maximum(peak, farthest(guidance, step, flown))
     if senses is not None:
         senses.frame()
     yield _snapshot(plant, ticks * SUBSTEPS, None if senses is None else senses.measured, estimated, np.sqrt(peak))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from flight.conditions import CALM, Conditions
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats
@@ -42,6 +44,24 @@ class Guidance(Protocol):
     def planned(self, step: int) -> Floats | None:
         """Return where they should be at a step of the dynamics, m; None where nobody planned that. Shape (3, robots)."""
         ...
+
+
+def farthest(guidance: Guidance, step: int, flown: Floats) -> Floats:
+    """Return the square of each vehicle's greatest distance from where it should be, m^2; 0 where nobody planned that. Shape (n,).
+
+    Args:
+        guidance: The plan, of some robots.
+        step: Of the dynamics, before those that were flown.
+        flown: Where all runs' robots are after each step, m. Shape (steps, 3, n).
+    """
+    places = [guidance.planned(step + k) for k in range(1, len(flown) + 1)]
+    known = [k for k, place in enumerate(places) if place is not None]
+    if not known:
+        return np.zeros(flown.shape[-1])
+    at = np.array([places[k] for k in known])[:, :, None]
+    away = (flown[known].reshape(*at.shape[:2], -1, at.shape[-1]) - at).reshape(len(known), 3, -1)
+    away *= away
+    return np.max(away[:, 0] + away[:, 1] + away[:, 2], axis=0)
 
 
 @dataclass(frozen=True, slots=True)

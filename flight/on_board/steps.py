@@ -15,7 +15,7 @@ from flight.model.attitude import Floats
 from flight.model.sensing import MotionCapture
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, SUBSTEPS
 from flight.on_board.fleet import Fleet, Sight
-from flight.setup import Setup, Snapshot
+from flight.setup import Setup, Snapshot, farthest
 from flight.side_by_side import kinds_of
 
 _HALVES = SUBSTEPS // FRAME_STEPS
@@ -51,22 +51,12 @@ def steps_on_board(setup: Setup, seeds: Sequence[int]) -> Iterator[Snapshot]:
         for half in range(_HALVES):
             step = tick * SUBSTEPS + half * FRAME_STEPS
             if sensor is not None:
-                sight = seen(draws, sensor, half)
-                fleet.look(sight)
-                measured = np.where(sight.seen, fleet.state[:3] + sight.position, np.nan)
+                measured = _look(fleet, seen(draws, sensor, half))
             yield _snapshot(fleet, step, measured, peak)
             flown = fleet.fly(flat, half, air)
-            planned = [guidance.planned(step + k) for k in range(1, FRAME_STEPS + 1)]
-            known = [k for k, place in enumerate(planned) if place is not None]
-            if known:
-                at = np.array([planned[k] for k in known])
-                away = (flown[known].reshape(-1, 3, runs, robots) - at[:, :, None]).reshape(-1, 3, n)
-                away *= away
-                peak = np.maximum(peak, np.max(away[:, 0] + away[:, 1] + away[:, 2], axis=0))
+            peak = np.maximum(peak, farthest(guidance, step, flown))
     if sensor is not None:
-        sight = seen(draws, sensor, 0)
-        fleet.look(sight)
-        measured = np.where(sight.seen, fleet.state[:3] + sight.position, np.nan)
+        measured = _look(fleet, seen(draws, sensor, 0))
     yield _snapshot(fleet, guidance.ticks * SUBSTEPS, measured, peak)
 
 
@@ -84,6 +74,12 @@ def seen(draws: Draws, sensor: MotionCapture, half: int) -> Sight:
     for _ in range(pictures):
         noise, found = draws.sight()
     return Sight(sensor.noise * noise, sensor.attitude_noise * attitude, found, sensor.rate_noise * gyro)
+
+
+def _look(fleet: Fleet, sight: Sight) -> Floats:
+    """Tell a fleet what the cameras see, and return where they see it; NaN where they see nothing. Shape (3, n)."""
+    fleet.look(sight)
+    return np.where(sight.seen, fleet.state[:3] + sight.position, np.nan)
 
 
 def _snapshot(fleet: Fleet, step: int, measured: Floats | None, peak: Floats) -> Snapshot:

@@ -168,8 +168,7 @@ def test_the_dearest_robot_costs_as_little_as_possible():
 @pytest.mark.slow
 def test_the_dearest_of_many_teams_costs_as_little_as_possible():
     rng = Random(14)
-    for _ in range(4_000):
-        check_dearest(rng)
+    assert sum(check_dearest(rng) for _ in range(4_000)) > 500
 
 
 def two_places(formula: str, robots: int) -> Classes:
