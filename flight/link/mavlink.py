@@ -33,6 +33,8 @@ ANSWER = 5.0
 """s to wait for a mode, for arming, and for a parameter."""
 AGAIN = 0.3
 """s after which what was not confirmed is asked for again."""
+LATE = 0.2
+"""s by which a set-point may be late: after more, it would be a jump."""
 OFFBOARD, HOLD, LAND = (6, 0), (4, 3), (4, 6)
 """PX4's main and sub mode."""
 FAILSAFE = {"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 4}
@@ -117,7 +119,7 @@ class MavlinkLink:
                 raise BadInput(f"{name} cannot be reached at {addresses[name]}: {error}.") from None
             self._vehicles[name] = _Vehicle(name, (systems or {}).get(name, index + 1), link)
         self._begin, self._number, self._sent = 0.0, -1, -math.inf
-        self._streaming = False
+        self._streaming, self._stays = False, math.inf
         try:
             self._connect()
         except BaseException:
@@ -139,7 +141,14 @@ class MavlinkLink:
         return time.monotonic()
 
     def sleep(self, seconds: float) -> None:
-        """Listen, and stream set-points, for so long."""
+        """Listen, and stream set-points, for so long.
+
+        Args:
+            seconds: How long.
+
+        Raises:
+            LinkLost: This computer was late by more than `LATE`; from then on robots are asked to stay where they last were.
+        """
         end = self.now() + seconds
         while True:
             self._listen()
@@ -185,7 +194,7 @@ class MavlinkLink:
         Raises:
             LinkLost: A vehicle does not change to offboard flight, or does not arm.
         """
-        self._number, self._begin = number, math.inf
+        self._number, self._begin, self._stays = number, math.inf, math.inf
         if not self._streaming:
             self._streaming = True
             self.sleep(LEAD)
@@ -306,13 +315,17 @@ class MavlinkLink:
         now = self.now()
         if not self._streaming or now - self._sent < 1.0 / RATE:
             return
+        late = now - self._sent - 1.0 / RATE
+        jumps = self._begin < self._sent and late > LATE and math.isinf(self._stays)
+        if jumps:
+            self._stays = self._sent - self._begin
         self._sent = now if now - self._sent > 2.0 / RATE else self._sent + 1.0 / RATE
         for vehicle in self._vehicles.values():
             if vehicle.mode in (HOLD, LAND) or (path := vehicle.stored.get(self._number)) is None:
                 continue
-            at = min(max(now - self._begin, 0.0), path.duration)
+            at = min(max(now - self._begin, 0.0), path.duration, self._stays)
             flat = np.stack([path.evaluate(at, order) for order in range(3)])[:, None]
-            if now - self._begin >= path.duration:
+            if now - self._begin > at:
                 flat[1:] = 0.0
             position, velocity, acceleration, heading, rate = to_ned(flat, self._origin)
             vehicle.link.mav.set_position_target_local_ned_send(
@@ -327,6 +340,8 @@ class MavlinkLink:
                 heading[0],
                 rate[0],
             )
+        if jumps:
+            raise LinkLost(f"set-points were {late:.2f} s late: this computer is too busy, or was stopped")
 
 
 def _require_addresses(mission: Mission, addresses: Mapping[str, str]) -> None:

@@ -31,7 +31,7 @@ def command(
     wind: flight_options.WindOption = None,
     noise: flight_options.NoiseOption = None,
     model: flight_options.ModelOption = flight_options.FULL,
-    controller: flight_options.ControllerOption = flight_options.GEOMETRIC,
+    controller: flight_options.FollowerOption = None,
     estimator: flight_options.EstimatorOption = None,
     latency: flight_options.LatencyOption = None,
     mass: flight_options.MassOption = None,
@@ -62,12 +62,13 @@ def command(
     from flight import fly
     from ltlplan.output import LOG_FILES, write_flight
 
-    conditions = flight_options.conditions(wind, noise, model, controller, estimator=estimator, latency=latency, mass=mass)
+    said = flight_options.Said(wind, noise, model, controller, estimator, latency, mass)
+    said.require_sense()
     if link is not None:
         from ltlplan.commands.shared.live_flight import Asked, fly_over_link
 
         kind = Asked(str(link), tuple(place or ()), tuple(address or ()), real_time)
-        fly_over_link(source, out, kind, conditions, seed, json=json)
+        fly_over_link(source, out, kind, said, seed, json=json)
         return
     if place or real_time or address:
         raise BadInput("--place, --address and --real-time go with --link.")
@@ -75,8 +76,8 @@ def command(
         plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
         progress("flying in simulation", 0.5)
         log = fly(
-            plan, team, certificate, seed=plan.seed if seed is None else seed, conditions=conditions, reaction=reaction,
-            progress=part_of(progress, 0.5, 1.0),
+            plan, team, certificate, seed=plan.seed if seed is None else seed, conditions=said.conditions(plan.mission),
+            reaction=reaction, progress=part_of(progress, 0.5, 1.0),
         )  # fmt: skip
         files = written(out, lambda folder: write_flight(plan, log, folder))
     _outcome(log, certificate.margin).show(files, as_json=json)

@@ -24,7 +24,6 @@ class Manner:
     falls_silent_after: int | None = None  # setpoints, then it says nothing any more
     loses_commands: int = 0  # the first ones, of each kind
     deaf_to: tuple[int, ...] = ()  # modes that it never takes
-    loss_time: float = 1.0  # COM_OF_LOSS_T, s
     refuses_arming: bool = False
     deaf_to_parameters: tuple[str, ...] = ()
 
@@ -32,8 +31,9 @@ class Manner:
 class Px4Peer(threading.Thread):
     """Hovers where it is until it is in offboard flight, and then is where its setpoints say.
 
-    Offboard flight is taken only after half a second of setpoints above 2 Hz, and left by failsafe (into hold) where none
-    comes for `loss_time`. Positions are reported once a second until an interval is asked for. Commands are acknowledged.
+    Offboard flight is taken only after half a second of setpoints above 2 Hz, and left by failsafe where none comes for
+    `COM_OF_LOSS_T` seconds: into landing where `COM_OBL_RC_ACT` is 4, else into hold. It disarms on its own half a second after it has
+    landed. Positions are reported once a second until an interval is asked for. Commands are acknowledged.
     """
 
     def __init__(self, system: int, port: int, place: tuple[float, ...], manner: Manner | None = None) -> None:
@@ -51,16 +51,16 @@ class Px4Peer(threading.Thread):
         self.asked: list[int] = []
         self.lost: dict[tuple[int, float, float], int] = {}
         self.arrivals: list[float] = []
-        self.interval = 1.0
+        self.interval, self.touched = 1.0, math.inf
         self.armed = self.manner.armed
-        self.parameters = {"COM_OF_LOSS_T": 0.5, "COM_OBL_RC_ACT": 0}
+        self.parameters = {"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 0}
         self.ended = threading.Event()
 
     def run(self) -> None:
         """Report and listen until `ended` is set."""
-        mavlink, said, placed = self.link.mav, -math.inf, -math.inf
+        mavlink, said, placed, now = self.link.mav, -math.inf, -math.inf, time.monotonic()
         while not self.ended.is_set():
-            now = time.monotonic()
+            before, now = now, time.monotonic()
             silent = self.manner.falls_silent_after is not None and len(self.flown) > self.manner.falls_silent_after
             if now >= said + 0.05 and not silent:
                 said = now
@@ -70,9 +70,11 @@ class Px4Peer(threading.Thread):
                 mavlink.local_position_ned_send(0, *self.place, 0.0, 0.0, 0.0)
             if self.mode == LAND and self.armed:  # a metre a second, down to the ground
                 x, y, z = self.place
-                self.place = (x, y, min(z + 0.005, 0.0))
-            if self.mode == OFFBOARD and now - self.arrivals[-1] > self.manner.loss_time:
-                self.mode, self.failsafes = HOLD, self.failsafes + 1
+                self.place = (x, y, min(z + min(now - before, 0.1), 0.0))
+                self.touched = self.touched if z < 0 else min(self.touched, now)
+                self.armed = now < self.touched + 0.5
+            if self.mode == OFFBOARD and now - self.arrivals[-1] > self.parameters["COM_OF_LOSS_T"]:
+                self.mode, self.failsafes = LAND if self.parameters["COM_OBL_RC_ACT"] == 4 else HOLD, self.failsafes + 1
             message = self.link.recv_match(blocking=True, timeout=0.005)
             if message is not None:
                 self.take(message)

@@ -5,19 +5,22 @@ Models and controllers are those of the registries; reading them loads `flight`,
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from flight.conditions import ESTIMATORS, Conditions, Estimator
+from flight.conditions import ESTIMATORS, Conditions, Estimator, conditions_of
 from flight.control.controller import CONTROLLERS
+from flight.control.on_board import controller_name
 from flight.model.plant import AIRFRAME_MODELS
 from ltlplan.commands.shared.choices import choices
 from verify.data import BadInput
 
 if TYPE_CHECKING:
+    from verify.data import Mission
+
     ModelName = ControllerName = str
     EstimatorName = Estimator
 else:
@@ -35,6 +38,10 @@ NoiseOption = Annotated[
 ]
 ModelOption = Annotated[ModelName, typer.Option("--model", help="How the vehicles fly.")]
 ControllerOption = Annotated[ControllerName, typer.Option("--controller", help="Who follows the plan.")]
+FollowerOption = Annotated[
+    ControllerName | None,
+    typer.Option("--controller", help="Who follows the plan (default: whom the vehicles' profiles name)."),
+]
 EstimatorOption = Annotated[
     EstimatorName | None,
     typer.Option("--estimator", help="Who makes a state of what motion capture sees: on board, or on the ground."),
@@ -88,3 +95,57 @@ def conditions(
             raise BadInput("--latency is motion capture's: give --noise as well, 0 for cameras without error.")
         sensor = replace(sensor, delay=latency)
     return Conditions(wind, sensor, model, follower, estimator=cast("Estimator | None", estimator))
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """What options say of a flight; None where they say nothing.
+
+    Attributes:
+        wind: As `--wind`.
+        noise: As `--noise`.
+        model: As `--model`.
+        controller: As `--controller`.
+        estimator: As `--estimator`.
+        latency: As `--latency`.
+        mass: As `--mass`.
+    """
+
+    wind: str | None
+    noise: str | None
+    model: str
+    controller: str | None
+    estimator: str | None
+    latency: float | None
+    mass: float | None
+
+    def require_sense(self) -> None:
+        """Refuse what makes no sense for any mission, before one is planned.
+
+        Raises:
+            BadInput: There are no such conditions.
+        """
+        if self.controller is not None:
+            self._by(self.controller)
+        else:
+            replace(self, mass=None)._by(str(GEOMETRIC))
+
+    def conditions(self, mission: Mission) -> Conditions:
+        """Return what a mission is flown in: where nothing is said, as `run` flies it; else as said, by whom the profiles name if nobody is.
+
+        Args:
+            mission: Says what flies.
+
+        Raises:
+            BadInput: There are no such conditions, or a profile names a controller that there is not.
+        """
+        if self == Said(None, None, FULL, None, None, None, None):
+            return conditions_of(mission)
+        names = {controller_name(mission.vehicle_of(robot)) for robot in mission.agents}
+        usual = names.pop() if len(names) == 1 else "profile"
+        return self._by(self.controller or (usual if self.model == FULL else str(GEOMETRIC)))
+
+    def _by(self, controller: str) -> Conditions:
+        return conditions(
+            self.wind, self.noise, self.model, controller, estimator=self.estimator, latency=self.latency, mass=self.mass
+        )

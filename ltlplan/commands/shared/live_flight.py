@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from flight import Conditions
     from flight.link.link import Link
     from flight.link.live import LiveFlight
+    from ltlplan.commands.shared.flight_options import Said
     from ltlplan.transfers import Place
     from verify.data import Mission, Trajectory
 
@@ -40,14 +41,14 @@ class Asked:
     real_time: bool
 
 
-def fly_over_link(source: str, out: Path | None, asked: Asked, conditions: Conditions, seed: int | None, *, json: bool) -> None:
+def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed: int | None, *, json: bool) -> None:
     """Fly a certified mission over a link, and show how it ended.
 
     Args:
         source: A run's folder, a mission's file, or the name of a shipped mission.
         out: Folder for what was measured and asked; None writes nothing.
         asked: Which link, and where robots are.
-        conditions: What simulated robots fly in and with.
+        said: What simulated robots fly in and with.
         seed: Of every random number of theirs; None takes the plan's.
         json: One JSON document instead of text.
 
@@ -64,7 +65,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, conditions: Condi
         plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
         stand = _places(asked.places, plan.mission, team)
         flown = stages(plan, team, certificate, stand, progress=part_of(progress, 0.5, 1.0))
-    link = _link(asked, plan.mission, stand, conditions, plan.seed if seed is None else seed)
+    link = _link(asked, plan.mission, stand, said.conditions(plan.mission), plan.seed if seed is None else seed)
     view = View(quiet=json)
     try:
         with sigterm_interrupts():
