@@ -18,6 +18,8 @@ Desk = Callable[[str], Tab]
 Narrow = Callable[[str, bool], Tab]
 
 PAGES = ("report", "show", "campaign", "online")
+ONLINE = pytest.param("online", marks=pytest.mark.slow)
+"""A page like the report's, which takes long to open."""
 
 BOXES = """
 (() => {
@@ -58,7 +60,7 @@ ROOM = 0.88
 """Share of a picture that the workspace may fill, so that the words along its axes are inside."""
 
 
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize("name", [*PAGES[:-1], ONLINE])
 def test_a_page_draws_from_its_file_alone_without_a_complaint(desk: Desk, name: str) -> None:
     tab = desk(name)
     assert tab.complaints() == []
@@ -96,7 +98,7 @@ def test_nothing_scrolls_sideways_or_lies_over_words_on_a_narrow_screen(narrow: 
         assert max(abs(part) for corner in scene["corners"] for part in corner) < ROOM, "axes are clipped"
 
 
-@pytest.mark.parametrize("name", ["report", "show", "online"])
+@pytest.mark.parametrize("name", ["report", "show", ONLINE])
 def test_scenes_are_to_scale(desk: Desk, name: str) -> None:
     tab = desk(name)
     scenes = tab.run(SCENES)
@@ -127,7 +129,7 @@ def test_the_error_curve_can_be_read_beside_its_margin(desk: Desk) -> None:
     assert "margin 50 mm" in tab.run("document.getElementById('errors').textContent")
 
 
-@pytest.mark.parametrize("name", ["report", "online"])
+@pytest.mark.parametrize("name", ["report", ONLINE])
 def test_a_flight_plays(desk: Desk, name: str) -> None:
     tab = desk(name)
     assert text(tab, "time") == "0.0 s"
@@ -155,7 +157,7 @@ def test_a_robot_s_name_beside_the_scene_hides_it_and_shows_it_again(desk: Desk)
         tab.move_clock("1" if shown == "false" else "0")  # a hidden robot's marker moves unseen
 
 
-@pytest.mark.parametrize("name", ["report", "online"])
+@pytest.mark.parametrize("name", ["report", ONLINE])
 def test_the_slider_shows_the_end_of_the_mission(desk: Desk, name: str) -> None:
     tab = desk(name)
     for robot, index in (("quad0", 0), ("quad1", 1), ("quad2", 2)):
@@ -168,6 +170,7 @@ def test_the_slider_shows_the_end_of_the_mission(desk: Desk, name: str) -> None:
     assert tab.run("document.querySelector('.bars').style.getPropertyValue('--now')") == "1"
 
 
+@pytest.mark.slow  # opens the page of an online flight
 def test_a_hoop_that_moved_is_seen_where_it_was_at_the_time(desk: Desk) -> None:
     tab = desk("online")
     seen = """

@@ -27,6 +27,7 @@ def folder(tmp_path: Path) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_table_tells_what_became_of_each(ltlplan: Command, folder: Path, tmp_path: Path) -> None:
     told = ltlplan("batch", str(folder), cwd=tmp_path)
     header, good, never, why, *_ = told.stdout.splitlines()

@@ -133,6 +133,7 @@ def test_a_scheduler_that_is_not_there_is_said(address: str, monkeypatch: pytest
         Cluster(address)
 
 
+@pytest.mark.slow
 def test_a_scheduler_without_workers_is_said() -> None:
     with (
         local_cluster(workers=0) as machines,

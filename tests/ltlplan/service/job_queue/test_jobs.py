@@ -185,6 +185,7 @@ def test_what_goes_on_after_a_stop_does_not_begin_anew(tmp_path: Path) -> None:
     run(check())
 
 
+@pytest.mark.slow
 def test_values_that_a_kill_orphaned_are_removed_and_no_others(tmp_path: Path) -> None:
     async def check() -> None:
         store = Store(tmp_path / "data" / "values")

@@ -63,6 +63,7 @@ def spheroid(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPa
     return monkeypatch
 
 
+@pytest.mark.slow
 def test_the_worked_example_is_planned_flown_and_proved_again_without_its_package(
     spheroid: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
