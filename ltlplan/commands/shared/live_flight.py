@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ltlplan.commands.shared.live_view import View, sigterm_interrupts
+from ltlplan.commands.shared.live_view import View, interrupts_land
 from ltlplan.commands.shared.simulation import Outcome, certified, simulating, written
 from verify.data import BadInput
 from verify.data.events import unknown
@@ -68,7 +68,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
     link = _link(asked, plan.mission, stand, said.conditions(plan.mission), plan.seed if seed is None else seed)
     view = View(quiet=json)
     try:
-        with sigterm_interrupts():
+        with interrupts_land():
             done = fly_live(link, flown, grounds={name: place[2] for name, place in stand.items()}, show=view.show)
     finally:
         link.close()

@@ -57,14 +57,18 @@ class View:
 
 
 @contextmanager
-def sigterm_interrupts() -> Generator[None]:
-    """Have SIGTERM raise KeyboardInterrupt as Ctrl-C does, so that it, too, lands the team."""
+def interrupts_land() -> Generator[None]:
+    """Have Ctrl-C and SIGTERM raise KeyboardInterrupt once each time: the first lands the team, the next stops motors.
+
+    The command line raises one that was caught again, which would stop motors in the air.
+    """
 
     def interrupt(_number: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGTERM, interrupt)
+    before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
