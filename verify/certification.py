@@ -18,7 +18,7 @@ from verify.behaviour.transitions import judge_transitions
 from verify.behaviour.word_claims import judge_formula
 from verify.certificate import ActionInstant, Certificate, versions
 from verify.claims.claim import Claim
-from verify.claims.distance_claims import rim_claims, separation_claims, separation_holds, workspace_claims
+from verify.claims.distance_claims import Clocks, rim_claims, separation_claims, separation_holds, workspace_claims
 from verify.claims.evidence import Evidence
 from verify.claims.limit_claims import continuity_claims, endurance_claims, leg_claims, limit_claims
 from verify.claims.obstacle_claims import obstacle_claims
@@ -29,6 +29,7 @@ from verify.claims.visit_claims import passage_claim, visit_claim
 from verify.data.errors import BadInput, NotCertified
 from verify.data.mission import Mission
 from verify.data.plan import Plan, check_plan
+from verify.data.rules.clocks import clock_error_of, since_common_start
 from verify.data.trajectory import Trajectory, check_trajectories
 from verify.logic.verdict import Verdict
 from verify.motion.membership.statuses import changes, statuses
@@ -39,9 +40,12 @@ from verify.motion.visits import Matching, internal_changes, match
 RESOLUTION = 1e-4
 """m; the largest margin is found to this."""
 
+_ANYWHERE = Fraction(10**30)
+"""m that a robot may drift whose speed has no bound: more than any distance."""
+
 
 def certify(
-    plan: Plan, team: Mapping[str, Trajectory], *, margin: float | None = None, clock_error: float = 0.0
+    plan: Plan, team: Mapping[str, Trajectory], *, margin: float | None = None, clock_error: float | None = None
 ) -> Certificate:
     """Prove every claim about a team's flight, for all times.
 
@@ -49,7 +53,7 @@ def certify(
         plan: What was planned; carries the mission.
         team: One trajectory for each of the mission's agents.
         margin: delta to prove, in m; None takes the mission's.
-        clock_error: How far apart the robots' clocks may be, in s.
+        clock_error: How far apart the robots' clocks may be, in s; None takes the mission's, or what a common start leaves.
 
     Raises:
         NotCertified: A claim is refuted or could not be proved; carries a witness for each.
@@ -74,7 +78,7 @@ def judge(
     team: Mapping[str, Trajectory],
     *,
     margin: float | None = None,
-    clock_error: float = 0.0,
+    clock_error: float | None = None,
     largest: bool = True,
 ) -> Certificate:
     """Say of every claim about a team's flight whether it is proved, refuted or neither.
@@ -83,7 +87,7 @@ def judge(
         plan: What was planned; carries the mission.
         team: One trajectory for each of the mission's agents.
         margin: delta, in m; None takes the mission's.
-        clock_error: How far apart the robots' clocks may be, in s.
+        clock_error: How far apart the robots' clocks may be, in s; None takes the mission's, or what a common start leaves.
         largest: Whether to find the largest margin too.
 
     Raises:
@@ -92,14 +96,15 @@ def judge(
     plan, team = check_plan(plan), check_trajectories(team)
     mission = plan.mission
     asked = mission.margin if margin is None else margin
-    for name, value in (("margin", asked), ("clock_error", clock_error)):
+    apart = clock_error_of(mission, since_common_start(mission, team)) if clock_error is None else clock_error
+    for name, value in (("margin", asked), ("clock_error", apart)):
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 1e6:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
             raise BadInput(f"{name} must be a number from 0 to a million, not {str(value)[:40]}.")
     if tuple(plan.robots) != tuple(mission.agents):
         raise BadInput(f"The plan has robots {', '.join(plan.robots)}; the mission has {', '.join(mission.agents)}.")
     _check_plan(plan)
     evidence = Evidence.of(plan, team)
-    error = Fraction(clock_error)
+    error = Fraction(apart)
     still = _margin_free_claims(evidence)
     tube = _at_margin(evidence, Fraction(asked), error)
     best = None
@@ -120,7 +125,7 @@ def judge(
         cuts={name: team[name].cuts for name in evidence.paths.robots if team[name].cuts},
         margin=float(asked),
         largest_margin=best,
-        clock_error=float(clock_error),
+        clock_error=float(apart),
         duration=float(evidence.paths.end),
         claims=claims,
         actions=tuple(
@@ -228,7 +233,7 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
         *found.visits,
         *found.passages,
         *precedence_claims(plan, found.matchings, found.timelines, clock_error),
-        *_claims_of_paths(evidence, found, margin, separation_claims(evidence, margin, _drifts(evidence, clock_error))),
+        *_claims_of_paths(evidence, found, margin, separation_claims(evidence, margin, _clocks(evidence, clock_error))),
     )
     return _Tube(claims, found.timelines)
 
@@ -253,31 +258,28 @@ def _holds_at(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> bo
     )
     return (
         all(claim.outcome == "holds" for claim in claims)
-        and separation_holds(evidence, margin, _drifts(evidence, clock_error))
+        and separation_holds(evidence, margin, _clocks(evidence, clock_error))
         and all(judge_transitions(mission, found.timelines, evidence.relations))
         and all(judge_formula(mission, found.timelines, evidence.relations, clock_error=clock_error, detail="answer"))
     )
 
 
-def _drifts(evidence: Evidence, clock_error: Fraction) -> dict[str, Fraction]:
+def _clocks(evidence: Evidence, clock_error: Fraction) -> Clocks:
     """Bound how far each robot flies within the clocks' error, in m, steps between pieces included."""
     if clock_error == 0:
-        return dict.fromkeys(evidence.paths.robots, Fraction(0))
+        return Clocks(clock_error, dict.fromkeys(evidence.paths.robots, Fraction(0)))
     speeds = {e.robot: e.bound for e in evidence.extremes if e.name == "speed"}
-    result: dict[str, Fraction] = {}
+    drifts: dict[str, Fraction] = {}
     for index, robot in enumerate(evidence.paths.robots):
-        if (
-            not evidence.paths.trajectories[index].coefficients[:, :3, 1:].any()
-            and evidence.pairwise_distances.jumps[index] == 0
-        ):
-            result[robot] = Fraction(0)  # it never moves
-            continue
         jump = evidence.pairwise_distances.jumps[index]
-        if not (math.isfinite(speeds[robot]) and math.isfinite(jump)):
-            raise BadInput(f"{robot}'s speed has no bound, so a clock error cannot be allowed for.")
-        steps = sum(1 for s in evidence.paths.segments if s.robot == index and s.kind == "step")
-        result[robot] = Fraction(speeds[robot]) * clock_error + steps * Fraction(jump)
-    return result
+        if not evidence.paths.trajectories[index].coefficients[:, :3, 1:].any() and jump == 0:
+            drifts[robot] = Fraction(0)  # it never moves
+        elif math.isfinite(speeds[robot]) and math.isfinite(jump):
+            steps = sum(1 for s in evidence.paths.segments if s.robot == index and s.kind == "step")
+            drifts[robot] = Fraction(speeds[robot]) * clock_error + steps * Fraction(jump)
+        else:
+            drifts[robot] = _ANYWHERE
+    return Clocks(clock_error, drifts)
 
 
 def _word_claim(verdict: Verdict, plan: Plan, matchings: Mapping[str, Matching]) -> Claim:
@@ -306,7 +308,7 @@ def _largest_margin(evidence: Evidence, asked: float, clock_error: Fraction, tub
     def holds(margin: float) -> bool:
         return _holds_at(evidence, Fraction(margin), clock_error)
 
-    low, high = asked, _margin_bound(evidence, clock_error)
+    low, high = asked, _margin_bound(evidence)
     if not tube.holds:
         low, high = 0.0, min(asked, high)
         if asked == 0.0 or not holds(0.0):
@@ -322,7 +324,7 @@ def _largest_margin(evidence: Evidence, asked: float, clock_error: Fraction, tub
     return low
 
 
-def _margin_bound(evidence: Evidence, clock_error: Fraction) -> float:
+def _margin_bound(evidence: Evidence) -> float:
     """Return a margin above which some claim about distances fails, as a place to begin."""
     mission = evidence.plan.mission
     bounds = [near.high for near in evidence.walls]
@@ -330,14 +332,8 @@ def _margin_bound(evidence: Evidence, clock_error: Fraction) -> float:
     if mission.obstacles:
         bounds += [near.high - mission.vehicle_of(robot).radius for robot, (near, *_) in evidence.approaches.items()]
     stretch = float(stretch_of(evidence.paths))
-    drifts = _drifts(evidence, clock_error)
     for near in evidence.minimum_distances:
-        room = (
-            near.high
-            - mission.least_distance(near.robot, near.other)
-            - stretch * float(min(drifts[near.robot], drifts[near.other]))
-        )
-        bounds.append(room / (2 * stretch))
+        bounds.append((near.high - mission.least_distance(near.robot, near.other)) / (2 * stretch))
     visits = {(robot, visit.region) for robot, plan in evidence.plan.robots.items() for visit in plan.visits}
     bounds += [mission.all_regions[name].inner_radius for _, name in visits]
     bounds += [

@@ -19,7 +19,9 @@ def command(
     margin: MarginOption = None,
     clock_error: Annotated[
         float | None,
-        typer.Option("--clock-error", min=0.0, help="Between robots' clocks, in s (default: as in certificate.json, or 0)."),
+        typer.Option(
+            "--clock-error", min=0.0, help="Between robots' clocks, in s (default: as in certificate.json, or the mission's)."
+        ),
     ] = None,
     flight: Annotated[
         Path | None, typer.Option("--flight", help="A recorded flight (CSV) to judge instead of trajectories.")
@@ -68,13 +70,13 @@ def command(
     typer.echo(f"certified at margin {certificate.margin:g} m{below_asked(certificate)}{clocks}; wrote {written}")
 
 
-def _clock_error_before(folder: Path) -> float:
-    """Return the clock error of the folder's certificate, so that proving again does not drop it; 0 without one."""
+def _clock_error_before(folder: Path) -> float | None:
+    """Return the clock error of the folder's certificate, so that proving again does not drop it; None without one."""
     from verify.data.storage.folders import PROOF
     from verify.run_folder import read_certificate
 
     path = folder / PROOF
-    return float(read_certificate(path)["clock_error"]) if path.exists() else 0.0
+    return float(read_certificate(path)["clock_error"]) if path.exists() else None
 
 
 def below_asked(certificate: Certificate) -> str:

@@ -106,6 +106,10 @@ class _Track:
     """How far it may be from each point within half a step, m. Shape (samples,)."""
     wide: Floats
     """The same within half of COARSE steps."""
+    lag: Floats
+    """How far it flies at most in the clocks' error before and after each sample, m. Shape (samples,)."""
+    wide_lag: Floats
+    """The most of it within COARSE steps."""
 
 
 def departures(
@@ -113,6 +117,7 @@ def departures(
     *,
     distance: float,
     z_scale: float,
+    skew: float = 0.0,
     precedences: Sequence[Wait] = (),
     given: Mapping[str, float] | None = None,
 ) -> dict[str, float] | DepartureConflict:
@@ -122,28 +127,37 @@ def departures(
         flights: One each robot.
         distance: m to keep between centres.
         z_scale: Distances in z count this many times.
+        skew: s by which clocks may be apart: distances and precedences are kept however they differ.
         precedences: Visits that must be over before others begin.
         given: Departures that are settled; they are checked too.
     """
-    tracks = {flight.name: _track(flight, z_scale) for flight in flights}
-    found = _in_some_order(flights, _Pairs(tracks, distance), precedences, given)
+    tracks = {flight.name: _track(flight, z_scale, skew) for flight in flights}
+    asked = _Asked(precedences, given or {}, max(GRID / 2, 2 * (skew + STEP)))
+    found = _in_some_order(flights, _Pairs(tracks, distance), asked)
     if isinstance(found, DepartureConflict) and found.distance >= distance:
-        found = _in_some_order(flights, _Pairs(tracks, distance, closely=True), precedences, given)
+        found = _in_some_order(flights, _Pairs(tracks, distance, closely=True), asked)
     return found
 
 
-def _in_some_order(
-    flights: Sequence[ScheduledPath], pairs: _Pairs, precedences: Sequence[Wait], given: Mapping[str, float] | None
-) -> dict[str, float] | DepartureConflict:
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """What departures keep beside distances: precedences, by `late` s each, and those that are given."""
+
+    precedences: Sequence[Wait]
+    given: Mapping[str, float]
+    late: float
+
+
+def _in_some_order(flights: Sequence[ScheduledPath], pairs: _Pairs, asked: _Asked) -> dict[str, float] | DepartureConflict:
     """Return the shortest team time's departures among the orders that are tried."""
     best: tuple[float, float, dict[str, float]] | None = None
     conflict: DepartureConflict | None = None
-    settled = [flight for flight in flights if given is not None and flight.name in given]
+    settled = [flight for flight in flights if flight.name in asked.given]
     others = [flight for flight in flights if flight not in settled]
     by_name = {flight.name: flight for flight in others}
     orders = Orders(tuple(by_name), _ORDERS if len(others) <= _MANY else _ORDERS_OF_MANY)
     for order in orders:
-        found = _in_order((*settled, *(by_name[name] for name in order)), pairs, precedences, given or {})
+        found = _in_order((*settled, *(by_name[name] for name in order)), pairs, asked)
         if isinstance(found, DepartureConflict):
             conflict = conflict or found
             orders.stuck(order, found.pair[0])
@@ -185,7 +199,7 @@ class Orders:
         self._left.insert(0, other)
 
 
-def _track(flight: ScheduledPath, z_scale: float) -> _Track:
+def _track(flight: ScheduledPath, z_scale: float, skew: float) -> _Track:
     times = np.arange(0.0, flight.path.duration + STEP, STEP)
     knots = flight.path.knots
     piece = np.clip(np.searchsorted(knots, times, side="right") - 1, 0, len(flight.path) - 1)
@@ -195,8 +209,22 @@ def _track(flight: ScheduledPath, z_scale: float) -> _Track:
     for power in range(7, -1, -1):
         points = points * local[:, None] + coefficients[:, :3, power]
     points[:, 2] *= z_scale
-    reach = reach_of(points)
-    return _Track(points, reach, wider(reach))
+    reach, lag = reach_of(points), lag_of(points, skew)
+    return _Track(points, reach, wider(reach), lag, most_nearby(lag))
+
+
+def lag_of(points: Floats, skew: float) -> Floats:
+    """Return how far a robot flies at most in a time before or after each sample of its path, m. Shape (samples, 3) to (samples,).
+
+    Args:
+        points: At multiples of STEP, m, z scaled; it rests before and after.
+        skew: That time, s.
+    """
+    if skew == 0.0:
+        return np.zeros(len(points))
+    flown = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    when = np.arange(len(points)) * STEP
+    return np.maximum(np.interp(when + skew, when, flown) - flown, flown - np.interp(when - skew, when, flown))
 
 
 def reach_of(points: Floats) -> Floats:
@@ -210,11 +238,18 @@ def reach_of(points: Floats) -> Floats:
 
 def wider(reach: Floats) -> Floats:
     """Return the reach within half of COARSE steps, for looks at every so many samples only. Shape (samples,)."""
-    return COARSE * maximum_filter1d(reach, 2 * COARSE + 1, mode="nearest")
+    return COARSE * most_nearby(reach)
 
 
-def least_between(offsets: Floats) -> float:
+def most_nearby(values: Floats) -> Floats:
+    """Return the greatest value within COARSE steps of each sample. Shape (samples,)."""
+    return maximum_filter1d(values, 2 * COARSE + 1, mode="nearest")
+
+
+def least_between(offsets: Floats, less: Floats | float = 0.0) -> float:
     """Return how near a sampled curve comes to the origin: its chords, less what it may bulge beyond them. Shape (samples, 3).
+
+    What is to be taken off at each sample besides has shape (samples,).
 
     A curve leaves a chord of length h in time by at most h^2 / 8 of its acceleration, which second differences give times h^2;
     twice that is taken, for accelerations that change.
@@ -224,7 +259,8 @@ def least_between(offsets: Floats) -> float:
     share = np.clip(-(offsets[:-1] * steps).sum(axis=1) / squared, 0.0, 1.0)
     nearest = np.linalg.norm(offsets[:-1] + share[:, None] * steps, axis=1)
     bends = np.concatenate([[0.0], np.linalg.norm(np.diff(steps, axis=0), axis=1), [0.0]])
-    return float((nearest - np.maximum(bends[:-1], bends[1:]) / 4).min())
+    off = np.broadcast_to(less, len(offsets))
+    return float((nearest - np.maximum(bends[:-1], bends[1:]) / 4 - np.maximum(off[:-1], off[1:])).min())
 
 
 class _Pairs:
@@ -260,13 +296,20 @@ class _Pairs:
         gap, reach, _ = self._gaps(name, other, late, 1)
         if (gap - reach).min() >= self._distance:
             return True
-        return self._closely and least_between(self._offsets(name, other, late, 1)[0]) >= self._distance
+        if not self._closely:
+            return False
+        offsets, here, there = self._offsets(name, other, late, 1)
+        return (
+            least_between(offsets, np.minimum(self._tracks[name].lag[here], self._tracks[other].lag[there])) >= self._distance
+        )
 
     def _gaps(self, name: str, other: str, late: int, every: int) -> tuple[Floats, Floats, Floats]:
-        """Return distances and both reaches together, from the first departure to the last arrival."""
+        """Return distances while either one's clock is ahead, and both reaches together, from the first departure to the last arrival."""
         offsets, here, there = self._offsets(name, other, late, every)
         mine, theirs = self._tracks[name], self._tracks[other]
-        return np.linalg.norm(offsets, axis=1), mine.reach[here] + theirs.reach[there], mine.wide[here] + theirs.wide[there]
+        gap = np.linalg.norm(offsets, axis=1)
+        lag, wide = np.minimum(mine.lag[here], theirs.lag[there]), np.minimum(mine.wide_lag[here], theirs.wide_lag[there])
+        return gap - lag, mine.reach[here] + theirs.reach[there], mine.wide[here] + theirs.wide[there] + (wide - lag)
 
     def _offsets(self, name: str, other: str, late: int, every: int) -> tuple[Floats, NDArray[np.intp], NDArray[np.intp]]:
         """Return where one robot is as seen from the other, shape (samples, 3), and the samples of both."""
@@ -281,24 +324,23 @@ class _Pairs:
 def _in_order(
     order: Sequence[ScheduledPath],
     pairs: _Pairs,
-    precedences: Sequence[Wait],
-    given: Mapping[str, float],
+    asked: _Asked,
 ) -> dict[str, float] | DepartureConflict:
     """Give each robot the earliest departure that those before it in the order allow."""
     chosen: dict[str, float] = {}
     by_name = {flight.name: flight for flight in order}
     for flight in order:
         least, latest = flight.earliest, np.inf
-        for precedence in precedences:
+        for precedence in asked.precedences:
             (first, _), (then, _) = precedence.first, precedence.then
             if then == flight.name and first in chosen:
-                late = chosen[first] + by_name[first].done(precedence) - flight.due(precedence) + GRID / 2
+                late = chosen[first] + by_name[first].done(precedence) - flight.due(precedence) + asked.late
                 least = max(least, late / flight.share(precedence))
             if first == flight.name and then in chosen:
                 due = chosen[then] * by_name[then].share(precedence) + by_name[then].due(precedence)
-                latest = min(latest, due - flight.done(precedence) - GRID / 2)
-        if flight.name in given:
-            departure = given[flight.name]
+                latest = min(latest, due - flight.done(precedence) - asked.late)
+        if flight.name in asked.given:
+            departure = asked.given[flight.name]
             other = pairs.met(flight.name, departure, chosen)
             if other is not None:
                 return pairs.conflict(flight.name, departure, other, chosen[other])

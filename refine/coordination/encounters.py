@@ -27,6 +27,8 @@ from verify.data.rules.spacing import Spacing
 
 _CLEARANCE = 0.04
 """m on top of the distance in an encounter: what sampling it in the schedule cannot see."""
+_SHARES = np.linspace(0.0, 1.0, 17)
+"""Of each piece, at which speeds are looked at."""
 _STEPS = 8
 """Pieces of a robot that steps aside for another one."""
 
@@ -72,7 +74,14 @@ def resolve_encounters(
         given |= starts
         groups.append(names)
         flights = [flight_of(plan, robot) for robot in team.values()]
-        found = departures(flights, distance=spacing.distance, z_scale=spacing.z_scale, precedences=precedences, given=given)
+        found = departures(
+            flights,
+            distance=spacing.distance,
+            z_scale=spacing.z_scale,
+            skew=spacing.skew,
+            precedences=precedences,
+            given=given,
+        )
     return team, found
 
 
@@ -86,6 +95,7 @@ def _encounter(
         [flight_of(plan, robot) for robot in group],
         distance=-np.inf,
         z_scale=spacing.z_scale,
+        skew=spacing.skew,
         precedences=among(problem, names),
     )
     if isinstance(starts, DepartureConflict) or all(robot.corridor is None for robot in group):
@@ -107,6 +117,7 @@ def _encounter(
                 flights,
                 distance=spacing.distance,
                 z_scale=spacing.z_scale,
+                skew=spacing.skew,
                 precedences=among(problem, known),
                 given={**given, **begun},
             )
@@ -117,7 +128,9 @@ def _encounter(
 
 def _ways(movers: tuple[Mover, ...], spacing: Spacing) -> Iterator[tuple[Spline, ...]]:
     """Yield paths of robots that give way to each other; whoever only hovers does so last."""
-    distance = spacing.distance + _CLEARANCE
+    fastest = [float(np.linalg.norm(robot.path.sample(_SHARES, 1), axis=-1).max()) for robot in movers]
+    drift = spacing.skew * sorted(fastest)[-2] * max(1.0, spacing.z_scale)  # of two, the slower one's is enough
+    distance = spacing.distance + _CLEARANCE + drift
     if len(movers) != 2:
         yield from avoid_by_rule(movers, distance, spacing.z_scale)
         return

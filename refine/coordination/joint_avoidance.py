@@ -70,7 +70,9 @@ def avoid_jointly(problem: Problem, robots: dict[str, RobotFlight]) -> Team | De
         robots: The team's flights, each as if the others were not there.
     """
     spacing, waits = problem.spacing, among(problem, tuple(robots))
-    earliest = departures(_scheduled(problem, robots), distance=-np.inf, z_scale=spacing.z_scale, precedences=waits)
+    earliest = departures(
+        _scheduled(problem, robots), distance=-np.inf, z_scale=spacing.z_scale, skew=spacing.skew, precedences=waits
+    )
     if isinstance(earliest, DepartureConflict):
         return earliest
     team, starts = dict(robots), dict(earliest)
@@ -80,7 +82,9 @@ def avoid_jointly(problem: Problem, robots: dict[str, RobotFlight]) -> Team | De
         met = _meetings(problem, team, starts)
         if not met:
             flights = _scheduled(problem, team)
-            kept = departures(flights, distance=spacing.distance, z_scale=spacing.z_scale, precedences=waits, given=starts)
+            kept = departures(
+                flights, distance=spacing.distance, z_scale=spacing.z_scale, skew=spacing.skew, precedences=waits, given=starts
+            )
             if not isinstance(kept, DepartureConflict) or kept.pair[0] == kept.pair[1]:
                 return kept if isinstance(kept, DepartureConflict) else (team, kept)
             met = [kept]
@@ -112,20 +116,28 @@ def _joined(groups: dict[str, tuple[str, ...]], pairs: Sequence[tuple[str, str]]
 
 def _meetings(problem: Problem, robots: Mapping[str, RobotFlight], starts: Mapping[str, float]) -> list[DepartureConflict]:
     """Return the pairs that come too near each other as far as samples show, where each pair is nearest."""
-    names, within = list(robots), problem.spacing.distance + _LOOK
+    names, wanted = list(robots), problem.spacing.distance + _LOOK
     until = max(starts[name] + robot.path.duration for name, robot in robots.items())
     times = np.arange(0.0, until + _STEP, _STEP)
     scale = np.array([1.0, 1.0, problem.spacing.z_scale])
-    places = np.concatenate([_places(robots[name].path, times - starts[name]) for name in names]) * scale
+    flown = [_places(robots[name].path, times - starts[name]) * scale for name in names]
+    places, lags = np.concatenate(flown), np.concatenate([_lag(path, problem.spacing.skew) for path in flown])
+    within = wanted + float(lags.max())
     when = np.tile(np.arange(len(times)) * 2.0 * within, len(names))
     pairs = KDTree(np.column_stack([places, when])).query_pairs(within, output_type="ndarray")
-    sizes = np.linalg.norm(places[pairs[:, 0]] - places[pairs[:, 1]], axis=1)
+    sizes = np.linalg.norm(places[pairs[:, 0]] - places[pairs[:, 1]], axis=1) - np.minimum(lags[pairs[:, 0]], lags[pairs[:, 1]])
+    pairs, sizes = pairs[sizes <= wanted], sizes[sizes <= wanted]
     met: dict[tuple[str, str], DepartureConflict] = {}
     for index in np.lexsort((pairs[:, 1], pairs[:, 0], sizes)):
         first, second = sorted(pairs[index].tolist())
         pair = names[first // len(times)], names[second // len(times)]
         met.setdefault(pair, DepartureConflict(pair, float(sizes[index]), float(times[first % len(times)])))
     return list(met.values())
+
+
+def _lag(places: Floats, skew: float) -> Floats:
+    """Return how far a robot flies in the clocks' error, at its speed at each sample, m. Shape (times, 3) to (times,)."""
+    return skew / _STEP * np.linalg.norm(np.gradient(places, axis=0), axis=1)
 
 
 def _places(path: Spline, times: Floats) -> Floats:
@@ -144,7 +156,7 @@ def _parted(problem: Problem, robots: dict[str, RobotFlight], starts: dict[str, 
     conflict = None
     for way in _TRIES:
         movers = _movers(problem, robots, starts, way)
-        bent = bend_apart(movers, problem.spacing.distance, problem.spacing.z_scale, way.beginning)
+        bent = bend_apart(movers, problem.spacing, way.beginning)
         names = list(robots)
         nearest = names[bent.nearest[0]], names[bent.nearest[1]]
         conflict = DepartureConflict(nearest, bent.least, bent.time)

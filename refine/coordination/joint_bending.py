@@ -23,6 +23,7 @@ from scipy.spatial import KDTree
 from refine.bodies import Obstacle, within
 from refine.coordination.meetings import Mover
 from refine.spline.least_snap import banded_problem, solve_banded
+from verify.data.rules.spacing import Spacing
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -69,7 +70,7 @@ class Bent:
 
     Attributes:
         points: One array a robot, m. Shape (points, 3).
-        least: The least sampled distance of two robots, m as it counts; no more than what was aimed at.
+        least: The least sampled distance of two robots, less what clocks may take of it, m as it counts; no more than what was aimed at.
         nearest: The two robots of it.
         time: s, when that is.
     """
@@ -80,16 +81,15 @@ class Bent:
     time: float
 
 
-def bend_apart(movers: Sequence[Mover], distance: float, z_scale: float, beginning: Beginning) -> Bent:
+def bend_apart(movers: Sequence[Mover], spacing: Spacing, beginning: Beginning) -> Bent:
     """Return points for robots that keep apart at the times of their present paths.
 
     Args:
         movers: The robots; points that are not free stay where they are.
-        distance: m between centres.
-        z_scale: Distances in z count this many times.
+        spacing: What they keep, and by how much their clocks differ.
         beginning: Where the search begins.
     """
-    space = _Space(movers, distance + CLEARANCE, np.array([1.0, 1.0, z_scale]))
+    space = _Space(movers, spacing)
     points = space.begun(beginning)
     bent = space.bent(points)
     for weight in _WEIGHTS:
@@ -107,7 +107,7 @@ def bend_apart(movers: Sequence[Mover], distance: float, z_scale: float, beginni
             if found.nit < _STEPS:
                 break
         bent = space.bent(points)
-        if bent.least >= distance + CLEARANCE / 2:
+        if bent.least >= spacing.distance + CLEARANCE / 2:
             break
     return bent
 
@@ -118,19 +118,22 @@ class _Near:
 
     Attributes:
         pairs: Rows of the samples of two robots at one time. Shape (pairs, 2).
+        drifts: What the slower one flies in the clocks' error, m. Shape (pairs,).
         bodies: Bodies, and rows of the samples that may meet them.
     """
 
     pairs: Indices
+    drifts: Floats
     bodies: tuple[tuple[Obstacle, Indices], ...]
 
 
 class _Space:
     """All robots' points, and where these put the robots at all samples of time: one row a robot and time, robot by robot."""
 
-    def __init__(self, movers: Sequence[Mover], aim: float, scale: Floats) -> None:
-        self._movers, self._aim, self._scale = movers, aim, scale
-        self._times = _sample_times(movers, aim, scale)
+    def __init__(self, movers: Sequence[Mover], spacing: Spacing) -> None:
+        self._movers, self._aim, self._skew = movers, spacing.distance + CLEARANCE, spacing.skew
+        self._scale = np.array([1.0, 1.0, spacing.z_scale])
+        self._times = _sample_times(movers, self._aim, self._scale)
         maps = [_sampled(robot, self._times) for robot in movers]
         count = len(self._times)
         self._places = sparse.block_diag(maps, format="csr")
@@ -162,9 +165,10 @@ class _Space:
     def near(self, points: Floats, skin: float) -> _Near:
         """Return who may come too near whom or what while points move less than half of `skin` m."""
         places, count = self._places @ points, len(self._times)
-        apart = 2.0 * (self._aim + skin)
-        when = np.tile(np.arange(count) * apart, len(self._movers))
-        pairs = KDTree(np.column_stack([places * self._scale, when])).query_pairs(self._aim + skin, output_type="ndarray")
+        lags = self._lags(places)
+        reach = self._aim + skin + float(lags.max())
+        when = np.tile(np.arange(count) * 2.0 * reach, len(self._movers))
+        pairs = KDTree(np.column_stack([places * self._scale, when])).query_pairs(reach, output_type="ndarray")
         pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]  # the tree's own order is nobody's promise
         bodies: list[tuple[Obstacle, Indices]] = []
         for index, robot in enumerate(self._movers):
@@ -178,7 +182,13 @@ class _Space:
                     met = rows[rules.obstacles[number].signed_distance(own) < skin]
                     if len(met):
                         bodies.append((rules.obstacles[number], met))
-        return _Near(pairs, tuple(bodies))
+        return _Near(pairs, np.minimum(lags[pairs[:, 0]], lags[pairs[:, 1]]), tuple(bodies))
+
+    def _lags(self, places: Floats) -> Floats:
+        """Return how far each robot flies in the clocks' error, at its speed at each sample, m. Shape (rows, 3) to (rows,)."""
+        count = len(self._times)
+        speeds = np.gradient((places * self._scale).reshape(-1, count, 3), self._times[1], axis=1)
+        return self._skew * np.linalg.norm(speeds, axis=2).ravel()
 
     def sum_and_slope(self, flat: Floats, near: _Near, weight: float) -> tuple[float, Floats]:
         """Return what is made least, and its slope by the free points. Shapes (free points * 3,)."""
@@ -196,8 +206,9 @@ class _Space:
         first, second = near.pairs[:, 0], near.pairs[:, 1]
         gaps = (places[first] - places[second]) * self._scale
         sizes = np.sqrt(np.sum(gaps**2, axis=1))
-        met = np.flatnonzero(sizes < self._aim)
-        short, sizes = self._aim - sizes[met], np.maximum(sizes[met], 1e-9)
+        aim = self._aim + near.drifts
+        met = np.flatnonzero(sizes < aim)
+        short, sizes = aim[met] - sizes[met], np.maximum(sizes[met], 1e-9)
         total = float(np.sum(short**2))
         push = (-2.0 * short / sizes)[:, None] * gaps[met] * self._scale
         out = np.minimum(places - self._low, 0.0) + np.maximum(places - self._high, 0.0)
@@ -218,15 +229,18 @@ class _Space:
 
     def bent(self, points: Floats) -> Bent:
         """Return the points, one array a robot, and who is nearest to whom."""
-        pairs = self.near(points, 0.0).pairs
+        near = self.near(points, 0.0)
+        pairs = near.pairs
         own = tuple(points[a:b] for a, b in zip(self._bounds[:-1], self._bounds[1:], strict=True))
         if not len(pairs):
             return Bent(own, self._aim, (0, 0), 0.0)
         places = (self._places @ points) * self._scale
-        sizes = np.linalg.norm(places[pairs[:, 0]] - places[pairs[:, 1]], axis=1)
+        sizes = np.linalg.norm(places[pairs[:, 0]] - places[pairs[:, 1]], axis=1) - near.drifts
         least = int(np.argmin(sizes))
         one, other = (int(row) // len(self._times) for row in pairs[least])
-        return Bent(own, float(sizes[least]), (one, other), float(self._times[pairs[least, 0] % len(self._times)]))
+        return Bent(
+            own, min(float(sizes[least]), self._aim), (one, other), float(self._times[pairs[least, 0] % len(self._times)])
+        )
 
 
 def _sample_times(movers: Sequence[Mover], aim: float, scale: Floats) -> Floats:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from refine.bodies import Ball
-from refine.coordination.departures import GRID
+from refine.coordination.departures import GRID, STEP
 from refine.coordination.spacing import flight_of, idle_others
 from refine.single.flight import robot_flight
 from refine.single.values import NOWHERE, Problem, RefinementOptions, RobotFlight
@@ -64,13 +64,14 @@ def _with_waits(
         }
     )
     waits: dict[tuple[str, int], float] = {}
+    gap = max(GRID, 2 * (problem.spacing.skew + STEP))
     for _ in range(4 * len(precedences) ** 2 + 8):
         held = {name: _holding(robot, waits) for name, robot in resting.items()}
         flights = {name: flight_of(plan, robot) for name, robot in held.items()}
         late: dict[tuple[str, int], float] = {}
         for precedence in precedences:
             (first, _), then = precedence.first, _halt(precedence, problem.options)
-            short = flights[first].done(precedence) + GRID - flights[then[0]].due(precedence)
+            short = flights[first].done(precedence) + gap - flights[then[0]].due(precedence)
             if short > 0.0:
                 longer = short * _parts(plan, precedence) if problem.options.lingers else short + late.get(then, 0.0)
                 late[then] = max(late.get(then, 0.0), float(np.ceil(longer / GRID) * GRID))

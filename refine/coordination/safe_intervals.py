@@ -14,7 +14,18 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from refine.coordination.departures import COARSE, GRID, STEP, DepartureConflict, Orders, departures, reach_of, wider
+from refine.coordination.departures import (
+    COARSE,
+    GRID,
+    STEP,
+    DepartureConflict,
+    Orders,
+    departures,
+    lag_of,
+    most_nearby,
+    reach_of,
+    wider,
+)
 from refine.coordination.midway_waits import with_hovers
 from refine.coordination.spacing import flight_of
 from refine.heading.yaw import heading_spline
@@ -26,8 +37,9 @@ from verify.data.rules.spacing import Spacing
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-Track = tuple[Floats, Floats]
-"""Where a robot is at every sample of the whole time, m, z scaled, and its reach there. Shapes (samples, 3), (samples,)."""
+Track = tuple[Floats, Floats, Floats]
+"""Where a robot is at every sample of the whole time, m, z scaled, its reach there, and how far it flies in the clocks' error.
+Shapes (samples, 3), (samples,), (samples,)."""
 
 _PER_GRID = round(GRID / STEP)
 _ORDERS = 24
@@ -66,7 +78,7 @@ def schedule_safe_intervals(
             if max_pieces is not None and any(len(team[name].path) + (starts[name] > 0.0) > max_pieces for name in team):
                 continue
             flights = [flight_of(plan, robot) for robot in team.values()]
-            found = departures(flights, distance=spacing.distance, z_scale=spacing.z_scale, given=starts)
+            found = departures(flights, distance=spacing.distance, z_scale=spacing.z_scale, skew=spacing.skew, given=starts)
             if not isinstance(found, DepartureConflict):
                 return team, starts
     return None
@@ -145,7 +157,7 @@ def track_of(robot: RobotFlight, waits: Floats, steps: int, spacing: Spacing) ->
     track = np.concatenate([*parts, nodes[-1:]])
     count = steps * _PER_GRID + 1
     track = np.concatenate([track, np.repeat(track[-1:], max(count - len(track), 0), axis=0)])[:count]
-    return track, reach_of(track)
+    return track, reach_of(track), lag_of(track, spacing.skew)
 
 
 def earliest_waits(robot: RobotFlight, tracks: list[Track], steps: int, spacing: Spacing) -> Floats | None:
@@ -164,7 +176,7 @@ def earliest_waits(robot: RobotFlight, tracks: list[Track], steps: int, spacing:
     if robot.corridor is None:
         return np.append(hold * GRID, np.zeros(len(legs) - 1)) if hovers[0].all() else None
     lasts = [round(duration / GRID) for duration in robot.path.durations]
-    clears = [_leg_clear(leg, tracks, steps, spacing.distance) for leg in legs]
+    clears = [_leg_clear(leg, tracks, steps, spacing) for leg in legs]
     arrived = np.zeros((len(nodes), steps + 1), dtype=bool)
     arrived[0, 0] = True
     for node, clear in enumerate(clears):
@@ -196,7 +208,7 @@ def _there(arrived: Flags, hovers: Flags) -> Flags:
 def _hover_clear(node: Floats, tracks: list[Track], steps: int, distance: float) -> Flags:
     """Tell for each step of the grid whether a hover during it keeps the distance. Shape (steps,)."""
     clear = np.ones(steps, dtype=bool)
-    for track, reach in tracks:
+    for track, reach, _ in tracks:
         if _stands(track):
             clear &= bool(np.linalg.norm(track[0] - node) >= distance + SCHEDULE_CLEARANCE)
             continue
@@ -205,28 +217,33 @@ def _hover_clear(node: Floats, tracks: list[Track], steps: int, distance: float)
     return clear
 
 
-def _leg_clear(leg: Floats, tracks: list[Track], steps: int, distance: float) -> Flags:
+def _leg_clear(leg: Floats, tracks: list[Track], steps: int, spacing: Spacing) -> Flags:
     """Tell for each time of the grid whether a leg that sets out then keeps the distance. Shape (steps + 1,)."""
-    clear, mine = np.ones(steps + 1, dtype=bool), reach_of(leg)
+    clear, mine, lag = np.ones(steps + 1, dtype=bool), reach_of(leg), lag_of(leg, spacing.skew)
+    wanted = spacing.distance + SCHEDULE_CLEARANCE
     look = np.unique(np.append(np.arange(0, len(leg), COARSE), len(leg) - 1))
     rows = max(1, _NUMBERS // len(leg))
-    for track, reach in tracks:
+    for track, reach, lags in tracks:
         if _stands(track):
-            clear &= bool((np.linalg.norm(track[0] - leg, axis=1) - mine).min() >= distance + SCHEDULE_CLEARANCE)
+            clear &= bool((np.linalg.norm(track[0] - leg, axis=1) - mine).min() >= wanted)
             continue
         points = np.concatenate([track, np.repeat(track[-1:], len(leg), axis=0)])
         reaches = np.concatenate([reach, np.zeros(len(leg))])
         at = sliding_window_view(points, len(leg), axis=0)[: len(track) : _PER_GRID].transpose(0, 2, 1)
         within = sliding_window_view(reaches, len(leg))[: len(track) : _PER_GRID]
         wide = sliding_window_view(wider(reaches), len(leg))[: len(track) : _PER_GRID]
+        late = np.concatenate([lags, np.zeros(len(leg))])
+        behind, most = (sliding_window_view(each, len(leg))[: len(track) : _PER_GRID] for each in (late, most_nearby(late)))
         for some in _blocks(steps + 1, rows):
             gaps = np.linalg.norm(at[some][:, look] - leg[look], axis=2)  # a coarse look settles most times
-            clear[some] &= (gaps - mine[look] - within[some][:, look]).min(axis=1) >= distance + SCHEDULE_CLEARANCE
-            sure = (gaps - wider(mine)[look] - wide[some][:, look]).min(axis=1) >= distance + SCHEDULE_CLEARANCE
+            drift = np.minimum(lag[look], behind[some][:, look])
+            clear[some] &= (gaps - drift - mine[look] - within[some][:, look]).min(axis=1) >= wanted
+            drift = np.minimum(most_nearby(lag)[look], most[some][:, look])
+            sure = (gaps - drift - wider(mine)[look] - wide[some][:, look]).min(axis=1) >= wanted
             unsure = some.start + np.flatnonzero(clear[some] & ~sure)
             if len(unsure):
-                finer = np.linalg.norm(at[unsure] - leg, axis=2) - mine - within[unsure]
-                clear[unsure] = finer.min(axis=1) >= distance + SCHEDULE_CLEARANCE
+                finer = np.linalg.norm(at[unsure] - leg, axis=2) - np.minimum(lag, behind[unsure]) - mine - within[unsure]
+                clear[unsure] = finer.min(axis=1) >= wanted
     return clear
 
 

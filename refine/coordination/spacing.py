@@ -17,19 +17,25 @@ from refine.feedback import Feedback
 from refine.single.values import Problem, RobotFlight
 from verify.data import Plan
 from verify.data.plan import Meeting
+from verify.data.rules.clocks import clock_error_of
 from verify.data.rules.spacing import Spacing, spacing_of
 from verify.data.shapes.inequalities import Point
 
+_SLOWER = 2.0
+"""How many times longer than planned a flight may get, for the drift of clocks until its end."""
+
 
 def spacing_for(plan: Plan, feedback: Feedback) -> Spacing:
-    """Return how far a plan's robots keep apart: as its mission asks, and what witnesses asked for on top.
+    """Return how far a plan's robots keep apart, and by how much their clocks differ: as its mission asks, and what witnesses asked for on top.
 
     No more than robots have where they hover before or after their flights, which no flight changes.
     """
     kept = spacing_of(plan.mission)
     widest = min((kept.between(a, b) for *_, a, b in firm_pairs(plan)), default=np.inf)
     room = max(widest - kept.at_rest, 0.0)
-    return replace(kept, distance=kept.distance + min(feedback.distance, float(room)))
+    longest = max(robot.hold + robot.times[-1] for robot in plan.robots.values())
+    skew = clock_error_of(plan.mission, _SLOWER * longest)
+    return replace(kept, distance=kept.distance + min(feedback.distance, float(room)), skew=skew)
 
 
 def firm_pairs(plan: Plan) -> Iterator[tuple[str, str, str, Point, Point]]:

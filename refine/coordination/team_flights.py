@@ -287,7 +287,9 @@ def _departures(
 ) -> dict[str, float] | DepartureConflict:
     spacing, flights = problem.spacing, [flight_of(problem.plan, robot) for robot in robots.values()]
     precedences = among(problem, tuple(robots))
-    return departures(flights, distance=spacing.distance, z_scale=spacing.z_scale, precedences=precedences, given=given)
+    return departures(
+        flights, distance=spacing.distance, z_scale=spacing.z_scale, skew=spacing.skew, precedences=precedences, given=given
+    )
 
 
 def _with_visits_relocated(problem: Problem, robots: dict[str, RobotFlight]) -> Together | None:

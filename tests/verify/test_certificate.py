@@ -141,12 +141,11 @@ def test_limits_of_a_leg():
     assert "limits.legs" in refused(plan_of(mission, {"r0": [Visit(region="a")]}), away)
 
 
-@pytest.mark.parametrize("value", [-0.01, math.nan, math.inf, "0.1", True, 10**400, None])
+@pytest.mark.parametrize("value", [-0.01, math.nan, math.inf, "0.1", True, 10**400])
 def test_margins_and_clock_errors_must_be_numbers(fire, value):
     plan, team = fire
-    if value is not None:
-        with pytest.raises(BadInput, match="margin"):
-            judge(plan, team, margin=value)
+    with pytest.raises(BadInput, match="margin"):
+        judge(plan, team, margin=value)
     with pytest.raises(BadInput, match="clock_error"):
         judge(plan, team, clock_error=value)
 
@@ -180,15 +179,8 @@ def test_absurd_numbers_of_one_robot_near_a_hoop_and_another_robot(numbers, cloc
     values = wild.coefficients.copy()
     values[0, 0, 3] = size or values[0, 0, 3]
     team = {"r0": legs([[0, 0, 1], [1, 0, 1]]), "r1": changed(wild, durations=[duration], coefficients=values)}
-    try:
-        found, problem = refused(plan_of(mission, {"r0": [Visit(region="a")]}), team, clock_error=clock_error), ""
-    except BadInput as error:
-        found, problem = set(), str(error)
-    if problem:
-        assert "speed has no bound" in problem
-        assert clock_error
-    else:
-        assert bool(found) == (duration >= 1)  # in no time at all it stays where it starts, which is allowed
+    found = refused(plan_of(mission, {"r0": [Visit(region="a")]}), team, clock_error=clock_error)
+    assert bool(found) == (duration >= 1)  # in no time at all it stays where it starts, which is allowed
 
 
 @pytest.mark.parametrize("duration", [1e-30, 1e-12, 1e12, 1e30])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 
 from verify.claims.claim import Claim, Outcome, claim_of
@@ -40,42 +41,55 @@ def separation_limit(evidence: Evidence, pair: tuple[str, str], margin: Fraction
     return Fraction(evidence.plan.mission.least_distance(*pair)) + 2 * margin * stretch_of(evidence.paths)
 
 
-def separation_claims(evidence: Evidence, margin: Fraction, drifts: Mapping[str, Fraction]) -> Iterable[Claim]:
-    """Robots keep their separation in the tube, whatever their clocks' errors make them drift.
+@dataclass(frozen=True, slots=True)
+class Clocks:
+    """How far clocks may be apart, and what that is worth.
+
+    Attributes:
+        error: s between two clocks at any moment, exact.
+        drifts: For each robot, how far at most it flies within that time, m, exact.
+    """
+
+    error: Fraction
+    drifts: Mapping[str, Fraction]
+
+
+def separation_claims(evidence: Evidence, margin: Fraction, clocks: Clocks) -> Iterable[Claim]:
+    """Robots keep their separation in the tube, however their clocks differ.
 
     Args:
         evidence: What is known of the team's paths.
         margin: delta, m, exact.
-        drifts: For each robot, how far at most its clock's error moves it, m, exact.
+        clocks: How far they may be apart.
     """
     for pair in range(len(evidence.minimum_distances)):
-        yield _separation_claim(evidence, pair, margin, drifts)
+        yield _separation_claim(evidence, pair, margin, clocks)
 
 
-def separation_holds(evidence: Evidence, margin: Fraction, drifts: Mapping[str, Fraction]) -> bool:
+def separation_holds(evidence: Evidence, margin: Fraction, clocks: Clocks) -> bool:
     """Tell whether all separation claims hold: those of pairs that stay further apart than is asked of any pair do.
 
     Args:
         evidence: What is known of the team's paths.
         margin: delta, m, exact.
-        drifts: For each robot, how far at most its clock's error moves it, m, exact.
+        clocks: How far they may be apart.
     """
     mission = evidence.plan.mission
     asked = {mission.least_distance(near.robot, near.other) for near in evidence.minimum_distances}
     if not asked:
         return True
-    most = Fraction(max(asked)) + stretch_of(evidence.paths) * (2 * margin + max(drifts.values()))
+    most = Fraction(max(asked)) + stretch_of(evidence.paths) * (2 * margin + max(clocks.drifts.values()))
     clear = math.nextafter(float(most), math.inf)
     near = [pair for pair, found in enumerate(evidence.minimum_distances) if not math.inf > found.low >= clear]
-    return all(_separation_claim(evidence, pair, margin, drifts).outcome == "holds" for pair in near)
+    return all(_separation_claim(evidence, pair, margin, clocks).outcome == "holds" for pair in near)
 
 
-def _separation_claim(evidence: Evidence, pair: int, margin: Fraction, drifts: Mapping[str, Fraction]) -> Claim:
-    """Return the claim of one pair."""
+def _separation_claim(evidence: Evidence, pair: int, margin: Fraction, clocks: Clocks) -> Claim:
+    """Return the claim of one pair: what the slower robot flies in the clocks' error is added first, and looked at closer if that is too much."""
     stretch, near = stretch_of(evidence.paths), evidence.minimum_distances[pair]
     robots = near.robot, near.other
     in_tube = separation_limit(evidence, robots, margin)
-    limit = in_tube + stretch * min(drifts[near.robot], drifts[near.other])
+    limit = in_tube + stretch * min(clocks.drifts[near.robot], clocks.drifts[near.other])
     steps = [evidence.pairwise_distances.jumps[i] for i in evidence.pairwise_distances.pairs[pair]]
 
     def exactly() -> bool:
@@ -84,8 +98,11 @@ def _separation_claim(evidence: Evidence, pair: int, margin: Fraction, drifts: M
         return distance_exactly(evidence.pairwise_distances, pair, limit + stretch * sum(map(Fraction, steps)))
 
     verdict = _at_least(near.low, near.high, limit, exactly)
-    if verdict == "fails" and not near.high < float(in_tube) and (limit > in_tube or any(steps)):
-        verdict = "undecided"  # what drift and steps can do is bounded from above only
+    if verdict == "fails" and not near.high < float(in_tube):
+        if limit > in_tube:
+            return _claim_of_shifts(evidence, pair, in_tube, margin, clocks)
+        if any(steps):
+            verdict = "undecided"  # what steps can do is bounded from above only
     time = float(near.time)
     asked = (
         f"{float(limit):.4f} m are asked (separation {evidence.plan.mission.least_distance(*robots):g} m, "
@@ -104,6 +121,30 @@ def _separation_claim(evidence: Evidence, pair: int, margin: Fraction, drifts: M
     return claim_of(
         "separation", verdict, sentence, robot=near.robot, other=near.other, unit="m", time=time,
         bound=bound, limit=float(limit), margin=bound - float(limit),
+    )  # fmt: skip
+
+
+def _claim_of_shifts(evidence: Evidence, pair: int, limit: Fraction, margin: Fraction, clocks: Clocks) -> Claim:
+    """Return the claim of a pair that comes so near that all differences of their clocks are looked at."""
+    near = evidence.shifted_distances.least(pair, clocks.error, evidence.minimum_distances[pair].high)
+    verdict: Outcome = "holds" if Fraction(near.low) >= limit else "fails" if Fraction(near.high) < limit else "undecided"
+    time, apart = float(near.time), f"with clocks up to {float(clocks.error):g} s apart"
+    asked = (
+        f"{float(limit):.4f} m are asked (separation {evidence.plan.mission.least_distance(near.robot, near.other):g} m, "
+        f"margin {float(margin):g} m)"
+    )
+    if verdict == "holds":
+        sentence = f"{near.robot} and {near.other} stay {near.low:.4f} m apart {apart}; {asked}."
+    elif verdict == "undecided":
+        sentence = (
+            f"{near.robot} and {near.other} cannot be shown to keep apart {apart}: no more than {near.low:.4f} m is proved, and they "
+            f"come within {near.high:.4f} m at {time:.4f} s; {asked}."
+        )
+    else:
+        sentence = f"{near.robot} and {near.other} come within {near.high:.4f} m at {time:.4f} s {apart}; {asked}."
+    return claim_of(
+        "separation", verdict, sentence, robot=near.robot, other=near.other, unit="m", time=time,
+        bound=near.low, limit=float(limit), margin=near.low - float(limit),
     )  # fmt: skip
 
 

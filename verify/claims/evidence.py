@@ -19,6 +19,7 @@ from verify.motion.passages import Clearance, HoopFrames, clearances, hoop_frame
 from verify.motion.paths import TeamPaths, read_team
 from verify.motion.regions import relations
 from verify.motion.separation import MinimumDistance, PairwiseDistances, minimum_distances, pairwise_distances, walls
+from verify.motion.shifted_distances import ShiftedDistances
 from verify.motion.solids.approaches import Approach, SolidWorld
 
 
@@ -89,6 +90,11 @@ class Evidence:
     def minimum_distances(self) -> list[MinimumDistance]:
         """Nearest approach of each pair."""
         return minimum_distances(self.pairwise_distances)
+
+    @cached_property
+    def shifted_distances(self) -> ShiftedDistances:
+        """Nearest approaches of pairs whose clocks differ."""
+        return ShiftedDistances(self.pairwise_distances)
 
     @cached_property
     def extremes(self) -> list[Extreme]:

@@ -27,6 +27,7 @@ from verify.data.sections import (
     Agent,
     Box,
     Costs,
+    Count,
     EffectiveLimits,
     Environment,
     LegLimits,
@@ -85,6 +86,11 @@ class Mission(Value):
         default=None, description="m, taller clearance in z for downwash: distance in z counts separation / separation_z"
     )
     margin: NotNegative = Field(default=0.05, description="m, the certificate's delta")
+    clock_error: NotNegative | None = Field(
+        default=None,
+        description="s between any two robots' clocks at any moment; 0: they share one; omitted: what a common start leaves",
+    )
+    radios: Count | None = Field(default=None, description="radios that start the team one after the other; omitted: 1")
     reaction: Literal["carry_on", "hold", "land"] = Field(
         default="carry_on", description="what the team does in flight when its monitor raises the alarm"
     )

@@ -58,6 +58,12 @@ class Vehicle(Value):
     )
     controller: str | None = Field(default=None, description="who follows, on board: the controller that margins are meant for")
     autopilot: NamedAutopilot | None = Field(default=None, description="gains of the controllers and the estimator on board")
+    start_skew: NotNegative | None = Field(
+        default=None, description="s within which one radio's broadcast starts all of its vehicles"
+    )
+    clock_drift: NotNegative | None = Field(
+        default=None, description="share of the time since the last common start by which two clocks drift apart"
+    )
 
     @property
     def tilt(self) -> float:

@@ -15,6 +15,7 @@ from refine.corridor.fitting import fit
 from refine.corridor.planned import corridor_of
 from tests.helpers.plans_by_hand import ball, straight
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Trajectory
+from verify.data.rules.spacing import Spacing
 from verify.data.sections import Agent, Box, Spec
 from verify.data.vehicle import load_vehicle
 
@@ -89,7 +90,7 @@ def test_bent_points_keep_what_is_not_free_and_the_distance() -> None:
     for name, robot in plan.robots.items():
         corridor = corridor_of(plan.mission, name, robot)
         movers.append(cut_legs(mover(corridor, fit(corridor), 0.0, frozenset()), [8]))
-    bent = bend_apart(movers, 0.4, 1.0, Beginning(0.02, 2, 0.2))
+    bent = bend_apart(movers, Spacing(0.4, 1.0), Beginning(0.02, 2, 0.2))
     assert bent.least >= 0.4
     for each, points in zip(movers, bent.points, strict=True):
         assert np.array_equal(points[[0, -1]], each.path.nodes[[0, -1]])

@@ -48,7 +48,7 @@ def test_no_waits_end_earlier_than_those_that_are_found(seed: int) -> None:
     found = safe_intervals.earliest_waits(second, [track], steps, SPACING)
 
     def keeps_apart(waits: np.ndarray) -> bool:
-        points, reach = safe_intervals.track_of(second, waits, steps, SPACING)
+        points, reach, _ = safe_intervals.track_of(second, waits, steps, SPACING)
         gap = np.linalg.norm(points - track[0], axis=1) - reach - track[1]
         return bool(gap.min() >= SPACING.distance + safe_intervals.SCHEDULE_CLEARANCE)
 
@@ -57,7 +57,7 @@ def test_no_waits_end_earlier_than_those_that_are_found(seed: int) -> None:
     if found is None:
         assert not good
         return
-    points, _ = safe_intervals.track_of(second, found, steps, SPACING)
+    points, *_ = safe_intervals.track_of(second, found, steps, SPACING)
     assert np.linalg.norm(points - track[0], axis=1).min() >= SPACING.distance
     assert end_of(second, found) <= min(good, default=np.inf)
 

@@ -32,10 +32,12 @@ class Spacing:
     Attributes:
         distance: m between centres, at all times.
         z_scale: Distances in z count this many times.
+        skew: s by which two robots' clocks may be apart while they keep it.
     """
 
     distance: float
     z_scale: float
+    skew: float = 0.0
 
     @property
     def at_rest(self) -> float:

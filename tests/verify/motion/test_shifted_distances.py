@@ -1,0 +1,66 @@
+"""Least distances of robots whose clocks differ, against dense samples of all shifts, over flights, laps and weights."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from tests.helpers.flights import legs
+from tests.verify.motion.test_separation import pair_mission, started, still
+from verify.motion.paths import read_team
+from verify.motion.separation import minimum_distances, pairwise_distances
+from verify.motion.shifted_distances import ShiftedDistances
+
+
+def found(mission, team, error):
+    distances = pairwise_distances(read_team(mission, team))
+    (near,) = minimum_distances(distances)
+    return ShiftedDistances(distances).least(0, Fraction(error), near.high)
+
+
+def sampled(team, error, weight, laps=1):
+    """Least distance over times and shifts, by samples: laps are flown one after the other."""
+    flown = [path.flattened(laps) for path in team.values()]
+    times = np.linspace(0, max(path.duration for path in flown), 2001)
+    least = np.inf
+    for shift in np.linspace(-error, error, 41):
+        here, there = (path.evaluate(np.clip(times + s, 0, None))[:, :3] for path, s in zip(flown, (0, shift), strict=True))
+        least = min(least, float(np.linalg.norm((here - there) * weight, axis=1).min()))
+    return least
+
+
+@pytest.mark.parametrize("cases", [5, pytest.param(150, marks=pytest.mark.slow)])
+def test_proved_distances_against_dense_samples_of_all_shifts(cases):
+    rng = np.random.default_rng(cases)
+    for _ in range(cases):
+        points = rng.uniform([-1, -1, 0.5], [1, 1, 2], (2, int(rng.integers(2, 5)), 3))
+        team = {
+            f"r{i}": legs(p, speed=float(rng.uniform(0.3, 2)), hold=float(rng.choice([0, 0.7]))) for i, p in enumerate(points)
+        }
+        apart = {"separation": 0.3, "separation_z": float(rng.choice([0.15, 0.3, 0.6]))}
+        mission = started(pair_mission(radius=0.05).model_copy(update=apart), team)
+        error = float(rng.choice([0.01, 0.02, 0.05, 0.3, 1.0]))
+        least = sampled(team, error, np.array([1, 1, 0.3 / apart["separation_z"]]))
+        near = found(mission, team, error)
+        assert near.low <= least + 1e-9
+        assert near.low <= near.high <= least + 5e-3
+
+
+def test_over_the_seam_of_laps_one_robot_may_already_be_in_the_next_lap():
+    # the second robot follows the first round the lap's end, closer than a quarter of a second behind
+    mission = pair_mission(trace="infinite")
+    round_trip = legs([[0, 0, 1], [1, 0, 1], [0, 0, 1]], speed=1.0, cycle=0)
+    waiting = legs([[0.6, 0, 1], [0.6, 0.4, 1], [0.6, 0, 1]], speed=0.4, cycle=0)
+    team = {"r0": round_trip, "r1": waiting}
+    mission = started(mission, team)
+    for error in (0.0625, 0.5):
+        near, least = found(mission, team, error), sampled(team, error, np.ones(3), laps=3)
+        assert near.low <= least + 1e-9
+        assert near.high <= least + 1e-2
+
+
+def test_whoever_hovers_is_as_near_as_at_one_time():
+    team = {"r0": still([0, 0.5, 1]), "r1": legs([[-1, 0, 1], [1, 0, 1]], speed=1.0)}
+    near = found(started(pair_mission(), team), team, 0.5)
+    assert near.low == pytest.approx(0.5, abs=1e-4)
+    assert near.low <= 0.5
