@@ -110,13 +110,9 @@ def _refined(draft: Draft, refining: Progress) -> tuple[Draft, dict[str, Traject
     import refine
 
     try:
-        return draft, refine.refine(draft.plan, witnesses=draft.witnesses, progress=refining)
-    except DoesNotFit:
-        refining("letting robots rest on their long ways, where flights are cut for their vehicles' memories", 0.0)
-    try:
         team = refine.refine(draft.plan, witnesses=draft.witnesses, too_long="rest", progress=refining)
         return replace(draft, plan=_with_parts(draft.plan, team)), team
-    except (DoesNotFit, Infeasible) as error:
+    except DoesNotFit as error:
         refining("leaving the flight whole, to be streamed", 0.0)
         team = refine.refine(draft.plan, witnesses=draft.witnesses, max_pieces=MAX_PIECES, progress=refining)
         said = f"The flight is longer than its vehicles hold, and no parts of it were found: stream it (px4, ros2). {error}"

@@ -4,8 +4,8 @@
 (points and limits) or `retime` (a path and limits), a heading from `heading_spline` or `least_spin`, and `quantise`; `split`
 cuts a flight that is too long for the vehicle's memory.
 
-Read `team` (`laps` for teams that fly for ever, `parts` for flights that no vehicle holds at once), then `single` (one robot as if alone) and `coordination` (all of them), over `corridor`, `solvers`, `heading`, `limits`,
-`spline`, `bodies` and `obstacles`; `feedback` is what the judge's witnesses ask for.
+Read `team` (`laps` for teams that fly for ever, `parts` and `common_rests` for flights that no vehicle holds at once), then `single`
+(one robot as if alone) and `coordination` (all of them), over `corridor`, `solvers`, `heading`, `limits`, `spline`, `bodies` and `obstacles`; `feedback` is what the judge's witnesses ask for.
 """
 
 from __future__ import annotations

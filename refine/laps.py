@@ -17,9 +17,9 @@ from refine.coordination.spacing import spacing_for
 from refine.corridor.legs import HOVERING
 from refine.corridor.relocation import moved_to_meet
 from refine.feedback import Feedback, feedback_of
-from refine.parts import in_parts, longer_than_held
+from refine.parts import from_rest_to_rest, longer_than_held
 from refine.single.values import RefinementOptions
-from refine.stretches import Part, end_of
+from refine.stretches import end_of
 from verify.data import Mission, Plan, RobotPlan, Trajectory, Visit, Witness
 from verify.data.laps import Rest, before_laps, one_lap, rest_after
 from verify.data.plan import Meeting
@@ -27,9 +27,7 @@ from verify.data.progress import Progress, part_of
 from verify.data.trajectory import HOVER
 
 
-def team_laps(
-    plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOptions, tell: Progress, part: Part
-) -> dict[str, Trajectory]:
+def team_laps(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOptions, tell: Progress) -> dict[str, Trajectory]:
     """Turn a team's plan with laps into polynomials.
 
     Args:
@@ -37,16 +35,16 @@ def team_laps(
         witnesses: What the judge refused so far.
         options: What the caller asked for.
         tell: Told a sentence and a share of the work.
-        part: Refines a finite plan.
 
     Raises:
         BadInput: The plan's numbers do not fit each other.
         Infeasible: A part of the flight cannot be flown as planned.
+        DoesNotFit: A part is too long, and does not keep its limits where it is slowed down to rest.
         SolverTimeout: An engine's seconds ran out.
     """
     plan = _with_own_places(plan, feedback_of(plan, witnesses))
     rests = {name: rest_after(plan.mission, name, robot) for name, robot in plan.robots.items()}
-    once = in_parts(_prefix(plan), witnesses, options, part_of(tell, 0.0, 0.5), part)
+    once = from_rest_to_rest(_prefix(plan), witnesses, options, part_of(tell, 0.0, 0.5))
     ends = {name: end_of(pieces) for name, pieces in once.pieces.items() if pieces.durations}
     rests = {
         name: replace(rest, place=tuple(float(value) for value in ends[name][:3])) if name in ends else rest
@@ -54,7 +52,7 @@ def team_laps(
     }
     yaws = {name: float(end[3]) for name, end in ends.items()}
     lap = _lap(plan, rests, yaws)
-    again = in_parts(lap, witnesses, replace(options, closes=True), part_of(tell, 0.5, 0.95), part, least=HOVER)
+    again = from_rest_to_rest(lap, witnesses, replace(options, closes=True), part_of(tell, 0.5, 0.95), HOVER)
     whole = once.then(again) if once.length else again
     begins = {name: len(once.pieces[name].durations) if once.length else 0 for name in plan.robots}
     laps = {

@@ -7,29 +7,24 @@ float32 holds exactly.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
 from refine.coordination.team_flights import Together
-from refine.feedback import Feedback, feedback_of
-from refine.single.values import RefinementOptions, RobotFlight
+from refine.single.values import RobotFlight
 from refine.spline.rounding import quantise
 from refine.spline.values import Spline
-from verify.data import Mission, Plan, Witness
-from verify.data.progress import Progress
+from verify.data import Mission, Plan, Trajectory
 
 TICK = 2.0**-15
 """s; every duration is a multiple of it, so that sums of them are exact and a hover of the difference is too."""
-_LONGEST = 256.0
+LONGEST = 256.0
 """s of one hover, which float32 still holds to a tick."""
-_SHORTEST = 0.25
+SHORTEST = 0.25
 """s of the shortest hover in which a robot waits for the others: coefficients of much shorter pieces drown in float32."""
-
-Part = Callable[[Plan, Feedback, RefinementOptions, Progress], Together]
-"""Refines a finite plan: `together` of `refine.coordination.team_flights`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +70,13 @@ class Stretch:
             },
         )
 
+    def flights(self) -> dict[str, Trajectory]:
+        """Return one finite flight a robot."""
+        return {
+            name: Trajectory(own.durations, np.stack(own.coefficients), cuts=self.cuts[name])
+            for name, own in self.pieces.items()
+        }
+
     def fits(self, held: Mapping[str, int | None]) -> bool:
         """Tell whether all vehicles hold the whole stretch at once.
 
@@ -84,50 +86,36 @@ class Stretch:
         return all((most := held[name]) is None or len(own.durations) <= most for name, own in self.pieces.items())
 
 
-def in_one(
-    plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOptions, tell: Progress, part: Part, least: float = 0.0
-) -> Stretch:
-    """Return a finite plan's flight as one stretch.
+def from_rest(plan: Plan, team: Together, least: float = 0.0) -> Stretch:
+    """Return a finite flight as one stretch.
 
     Args:
         plan: Who visits what.
-        witnesses: What the judge refused so far.
-        options: What the caller asked for.
-        tell: Told a sentence and a share of the work.
-        part: Refines it.
+        team: Its robots with their paths, and their departures, s.
         least: s that it lasts where nobody moves.
-
-    Raises:
-        BadInput: The plan's numbers do not fit each other.
-        Infeasible: It cannot be flown as planned.
-        SolverTimeout: An engine's seconds ran out.
     """
-    flown = flown_from_rest(plan, witnesses, options, tell, part)
-    places = {name: robot.waypoints[-1].position for name, robot in plan.robots.items()}
-    length, pieces = on_common_clock(flown, places, plan.mission, least=least)
-    return Stretch(length, pieces, dict.fromkeys(pieces, ()))
-
-
-def flown_from_rest(
-    plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOptions, tell: Progress, part: Part
-) -> dict[str, Pieces]:
-    """Return each robot's pieces, waits before it departs included; none for those that never move.
-
-    Args:
-        plan: Who visits what, a finite plan.
-        witnesses: What the judge refused so far.
-        options: What the caller asked for.
-        tell: Told a sentence and a share of the work.
-        part: Refines it.
-    """
-    nothing = Pieces((), ())
-    if all(robot.still for robot in plan.robots.values()):
-        return dict.fromkeys(plan.robots, nothing)
-    robots, starts = part(plan, feedback_of(plan, witnesses), options, tell)
-    return {
-        name: nothing if _never_moves(robot) else _pieces(robot, plan.mission.agents[name].yaw, starts[name])
+    robots, starts = team
+    flown = {
+        name: Pieces((), ()) if _never_moves(robot) else _pieces(as_flown(robot, plan.mission.agents[name].yaw, starts[name]))
         for name, robot in robots.items()
     }
+    return _together(plan, flown, least)
+
+
+def waiting(plan: Plan, least: float = 0.0) -> Stretch:
+    """Return a stretch in which nobody moves.
+
+    Args:
+        plan: Says where robots are.
+        least: s that it lasts.
+    """
+    return _together(plan, dict.fromkeys(plan.robots, Pieces((), ())), least)
+
+
+def _together(plan: Plan, flown: Mapping[str, Pieces], least: float) -> Stretch:
+    places = {name: robot.waypoints[-1].position for name, robot in plan.robots.items()}
+    length, pieces = _on_common_clock(flown, places, plan.mission, least)
+    return Stretch(length, pieces, dict.fromkeys(pieces, ()))
 
 
 def _never_moves(robot: RobotFlight) -> bool:
@@ -136,7 +124,14 @@ def _never_moves(robot: RobotFlight) -> bool:
     )
 
 
-def _pieces(robot: RobotFlight, start_yaw: float, departure: float) -> Pieces:
+def as_flown(robot: RobotFlight, start_yaw: float, departure: float) -> Spline:
+    """Return x, y, z and yaw of a robot's flight, with the hover before it departs.
+
+    Args:
+        robot: Its path.
+        start_yaw: Its heading where that is constant, rad.
+        departure: When it departs, s.
+    """
     path = robot.path
     yaw = np.zeros((len(path) + 1, 4, 1)) if robot.yaw is None else robot.yaw.states
     if robot.yaw is None:
@@ -145,8 +140,12 @@ def _pieces(robot: RobotFlight, start_yaw: float, departure: float) -> Pieces:
     if departure > 0.0:
         states = np.concatenate([states[:1], states])
         durations = np.concatenate([[departure], durations])
-    ticks = np.maximum(np.round(durations / TICK), 1.0) * TICK
-    flown = quantise(Spline(ticks, states))
+    return Spline(durations, states)
+
+
+def _pieces(path: Spline) -> Pieces:
+    ticks = np.maximum(np.round(path.durations / TICK), 1.0) * TICK
+    flown = quantise(Spline(ticks, path.states))
     return Pieces(tuple(flown.durations.tolist()), tuple(flown.coefficients))
 
 
@@ -160,24 +159,18 @@ def end_of(pieces: Pieces) -> np.ndarray:
     return (pieces.coefficients[-1] @ powers).astype(np.float32).astype(np.float64)
 
 
-def on_common_clock(
-    flown: Mapping[str, Pieces], places: Mapping[str, tuple[float, ...]], mission: Mission, *, least: float = 0.0
+def _on_common_clock(
+    flown: Mapping[str, Pieces], places: Mapping[str, tuple[float, ...]], mission: Mission, least: float
 ) -> tuple[Fraction, dict[str, Pieces]]:
     """Return how long a part lasts, in s, and each robot's pieces with a hover at its end, if it has to wait for the others.
 
-    A part in which nobody moves lasts `least` s.
-
-    Args:
-        flown: Each robot's pieces.
-        places: Where those rest that never move, m.
-        mission: Gives their headings.
-        least: s.
+    A part in which nobody moves lasts `least` s; where those rest that never move is in `places`, in m.
     """
     length = max((pieces.length for pieces in flown.values()), default=Fraction(0))
     if not length:
         length = Fraction(least)
-    if any(0 < length - pieces.length < Fraction(_SHORTEST) for pieces in flown.values()):
-        length += Fraction(_SHORTEST)
+    if any(0 < length - pieces.length < Fraction(SHORTEST) for pieces in flown.values()):
+        length += Fraction(SHORTEST)
     found: dict[str, Pieces] = {}
     for name, pieces in flown.items():
         here = np.array([*places[name], mission.agents[name].yaw], dtype=np.float32).astype(np.float64)
@@ -194,6 +187,6 @@ def _waits(left: Fraction) -> tuple[float, ...]:
     """Return hovers of this length in all, in s, each of whole ticks and not too long for float32."""
     ticks = left / Fraction(TICK)
     assert ticks.denominator == 1
-    count = max(1, math.ceil(left / Fraction(_LONGEST))) if left else 0
+    count = max(1, math.ceil(left / Fraction(LONGEST))) if left else 0
     share, more = divmod(ticks.numerator, count) if count else (0, 0)
     return tuple(float((share + (index < more)) * Fraction(TICK)) for index in range(count))

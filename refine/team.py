@@ -15,12 +15,12 @@ import numpy as np
 from refine.coordination.team_flights import together
 from refine.feedback import feedback_of
 from refine.laps import team_laps
-from refine.parts import longer_than_held, team_in_parts
+from refine.parts import in_parts, longer_than_held
 from refine.single.values import Pace, RefinementOptions, RobotFlight, TooLong
-from refine.spline.parts import cuts_at_rests
 from refine.spline.rounding import quantise
 from refine.spline.values import Spline
-from verify.data import BadInput, DoesNotFit, Plan, Trajectory, Witness, check_plan
+from refine.stretches import as_flown
+from verify.data import BadInput, DoesNotFit, Infeasible, Plan, Trajectory, Witness, check_plan
 from verify.data.progress import Progress, silent
 from verify.data.trajectory import HOVER
 
@@ -56,7 +56,7 @@ def refine(
         max_pieces: Pieces that the target holds for one robot; None for what each robot's vehicle holds. Points that only lead the
             way are left out, where straight legs allow it, until a flight fits.
         too_long: What becomes of a flight that still does not fit: "refuse" it, or let it "rest" and cut it there into parts that fit
-            (`Trajectory.cuts`), a team's at rests that are common to all. The rests cost time. Laps rest where they begin and are
+            (`Trajectory.cuts`): all robots slow down on their ways and rest at the same instants. Laps rest where they begin and are
             uploaded once.
 
     Returns:
@@ -80,22 +80,27 @@ def _flights(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOpti
     """Return one flight a robot, cut into parts where it is too long and may rest."""
     laps = plan.mission.spec.trace == "infinite"
     if laps and len(plan.robots) > 1:
-        flights = team_laps(plan, witnesses, options, tell, together)
-    else:
-        flights = _in_one(plan, witnesses, options, tell)
+        flights = team_laps(plan, witnesses, options, tell)
+        long = longer_than_held(plan.mission, flights, options)
+        if long and options.too_long == "refuse":
+            raise _too_long(plan, long, options)
+        return flights
+    team = together(plan, feedback_of(plan, witnesses), options, tell)
+    tell("rounding to the vehicle's numbers", 0.95)
+    robots, starts = team
+    flights = {name: _assemble(robot, plan.mission.agents[name].yaw, starts[name]) for name, robot in robots.items()}
     long = longer_than_held(plan.mission, flights, options)
-    if not long or any(path.cuts for path in flights.values()):
+    if not long:
         return flights
     if options.too_long == "refuse":
         raise _too_long(plan, long, options)
-    if laps:
-        return team_laps(plan, witnesses, options, tell, together)
-    if len(plan.robots) > 1:
-        counts = {name: len(path) for name, path in flights.items()}
-        return team_in_parts(plan, witnesses, options, tell, together, counts)
-    ((name, path),) = flights.items()
-    cuts = cuts_at_rests(path, options.held(plan.mission, name) or len(path))
-    return {name: Trajectory(path.durations, path.coefficients, cuts=cuts)}
+    if not laps:
+        tell("slowing down to rest where vehicles' memories end", 0.97)
+        return in_parts(plan.mission, team, options).flights()
+    try:
+        return team_laps(plan, witnesses, options, tell)
+    except Infeasible as error:
+        raise DoesNotFit(f"{_too_long(plan, long, options)} From rest to rest there is none: {error}") from error
 
 
 def _too_long(plan: Plan, long: Mapping[str, int], options: RefinementOptions) -> DoesNotFit:
@@ -106,13 +111,6 @@ def _too_long(plan: Plan, long: Mapping[str, int], options: RefinementOptions) -
         f"{name} needs {flown} pieces{of}; the target holds {options.held(plan.mission, name)}. Let it rest (too_long='rest'), so that "
         "it is uploaded in parts, or stream it."
     )
-
-
-def _in_one(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOptions, tell: Progress) -> dict[str, Trajectory]:
-    """Return flights without parts."""
-    robots, starts = together(plan, feedback_of(plan, witnesses), options, tell)
-    tell("rounding to the vehicle's numbers", 0.95)
-    return {name: _assemble(robot, plan.mission.agents[name].yaw, starts[name]) for name, robot in robots.items()}
 
 
 def _checked(plan: object, pace: object, weight: object, max_pieces: object, too_long: object) -> Plan:
@@ -149,14 +147,9 @@ def _assemble(robot: RobotFlight, start_yaw: float, departure: float) -> Traject
     Never fewer than two pieces, because crazyswarm2's loader fails on files with one: a hover is flown in two halves, any
     other single piece is followed by a hover.
     """
-    path = robot.path
-    yaw = np.zeros((len(path) + 1, 4, 1)) if robot.yaw is None else robot.yaw.states
-    if robot.yaw is None:
-        yaw[:, 0] = start_yaw
-    states, durations, cycle = np.concatenate([path.states, yaw], axis=2), path.durations, robot.cycle
+    path, cycle = as_flown(robot, start_yaw, departure), robot.cycle
+    states, durations = path.states, path.durations
     if departure > 0.0:
-        states = np.concatenate([states[:1], states])
-        durations = np.concatenate([[departure], durations])
         cycle = None if cycle is None else cycle + 1
     if len(durations) == 1:
         if cycle is not None or np.array_equal(states[0], states[1]):

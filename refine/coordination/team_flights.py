@@ -138,11 +138,12 @@ def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: 
     if not feedback.precedences and options.pace == "nominal":  # no other pace is taken for the one that was asked for
         tell("letting robots wait on the way", 0.9)
         resting = _resting(replace(problem, options=replace(options, rests=True)))
-        held = [options.held(plan.mission, name) for name in plan.robots] if options.too_long == "refuse" else []
+        held = [options.held(plan.mission, name) for name in plan.robots]
         most = min((pieces for pieces in held if pieces is not None), default=None)
-        waiting = schedule_safe_intervals(plan, resting, spacing, most)
-        if waiting is not None:
-            return waiting
+        for pieces in (most,) if options.too_long == "refuse" or most is None else (most, None):
+            waiting = schedule_safe_intervals(plan, resting, spacing, pieces)
+            if waiting is not None:
+                return waiting
     raise failures[0]
 
 

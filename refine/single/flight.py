@@ -71,8 +71,6 @@ def _moving(problem: Problem, name: str, limits: Limits, extra: tuple[Ball, ...]
     stays = {visit: mission.all_regions[robot.visits[visit - 1].region] if visit else None for visit in held}
     corridor, halts = with_rests(corridor, mission, rests.union(stays), stays)
     rest = frozenset(halts.values())
-    if options.too_long == "rest" and corridor.cycle is None and most is not None and len(corridor) >= most:
-        rest |= frozenset(range(most - 1, len(corridor), most - 1))
     if options.rests and corridor.cycle is None:
         rest = frozenset(range(len(corridor) + 1))
     task = Task(mission, name, robot, corridor, limits, more, options)

@@ -29,12 +29,11 @@ class RefinementOptions:
         pace: The plan's own times, the shortest ones, or a blend.
         weight: Of time in a blend, m^2/s^8.
         max_pieces: Pieces that the target holds for one robot; None for what each robot's vehicle holds.
-        too_long: What becomes of a finite flight of more pieces.
+        too_long: What becomes of a flight of more pieces.
         even: Whether other shares of a flight's time are tried where the plan's own would slow it much.
         rests: Whether the flight rests at every point.
         closes: Whether it is a lap, which ends with the heading that it began with.
         lingers: Whether a robot that acts only after others comes to the region first, and rests there.
-        cuts: Moments at which a team's flight that is too long is tried to be cut in two.
     """
 
     pace: Pace
@@ -45,7 +44,6 @@ class RefinementOptions:
     rests: bool = False
     closes: bool = False
     lingers: bool = False
-    cuts: int = 4
 
     def held(self, mission: Mission, name: str) -> int | None:
         """Return the pieces that a robot's flight may have; None for any number.
