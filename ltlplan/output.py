@@ -47,6 +47,7 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     more than their memory does, and where something does not hold, the simulated flight in its tube for instance), and the manifest.
     """
     import flight
+    from flight.logs.large_logs import run_csv
     from ltlplan.report.run_page import report_html
     from ltlplan.report.summary import shortfall
 
@@ -59,7 +60,7 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
                 result.team, result.certificate, folder / _EXPORT, format="crazyswarm2", robots=robots, flight=result.log
             )
         (folder / PROOF).write_text(result.certificate.to_json(), encoding="utf-8")
-        (folder / "flight.csv").write_text(result.log.to_csv(), encoding="utf-8")
+        (folder / "flight.csv").write_text(run_csv(result.log), encoding="utf-8")
         (folder / "report.html").write_text(report_html(result), encoding="utf-8")
 
     return write_folder(target, write)
@@ -85,8 +86,10 @@ def write_flight(plan: Plan, log: FlightLog, folder: Path) -> None:
         log: The flight.
         folder: Where; it exists.
     """
+    from flight.logs.large_logs import run_csv
+
     write_plan_files(plan, folder)
-    (folder / "flight.csv").write_text(log.to_csv(), encoding="utf-8")
+    (folder / "flight.csv").write_text(run_csv(log), encoding="utf-8")
 
 
 def write_campaign(plan: Plan, found: Campaign, folder: Path) -> None:

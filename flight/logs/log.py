@@ -1,7 +1,7 @@
 """The log of one flight: what was flown, measured and believed, and what the monitor said.
 
 Entries are 10 ms apart. As CSV (`flight.csv`) there is one row an entry and robot; numbers have nine significant digits, so that
-writing a log that was read gives the same bytes.
+writing a log that was read gives the same bytes. Folders of runs keep logs of many robots as `large_logs` says.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from flight.logs.large_logs import lightened
 from flight.logs.log import FlightLog
 from flight.model.attitude import from_euler
 from verify.data import MissingEngine
@@ -39,8 +40,8 @@ _STATE = {
 }
 
 
-def mcap_bytes(log: FlightLog) -> bytes:
-    """Return the log as the bytes of an MCAP file.
+def mcap_bytes(given: FlightLog) -> bytes:
+    """Return the log as the bytes of an MCAP file; of many robots as `lightened` keeps it, with quaternions to 1e-5.
 
     Raises:
         MissingEngine: mcap is not installed.
@@ -49,6 +50,7 @@ def mcap_bytes(log: FlightLog) -> bytes:
         from mcap.writer import Writer
     except ImportError:
         raise MissingEngine("MCAP needs mcap: pip install 'ltlplan[mcap]'.") from None
+    log = lightened(given)
     sink = io.BytesIO()
     writer: Any = Writer(sink)
     writer.start(profile="", library="ltlplan")
@@ -66,6 +68,8 @@ def mcap_bytes(log: FlightLog) -> bytes:
         for robot in log.robots
     ]
     turned = np.stack([from_euler(log.attitude[:, j].T).T for j in range(len(log.robots))], axis=1)
+    if log is not given:
+        turned = np.round(turned, 5)
     for i, time in enumerate(log.times.tolist()):
         moment = round(1e9 * time)
         for j, (pose_channel, state_channel) in enumerate(channels):

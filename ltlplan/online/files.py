@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from flight.logs.large_logs import run_csv
 from ltlplan.report.online import online_html
 from verify.data import mission_to_yaml
 from verify.data.events import EVENTS_FILE, events_to_json
@@ -26,6 +27,6 @@ def write_online(flown: OnlineFlight, lines: Sequence[str], folder: Path) -> Non
     """
     (folder / "mission.yaml").write_text(mission_to_yaml(flown.asked), encoding="utf-8")
     (folder / EVENTS_FILE).write_text(events_to_json(flown.events), encoding="utf-8")
-    (folder / "flight.csv").write_text(flown.log.to_csv(), encoding="utf-8")
+    (folder / "flight.csv").write_text(run_csv(flown.log), encoding="utf-8")
     (folder / "report.html").write_text(online_html(flown), encoding="utf-8")
     (folder / "summary.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
