@@ -21,7 +21,7 @@ from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relatio
 from verify.behaviour.transitions import judge_transitions
 from verify.behaviour.word_claims import judge_formula
 from verify.claims.claim import Claim
-from verify.claims.distance_claims import rim_claims, separation_claims, workspace_claims
+from verify.claims.distance_claims import Clocks, rim_claims, separation_claims, workspace_claims
 from verify.claims.evidence import Evidence
 from verify.claims.limit_claims import braking_claims, continuity_claims, endurance_claims, limit_claims
 from verify.claims.obstacle_claims import obstacle_claims
@@ -147,7 +147,7 @@ def judge_stop(
     moved = {n: a.model_copy(update={"start": tuple(rest[n].coefficients[0, :3, 0].tolist())}) for n, a in agents.items()}
     ahead = _evidence(mission, moved, rest)
     margin = Fraction(mission.margin) + Fraction(SHIFT)
-    still = dict.fromkeys(agents, Fraction(0))
+    still = Clocks(Fraction(0), dict.fromkeys(agents, Fraction(0)))
     return (
         *continuity_claims(whole),
         *limit_claims(whole),
