@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 
 from flight.exports.px4 import to_ned
+from flight.link.addresses import require_addresses
 from flight.link.link import Health, LinkLost, Pose
 from verify.data import BadInput, MissingEngine, Mission, Trajectory
-from verify.data.events import unknown
 
 RATE = 50.0
 """Set-points a second; PX4 wants more than two."""
@@ -103,7 +103,7 @@ class MavlinkLink:
             LinkLost: A vehicle does not answer, or does not take a parameter.
             MissingEngine: pymavlink is not installed.
         """
-        _require_addresses(mission, addresses)
+        require_addresses(mission, addresses, "udpin:0.0.0.0:14540")
         os.environ["MAVLINK20"] = "1"  # before pymavlink is imported: it decides there
         try:
             from pymavlink import mavutil
@@ -342,15 +342,3 @@ class MavlinkLink:
             )
         if jumps:
             raise LinkLost(f"set-points were {late:.2f} s late: this computer is too busy, or was stopped")
-
-
-def _require_addresses(mission: Mission, addresses: Mapping[str, str]) -> None:
-    for name in addresses:
-        if name not in mission.agents:
-            raise BadInput(unknown(name, "robot of the mission", mission.agents))
-    of: dict[str, str] = {}
-    for name in mission.agents:
-        if not addresses.get(name):
-            raise BadInput(f"no address of {name}; write {name}=udpin:0.0.0.0:14540.")
-        if (other := of.setdefault(addresses[name], name)) != name:
-            raise BadInput(f"{other} and {name} have one address, {addresses[name]}.")

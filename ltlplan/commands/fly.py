@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, get_args
 
 import typer
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     ReactionName = Reaction
     LinkName = str
 else:
-    LinkName = choices("LinkName", ("simulated", "mavlink"))
+    LinkName = choices("LinkName", ("simulated", "crazyflie", "mavlink"))
     ReactionName = choices("ReactionName", get_args(Reaction))
 
 
@@ -44,7 +45,8 @@ def command(
         typer.Option(
             "--link",
             help="Fly live over a link: checks, certified climb, way to the starts, flight and landing, watched, with a way out "
-            "at every moment. `simulated`: our simulation behind the same interface; `mavlink`: PX4, by --address.",
+            "at every moment. `simulated`: our simulation behind the same interface; `crazyflie`: by radio, --inventory or --address; "
+            "`mavlink`: PX4, by --address.",
         ),
     ] = None,
     place: Annotated[
@@ -53,7 +55,18 @@ def command(
     ] = None,
     address: Annotated[
         list[str] | None,
-        typer.Option("--address", help="With --link mavlink: NAME=ADDRESS, such as quad0=udpin:0.0.0.0:14540, once a robot."),
+        typer.Option(
+            "--address",
+            help="With --link crazyflie or mavlink: NAME=ADDRESS, such as quad0=radio://0/80/2M/E7E7E7E701 or "
+            "quad0=udpin:0.0.0.0:14540, once a robot.",
+        ),
+    ] = None,
+    inventory: Annotated[
+        Path | None,
+        typer.Option(
+            "--inventory",
+            help="With --link crazyflie: YAML of your robots' addresses and weights, and of motion capture; only read.",
+        ),
     ] = None,
     real_time: Annotated[bool, typer.Option("--real-time", help="With --link simulated: a second takes a second.")] = False,
     json: options.JsonOption = False,
@@ -67,11 +80,11 @@ def command(
     if link is not None:
         from ltlplan.commands.shared.live_flight import Asked, fly_over_link
 
-        kind = Asked(str(link), tuple(place or ()), tuple(address or ()), real_time)
+        kind = Asked(str(link), tuple(place or ()), tuple(address or ()), inventory, real_time)
         fly_over_link(source, out, kind, said, seed, json=json)
         return
-    if place or real_time or address:
-        raise BadInput("--place, --address and --real-time go with --link.")
+    if place or real_time or address or inventory:
+        raise BadInput("--place, --address, --inventory and --real-time go with --link.")
     with simulating(out, LOG_FILES, quiet=json) as progress:
         plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
         progress("flying in simulation", 0.5)

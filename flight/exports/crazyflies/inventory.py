@@ -1,7 +1,8 @@
 """A user's inventory: each robot's address, and what it weighs. It is read, and never written.
 
 A YAML file with a table `robots`: `quad0: {uri: radio://0/80/2M/E7E7E7E701, mass: 0.0331}`. A `crazyflies.yaml` of crazyswarm2 will do: what
-it says beyond that of its robots belongs to crazyswarm2, and is left there.
+it says beyond that of its robots belongs to crazyswarm2, and is left there. Live flights read a table `motion_capture` beside it, as
+crazyswarm2's `motion_capture.yaml` has it: `{type: optitrack, hostname: 192.168.1.2}`.
 """
 
 from __future__ import annotations
@@ -41,6 +42,38 @@ class Item:
     mass: float | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class CaptureSystem:
+    """Motion capture that sees the robots; its bodies have their names.
+
+    Attributes:
+        kind: Such as `optitrack` or `vicon`.
+        settings: What it is reached by, such as `hostname`.
+    """
+
+    kind: str
+    settings: Mapping[str, str]
+
+
+def read_capture(path: Path) -> CaptureSystem | None:
+    """Return the motion capture of an inventory; None where it has none.
+
+    Args:
+        path: The file.
+
+    Raises:
+        BadInput: It is no inventory, or what it says of motion capture is no table with a `type`.
+    """
+    table = _content(path).get("motion_capture")
+    if table is None:
+        return None
+    if not isinstance(table, dict) or not isinstance(kind := table.get("type"), str):
+        raise BadInput(
+            f"{path}: motion_capture must be a table such as {{type: optitrack, hostname: 192.168.1.2}}, not {table!r:.60}."
+        )
+    return CaptureSystem(kind, {str(key): str(value) for key, value in table.items() if key != "type"})
+
+
 def read_inventory(
     source: str | os.PathLike[str] | Mapping[str, Any], robots: Collection[str]
 ) -> dict[str, Item]:  # plain data
@@ -64,13 +97,17 @@ def read_inventory(
     return found
 
 
-def _table(path: Path) -> Mapping[str, Any]:
+def _content(path: Path) -> Mapping[str, Any]:
     text = read_text(path, most=_MOST, what="inventory")
     try:
         data = YAML(typ="safe", pure=True).load(text)
     except YAMLError as error:
         raise BadInput(f"{path} is no YAML: {' '.join(str(error).split())[:200]}") from None
-    robots = data.get("robots") if isinstance(data, dict) else None
+    return data if isinstance(data, dict) else {}
+
+
+def _table(path: Path) -> Mapping[str, Any]:
+    robots = _content(path).get("robots")
     if not isinstance(robots, dict) or not robots:
         raise BadInput(
             f"{path} is no inventory: it needs a table `robots`, such as `robots: {{quad0: {{uri: radio://0/80/2M/E7E7E7E701}}}}`."

@@ -29,15 +29,17 @@ class Asked:
     """What the command line says of a link.
 
     Attributes:
-        kind: `simulated` or `mavlink`.
+        kind: `simulated`, `crazyflie` or `mavlink`.
         places: `NAME=x,y,z`, where robots stand.
         addresses: `NAME=ADDRESS`.
+        inventory: A file of addresses, weights and motion capture; None for none.
         real_time: Whether a simulated second takes a second.
     """
 
     kind: str
     places: tuple[str, ...]
     addresses: tuple[str, ...]
+    inventory: Path | None
     real_time: bool
 
 
@@ -84,8 +86,10 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
 
 
 def _require_sense(asked: Asked) -> None:
-    if asked.kind != "mavlink" and asked.addresses:
-        raise BadInput(f"--address goes with --link mavlink, not {asked.kind}.")
+    if asked.kind == "simulated" and asked.addresses:
+        raise BadInput("--address goes with --link crazyflie and mavlink, not simulated.")
+    if asked.kind != "crazyflie" and asked.inventory:
+        raise BadInput(f"--inventory goes with --link crazyflie, not {asked.kind}.")
     if asked.kind != "simulated" and asked.real_time:
         raise BadInput(f"--real-time goes with --link simulated; {asked.kind} is real.")
 
@@ -96,15 +100,31 @@ def _link(asked: Asked, mission: Mission, stand: dict[str, Place], conditions: C
         from flight.link.simulated import SimulatedLink
 
         return SimulatedLink(mission, stand, conditions=conditions, seed=seed, real_time=asked.real_time)
-    from flight.link.mavlink import MavlinkLink
-
     addresses: dict[str, str] = {}
     for text in asked.addresses:
         name, _, address = text.partition("=")
         if name in addresses:
             raise BadInput(f"--address names {name} twice.")
         addresses[name] = address
+    if asked.kind == "crazyflie":
+        return _crazyflies(asked.inventory, mission, addresses)
+    from flight.link.mavlink import MavlinkLink
+
     return MavlinkLink(mission, addresses)
+
+
+def _crazyflies(inventory: Path | None, mission: Mission, addresses: dict[str, str]) -> Link:
+    """Reach Crazyflies by an inventory and by addresses, which go before its own."""
+    from flight.exports.crazyflies.inventory import read_capture, read_inventory
+    from flight.link.crazyflie.capture import connected_to
+    from flight.link.crazyflie.link import CrazyflieLink
+
+    items = {} if inventory is None else read_inventory(inventory, tuple(mission.agents))
+    system = None if inventory is None else read_capture(inventory)
+    known = {name: item.uri for name, item in items.items() if item.uri is not None}
+    masses = {name: item.mass for name, item in items.items() if item.mass is not None}
+    capture = None if system is None else connected_to(system.kind, system.settings)
+    return CrazyflieLink(mission, {**known, **addresses}, masses=masses, capture=capture)
 
 
 def _places(texts: tuple[str, ...], mission: Mission, team: dict[str, Trajectory]) -> dict[str, Place]:

@@ -1,0 +1,33 @@
+"""Who is reached where: each robot of a mission has an address of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from verify.data import BadInput, Mission
+from verify.data.events import unknown
+
+
+def require_addresses(
+    mission: Mission, addresses: Mapping[str, str], example: str, reached: Callable[[str], str] = str
+) -> None:
+    """Refuse addresses that are missing, of nobody, or of two robots.
+
+    Args:
+        mission: Who flies.
+        addresses: Robot to address.
+        example: An address, for the message.
+        reached: Turns an address into what is reached by it, so that two ways to write it are one.
+
+    Raises:
+        BadInput: As said.
+    """
+    for name in addresses:
+        if name not in mission.agents:
+            raise BadInput(unknown(name, "robot of the mission", mission.agents))
+    of: dict[str, str] = {}
+    for name in mission.agents:
+        if not addresses.get(name):
+            raise BadInput(f"no address of {name}; write {name}={example}.")
+        if (other := of.setdefault(reached(addresses[name]), name)) != name:
+            raise BadInput(f"{other} and {name} have one address, {addresses[name]}.")

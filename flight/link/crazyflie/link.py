@@ -1,0 +1,317 @@
+"""The link to Crazyflies: flights lie on board, one broadcast starts them, and the firmware's high-level commander flies them."""
+
+from __future__ import annotations
+
+import logging
+import math
+import time
+from collections.abc import Mapping
+from typing import Literal
+
+import numpy as np
+
+from flight.link.addresses import require_addresses
+from flight.link.crazyflie.broadcast import Broadcast
+from flight.link.crazyflie.capture import Body, Capture, Watch
+from flight.link.crazyflie.memory import Memory
+from flight.link.crazyflie.setting import wanted
+from flight.link.crazyflie.steps import arm, connect, store, until
+from flight.link.crazyflie.vehicle import EBUSY, State, Vehicle
+from flight.link.link import Health, LinkLost, Pose
+from flight.link.on_board import Commander
+from flight.model.attitude import euler
+from flight.monitoring.reaction import braking_time
+from verify.data import Mission, Trajectory
+
+WITHIN = 0.02
+"""s within which a common start that was not answered is sent again: what a certificate allows clocks to differ by."""
+STARTING = 0.4
+"""s that vehicles have to answer to a common start."""
+_ALIVE = 0.2
+"""s between two signs of life; the firmware waits for 1 s."""
+_GONE = "1 s after the last sign of life from here a Crazyflie stops its motors where it is (the firmware's emergency-stop watchdog)"
+_GOES_ON = "a Crazyflie flies what was started to its end, and hovers there until its battery is empty"
+_HIGH = 0.3
+"""m above where it stood, from which on a robot that is told to stop is told so by an emergency stop, too."""
+_ASTRAY = 0.05
+"""m that an estimate may be off from motion capture."""
+_EXAMPLE = "radio://0/80/2M/E7E7E7E701"
+
+Failsafe = Literal["stop", "fly on"]
+
+
+class CrazyflieLink:
+    """Crazyflies, each by its own address.
+
+    Attributes:
+        accuracy: Bound on the error of a measured position, m.
+        wanted: Parameters that are set on board, by robot.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        addresses: Mapping[str, str],
+        *,
+        masses: Mapping[str, float] | None = None,
+        capture: Capture | None = None,
+        failsafe: Failsafe | None = None,
+        accuracy: float = 0.01,
+    ) -> None:
+        """Reach all vehicles, set what a flight needs, and read it back. Nothing spins.
+
+        Args:
+            mission: Who flies.
+            addresses: Robot to address, such as `radio://0/80/2M/E7E7E7E701`.
+            masses: kg as robots were weighed; others have their profile's.
+            capture: Motion capture, whose poses are sent to the vehicles and are what they are measured by; None where they find
+                their own place.
+            failsafe: What acts on board when nothing comes from here any more: `stop`, motors stop after 1 s; `fly on`, to the end of
+                what was started. None: `stop` with motion capture, without which an estimate is worth nothing, else `fly on`.
+            accuracy: Bound on the error of a measured position, m.
+
+        Raises:
+            BadInput: An address is missing, of nobody, or used twice.
+            LinkLost: There is no radio, or a vehicle does not answer or does not have what is needed.
+            DoesNotFit: A vehicle has no trajectory memory.
+            MissingEngine: cflib is not installed.
+        """
+        require_addresses(mission, addresses, _EXAMPLE, _reached)
+        self._began = time.monotonic()
+        self._mission, self.accuracy, self.wanted = mission, accuracy, wanted(mission, masses or {})
+        self._stops = (failsafe or ("stop" if capture else "fly on")) == "stop"
+        self._quiet = logging.NullHandler()  # cflib logs failures with tracebacks; they are raised here
+        logging.getLogger("cflib").addHandler(self._quiet)
+        self._vehicles: dict[str, Vehicle] = {}
+        self._broadcast: Broadcast | None = None
+        self._watch: Watch | None = None
+        self._flying, self._fed = False, -math.inf
+        self._stopped: set[str] = set()
+        self._targets: dict[str, tuple[tuple[float, float, float, float], float]] = {}
+        try:
+            self._vehicles.update({name: Vehicle(name, addresses[name], self.now) for name in mission.agents})
+            connect(self._vehicles.values(), self.wanted, self.sleep)
+            if capture is not None:
+                self._watch = Watch(capture, self._seen)
+                until(
+                    self._vehicles.values(),
+                    lambda vehicle: vehicle.pose is not None,
+                    "is not seen by motion capture",
+                    self.sleep,
+                )
+            self._memories = {name: Memory(vehicle.room) for name, vehicle in self._vehicles.items()}
+            self._commanders = {name: self._standing(name) for name in self._vehicles}
+            self._grounds = {name: float(commander.wanted(0.0)[0, 2]) for name, commander in self._commanders.items()}
+            self._broadcast = Broadcast(self._vehicles.values())
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def robots(self) -> tuple[str, ...]:
+        """Names."""
+        return tuple(self._vehicles)
+
+    @property
+    def failsafe(self) -> str:
+        """What acts on board when nothing comes from here any more."""
+        return _GONE if self._stops else _GOES_ON
+
+    def now(self) -> float:
+        """Return s since the link began."""
+        return time.monotonic() - self._began
+
+    def sleep(self, seconds: float) -> None:
+        """Wait for so long, and give signs of life meanwhile: a process that hangs gives none."""
+        end = self.now() + seconds
+        while True:
+            now = self.now()
+            if self._flying and self._stops and now - self._fed >= _ALIVE:
+                self._fed = now
+                for vehicle in self._vehicles.values():
+                    vehicle.alive()
+            if now >= end:
+                return
+            time.sleep(min(end - now, 0.01))
+
+    def pose(self, robot: str) -> Pose | None:
+        """Return the last pose: of motion capture where there is one, else the vehicle's own."""
+        vehicle = self._vehicles[robot]
+        return vehicle.estimate if self._watch is None else vehicle.pose
+
+    def health(self, robot: str) -> Health:
+        """Return what a vehicle last said of itself."""
+        vehicle, endurance = self._vehicles[robot], self._mission.vehicle_of(robot).endurance
+        state, battery, settled, ready = vehicle.state, vehicle.battery, vehicle.settled, None
+        if state is not None:
+            blocked = state & (State.TUMBLED | State.LOCKED | State.CRASHED)
+            ready = not blocked and bool(state & (State.CAN_FLY | State.CAN_ARM))
+        if self._watch is not None and vehicle.pose is not None and vehicle.estimate is not None:
+            near = math.dist(vehicle.pose.position, vehicle.estimate.position) < _ASTRAY
+            settled = near or self._flying if settled is None else settled and (near or self._flying)
+        if battery is None or (endurance is None and battery > 0.0):
+            return Health(ready, settled, None)
+        return Health(ready, settled, (endurance or 0.0) * battery)
+
+    def parameters(self, robot: str) -> Mapping[str, float]:
+        """Return the parameters that matter, as they were read back."""
+        board = self._vehicles[robot].board
+        return {key: board[key] for key in self.wanted[robot] if key in board}
+
+    def upload(self, robot: str, number: int, path: Trajectory) -> None:
+        """Store a flight on board and read it from there; one that does not fit beside the others is stored when it is started.
+
+        Args:
+            robot: Name.
+            number: From 0.
+            path: Finite, as it is flown.
+
+        Raises:
+            LinkLost: The vehicle did not take it.
+            DoesNotFit: Its memory does not hold it.
+        """
+        self._commanders[robot].store(number, path)
+        entry = self._memories[robot].take(number, robot, path)
+        if entry is not None:
+            store(self._vehicles[robot], entry, self.sleep)
+
+    def start(self, number: int) -> float:
+        """Start a stored flight of all at one instant.
+
+        Args:
+            number: Of the flight.
+
+        Returns:
+            When it began, s of the link's clock.
+
+        Raises:
+            LinkLost: A vehicle does not arm, does not take its flight, or did not start with the others.
+        """
+        for name in self._vehicles:
+            self._bring(name, number)
+        if not self._flying:
+            arm(self._vehicles.values(), self.sleep)
+            self._flying = True
+            self.sleep(0.0)
+        self._targets.clear()
+        self._stopped.clear()
+        for vehicle in self._vehicles.values():
+            vehicle.expect_start()
+        begin = self.now()
+        for commander in self._commanders.values():
+            commander.start(number, begin)
+        self._start_all(number, begin)
+        return begin
+
+    def hold(self, robot: str) -> bool:
+        """Tell a robot to go to where it comes to rest when it brakes; return whether it has acknowledged that.
+
+        Args:
+            robot: Name.
+        """
+        if robot not in self._targets:
+            commander, now = self._commanders[robot], self.now()
+            speed = float(np.linalg.norm(commander.wanted(now)[1, :3]))
+            seconds = braking_time(speed, self._mission.limits_of(robot).acceleration)
+            commander.hold(now)
+            x, y, z, heading = commander.wanted(now + 2.0 * seconds)[0].tolist()
+            self._targets[robot] = ((x, y, z, heading), seconds)
+        return self._vehicles[robot].go_to(*self._targets[robot])
+
+    def land(self, robot: str, height: float, seconds: float) -> bool:
+        """Tell a robot to sink; return whether it has acknowledged that.
+
+        Args:
+            robot: Name.
+            height: z in m where the landing ends.
+            seconds: How long it takes.
+        """
+        return self._vehicles[robot].land(height, seconds)
+
+    def stop(self, robot: str) -> bool:
+        """Tell a robot to stop its motors, in the air by an emergency stop as well; return whether it has acknowledged that.
+
+        Args:
+            robot: Name.
+        """
+        vehicle, pose = self._vehicles[robot], self.pose(robot)
+        if self._flying and (pose is None or pose.position[2] > self._grounds[robot] + _HIGH):
+            vehicle.emergency()
+        if vehicle.stop():
+            self._stopped.add(robot)
+        return robot in self._stopped
+
+    def close(self) -> None:
+        """Let go of radios and vehicles."""
+        if self._watch is not None:
+            self._watch.ended.set()
+        if self._broadcast is not None:
+            self._broadcast.close()
+        for name, vehicle in self._vehicles.items():
+            vehicle.close(landed=not self._flying or name in self._stopped)
+        logging.getLogger("cflib").removeHandler(self._quiet)
+
+    def _standing(self, robot: str) -> Commander:
+        """Return a commander like the one on board, which stands where the robot does."""
+        pose = self.pose(robot)
+        place = (math.nan,) * 4 if pose is None else (*pose.position, pose.heading or 0.0)
+        return Commander(np.array(place), self._mission.limits_of(robot).acceleration)
+
+    def _seen(self, bodies: Mapping[str, Body]) -> None:
+        """Take in a frame of motion capture, and send it on."""
+        now = self.now()
+        for name, body in bodies.items():
+            if name in self._vehicles:
+                heading = float(euler(np.roll(body.attitude, 1)[:, None])[2, 0])
+                self._vehicles[name].pose = Pose(now, body.position, heading)
+                self._vehicles[name].show(body.position, body.attitude)
+
+    def _bring(self, robot: str, number: int) -> None:
+        """Store what did not fit before, while the robot is held where that begins: it must not read the memory meanwhile."""
+        entry = self._memories[robot].missing(number)
+        if entry is None:
+            return
+        self._targets.pop(robot, None)
+        if self._flying:
+            until((self._vehicles[robot],), lambda _: self.hold(robot), "did not hold", self.sleep)
+        store(self._vehicles[robot], entry, self.sleep)
+
+    def _start_all(self, number: int, begin: float) -> None:
+        """Send the common start, and wait for all to answer.
+
+        Raises:
+            LinkLost: Somebody did not start with the others.
+        """
+        assert self._broadcast is not None
+        vehicles, repeated = self._vehicles.values(), False
+        self._broadcast.start(number)
+        while not all(vehicle.started == 0 for vehicle in vehicles) and self.now() < begin + STARTING:
+            if not repeated and self.now() >= begin + WITHIN / 2:
+                repeated = True
+                for vehicle in vehicles:
+                    if vehicle.started is None:
+                        self._broadcast.again(number, vehicle)
+            self.sleep(0.002)
+        late = [vehicle for vehicle in vehicles if vehicle.started != 0 and not self._flies(vehicle, begin)]
+        if late:
+            why = (f"{v.name} {'is not let fly by its supervisor' if v.started == EBUSY else 'has not answered'}" for v in late)
+            raise LinkLost(f"not all robots started together: {', '.join(why)}.")
+
+    def _flies(self, vehicle: Vehicle, begin: float) -> bool:
+        """Tell whether a vehicle whose answer was lost says that it flies something since."""
+        state = vehicle.state
+        return (
+            vehicle.started is None
+            and state is not None
+            and vehicle.state_at > begin + 0.15
+            and (State.ACTIVE in state and State.FINISHED not in state)
+        )
+
+
+def _reached(address: str) -> str:
+    """Return what of an address says who is reached: of a radio's, channel and address, by whatever radio and however written."""
+    if not address.startswith("radio://"):
+        return address
+    path = address.partition("?")[0].removeprefix("radio://").split("/")[1:]
+    own = path[2] if len(path) > 2 else "E7E7E7E7E7"
+    return f"{path[0] if path else 2} {own.rjust(10, '0').upper()}"

@@ -1,0 +1,53 @@
+"""What is set on board before a flight and read back: the controller, its mass, and how far motion capture is trusted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from flight.exports.crazyflies.parameters import parameters
+from flight.link.crazyflie.vehicle import Vehicle
+from verify.data import Mission
+
+_OF_CONTROLLERS = {"ctrlMel": 2, "ctrlLee": 5}
+"""Groups of parameters that only one controller reads, and its number."""
+_IF_THERE = {"commander.enHighLevel": 1.0}
+"""Asked of firmware that has it: newer firmware takes the high-level commander without."""
+
+
+def wanted(mission: Mission, masses: Mapping[str, float]) -> dict[str, dict[str, float]]:
+    """Return what every robot has to have on board: `group.name` to value.
+
+    Args:
+        mission: Says what they fly.
+        masses: kg as robots were weighed; others have their profile's.
+    """
+    found: dict[str, dict[str, float]] = {}
+    for name in mission.agents:
+        groups = parameters(mission.vehicle_of(name), masses.get(name))
+        flown = groups["stabilizer"]["controller"]
+        found[name] = {
+            f"{group}.{key}": float(value)
+            for group, values in groups.items()
+            if _OF_CONTROLLERS.get(group, flown) == flown
+            for key, value in values.items()
+        }
+    return found
+
+
+def set_on(vehicle: Vehicle, values: Mapping[str, float]) -> tuple[list[str], Callable[[], bool]]:
+    """Set parameters on one vehicle, and read them back.
+
+    Args:
+        vehicle: Connected.
+        values: `group.name` to value.
+
+    Returns:
+        What its firmware does not have, in which case nothing is set; and whether all were read back by now.
+    """
+    if missing := [key for key in values if not vehicle.has(key)]:
+        return missing, lambda: False
+    due: dict[str, int] = {}
+    for key, value in {**{key: value for key, value in _IF_THERE.items() if vehicle.has(key)}, **values}.items():
+        due[key] = vehicle.reads.get(key, 0) + 2
+        vehicle.set(key, value)
+    return [], lambda: all(vehicle.reads.get(key, 0) >= count for key, count in due.items())

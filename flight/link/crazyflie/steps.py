@@ -1,0 +1,139 @@
+"""What takes a while: to reach vehicles, to set parameters, to store a flight, to arm. Each is asked for until it is confirmed, or refused."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Collection, Mapping
+
+from flight.exports.crazyflies.memory import Entry
+from flight.link.crazyflie.setting import set_on
+from flight.link.crazyflie.vehicle import State, Vehicle
+from flight.link.link import LinkLost
+from verify.data import DoesNotFit
+
+SILENT = 5.0
+"""s without a packet after which a vehicle that is asked for something does not answer."""
+PATIENCE = 60.0
+"""s that a vehicle has to tell what it has on board."""
+ANSWER = 5.0
+"""s that a vehicle has for anything else."""
+_TOGETHER = 0.2
+"""s to wait for others that fail for the same reason."""
+
+Sleep = Callable[[float], None]
+
+
+def connect(vehicles: Collection[Vehicle], values: Mapping[str, Mapping[str, float]], sleep: Sleep) -> None:
+    """Reach all vehicles at once, set parameters and read them back, and have them report.
+
+    Args:
+        vehicles: Not reached yet.
+        values: Parameters by robot, `group.name` to value.
+        sleep: Waits for so many s.
+
+    Raises:
+        LinkLost: There is no radio, or a vehicle does not answer or lacks what is needed.
+        DoesNotFit: It has no trajectory memory.
+    """
+    for vehicle in vehicles:
+        vehicle.open()
+    until(vehicles, lambda vehicle: vehicle.connected, "did not tell what it has on board", sleep, PATIENCE)
+    lacking: list[str] = []
+    ready: dict[str, Callable[[], bool]] = {}
+    for vehicle in vehicles:
+        if not vehicle.room:
+            raise DoesNotFit(f"{vehicle.name} at {vehicle.uri} has no trajectory memory.")
+        missing, ready[vehicle.name] = set_on(vehicle, values[vehicle.name])
+        lacking += [f"{vehicle.name}'s firmware has no parameter {key}" for key in missing]
+        lacking += [f"{vehicle.name}'s firmware has no log variable {key}" for key in vehicle.listen()]
+    if lacking:
+        raise LinkLost(f"{'; '.join(lacking)}: flash a newer one, or take another controller in the vehicle's profile.")
+    until(vehicles, lambda vehicle: ready[vehicle.name](), "did not confirm its parameters", sleep, 2 * ANSWER)
+    until(vehicles, lambda vehicle: vehicle.watched, "does not say where it is and how", sleep)
+
+
+def store(vehicle: Vehicle, entry: Entry, sleep: Sleep) -> None:
+    """Store a flight on board, and read its bytes from there.
+
+    Args:
+        vehicle: Reached.
+        entry: The flight.
+        sleep: Waits for so many s.
+
+    Raises:
+        LinkLost: The vehicle did not take it.
+    """
+    what = f"did not take flight {entry.trajectory_id}"
+    vehicle.write(entry)
+    until((vehicle,), lambda vehicle: vehicle.upload is not None, what, sleep, PATIENCE)
+    if not vehicle.upload:
+        raise LinkLost(f"{vehicle.name} at {vehicle.uri} {what}: what is read from its memory is not what was sent.")
+    until((vehicle,), lambda vehicle: vehicle.define(entry), what, sleep)
+
+
+def arm(vehicles: Collection[Vehicle], sleep: Sleep) -> None:
+    """Arm those that have to be armed.
+
+    Args:
+        vehicles: Reached.
+        sleep: Waits for so many s.
+
+    Raises:
+        LinkLost: One does not arm.
+    """
+    asked: dict[str, float] = {}
+
+    def armed(vehicle: Vehicle) -> bool:
+        state, now = vehicle.state, vehicle.now()
+        if state is None or state & (State.ARMED | State.CAN_FLY):
+            return True
+        if now - asked.get(vehicle.name, -math.inf) > 0.3:
+            asked[vehicle.name] = now
+            vehicle.arm()
+        return False
+
+    until(vehicles, armed, "did not arm", sleep)
+
+
+def until(
+    vehicles: Collection[Vehicle],
+    done: Callable[[Vehicle], bool],
+    otherwise: str,
+    sleep: Sleep,
+    patience: float = ANSWER,
+) -> None:
+    """Wait until something is done by all vehicles.
+
+    Args:
+        vehicles: All of them.
+        done: Whether one has done it; may ask for it again.
+        otherwise: What one has not done, for the message.
+        sleep: Waits for so many s.
+        patience: s.
+
+    Raises:
+        LinkLost: One has not done it, or cannot be reached.
+    """
+    end = time.monotonic() + patience
+    while left := [vehicle for vehicle in vehicles if not done(vehicle)]:
+        now = time.monotonic()
+        if any(vehicle.failure for vehicle in left):
+            time.sleep(_TOGETHER)  # what fails for one often fails for others, and is said once
+            raise LinkLost(_unreachable(left))
+        if silent := [vehicle for vehicle in left if vehicle.now() - vehicle.heard > SILENT]:
+            whom = ", ".join(f"{vehicle.name} at {vehicle.uri}" for vehicle in silent)
+            raise LinkLost(f"{whom} does not answer: switch it on, and look at its address and channel.")
+        if now >= end:
+            raise LinkLost(
+                f"{', '.join(f'{vehicle.name} at {vehicle.uri}' for vehicle in left)} {otherwise} within {patience:g} s."
+            )
+        sleep(0.01)
+
+
+def _unreachable(vehicles: Collection[Vehicle]) -> str:
+    whom: dict[str, list[str]] = {}
+    for vehicle in vehicles:
+        if vehicle.failure:
+            whom.setdefault(vehicle.failure, []).append(f"{vehicle.name} at {vehicle.uri}")
+    return "; ".join(f"{', '.join(names)} cannot be reached: {reason}" for reason, names in whom.items()) + "."

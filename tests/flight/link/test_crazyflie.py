@@ -1,0 +1,163 @@
+"""The link to Crazyflies: real cflib to vehicles that answer and fly as the firmware does."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from flight.link.link import LinkLost
+from flight.link.live import fly_live
+from flight.link.stages import Stage
+from verify import certify
+from verify.data import BadInput, DoesNotFit, Visit
+
+pytest.importorskip("cflib", reason="cflib is not installed")
+
+from flight.link.crazyflie.link import CrazyflieLink
+from flight.link.crazyflie.memory import Memory
+from tests.helpers.crazyflie_firmware import Manner
+from tests.helpers.crazyflie_peer import in_the_air
+from tests.helpers.flights import legs, plan_of, small_mission
+
+PLACES = {"r0": (0.0, -0.5, 0.0), "r1": (-1.0, 0.5, 0.02), "r2": (1.0, 0.8, 0.0)}
+GROUNDS = {name: place[2] for name, place in PLACES.items()}
+NEAR = """a: {center: [0.4, -0.5, 0.5], radii: [0.2, 0.2, 0.2]}"""
+
+
+def stage(name: str, points: dict[str, list[list[float]]], formula: str = "true") -> Stage:
+    mission = small_mission(formula, regions=NEAR, starts=[legs[0] for legs in points.values()], margin=0.12)
+    visits = {"r0": [Visit(region="a")]} if formula != "true" else {}
+    plan, team = plan_of(mission, visits), {robot: legs(rows) for robot, rows in points.items()}
+    return Stage(name, plan, team, certify(plan, team))
+
+
+@pytest.fixture(scope="module")
+def flown() -> tuple[Stage, ...]:
+    """Three robots climb, one goes into a region and back, and all land."""
+    high = {name: [x, y, 0.5] for name, (x, y, _) in PLACES.items()}
+    return (
+        stage("climb", {name: [list(place), high[name]] for name, place in PLACES.items()}),
+        stage("flight", {name: [at, [at[0] + 0.4, *at[1:]], at] for name, at in high.items()}, "F a"),
+        stage("landing", {name: [at, [*at[:2], 0.05]] for name, at in high.items()}),
+    )
+
+
+@pytest.fixture(scope="module")
+def mission(flown):
+    return flown[0].plan.mission
+
+
+def test_parameters_are_set_and_read_back_and_health_is_reported(mission) -> None:
+    with in_the_air(mission, PLACES, {"r1": Manner(keeps=("ctrlMel.mass",), battery=40.0)}) as (air, addresses):
+        link = CrazyflieLink(mission, addresses, masses={"r0": 0.0312})
+        told, kept = link.parameters("r0"), link.parameters("r1")
+        states = [link.health(name) for name in link.robots]
+        poses = {name: link.pose(name) for name in link.robots}
+        link.close()
+    assert told == pytest.approx(
+        {
+            "stabilizer.estimator": 2, "stabilizer.controller": 2, "ctrlMel.mass": 0.0312, "ctrlMel.massThrust": 132000,
+            "locSrv.extPosStdDev": 0.001, "locSrv.extQuatStdDev": 0.05,
+        }
+    )  # fmt: skip
+    assert air.vehicles["r2"].parameters["ctrlMel.mass"] == pytest.approx(0.033)
+    assert kept["ctrlMel.mass"] == pytest.approx(0.029), "what is on board, not what was sent"
+    assert all(health.ready and health.settled for health in states)
+    assert np.allclose([poses[name].position for name in PLACES], list(PLACES.values()), atol=1e-3)
+    assert air.spinning == []
+
+
+@pytest.mark.parametrize(
+    ("manner", "says"),
+    [
+        (Manner(lacks=("ctrlMel.massThrust",)), r"r1's firmware has no parameter ctrlMel\.massThrust"),
+        (Manner(lacks=("stateEstimate.z",)), r"r1's firmware has no log variable stateEstimate\.z"),
+        (Manner(silent_since=0.0), "r1 at peer://r1 cannot be reached: Too many packets lost"),
+        pytest.param(Manner(frozen_since=0.0), "r1 at peer://r1 does not answer", marks=pytest.mark.slow),
+    ],
+)
+def test_vehicles_that_cannot_fly_are_named_before_anything_spins(mission, manner, says) -> None:
+    with (
+        in_the_air(mission, PLACES, {"r1": manner}) as (air, addresses),
+        pytest.raises(LinkLost, match=says),
+    ):
+        CrazyflieLink(mission, addresses)
+    assert air.spinning == []
+
+
+@pytest.mark.parametrize(
+    ("addresses", "says"),
+    [
+        ({"r1": "radio://0/80/2M/E7E7E7E702", "r2": "radio://0/80/2M/E7E7E7E703"}, "no address of r0; write r0=radio://"),
+        ({"r0": "radio://0/80/2M/E7E7E7E701", "r1": "radio://1/80/2M/e7e7e7e701", "r2": "x"}, "r0 and r1 have one address"),
+        ({"r0": "radio://0/80", "r1": "radio://0/80/2M/E7E7E7E7E7", "r2": "x"}, "r0 and r1 have one address"),
+        ({"r7": "radio://0/80/2M/E7E7E7E702"}, "r7"),
+    ],
+)  # fmt: skip
+def test_addresses_that_cannot_be_are_refused_before_a_radio_is_opened(mission, addresses, says) -> None:
+    with pytest.raises(BadInput, match=says):
+        CrazyflieLink(mission, addresses)
+
+
+def test_a_radio_that_is_not_there_and_an_address_that_nobody_knows(mission) -> None:
+    wrong = {name: f"radio://7/80/2M/E7E7E7E70{i}" for i, name in enumerate(PLACES)}
+    with pytest.raises(
+        LinkLost, match=r"r0 at radio://7/80/2M/E7E7E7E700, r1 at .* cannot be reached: Cannot find a Crazyradio Dongle\."
+    ):
+        CrazyflieLink(mission, wrong)
+    with pytest.raises(LinkLost, match=r"r0 at nowhere://0, .* cannot be reached: No driver found or malformed URI"):
+        CrazyflieLink(mission, {name: f"nowhere://{i}" for i, name in enumerate(PLACES)})
+
+
+@pytest.mark.slow
+def test_what_keeps_a_team_on_the_ground_is_said(mission, flown) -> None:
+    manners = {"r0": Manner(blocks=True), "r1": Manner(keeps=("ctrlMel.mass",)), "r2": Manner(off=0.1)}
+    with in_the_air(mission, PLACES, manners) as (air, addresses):
+        link = CrazyflieLink(mission, addresses)
+        done = fly_live(link, flown, grounds=GROUNDS, parameters=link.wanted)
+        link.close()
+    assert not done.flown
+    for says in ("r0 is not ready: ", "r1: ctrlMel.mass is 0.02", "r2 is 0.100 m from where the climb begins"):
+        assert says in done.reason
+    assert air.spinning == []
+    assert all(vehicle.starts == [] for vehicle in air.vehicles.values())
+
+
+def test_flights_lie_side_by_side_and_what_does_not_fit_waits() -> None:
+    short, long = legs([[0, 0, 1], [1, 0, 1], [0, 0, 1]]), legs([[k % 2, 0, 1] for k in range(31)])
+    memory = Memory()
+    first, second = memory.take(0, "r0", short), memory.take(1, "r0", short)
+    assert first is not None
+    assert second is not None
+    assert (first.offset, second.offset) == (0, len(first.data))
+    assert memory.take(2, "r0", long) is None
+    assert memory.missing(1) is None
+    entry = memory.missing(2)
+    assert entry is not None
+    assert (entry.trajectory_id, entry.offset, entry.pieces) == (2, 0, 30)
+    assert memory.missing(2) is None
+    again = memory.missing(0)
+    assert again is not None, "it was written over"
+    with pytest.raises(DoesNotFit, match=r"r0's flight has 39 pieces"):
+        memory.take(3, "r0", legs([[k % 2, 0, 1] for k in range(40)]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("trouble", [0.0, 0.03])
+def test_a_team_climbs_flies_and_lands(mission, flown, trouble) -> None:
+    with in_the_air(mission, PLACES, loss=trouble, disorder=trouble) as (air, addresses):
+        link = CrazyflieLink(mission, addresses)
+        done = fly_live(link, flown, grounds=GROUNDS, parameters=link.wanted)
+        link.close()
+        spinning = air.spinning
+    assert done.flown, done.reason
+    assert done.unsafe == ()
+    assert spinning == []
+    for vehicle in air.vehicles.values():
+        assert [number for _, number in vehicle.starts][-1] == len(flown) - 1
+        assert vehicle.stopped_at < 0.1
+        assert not vehicle.locked, "nobody stopped it in an emergency"
+        assert not vehicle.dropped
+    for number in range(len(flown)):
+        last = [max(when for when, which in vehicle.starts if which == number) for vehicle in air.vehicles.values()]
+        assert max(last) - min(last) < 0.05

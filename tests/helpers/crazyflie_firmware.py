@@ -1,0 +1,306 @@
+"""What a Crazyflie answers on CRTP, and flies: tables of contents, parameters, logs, trajectory memory, high-level commander, supervisor."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flight.exports.crazyflies.compressed import compressed_trajectory
+from flight.exports.crazyflies.memory import MEMORY, PIECE, poly4d_trajectory
+
+EBUSY, ENOENT, EEXIST = 16, 2, 17
+Reply = tuple[int, int, bytes]
+"""Port, channel and data."""
+
+PARAMETERS = {
+    "stabilizer.estimator": ("B", 1), "stabilizer.controller": ("B", 1), "ctrlMel.mass": ("f", 0.029),
+    "ctrlMel.massThrust": ("f", 132000.0), "ctrlLee.mass": ("f", 0.034), "locSrv.extPosStdDev": ("f", 0.01),
+    "locSrv.extQuatStdDev": ("f", 0.0045), "commander.enHighLevel": ("B", 1),
+}  # fmt: skip
+LOGS = {
+    "stateEstimate.x": "f", "stateEstimate.y": "f", "stateEstimate.z": "f", "stateEstimate.yaw": "f", "supervisor.info": "H",
+    "pm.batteryLevel": "B", "pm.state": "b", "kalman.varPX": "f", "kalman.varPY": "f", "kalman.varPZ": "f",
+}  # fmt: skip
+_PARAMETER_TYPES = {"B": 0x08, "f": 0x06}
+_LOG_TYPES = {"B": 1, "H": 2, "b": 4, "f": 7}
+
+
+@dataclass
+class Manner:
+    """How a vehicle behaves; what is not said is as the firmware does it. Times are s since it was switched on."""
+
+    lacks: tuple[str, ...] = ()  # parameters and log variables
+    keeps: tuple[str, ...] = ()  # parameters that it does not take
+    blocks: bool = False  # its supervisor lets nothing fly
+    blocks_after: int | None = None  # starts
+    needs_arming: bool = False
+    battery: float = 100.0
+    unsettled: bool = False
+    forgets: bool = False  # what is written to its memory
+    version: int = 12
+    off: float = 0.0  # m that its estimate is off, along x
+    silent_since: float = math.inf  # switched off: the radio gives it up
+    frozen_since: float = math.inf  # the radio does not notice
+
+
+@dataclass
+class Firmware:
+    """One vehicle.
+
+    Attributes:
+        spinning: Whether its motors turn.
+        stopped_at: Height in m at which they were stopped last.
+        locked: Whether it has to be switched off and on.
+        starts: When it was told to start which trajectory.
+    """
+
+    name: str
+    place: np.ndarray  # x, y, z, yaw
+    clock: Callable[[], float]
+    manner: Manner = field(default_factory=Manner)
+    spinning: bool = False
+    stopped_at: float = 0.0
+    locked: bool = False
+    dropped: bool = False
+    starts: list[tuple[float, int]] = field(default_factory=list)
+    commands: list[int] = field(default_factory=list)
+    shown: list[tuple[float, ...]] = field(default_factory=list)
+    parameters: dict[str, float] = field(default_factory=dict)
+    memory: bytearray = field(default_factory=lambda: bytearray(MEMORY))
+    watchdog: float | None = None
+
+    def __post_init__(self) -> None:
+        self.parameters = {k: v for k, (_, v) in PARAMETERS.items() if k not in self.manner.lacks}
+        self.logs = [k for k in LOGS if k not in self.manner.lacks]
+        self.blocks: dict[int, list[str]] = {}
+        self.streams: dict[int, list[float]] = {}  # block to period and when it is due
+        self.defined: dict[int, tuple[int, int, int]] = {}
+        self._read: tuple[bytes, object] = (b"", None)
+        self.measured = np.array(self.place)
+        self.armed = not self.manner.needs_arming
+        self._plan: tuple[str, float, object] = ("rest", 0.0, np.array(self.place))
+
+    # What it flies
+
+    def wanted(self, now: float) -> np.ndarray:
+        """Return x, y, z, heading and four derivatives. Shape (5, 4)."""
+        kind, begin, what = self._plan
+        t = max(now - begin, 0.0)
+        if kind == "rest":
+            return np.vstack([what, np.zeros((4, 4))])
+        if kind == "poly":
+            coefficients, length = what
+            if t > length:
+                return np.vstack([_derivatives(coefficients, length)[0], np.zeros((4, 4))])
+            return _derivatives(coefficients, t)
+        path = self._decoded(*what)
+        if t < path.duration:
+            return np.stack([path.evaluate(t, order) for order in range(5)])
+        return np.vstack([path.evaluate(path.duration), np.zeros((4, 4))])
+
+    def _decoded(self, offset: int, pieces: int, kind: int):
+        """Read the memory as it is now: what is written over a trajectory that is flown moves the vehicle at once."""
+        data = bytes(self.memory[offset:] if kind == 1 else self.memory[offset : offset + PIECE * pieces])
+        if data != self._read[0]:
+            self._read = data, compressed_trajectory(data) if kind == 1 else poly4d_trajectory(data)
+        return self._read[1]
+
+    def stop_motors(self) -> None:
+        if self.spinning:
+            self.stopped_at = float(self.measured[2])
+        self.spinning = False
+        self._plan = ("rest", 0.0, self.wanted(self.clock())[0].copy())
+
+    def tick(self) -> None:
+        """Do what is done all the time: the watchdog."""
+        now = self.clock()
+        if self.watchdog is not None and now > self.watchdog + 1.0 and not self.locked:
+            self.locked = True
+            self.stop_motors()
+        kind, begin, what = self._plan
+        if kind == "poly" and len(what) == 2 and self.landing and now > begin + what[1]:
+            self.landing = False
+            self.stop_motors()
+
+    landing, measured_at = False, 0.0
+
+    @property
+    def _can_fly(self) -> bool:
+        blocked = self.manner.blocks or (self.manner.blocks_after is not None and len(self.starts) >= self.manner.blocks_after)
+        return self.armed and not blocked and not self.locked
+
+    @property
+    def info(self) -> int:
+        kind, begin, what = self._plan
+        length = 0.0 if kind == "rest" else what[1] if kind == "poly" else self._decoded(*what).duration
+        return (
+            (not self.armed and not self.locked) * 1 | self.armed * 2 | (not self.manner.needs_arming) * 4 | self._can_fly * 8
+            | self.spinning * 16 | self.locked * 64 | (self.spinning and kind != "rest") * 256 | (self.clock() >= begin + length) * 512
+        )  # fmt: skip
+
+    # What it answers
+
+    def receive(self, port: int, channel: int, data: bytes) -> list[Reply]:
+        """Take in one packet, and return what is answered."""
+        if port == 15:
+            return [(15, 0, data)] if channel == 0 else [(15, 1, b"Bitcraze Crazyflie\0" + bytes(8))]
+        if port == 13:
+            if channel == 1:
+                return [(13, 1, bytes((0, self.manner.version)))]
+            if channel == 0 and data[0] == 1:
+                self.armed = bool(data[1])
+            return []
+        answer = {2: self._parameter, 4: self._memory, 5: self._log, 8: self._command, 9: self._supervise}.get(port)
+        if answer is not None:
+            return [(port, channel, reply) for reply in answer(channel, data)]
+        if port == 6 and channel == 1:
+            self._localise(data)
+        if port == 3 and self.spinning:  # a set-point without thrust goes before the high-level commander
+            self.dropped = True
+            self.stop_motors()
+        return []
+
+    def _localise(self, data: bytes) -> None:
+        if data[0] == 8:
+            self.shown.append(struct.unpack("<7f", data[1:29]))
+        elif data[0] == 3:
+            self._supervise(1, b"\x03")
+        elif data[0] == 4:
+            self._supervise(1, b"\x04")
+
+    def _toc(self, data: bytes, names: list[str], kind: Callable[[str], int]) -> list[bytes]:
+        if data[0] == 3:
+            return [struct.pack("<BHIBB", 3, len(names), 0, 16, 128)]
+        (number,) = struct.unpack("<H", data[1:3])
+        group, name = names[number].split(".")
+        return [struct.pack("<BHB", 2, number, kind(names[number])) + f"{group}\0{name}\0".encode()]
+
+    def _parameter(self, channel: int, data: bytes) -> list[bytes]:
+        names = list(self.parameters)
+        if channel == 0:
+            return self._toc(data, names, lambda key: _PARAMETER_TYPES[PARAMETERS[key][0]])
+        key = names[struct.unpack("<H", data[:2])[0]]
+        form = f"<{PARAMETERS[key][0]}"
+        if channel == 2:
+            if key not in self.manner.keeps:
+                (self.parameters[key],) = struct.unpack(form, data[2:])
+            return [data[:2] + struct.pack(form, self.parameters[key])]
+        return [data[:2] + b"\0" + struct.pack(form, self.parameters[key])]
+
+    def _memory(self, channel: int, data: bytes) -> list[bytes]:
+        if channel == 0:
+            return [bytes((1, 1))] if data[0] == 1 else [struct.pack("<BBBI8x", 2, 0, 0x12, MEMORY)]
+        number, address = struct.unpack("<BI", data[:5])
+        if channel == 1:
+            return [struct.pack("<BIB", number, address, 0) + bytes(self.memory[address : address + data[5]])]
+        fits = address + len(data) - 5 <= MEMORY
+        if fits and not self.manner.forgets:
+            self.memory[address : address + len(data) - 5] = data[5:]
+        return [struct.pack("<BIB", number, address, 0 if fits else 5)]
+
+    def _log(self, channel: int, data: bytes) -> list[bytes]:
+        if channel == 0:
+            return self._toc(data, self.logs, lambda key: _LOG_TYPES[LOGS[key]])
+        command = data[0]
+        if command == 5:
+            self.blocks.clear()
+            self.streams.clear()
+            return [bytes((5, 0, 0))]
+        block = data[1]
+        if command == 6:
+            known = block in self.blocks
+            self.blocks[block] = [self.logs[struct.unpack("<H", data[i + 1 : i + 3])[0]] for i in range(2, len(data), 3)]
+            return [bytes((6, block, EEXIST if known else 0))]
+        if command == 3:
+            self.streams[block] = [data[2] / 100.0, self.clock()]
+        return [bytes((command, block, 0 if block in self.blocks else ENOENT))]
+
+    def due(self) -> list[Reply]:
+        """Return the log packets that are due."""
+        now, found = self.clock(), []
+        stamp = int(1000 * self.measured_at)
+        for block, stream in self.streams.items():
+            if now >= stream[1]:
+                stream[1] = max(stream[1] + stream[0], now - stream[0])
+                values = b"".join(struct.pack(f"<{LOGS[key]}", self._value(key)) for key in self.blocks[block])
+                found.append((5, 2, bytes((block,)) + stamp.to_bytes(3, "little") + values))
+        return found
+
+    def _value(self, key: str) -> float:
+        x, y, z, yaw = self.measured.tolist()
+        return {
+            "stateEstimate.x": x + self.manner.off, "stateEstimate.y": y, "stateEstimate.z": z, "stateEstimate.yaw": math.degrees(yaw),
+            "supervisor.info": self.info, "pm.batteryLevel": int(self.manner.battery), "pm.state": 3 if self.manner.battery <= 0 else 0,
+        }.get(key, self.clock() if self.manner.unsettled else 1e-5)  # fmt: skip
+
+    def _supervise(self, channel: int, data: bytes) -> list[bytes]:
+        if channel == 0:
+            return [bytes((0x8C,)) + struct.pack("<H", self.info)] if data[0] == 0x0C else []
+        if data[0] == 1:
+            self.armed = bool(data[1]) and not self.locked
+            return [bytes((0x81, 1, self.armed))]
+        if data[0] == 3:
+            self.locked = True
+            self.stop_motors()
+        if data[0] == 4:
+            self.watchdog = self.clock()
+        return []
+
+    def _command(self, channel: int, data: bytes) -> list[bytes]:
+        """Obey the high-level commander's port; its answer is the command, two of its bytes, and 0 or why not."""
+        self.commands.append(data[0])
+        return [data[:3].ljust(3, b"\0") + bytes((self._obey(data),))]
+
+    def _obey(self, data: bytes) -> int:
+        now, command = self.clock(), data[0]
+        if command == 6:
+            number, _, kind, offset, pieces = struct.unpack("<BBBIB", data[1:9])
+            self.defined[number] = (offset, pieces, kind)
+            return 0
+        if not self._can_fly:
+            return EBUSY
+        if command == 3:
+            self.stop_motors()
+        elif command in (13, 5):
+            number = data[5 if command == 13 else 4]
+            assert struct.unpack("<f", data[-4:]) == (1.0,), "a time scale voids the certificate"
+            assert not any(data[2:-5]), "relative or reversed"
+            self.starts.append((now, number))
+            if number in self.defined:
+                self.spinning, self.landing = True, False
+                self._plan = ("path", now, self.defined[number])
+        elif command == 12 and self.spinning:
+            x, y, z, yaw, seconds = struct.unpack("<5f", data[4:24])
+            self._go(np.array([x, y, z, yaw]), seconds, now, landing=False)
+        elif command == 8 and self.spinning:
+            height, _, _, seconds = struct.unpack("<ff?f", data[2:15])
+            place = self.wanted(now)[0].copy()
+            place[2] = height
+            self._go(place, seconds, now, landing=True)
+        return 0
+
+    def _go(self, place: np.ndarray, seconds: float, now: float, *, landing: bool) -> None:
+        """Plan a polynomial of degree 7 from the set-point of now to a rest."""
+        flat, length = self.wanted(now), max(seconds, 0.1)
+        rows = [[0.0] * 8 for _ in range(8)]
+        for order in range(4):
+            for power in range(order, 8):
+                factor = math.perm(power, order)
+                rows[order][power] = factor * 0.0 ** (power - order)
+                rows[4 + order][power] = factor * length ** (power - order)
+        ends = np.vstack([flat[:3], np.zeros((1, 4)), place, np.zeros((3, 4))])
+        self._plan, self.landing = ("poly", now, (np.linalg.solve(np.array(rows), ends), length)), landing
+
+
+def _derivatives(coefficients: np.ndarray, t: float) -> np.ndarray:
+    """Return a polynomial's value and four derivatives. Shape (8, 4) to (5, 4)."""
+    return np.array(
+        [
+            sum(math.perm(power, order) * t ** (power - order) * coefficients[power] for power in range(order, 8))
+            for order in range(5)
+        ]
+    )

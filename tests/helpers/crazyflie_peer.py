@@ -1,0 +1,154 @@
+"""Crazyflies that are simulated, behind a driver of cflib's own kind: addresses `peer://NAME`, packets lost and out of order."""
+
+from __future__ import annotations
+
+import contextlib
+import queue
+import random
+import threading
+import time
+
+import numpy as np
+from cflib.crtp.crtpdriver import CRTPDriver
+from cflib.crtp.crtpstack import CRTPPacket
+from cflib.crtp.exceptions import WrongUriType
+
+import flight
+from flight.closed_loop import steps
+from flight.link.crazyflie.vehicle import cflib_drivers
+from flight.link.on_board import Fleet
+from flight.model.airframe import airframes_of
+from flight.model.timing import CONTROL_STEP, STEP
+from flight.setup import Setup
+from tests.helpers.crazyflie_firmware import Firmware, Manner
+
+ONCE = (13, 15)
+"""Ports that cflib asks once on a link's first packets: radios send those until they are acknowledged."""
+
+
+class Air(threading.Thread):
+    """All vehicles, flown by our simulation in real time, and the air between them and a radio.
+
+    Attributes:
+        vehicles: By name.
+        loss: Share of packets that are lost, each way.
+        disorder: Share of packets that come after the next one.
+    """
+
+    def __init__(self, mission, places, manners=None, *, loss=0.0, disorder=0.0, seed=0, **conditions) -> None:
+        super().__init__(daemon=True, name="simulated Crazyflies")
+        self._began, self.lock, self.loss, self.disorder = time.monotonic(), threading.RLock(), loss, disorder
+        self.random, self.drivers, self.ended = random.Random(seed), {}, threading.Event()
+        self.vehicles = {
+            name: Firmware(name, np.array([*places[name], agent.yaw]), self.clock, (manners or {}).get(name, Manner()))
+            for name, agent in mission.agents.items()
+        }
+        fleet = Fleet(self.vehicles, CONTROL_STEP)
+        self._entries = steps(Setup(airframes_of(mission, mission.agents), fleet, flight.Conditions(**conditions)), [seed])
+        self.truth: list[tuple[float, np.ndarray]] = []
+
+    def clock(self) -> float:
+        """Return s since all were switched on."""
+        return time.monotonic() - self._began
+
+    def run(self) -> None:
+        """Fly until `ended` is set."""
+        entry = next(self._entries)
+        while not self.ended.is_set():
+            with self.lock:
+                while entry.step * STEP < self.clock():
+                    entry = next(self._entries)
+                    self.truth.append((entry.step * STEP, entry.position))
+                for index, vehicle in enumerate(self.vehicles.values()):
+                    vehicle.measured, vehicle.measured_at = (
+                        np.array([*entry.position[:, index], vehicle.place[3]]),
+                        entry.step * STEP,
+                    )
+                    vehicle.tick()
+                    if (driver := self.drivers.get(vehicle.name)) is not None:
+                        for reply in vehicle.due():
+                            driver.hear(reply)
+            time.sleep(0.005)
+
+    @property
+    def spinning(self) -> list[str]:
+        """Whose motors turn."""
+        return [name for name, vehicle in self.vehicles.items() if vehicle.spinning]
+
+
+class PeerDriver(CRTPDriver):
+    """A link of cflib to one simulated vehicle."""
+
+    air: Air | None = None
+
+    def connect(self, uri, radio_link_statistics_callback, link_error_callback) -> None:
+        if not uri.startswith("peer://"):
+            raise WrongUriType("no simulated vehicle")
+        self.fail, self.arrived, self.held = link_error_callback, queue.Queue(), None
+        self.vehicle, self.unheard = self.air.vehicles.get(uri.removeprefix("peer://")), 0
+        if self.vehicle is not None:
+            self.air.drivers[self.vehicle.name] = self
+        if self.vehicle is None or self.vehicle.manner.silent_since == 0.0:
+            threading.Timer(0.1, self.fail, ("Too many packets lost",)).start()
+
+    def send_packet(self, packet) -> None:
+        air, vehicle = self.air, self.vehicle
+        if vehicle is None or air.clock() > vehicle.manner.silent_since:
+            self.unheard += 1
+            if self.unheard == 5:  # a radio gives up after so many packets that nobody acknowledged
+                threading.Timer(0.05, self.fail, ("Too many packets lost",)).start()
+            return
+        with air.lock:
+            if self._lost(packet.port):
+                return
+            for reply in vehicle.receive(packet.port, packet.channel, bytes(packet.data)):
+                self.hear(reply)
+
+    def hear(self, reply) -> None:
+        """Have a packet arrive, or be lost, or come late."""
+        if self._lost(reply[0]) or self.air.clock() > self.vehicle.manner.silent_since:
+            return
+        packet = CRTPPacket()
+        packet.set_header(reply[0], reply[1])
+        packet.data = reply[2]
+        if self.held is None and reply[0] not in ONCE and self.air.random.random() < self.air.disorder:
+            self.held = packet
+            return
+        self.arrived.put(packet)
+        if self.held is not None:
+            self.arrived.put(self.held)
+            self.held = None
+
+    def _lost(self, port: int) -> bool:
+        frozen = self.air.clock() > self.vehicle.manner.frozen_since
+        return frozen or (port not in ONCE and self.air.random.random() < self.air.loss)
+
+    def receive_packet(self, wait=0):
+        with contextlib.suppress(queue.Empty):
+            return self.arrived.get(timeout=min(max(wait, 0.001), 0.1))
+
+    def get_name(self) -> str:
+        return "peer"
+
+    def scan_interface(self, address=None) -> list:
+        return []
+
+    def close(self) -> None:
+        if self.vehicle is not None:
+            self.air.drivers.pop(self.vehicle.name, None)
+
+
+@contextlib.contextmanager
+def in_the_air(mission, places, manners=None, **more):
+    """Simulated vehicles that stand where they are put, and their addresses."""
+    air = PeerDriver.air = Air(mission, places, manners, **more)
+    drivers = cflib_drivers().CLASSES
+    drivers.append(PeerDriver)
+    air.start()
+    try:
+        yield air, {name: f"peer://{name}" for name in mission.agents}
+    finally:
+        air.ended.set()
+        air.join()
+        drivers.remove(PeerDriver)
+        PeerDriver.air = None
