@@ -189,7 +189,7 @@ class Trajectory:
             BadInput: It has laps, there are more or fewer cuts, or a pause is no length of time.
         """
         if self.cycle is not None:
-            raise BadInput("Pauses between laps are not told: laps are held against their plan without pauses.")
+            raise BadInput("It has laps; say with `flattened` how many of them are flown before saying where it paused.")
         if len(pauses) != len(self.cuts):
             raise BadInput(
                 f"{len(pauses)} pauses are given; the flight is in {len(self.cuts) + 1} parts, so {len(self.cuts)} are asked for."

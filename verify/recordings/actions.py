@@ -14,7 +14,7 @@ from verify.behaviour.timeline import InternalChange
 from verify.claims.claim import Claim, Outcome
 from verify.data.mission import Mission
 from verify.recordings.alignment import Alignment
-from verify.recordings.asked import Asked
+from verify.recordings.asked import Asked, lap_times
 from verify.recordings.space import recorded_claim
 from verify.recordings.tracks import Floats
 from verify.recordings.words import Row, statuses_within
@@ -75,12 +75,7 @@ def _instants(asked: Asked, robot: str) -> Iterable[Action]:
             continue
         fitting = [a.at for a in asked.mission.robot_of(robot).actions if (a.source, a.target) == (entry.source, entry.target)]
         at = fitting[0] if asked.plan is None else asked.plan.robots[robot].visits[entry.visit].region
-        begin, lap, laps = 0.0, 0.0, 1
-        if path is not None and path.cycle is not None:
-            begin = float(path.knots[path.cycle])
-            lap, laps = path.duration - begin, asked.mission.spec.repeat
-        for k in range(laps if entry.time >= begin else 1):
-            time = Fraction(entry.time) + k * Fraction(lap)
+        for time in (Fraction(entry.time),) if path is None else lap_times(entry.time, path, asked.mission.spec.repeat):
             yield Action(robot, time, time, entry.source, entry.target, at, int(entry.visit))
 
 

@@ -9,6 +9,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from pathlib import Path
 
 from verify.certificate import ActionInstant, Certificate
@@ -18,8 +19,8 @@ from verify.data.events import EVENTS_FILE, RobotLeaves, WorldEvent, load_events
 from verify.data.files.mission_file import load_mission_file
 from verify.data.mission import Mission, check_mission
 from verify.data.plan import Plan, check_plan, load_plan
-from verify.data.trajectory import Trajectory, check_trajectories
-from verify.run_folder import CERTIFICATE_FILE, MISSION_FILE, PLAN_FILE, proved_run, read_folder
+from verify.data.trajectory import PAUSE, Trajectory, check_trajectories
+from verify.run_folder import CERTIFICATE_FILE, MISSION_FILE, PLAN_FILE, ProvedRun, proved_run, read_folder
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +139,7 @@ def asked_of(source: str | Path, pauses: Sequence[float] = ()) -> Asked:
     Args:
         source: A folder that `ltlplan run` or `ltlplan fly` wrote, or a mission file.
         pauses: How long the team hovered between the parts of a flight in parts, s each; none where it did not. The flight is held against
-            its plan with hovers of these lengths, which is proved anew.
+            its plan with hovers of these lengths, which is proved anew; laps, which are flown as often as is asked, are certified for pauses.
 
     Raises:
         NotCertified: The folder's certificate is not proved any more, or a file was changed since; or what was flown with these pauses
@@ -175,12 +176,50 @@ def _paused(source: Path, pauses: Sequence[float]) -> Asked:
         if isinstance(pause, bool) or not isinstance(pause, int | float) or not 0 <= pause < math.inf:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
             raise BadInput(f"A pause must be a number of seconds of at least 0, not {pause!r:.40}.")
     run = proved_run(source)
+    if any(path.cycle is not None for path in run.team.values()):
+        return _paused_laps(source, run, pauses)
     team = {name: path.paused(pauses) for name, path in run.team.items()}
     certificate = judge(run.plan, team, margin=run.certificate.margin, clock_error=run.certificate.clock_error, largest=False)
     if not certificate.holds:
         refused = " ".join(claim.sentence for claim in certificate.claims if claim.outcome != "holds")
         raise NotCertified(f"{source}: with these pauses the flight is not proved. {refused}")
     return Asked.of_certificate(certificate, team, run.plan)
+
+
+def _paused_laps(source: Path, run: ProvedRun, pauses: Sequence[float]) -> Asked:
+    """Return what laps in parts were to do with hovers between them: their certificate holds for pauses of any length, but for endurance.
+
+    That is counted there with a number of seconds for each pause, so that it holds where all pauses together are no longer.
+    """
+    mission = run.certificate.mission
+    laps, counted = mission.spec.repeat, PAUSE * len(pauses)
+    team = {name: path.flattened(laps).paused(pauses) for name, path in run.team.items()}
+    if mission.longest_flight is not None and sum(pauses) > counted:
+        raise NotCertified(
+            f"{source}: with these pauses the flight is not proved: they last {sum(pauses):.1f} s in all, and its endurance counts {counted:g} s."
+        )
+    actions: list[ActionInstant] = []
+    for entry in run.certificate.actions:
+        whole = run.team[entry.robot].flattened(laps)
+        begins = whole.knots[list(whole.cuts)].tolist()
+        for time in lap_times(entry.time, run.team[entry.robot], laps):
+            late = sum(pause for begin, pause in zip(begins, pauses, strict=True) if begin < time)
+            actions.append(replace(entry, time=float(time) + late))
+    return replace(Asked.of_certificate(run.certificate, team, run.plan), actions=tuple(actions))
+
+
+def lap_times(time: float, path: Trajectory, laps: int) -> tuple[Fraction, ...]:
+    """Return when what happens at a time of prefix or lap happens: once, or in each lap, s.
+
+    Args:
+        time: s on the plan's clock.
+        path: The robot's flight.
+        laps: How many are flown.
+    """
+    if path.cycle is None or time < (begin := float(path.knots[path.cycle])):
+        return (Fraction(time),)
+    lap = Fraction(path.duration - begin)
+    return tuple(Fraction(time) + number * lap for number in range(laps))
 
 
 def of_events(mission: Mission, events: Sequence[WorldEvent]) -> Asked:

@@ -11,7 +11,7 @@ from tests.verify.test_run_folder import write_folder
 from verify import certify, check_flight
 from verify.data import BadInput, NotCertified, Trajectory
 from verify.data.plan import Visit
-from verify.recordings.asked import asked_of
+from verify.recordings.asked import asked_of, lap_times
 from verify.recordings.flight_log import Samples
 
 
@@ -46,7 +46,7 @@ def test_pauses_that_there_cannot_be_are_refused(folder) -> None:
         asked_of(place, (-1.0, 0.0))
     with pytest.raises(BadInput, match="no certified run"):
         asked_of(place / "mission.yaml", (1.0, 1.0))
-    with pytest.raises(BadInput, match="Pauses between laps"):
+    with pytest.raises(BadInput, match="It has laps; say with `flattened`"):
         cut(legs([POINTS[0], POINTS[1], POINTS[0]], cycle=0), 0).paused((1.0,))
     assert path.paused((0.0, 0.0)) == Trajectory(path.durations, path.coefficients)
 
@@ -59,3 +59,47 @@ def test_pauses_that_outlast_an_endurance_are_not_proved(tmp_path) -> None:
     place = write_folder(tmp_path / "out", plan, team, certify(plan, team))
     with pytest.raises(NotCertified, match="with these pauses the flight is not proved"):
         asked_of(place, (90.0,))
+
+
+LAPS = [POINTS[0], POINTS[1], POINTS[3], POINTS[1]]
+
+
+def patrol_folder(place, **vehicle):
+    """Write three laps from `a` to `b` and back, each uploaded part started anew."""
+    mission = small_mission("G F a & G F b", regions=BALLS, margin=0.05, trace="infinite")
+    mission = mission.changed(spec={**mission.spec.model_dump(), "repeat": 3}, vehicle=mission.vehicle.changed(**vehicle))
+    plan = plan_of(mission, {"r0": [Visit(region="a"), Visit(region="b"), Visit(region="a")]})
+    robot = plan.robots["r0"].model_copy(update={"cycle_visit": 1, "cycle_waypoint": 0})
+    plan = plan.model_copy(update={"robots": {"r0": robot}})
+    team = {"r0": cut(legs(LAPS, cycle=1), 1)}
+    return write_folder(place, plan, team, certify(plan, team), 3), team["r0"].flattened(3)
+
+
+def test_laps_with_pauses_between_them_are_held_against_laps_with_these_pauses(tmp_path) -> None:
+    place, laps = patrol_folder(tmp_path / "out")
+    samples = flown(laps, (2.0, 0.0, 1.5))
+    outcomes = {}
+    for pauses in ((), (2.0, 0.0, 1.5), (2.0, 1.5, 0.0)):
+        judged = check_flight(samples, asked_of(place, pauses), max_speed=1.5, start=0.0)
+        outcomes[pauses] = {claim.name: claim.outcome for claim in judged.claims}
+    with_pauses = outcomes[2.0, 0.0, 1.5]
+    assert with_pauses.pop("formula") == "undecided", "which is asked of laps for ever"
+    assert set(with_pauses.values()) == {"holds"}
+    assert outcomes[()]["tube"] == outcomes[2.0, 1.5, 0.0]["tube"] == "fails"
+    with pytest.raises(BadInput, match="2 pauses are given; the flight is in 4 parts, so 3 are asked for"):
+        asked_of(place, (2.0, 1.5))
+
+
+def test_pauses_between_laps_that_outlast_an_endurance_are_not_proved(tmp_path) -> None:
+    place, _ = patrol_folder(tmp_path / "out", endurance=400.0)
+    assert asked_of(place, (100.0, 30.0, 40.0)).team is not None
+    with pytest.raises(NotCertified, match=r"they last 190.0 s in all, and its endurance counts 180 s"):
+        asked_of(place, (100.0, 50.0, 40.0))
+
+
+def test_what_happens_in_a_lap_happens_in_each() -> None:
+    path = legs(LAPS, cycle=1)
+    begin, lap = float(path.knots[1]), path.duration - float(path.knots[1])
+    assert lap_times(0.5, path, 3) == (0.5,)
+    assert [float(time) for time in lap_times(begin + 0.5, path, 3)] == pytest.approx([begin + 0.5 + k * lap for k in range(3)])
+    assert lap_times(9.0, legs(POINTS), 3) == (9.0,)
