@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, TooLarge
 from ltlplan.precedences import with_planned_waits
-from ltlplan.search.assignment import Assignment
 from ltlplan.search.exact import assign
 from ltlplan.search.method import knowing
 from ltlplan.search.refusals.most_weight import Kept, MostWeight, Parts
+from ltlplan.soft_searches import Searches, asking
 from verify.data import BadInput, Infeasible, Mission, NotCertified, Plan, Unsatisfiable, Word
 from verify.data.plan import Meeting
 from verify.data.progress import Progress, part_of, silent
@@ -27,8 +27,6 @@ from verify.data.progress import Progress, part_of, silent
 if TYPE_CHECKING:
     from verify.data.sections import SoftPart
 
-_COUNTED = "count(free) >= 0"  # holds always
-_STATES = {"own": 200_000, "joint": 60_000}  # of one search for a set of parts; joint ones take longer the more they are
 _KEPT = "Planned words keep weight"
 _RELIEFS = 3  # soft parts without which a plan is tried that no flight kept
 _EXPLAINED = 8  # parts that are given up of which it is said what keeping them would have cost
@@ -47,49 +45,37 @@ def plan_with_soft_parts(mission: Mission, planned: Callable[[Mission, Progress]
         Infeasible: A word exists, but no way between the hoops was found.
     """
     progress("choosing among soft parts", 0.0)
-    budget = replace(DEFAULT_BUDGET, states=_STATES[mission.spec.team])
-
-    found: list[tuple[Mission, Assignment]] = []
-    stopped: set[Parts] = set()
-
-    def cost_of(parts: Parts) -> float | None:
-        asked = _asking(mission, parts)
-        try:
-            cheapest = assign(asked, budget=budget, explained=False)
-        except (Unsatisfiable, Infeasible):
-            return None
-        if cheapest.complete:
-            found.append((asked, cheapest))
-        else:
-            stopped.add(parts)
-        return cheapest.cost
-
-    choices = MostWeight([part.weight for part in mission.soft_parts], cost_of)
+    searches = Searches(mission)
+    choices = MostWeight([part.weight for part in mission.soft_parts], searches.cost_of)
     best = choices.choose()
     if best is None:  # whoever plans the formula alone says why it cannot be kept, or finds out what was too large here
         best = Kept(frozenset(), math.inf, certain=False)
-    if best.certain and stopped - {best.parts}:  # what these cost at the least is not known
+    if best.certain and searches.stopped - {best.parts}:  # what these cost at the least is not known
         best = replace(best, certain=False)
-    with knowing(found):
-        made = _planned(mission, best.parts, planned, part_of(progress, 0.2, 1.0))
+    made = _planned(mission, best.parts, searches, planned, part_of(progress, 0.2, 1.0))
     kept = best.parts if _is_timed(mission, made.meetings) else kept_by_plan(mission, made)
     notes = (*made.notes, *_said(mission, kept, best, choices))
     return made.model_copy(update={"mission": made.mission.model_copy(update={"spec": mission.spec}), "notes": notes})
 
 
-def _planned(mission: Mission, parts: Parts, planned: Callable[[Mission, Progress], Plan], progress: Progress) -> Plan:
+def _planned(
+    mission: Mission, parts: Parts, searches: Searches, planned: Callable[[Mission, Progress], Plan], progress: Progress
+) -> Plan:
     """Plan so that some parts are kept; those that the formula's cheapest words keep anyway are demanded only if they are lost then."""
-    demanded = parts
+    demanded, known = parts, list(searches.found_for(parts))
     if parts:
         with contextlib.suppress(TooLarge):  # without them; with them it was not
-            found = assign(_asking(mission, frozenset()))
+            plain = asking(mission, frozenset())
+            found = assign(plain)
+            known.append((plain, found))
             words = {name: does.word for name, does in found.robots.items()}
             demanded = (
                 parts if found.precedences or _is_timed(mission, found.meetings) else parts - kept_by_words(mission, words)
             )
-    made = planned(_asking(mission, demanded), progress)
-    if demanded != parts and (_is_timed(mission, made.meetings) or not parts <= kept_by_plan(mission, made)):
-        made = planned(_asking(mission, parts), progress)
+    with knowing(known, searches.budget if parts else DEFAULT_BUDGET):
+        made = planned(asking(mission, demanded), progress)
+        if demanded != parts and (_is_timed(mission, made.meetings) or not parts <= kept_by_plan(mission, made)):
+            made = planned(asking(mission, parts), progress)
     return made
 
 
@@ -120,7 +106,7 @@ def same_words_under_precedences(made: Plan) -> Plan | None:
         None where there are no such precedences, or the plan has them.
     """
     try:
-        found = with_planned_waits(made.model_copy(update={"mission": _asking(made.mission, _meant(made))}))
+        found = with_planned_waits(made.model_copy(update={"mission": asking(made.mission, _meant(made))}))
     except Unsatisfiable:
         return None
     return None if found is None else found.model_copy(update={"mission": made.mission})
@@ -140,7 +126,7 @@ def other_words_under_precedences(made: Plan, planned: Callable[[Mission], Plan]
     if mission.spec.trace == "infinite" or len(made.robots) < 2:
         return None
     try:
-        other = planned(_asking(mission, _meant(made)))
+        other = planned(asking(mission, _meant(made)))
     except (BadInput, Unsatisfiable, Infeasible, NotCertified):
         return None
     if other.words == made.words and set(other.precedences) <= set(made.precedences):
@@ -211,18 +197,6 @@ def kept_by_words(mission: Mission, words: Mapping[str, Word]) -> Parts:
 def part_text(part: SoftPart) -> str:
     """Return a soft part for a person."""
     return f"`{part.formula}` (weight {part.weight:g})"
-
-
-def _asking(mission: Mission, parts: Parts) -> Mission:
-    """Return the mission asking for its formula and some soft parts.
-
-    Where any soft part counts robots all sets are searched for as formulas with counts are: plans whose robots meet are found for
-    one set and not for a smaller one else.
-    """
-    asked = [mission.spec.formula or "true", *(mission.soft_parts[index].formula for index in sorted(parts))]
-    if parts and any(mission.asking(part.formula).written.counts for part in mission.soft_parts):
-        asked.append(_COUNTED)
-    return mission.asking(asked[0] if len(asked) == 1 else " & ".join(f"({text})" for text in asked))
 
 
 def _said(mission: Mission, kept: Parts, best: Kept, choices: MostWeight) -> list[str]:

@@ -33,6 +33,7 @@ class Budget:
 
     Attributes:
         states: States of the search that may be expanded, in all.
+        courses: States of a search over interleavings that may be expanded; None for a fiftieth of `states`.
         lasso: States that an infinite trace's product of robot and automata may have.
         rounds: States that may be expanded in search of an infinite trace's cheapest round.
         candidates: Complete plans that may be tried where the first ones are refused.
@@ -42,6 +43,7 @@ class Budget:
     """
 
     states: int = 3_000_000
+    courses: int | None = None
     lasso: int = 300_000
     rounds: int = 20_000
     candidates: int = 20_000

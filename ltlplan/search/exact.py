@@ -245,7 +245,7 @@ def _assign_ordered(
     budget: Budget,
 ) -> Assignment | None:
     """Plan words that hold under precedences between events, where none hold in every order of the robots; None where none do."""
-    most = min(MOST_STATES, budget.states // 50)
+    most = min(MOST_STATES, budget.states // 50 if budget.courses is None else budget.courses)
 
     def search(worlds: Sequence[TransitionSystem]) -> LeastSum[OrderedPlan] | None:
         found = plan_ordered(worlds, automata, known, joint=mission.spec.team == "joint", most=most)

@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from ltlplan.allocation import Allocation, Context, Leg
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.search.exact import Assignment, assign, assign_under_precedences, in_units_of
 from ltlplan.systems.robot_systems import Systems
 from verify.data import Mission, Unsatisfiable
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 _Found = Mapping[tuple[str, tuple[str, ...]], Assignment]  # by formula and robots
 _FOUND: ContextVar[_Found] = ContextVar("found", default=MappingProxyType({}))
+_BUDGET: ContextVar[Budget] = ContextVar("budget", default=DEFAULT_BUDGET)
 
 SHUT = 1e5
 """m; longer than any plan, so that a shut leg is taken only where no word does without."""
@@ -41,24 +43,27 @@ def exact(mission: Mission, context: Context) -> Allocation:
     if not context.blocked:
         context.progress("searching words and robots", 0.05)
     if context.blocked:
-        found = in_units_of(mission, assign(mission, cost=_avoiding(mission, context.blocked)))
+        found = in_units_of(mission, assign(mission, cost=_avoiding(mission, context.blocked), budget=_BUDGET.get()))
     else:
-        found = _FOUND.get().get(_asked(mission)) or assign(mission)
+        found = _FOUND.get().get(_asked(mission)) or assign(mission, budget=_BUDGET.get())
     return _allocation(found)
 
 
 @contextmanager
-def knowing(found: Iterable[tuple[Mission, Assignment]]) -> Generator[None]:
+def knowing(found: Iterable[tuple[Mission, Assignment]], budget: Budget = DEFAULT_BUDGET) -> Generator[None]:
     """Let the exact method take what was found already, instead of searching for it again.
 
     Args:
-        found: Missions that differ in their formulas alone, and their cheapest assignments, complete ones.
+        found: Missions that differ in their formulas alone, and their assignments.
+        budget: Bounds on its searches for all others.
     """
     token = _FOUND.set({_asked(mission): assignment for mission, assignment in found})
+    bounds = _BUDGET.set(budget)
     try:
         yield
     finally:
         _FOUND.reset(token)
+        _BUDGET.reset(bounds)
 
 
 def _asked(mission: Mission) -> tuple[str, tuple[str, ...]]:
@@ -78,7 +83,8 @@ def under_precedences(mission: Mission, context: Context) -> Allocation:
         TooLarge: A budget was used up before an answer was found.
     """
     context.progress("searching words and who waits for whom", 0.05)
-    found = assign_under_precedences(mission, cost=_avoiding(mission, context.blocked) if context.blocked else None)
+    cost = _avoiding(mission, context.blocked) if context.blocked else None
+    found = assign_under_precedences(mission, cost=cost, budget=_BUDGET.get())
     if found is None:
         raise Unsatisfiable("No words satisfy the formula under any precedences between the robots' events.")
     return _allocation(in_units_of(mission, found) if context.blocked else found)

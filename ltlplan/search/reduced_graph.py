@@ -10,8 +10,8 @@ words up to letters that change nothing, the same smallest costs, far fewer stat
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, replace
 
 from ltlplan.logic.task import Task
 from ltlplan.logic.transition_monoid import Element, TransitionMonoid
@@ -52,9 +52,20 @@ class Team:
     def __len__(self) -> int:
         return len(self.systems)
 
+    def flown_by(self, robots: Collection[int]) -> Team:
+        """Return the team with all but these robots, by index, staying where they start."""
+        if len(set(robots)) == len(self):
+            return self
+        return Team([system if robot in robots else staying(system) for robot, system in enumerate(self.systems)])
+
     def letters_of(self, paths: Sequence[Sequence[int]]) -> list[list[int]]:
         """Return each robot's letters along its path, by number."""
         return [[label[node] for node in path] for label, path in zip(self.label, paths, strict=True)]
+
+
+def staying(system: TransitionSystem) -> TransitionSystem:
+    """Return what a robot can do that never leaves its start."""
+    return replace(system, edges=((),) * len(system.edges))
 
 
 @dataclass(slots=True)

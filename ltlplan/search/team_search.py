@@ -10,6 +10,7 @@ broke, so that no refused combination of elements comes twice.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Collection, Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -25,6 +26,8 @@ from ltlplan.search.team_states import SearchStates, TeamStates
 
 GREEDY = (1.5, 3.0)  # how much the rest counts where any run will do; with the first, runs are nearer the cheapest
 _COMPLETE = 1 << 62  # taken off the key of a state at which a path is complete: of equal bounds these come first
+_ALONE = 4  # how much more may be spent on one robot by itself than on two
+_ROUNDING = 1e-9  # by which sums of the same costs may differ
 MAX_SINGLES = 20  # robots up to which each is tried as the only one that flies
 
 
@@ -83,6 +86,19 @@ class WalkOutcome:
     stopped: TooLarge | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class SearchSpace:
+    """What a search for a team walks over.
+
+    Attributes:
+        graph: The team's graph.
+        states_for: The search's states when these conjuncts, by index, are tracked.
+    """
+
+    graph: ReducedGraph
+    states_for: Callable[[Sequence[int]], SearchStates]
+
+
 def plan_team(team: Team, task: Task, budget: Budget) -> PlanningOutcome:
     """Return the cheapest team run that keeps the task in every order of the robots.
 
@@ -94,16 +110,20 @@ def plan_team(team: Team, task: Task, budget: Budget) -> PlanningOutcome:
     Raises:
         TooLarge: A budget was used up before any plan was found.
     """
-    graph = ReducedGraph(team, *letter_classes(task))
+    classes = letter_classes(task)
     everything, check = TransitionMonoid(task), OrderCheck(task)
     shapes = [part.automaton.shape if isinstance(part, Deterministic) else index for index, part in enumerate(task.parts)]
 
     def elements_of(run: TeamRun) -> list[Element]:
         return [everything.of(letters) for letters in team.letters_of(run.paths)]
 
+    def space(flying: Collection[int]) -> SearchSpace:
+        graph = ReducedGraph(team.flown_by(flying), *classes)
+        return SearchSpace(graph, lambda tracked: TeamStates(graph, task, tracked))
+
     return refined_until_kept(
-        graph,
-        lambda tracked: TeamStates(graph, task, tracked),
+        space,
+        len(team),
         lambda run: with_alike(shapes, check.failing_parts(elements_of(run))),
         lambda run: check.failing_order(elements_of(run)),
         budget,
@@ -122,8 +142,8 @@ def with_alike(shapes: Sequence[Hashable], broken: Collection[int]) -> tuple[int
 
 
 def refined_until_kept(
-    graph: ReducedGraph,
-    states_for: Callable[[Sequence[int]], SearchStates],
+    space: Callable[[Collection[int]], SearchSpace],
+    robots: int,
     broken: Callable[[TeamRun], Sequence[int]],
     failing: Callable[[TeamRun], tuple[int, ...] | None],
     budget: Budget,
@@ -135,8 +155,8 @@ def refined_until_kept(
     is looked for, greedily.
 
     Args:
-        graph: The team's graph.
-        states_for: The search's states when these conjuncts, by index, are tracked.
+        space: What is walked over where only these robots, by index, leave their starts.
+        robots: How many there are.
         broken: The conjuncts that some order of a run's words breaks.
         failing: An order in which a run's words break the task; None where every order keeps it.
         budget: Bounds on each search.
@@ -148,9 +168,10 @@ def refined_until_kept(
     first: TeamRun | None = None
     refused: tuple[int, ...] | None = None
     bound, tried = 0.0, 0
+    whole = space(range(robots))
     while True:
         try:
-            found = search_team(graph, states_for(sorted(tracked)), budget)
+            found = search_team(whole.graph, whole.states_for(sorted(tracked)), budget)
             more = () if found.run is None else broken(found.run)
         except TooLarge as error:  # of trying orders
             found, more = WalkOutcome(None, 0, bound, error), ()
@@ -158,51 +179,67 @@ def refined_until_kept(
         first = first or found.run
         if found.stopped is not None:
             stopped = PlanningOutcome(None, first, tried, refused, bound, found.stopped)
-            return _any_run(graph, states_for, broken, tracked, stopped, budget)
+            return _any_run(space, robots, broken, tracked, stopped, budget)
         if found.run is None or not more:
             return PlanningOutcome(found.run, first, tried, refused, bound)
         refused = refused or failing(found.run)
         tracked.update(more)
 
 
-def _any_run(
-    graph: ReducedGraph,
-    states_for: Callable[[Sequence[int]], SearchStates],
+def _any_run(  # as many as the search has that was stopped
+    space: Callable[[Collection[int]], SearchSpace],
+    robots: int,
     broken: Callable[[TeamRun], Sequence[int]],
     tracked: Collection[int],
     stopped: PlanningOutcome,
     budget: Budget,
 ) -> PlanningOutcome:
-    """Look for any run that every order keeps, where the search for a cheapest one was stopped.
+    """Look for runs that every order keeps, where the search for a cheapest one was stopped, and take the cheapest that is found.
 
-    The estimate of the rest counts for more than what was spent (weighted A*, Pohl 1970): first only the robots fly that do
-    so in the cheapest run of the fixed order, then all, at last each by itself. The first run that is found is taken.
-    `tracked` are the conjuncts that were tracked until then; more are added where an order breaks what is found.
+    First each robot flies by itself, then the best of these with each other one, then those that fly in the cheapest run of the
+    fixed order, at last all. Where that is too much, too, the estimate of the rest counts for more than what was spent
+    (weighted A*, Pohl 1970). Of each, the conjuncts are tracked that orders break of what is found; of many robots, `tracked` from
+    the beginning.
 
     Raises:
         TooLarge: None was found; the error that stopped the search.
     """
     assert stopped.stopped is not None
     third = replace(budget, states=max(1, budget.states // 3))
-    small = replace(budget, states=max(1, third.states // len(graph.start)))
-    near, far = GREEDY
-    ways: list[tuple[float, frozenset[int] | None, Budget]] = [(near, None, third), (far, None, third)]
-    if stopped.first is not None:
-        active = frozenset(robot for robot, path in enumerate(stopped.first.paths) if len(path) > 1)
-        ways = [(near, active, third), *ways[:1], (far, active, third), *ways[1:]]
-    if len(graph.start) <= MAX_SINGLES:
-        ways += [(far, frozenset({robot}), small) for robot in range(len(graph.start))]
-    for weight, flying, limit in ways:
-        kept = set(tracked)
-        try:
-            while (found := search_team(graph, states_for(sorted(kept)), limit, weight=weight, flying=flying).run) is not None:
-                more = broken(found)
+    few = replace(budget, states=max(1, third.states // robots))
+    some = replace(budget, states=max(1, min(third.states, _ALONE * few.states)))
+
+    def cheapest(flying: Collection[int], limit: Budget, weight: float, kept: set[int]) -> TeamRun | None:
+        among = space(flying)
+        with contextlib.suppress(TooLarge):  # of trying orders; another way may need fewer
+            while (run := search_team(among.graph, among.states_for(sorted(kept)), limit, weight=weight).run) is not None:
+                more = broken(run)
                 if not more:
-                    return replace(stopped, run=found, first=stopped.first or found)
+                    return run
                 kept.update(more)
-        except TooLarge:  # of trying orders; another way may need fewer
-            continue
-    raise stopped.stopped
+        return None
+
+    found: list[TeamRun] = []
+    if robots <= MAX_SINGLES:
+        alone = {robot: run for robot in range(robots) if (run := cheapest({robot}, some, 1.0, set())) is not None}
+        best = min(alone, key=lambda robot: alone[robot].cost, default=None)
+        others = [] if best is None else [cheapest({best, robot}, few, 1.0, set()) for robot in range(robots) if robot != best]
+        found += [*alone.values(), *(run for run in others if run is not None)]
+    teams = [range(robots)]
+    if stopped.first is not None:
+        active = [robot for robot, path in enumerate(stopped.first.paths) if len(path) > 1]
+        teams = [active, *teams] if len(active) < robots else teams
+    for weight in GREEDY:
+        for flying in teams:
+            run = cheapest(flying, third, weight, set(tracked))
+            found += [] if run is None else [run]
+        if found:
+            break
+    if not found:
+        raise stopped.stopped
+    run = min(found, key=lambda run: run.cost)
+    sure = run.cost <= stopped.bound + _ROUNDING
+    return replace(stopped, run=run, first=stopped.first or run, stopped=None if sure else stopped.stopped)
 
 
 def cheapest_path(team: Team, task: Task, budget: Budget) -> TeamRun | None:
@@ -240,9 +277,7 @@ def moves(graph: ReducedGraph, states: SearchStates, robot: int, node: int, at: 
             yield target, after, step
 
 
-def search_team(
-    graph: ReducedGraph, states: SearchStates, budget: Budget, *, weight: float = 1.0, flying: frozenset[int] | None = None
-) -> WalkOutcome:
+def search_team(graph: ReducedGraph, states: SearchStates, budget: Budget, *, weight: float = 1.0) -> WalkOutcome:
     """Return a cheapest run whose words keep the tracked conjuncts in every order.
 
     This is A* (Hart, Nilsson and Raphael 1968); the estimates never fall by more than a step costs, so no state comes twice.
@@ -252,7 +287,6 @@ def search_team(
         states: What is remembered besides where the robots are.
         budget: Bounds on the states expanded and the complete plans looked at.
         weight: How much the estimate of the rest counts; with more than 1 some run is found sooner, not the cheapest.
-        flying: The robots that may leave their starts; all where None.
     """
     robots, width = len(graph.start), graph.width
     begin = states.after(states.initial, graph.label[0][graph.start[0]])
@@ -265,9 +299,8 @@ def search_team(
             return
         at, place = divmod(key, places)
         robot, node = divmod(place, width)
-        if flying is None or robot in flying:
-            for target, after, step in moves(graph, states, robot, node, at):
-                yield (after * robots + robot) * width + target, step
+        for target, after, step in moves(graph, states, robot, node, at):
+            yield (after * robots + robot) * width + target, step
         ending = graph.successors(robot, node).ending
         if ending is not None and robot + 1 < robots:
             target = graph.start[robot + 1]
@@ -292,7 +325,7 @@ def search_team(
             if states.holds_in_every_order((key + _COMPLETE) // places):
                 reached = sum(1 for other in search.costs if other >= 0)
                 run = TeamRun(_paths(graph, search.path(key)[:-1]), bound, explored, reached)
-                return WalkOutcome(run, tried, bound if weight == 1.0 and flying is None else 0.0)
+                return WalkOutcome(run, tried, bound if weight == 1.0 else 0.0)
             if tried >= budget.candidates:
                 few = TooLarge("Finding a plan that holds in every order takes", tried + 1, "complete plans", budget.candidates)
                 return WalkOutcome(None, tried, bound, few)

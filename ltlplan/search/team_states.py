@@ -1,6 +1,6 @@
 """How far a team is, as one number: the states of a search that follows its robots one after another.
 
-`TeamStates` is for formulas that robots keep each by itself; those of `team: joint` are in `joint.team_words`.
+`TeamStates` is for formulas that robots keep each by itself; those of `team: joint` are in `joint.joint_states`.
 """
 
 from __future__ import annotations

@@ -78,13 +78,25 @@ class JointConjunct:
             return DEAD if state == DEAD else images[state]
         return reduce(or_, (images[at] for at in bits(state) if images[at] != DEAD), 0) or DEAD
 
-    def repeats(self, most: int) -> bool:
-        """Tell whether reading any letter twice is the same as reading it once; False where there are too many to try."""
+    def is_never_lost(self, most: int) -> bool:
+        """Tell whether no letter leads any state to `DEAD`; False where there are too many to try."""
+        letters = self._letters(most)
+        return bool(letters) and all(self.step(state, letter) != DEAD for state in self.domain for letter in letters)
+
+    def _letters(self, most: int) -> list[int]:
+        """Return all letters; none where with the states they are too many to try."""
         letters = [0]
         for bit in self._bit.values():
             letters += [letter | bit for letter in letters]
             if len(letters) * len(self.domain) > most:
-                return False
+                return []
+        return letters
+
+    def repeats(self, most: int) -> bool:
+        """Tell whether reading any letter twice is the same as reading it once; False where there are too many to try."""
+        letters = self._letters(most)
+        if not letters:
+            return False
         once = [(letter, self.step(state, letter)) for state in self.domain for letter in letters]
         return all(self.step(after, letter) == after for letter, after in once)
 
@@ -97,6 +109,8 @@ class WordEffects:
         contexts: What others may hold. None: anything; words are then told apart letter by letter.
 
     Attributes:
+        contexts: What others may hold; empty for anything.
+        never_lost: Whether it is known that no letter leads any state of the conjunct to `DEAD`.
         first: For each number, what the robot holds before it flies.
         last: What it holds afterwards.
         moved: Whether its letter ever changes.
@@ -110,6 +124,8 @@ class WordEffects:
         self.first: list[int] = []
         self.last: list[int] = []
         self.moved: list[bool] = []
+        self.never_lost = contexts is not None and part.is_never_lost(MAX_IMAGES)
+        self.contexts = tuple(contexts or ())
         self._contexts = None if contexts is None else {context: i for i, context in enumerate(contexts)}
         self._acts: list[tuple[tuple[int, ...], ...]] = []  # without contexts: the word, as one tuple
         self._numbers: dict[object, int] = {}

@@ -9,7 +9,7 @@ add up to a lower bound.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunct_readers import bits
@@ -36,21 +36,18 @@ class JointHeuristic:
         self._parts = parts
         walked = [part.deterministic and _moves(part, masks) <= MAX_MOVES for part in parts]
         graphs = [_Graph(part, masks) if small else None for part, small in zip(parts, walked, strict=True)]
+        self._graphs, self._masks = graphs, masks
         concerned = [part for part, graph in zip(parts, graphs, strict=True) if graph is not None]
-        prices = [
+        self._prices = [
             cost / max(1, sum(1 for part in concerned if part.mask & mask))
             for mask, cost in zip(masks, reduced.entering, strict=True)
         ]
-        self._rest = [None if graph is None else graph.distances(masks, prices) for graph in graphs]
-        self._landmarks = [None if graph is None else graph.landmarks() for graph in graphs]
-        wanted = sorted(
-            {bit for marks in self._landmarks if marks is not None for found in marks.values() for bit in _bits(found)}
-        )
-        number = {bit: 1 << i for i, bit in enumerate(wanted)}
-        self._goals = [
-            {} if marks is None else {key: sum(number[bit] for bit in _bits(found)) for key, found in marks.items()}
-            for marks in self._landmarks
-        ]
+        self._rest = [None if graph is None else graph.distances(masks, self._prices) for graph in graphs]
+        landmarks = [None if graph is None else graph.landmarks() for graph in graphs]
+        wanted = sorted({bit for marks in landmarks if marks is not None for found in marks.values() for bit in _bits(found)})
+        self._number = {bit: 1 << i for i, bit in enumerate(wanted)}
+        self._goals = [{} if marks is None else self._numbered(marks) for marks in landmarks]
+        self._left: dict[tuple[int, frozenset[Seen]], tuple[dict[Seen, float], dict[Seen, int]]] = {}
         shown = {letter for label in reduced.label for letter in label}
         self.tree_bound = SpanningTreeBound(reduced, [{letter for letter in shown if masks[letter] & bit} for bit in wanted])
 
@@ -69,8 +66,36 @@ class JointHeuristic:
             found |= goals.get((state, held & part.mask), 0)
         return found
 
+    def of(self, index: int, state: int, held: int) -> float:
+        """Return the part of the bound that is one conjunct's, which is known, by index."""
+        rest = self._rest[index]
+        return 0.0 if rest is None else rest.get((state, held & self._parts[index].mask), UNREACHABLE)
 
-_Seen = tuple[int, int]  # a conjunct's state and what it sees held now
+    def knows(self, part: int) -> bool:
+        """Tell whether anything is known of a conjunct, by index."""
+        return self._graphs[part] is not None
+
+    def to(self, part: int, goals: frozenset[Seen]) -> tuple[dict[Seen, float], dict[Seen, int]]:
+        """Return lower bounds on the cost to come to some states of a conjunct that is known, none where there is no way, and what is missing there.
+
+        Args:
+            part: The conjunct, by index.
+            goals: Its states, with what is held.
+        """
+        found = self._left.get((part, goals))
+        if found is None:
+            graph = self._graphs[part]
+            assert graph is not None
+            left, marks = graph.distances(self._masks, self._prices, goals), graph.landmarks(goals)
+            found = self._left[part, goals] = left, self._numbered(marks)
+        return found
+
+    def _numbered(self, marks: Mapping[Seen, int]) -> dict[Seen, int]:
+        return {key: sum(self._number.get(bit, 0) for bit in _bits(found)) for key, found in marks.items()}
+
+
+Seen = tuple[int, int]
+"""A conjunct's state and what it sees held now."""
 
 
 class _Graph:
@@ -79,7 +104,7 @@ class _Graph:
     def __init__(self, part: JointConjunct, masks: Sequence[int]) -> None:
         self.part = part
         letters = sorted({mask & part.mask for mask in masks})
-        self.back: dict[_Seen, list[tuple[_Seen, int]]] = {}  # before, and the letter that one robot goes to
+        self.back: dict[Seen, list[tuple[Seen, int]]] = {}  # before, and the letter that one robot goes to
         for held in subsets(part.mask):
             kept = tuple(subsets(held))
             for state in part.domain:
@@ -90,19 +115,22 @@ class _Graph:
                             self.back.setdefault((after, letter | stays), []).append(((state, held), letter))
         self.accepting = [(state, held) for state in part.domain if part.accepting(state) for held in subsets(part.mask)]
 
-    def distances(self, masks: Sequence[int], prices: Sequence[float]) -> dict[_Seen, float]:
-        """Return the smallest sum of prices from each place to an accepting one; none where there is no way."""
+    def distances(
+        self, masks: Sequence[int], prices: Sequence[float], goals: Collection[Seen] | None = None
+    ) -> dict[Seen, float]:
+        """Return the smallest sum of prices from each place to an accepting one, or a goal; none where there is no way."""
         price: dict[int, float] = {}
         for mask, cost in zip(masks, prices, strict=True):
             letter = mask & self.part.mask
             price[letter] = min(cost, price.get(letter, UNREACHABLE))
-        return distances(self.accepting, lambda key: ((before, price[letter]) for before, letter in self.back.get(key, ())))
+        ends = self.accepting if goals is None else sorted(goals)
+        return distances(ends, lambda key: ((before, price[letter]) for before, letter in self.back.get(key, ())))
 
-    def landmarks(self) -> dict[_Seen, int]:
-        """Return the propositions, as bits, that some robot must go to from each place, whatever is done."""
-        found: dict[_Seen, int] = {}
+    def landmarks(self, goals: Collection[Seen] | None = None) -> dict[Seen, int]:
+        """Return the propositions, as bits, that some robot must go to from each place to accept, or to a goal, whatever is done."""
+        found: dict[Seen, int] = {}
         for bit in _bits(self.part.mask):
-            reached = set(self.accepting)
+            reached = set(self.accepting if goals is None else goals)
             waiting = list(reached)
             for key in waiting:  # grows while it is walked
                 for before, letter in self.back.get(key, ()):

@@ -17,7 +17,7 @@ from ltlplan.logic.conjunction import Conjunction, conjunct_automata, conjuncts
 from ltlplan.logic.task import Task
 from ltlplan.search.exact import assign
 from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
-from ltlplan.search.joint.team_words import JointTask
+from ltlplan.search.joint.joint_states import JointTask
 from ltlplan.search.makespan import plan_makespan
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
 from ltlplan.search.team_search import cheapest_path, moves, plan_team
