@@ -387,7 +387,7 @@ def test_six_robots_on_an_office_grid(more: str) -> None:
 def test_a_search_that_is_stopped_gives_no_dearer_plan_than_one_robot_alone(team: str) -> None:
     formula = "F(a & F(b & F c)) & F(c & F(a & F d)) & F(d & F(b & F a)) & F(b & F(d & F c))"
     alone = assign(world(formula, robots=1))
-    found = assign(world(formula, robots=3, team=team), budget=Budget(states=1_000 if team == "own" else 10_000))
+    found = assign(world(formula, robots=3, team=team), budget=Budget(states=600 if team == "own" else 4_000))
     assert not found.complete
     assert found.lower_bound is not None
     assert found.lower_bound <= found.cost <= alone.cost + 1e-6
