@@ -67,7 +67,13 @@ class JointHeuristic:
         return found
 
     def of(self, index: int, state: int, held: int) -> float:
-        """Return the part of the bound that is one conjunct's, which is known, by index."""
+        """Return what one conjunct adds to the bound.
+
+        Args:
+            index: Which one.
+            state: Its state.
+            held: What all robots together show now, as bits.
+        """
         rest = self._rest[index]
         return 0.0 if rest is None else rest.get((state, held & self._parts[index].mask), UNREACHABLE)
 

@@ -219,7 +219,13 @@ class JointStates:
         return found
 
     def rest(self, number: int, robot: int, node: int) -> float:
-        """Return a lower bound on the cost that is left with a robot at a node."""
+        """Return a lower bound on the cost that is left with a robot at a node.
+
+        Args:
+            number: The state.
+            robot: The robot that flies.
+            node: Where it is.
+        """
         return max(self._rest[number], self._heuristic.tree_bound(self._missing[number], robot, node))
 
     def is_accepting(self, number: int) -> bool:
