@@ -19,8 +19,10 @@ if TYPE_CHECKING:
     from flight.exports import Exported, ExportTarget, Product, Request, export, formats, quantised, upload, with_hovers
     from flight.flights import fly
     from flight.logs.log import Event, FlightLog
-    from flight.logs.recordings import Recording, read_recording
+    from flight.logs.reading import read_flown, read_recording
+    from flight.logs.recordings import Recording
     from flight.logs.tables import read_log, write_log
+    from flight.logs.told import Told
     from flight.model.airframe import Airframe, airframe_of, shipped_airframes
     from flight.model.disturbances import Wind
     from flight.model.plant import AirframeModel
@@ -49,6 +51,7 @@ __all__ = [
     "Rehearsal",
     "Request",
     "Share",
+    "Told",
     "Wind",
     "airframe_of",
     "campaign",
@@ -58,6 +61,7 @@ __all__ = [
     "fly",
     "formats",
     "quantised",
+    "read_flown",
     "read_log",
     "read_recording",
     "rehearse",
@@ -88,8 +92,10 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             ),
             "flight.flights": ("fly",),
             "flight.logs.log": ("Event", "FlightLog"),
-            "flight.logs.recordings": ("Recording", "read_recording"),
+            "flight.logs.reading": ("read_flown", "read_recording"),
+            "flight.logs.recordings": ("Recording",),
             "flight.logs.tables": ("read_log", "write_log"),
+            "flight.logs.told": ("Told",),
             "flight.model.airframe": ("Airframe", "airframe_of", "shipped_airframes"),
             "flight.model.disturbances": ("Wind",),
             "flight.model.plant": ("AirframeModel",),

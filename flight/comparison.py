@@ -11,6 +11,7 @@ import numpy as np
 from flight.certified import certified_mission
 from flight.logs.log import Event, FlightLog
 from flight.logs.recordings import Recording
+from flight.logs.units import require_metres
 from flight.model.attitude import Floats
 from flight.model.reference import flown
 from flight.monitoring.formula_state import FormulaVerdict
@@ -265,12 +266,7 @@ def _errors(
 
 def _require_sense(times: Floats, position: Floats, mission: Mission, duration: float, longest: float) -> None:
     """Refuse a log whose numbers cannot be this flight in metres and seconds."""
-    reach = float(np.max(np.abs([mission.workspace.min, mission.workspace.max])))
-    farthest = float(np.nanmax(np.abs(position), initial=0.0))
-    if farthest > 50.0 * reach:
-        raise BadInput(
-            f"positions reach {farthest:g} where the workspace ends at {reach:g} m; are they in millimetres? Give them in m."
-        )
+    require_metres(position, mission)
     span = float(times[-1] - times[0])
     if span > 50.0 * max(longest, 1.0):
         raise BadInput(

@@ -1,4 +1,4 @@
-"""Recordings of real flights: motion-capture tables, accepted by the names of their columns.
+"""Recordings of real flights as tables, accepted by the names of their columns.
 
 Two shapes are read: one row a sample and robot, with a column that names the robot; or one row a sample, with columns such as
 `quad0.x`, `quad0_y`, `quad0/z` or `quad0 pos_x` for each robot. Every column has one meaning: where two could hold the same thing,
@@ -8,20 +8,19 @@ or a robot's name is spelt otherwise, nothing is chosen. Times are brought to ze
 from __future__ import annotations
 
 import math
-import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 
 from flight.logs.tables import require_forward
+from flight.logs.told import exact_time
 from flight.model.attitude import Floats
 from verify.data import BadInput
 from verify.data.errors import did_you_mean
-from verify.data.storage.reading import read_text
-from verify.data.storage.tables import MAX_BYTES, Decimal, Table, counted, read_table, rounding, since
+from verify.data.storage.tables import Decimal, Table, counted, rounding, since
 
 TIME_NAMES = {
     "t": 0, "time": 0, "timestamp": 0, "seconds": 0, "time_s": 0, "t_s": 0, "time (s)": 0,
@@ -30,14 +29,14 @@ TIME_NAMES = {
 }  # fmt: skip
 """Columns that hold the time, lower case, and the power of ten of their unit in s."""
 
-_BY_CALL = "`columns=` of `flight.read_recording`"
-"""How a caller says what columns are called; the command line has no option for it."""
+_BY_CALL = "--called, or `columns=` of `flight.read_recording`"
+"""How a caller says what columns are called."""
 
 ROBOT_NAMES = ("robot", "name", "id", "body", "rigid_body", "rigidbody", "agent", "drone", "object")
 """Columns that name the robot, lower case."""
 
 _AXIS = re.compile(
-    r"(?:pos(?:ition)?[ ._/]?|p|t|trans(?:lation)?[ ._/]?)?(?P<axis>[xyz])(?P<unit>_m|_mm| \(m\)| \(mm\)| \[m\]| \[mm\])?",
+    r"(?:pos(?:ition)?[ ._/]?|p|t|trans(?:lation)?[ ._/]?)?(?P<axis>[xyz])(?P<unit>_m|_cm|_mm| \(c?m\)| \(mm\)| \[c?m\]| \[mm\])?",
     re.IGNORECASE,
 )
 _SEPARATORS = " ._/:"
@@ -55,12 +54,16 @@ class Recording:
         times: s, the first at 0 or as recorded. Shape (samples,).
         position: m, NaN where a robot was not seen. Shape (samples, robots, 3).
         rounding: How far times (s) and positions (m) may be off for the digits that they were written with.
+        notes: How it was read, in sentences, where its files do not say it.
+        zero: The recording's own time where `times` is 0, s.
     """
 
     robots: tuple[str, ...]
     times: Floats
     position: Floats
     rounding: tuple[float, float] = (0.0, 0.0)
+    notes: tuple[str, ...] = ()
+    zero: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("times", "position"):
@@ -68,30 +71,34 @@ class Recording:
             values.setflags(write=False)
             object.__setattr__(self, name, values)
 
+    def noted(self, *notes: str) -> Recording:
+        """Return the same with more said of how it was read."""
+        return replace(self, notes=(*self.notes, *notes))
 
-def read_recording(
-    path: str | os.PathLike[str],
-    robots: Sequence[str],
-    *,
-    start: float | None = None,
-    columns: Mapping[str, str] | None = None,
+
+def read_table_recording(
+    table: Table, robots: Sequence[str], *, start: float | Fraction | None = None, columns: Mapping[str, str] | None = None
 ) -> Recording:
-    """Read a motion-capture recording from a CSV table.
+    """Read a recording from a table.
 
     Args:
-        path: The file.
-        robots: Whom to look for.
-        start: The table's time, in s, at which the flight began; the first row's by default.
-        columns: What the recording calls things where the names are not understood, or where several could be meant:
+        table: Its cells.
+        robots: Whom to look for, as the table calls them.
+        start: The table's time, in s, that is to be 0; the first row's by default.
+        columns: What the table calls things where the names are not understood, or where several could be meant:
             `{"t": "Frame time", "robot": "Body", "x": "X"}` for tables with a robot column, `{"t": ..., "quad0.x": ...}`
             for wide ones.
+
+    Returns:
+        All rows, those before `start` too.
 
     Raises:
         BadInput: Columns are missing, not understood or could be meant in two ways, a robot is missing or stands twice at
             one time, or times do not go forward.
     """
-    source = str(path)
-    table = read_table(read_text(path, most=MAX_BYTES, what="recording"), source, comments=True)
+    source = table.source
+    if not table.header:
+        raise BadInput(f"{source} is empty; that is no recording.")
     if len(table.rows) < 2:
         raise BadInput(f"{source} holds fewer than two samples.")
     names = _Names(table, columns or {})
@@ -101,23 +108,12 @@ def read_recording(
     own, places = names.layout(tuple(robots))
     rows = _long_rows(table, counts, own, tuple(robots)) if own is not None else _wide_rows(table, counts, len(robots))
     position, off = _positions(table, rows, places)
-    first = Fraction(counts[rows[0][0]]) * Fraction(10) ** power
-    zero = first if start is None else _exact(start)
-    kept = [index for index, row in enumerate(rows) if Fraction(counts[row[0]]) * Fraction(10) ** power >= zero]
-    if not kept:
-        last = float(Fraction(counts[rows[-1][0]]) * Fraction(10) ** power)
-        raise BadInput(f"{source} ends at {last:g} s, before the flight's start at {float(zero):g} s.")
-    at = np.array(since([counts[rows[index][0]] for index in kept], power, zero))
+    zero = Fraction(counts[rows[0][0]]) * Fraction(10) ** power
+    if start is not None:
+        zero = start if isinstance(start, Fraction) else exact_time(start)
+    at = np.array(since([counts[row] for row, _ in rows], power, zero))
     require_forward(at, source)
-    return Recording(tuple(robots), at, position[kept], (rounding(times, unit), off))
-
-
-def _exact(start: float) -> Fraction:
-    """Return the decimal that a start was meant as: tables hold decimals, and floats print as the shortest one."""
-    number = not isinstance(start, bool) and isinstance(start, int | float)  # pyright: ignore[reportUnnecessaryIsInstance]  # a caller may err
-    if not number or not math.isfinite(start):
-        raise BadInput(f"start must be a time of the recording, in s, not {start!s:.40}.")
-    return Fraction(repr(float(start))) if isinstance(start, float) else Fraction(start)
+    return Recording(tuple(robots), at, position, (rounding(times, unit), off), zero=float(zero))
 
 
 class _Names:
@@ -127,6 +123,10 @@ class _Names:
         self._source, self._header = table.source, table.header
         self._given: dict[str, int] = {}
         for ours, theirs in columns.items():
+            if not self._is_ours(ours.strip()):
+                raise BadInput(
+                    f"'{ours[:40]}' is nothing that a recording holds: say t, robot, x, y, z, or a robot and its axis (quad0.x)."
+                )
             if theirs.strip() not in table.header:
                 raise BadInput(
                     f"{self._source} has no column '{theirs}' (given for {ours}).{did_you_mean(theirs, table.header)}"
@@ -135,6 +135,14 @@ class _Names:
             if index in self._given.values():
                 raise BadInput(f"columns gives '{theirs}' two meanings; name each column once.")
             self._given[ours.strip()] = index
+
+    @staticmethod
+    def _is_ours(ours: str) -> bool:
+        """Tell whether a name means a time, a robot's name, or an axis of somebody's position."""
+        if ours.lower() in TIME_NAMES or ours.lower() in ROBOT_NAMES:
+            return True
+        parts = [ours, *(ours[i + 1 :] for i, letter in enumerate(ours) if letter in _SEPARATORS)]
+        return any(_AXIS.fullmatch(part) for part in parts)
 
     def time(self) -> tuple[int, int]:
         """Return the column of times and the power of ten of its unit in s."""
@@ -212,7 +220,8 @@ def _unit(name: str, axis: str, robots: tuple[str, ...], robot: str | None) -> i
     match = _AXIS.fullmatch(rest)
     if match is None or match["axis"].lower() != axis:
         return None
-    return -3 if "mm" in (match["unit"] or "").lower() else 0
+    unit = (match["unit"] or "").lower()
+    return -3 if "mm" in unit else -2 if "cm" in unit else 0
 
 
 _Row = tuple[int, list[int | None]]

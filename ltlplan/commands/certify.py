@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ltlplan.commands.shared.options import FolderArgument, JsonOption, MarginOption
+from ltlplan.commands.shared.told import told_of
 
 if TYPE_CHECKING:
+    from flight import Told
     from verify import Certificate
 
 
@@ -24,14 +26,48 @@ def command(
         ),
     ] = None,
     flight: Annotated[
-        Path | None, typer.Option("--flight", help="A recorded flight (CSV) to judge instead of trajectories.")
+        Path | None,
+        typer.Option(
+            "--flight", help="A recorded flight to judge instead of trajectories: a table, a ROS 2 bag, a PX4 log, or a folder."
+        ),
     ] = None,
     max_speed: Annotated[
         float | None, typer.Option("--max-speed", help="With --flight: bound on every robot's speed, m/s.")
     ] = None,
     error: Annotated[float, typer.Option("--error", min=0.0, help="With --flight: bound on a position's error, m.")] = 0.0,
     start: Annotated[
-        float | None, typer.Option("--start", help="With --flight: when the flight began on the recording's clock, s.")
+        str | None,
+        typer.Option(
+            "--start",
+            help="With --flight: when the flight began on the recording's clock, s; or on each robot's: quad0=3.2,quad1=5.7",
+        ),
+    ] = None,
+    start_error: Annotated[
+        float, typer.Option("--start-error", min=0.0, help="With --flight: how far --start may be off, s.")
+    ] = 0.0,
+    called: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--called",
+            help="With --flight: what the recording calls a robot or a column: quad0=cf231, t='Frame time' (again for more).",
+        ),
+    ] = None,
+    axes: Annotated[
+        str | None,
+        typer.Option(
+            "--axes", help="With --flight: the mission's x, y, z in the recording's axes: x,-z,y where its y points up."
+        ),
+    ] = None,
+    origin: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--origin",
+            help="With --flight: where the recording's origin is in the mission, m: 1.5,0,0 or quad0=1.5,0,0 (again for more).",
+        ),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option("--report", help="With --flight: a page (.html) of the flown path in its tube, claim by claim."),
     ] = None,
     pauses: Annotated[
         str | None,
@@ -43,7 +79,10 @@ def command(
 ) -> None:
     """Prove that the trajectories in a folder satisfy its mission and plan, and write certificate.json there."""
     if flight is not None:
-        _judge_recording(folder, flight, max_speed, error, start, _seconds(pauses), as_json=json)
+        told = told_of(start, start_error, called or (), axes, origin or ())
+        _judge_recording(
+            folder, flight, told, max_speed=max_speed, error=error, pauses=_seconds(pauses), report=report, as_json=json
+        )
         return
     import json as json_text
 
@@ -97,15 +136,16 @@ def _seconds(text: str | None) -> tuple[float, ...]:
         raise BadInput(f"--pauses is {text[:40]!r}; it must be seconds with commas between them, such as 4.2,3.9.") from None
 
 
-# seven parameters: the two files, and what is known of the recording
+# eight parameters: the two files, what is known of the recording, and what becomes of the verdict
 def _judge_recording(
     folder: Path,
     recording: Path,
+    told: Told,
+    *,
     max_speed: float | None,
     error: float,
-    start: float | None,
     pauses: tuple[float, ...],
-    *,
+    report: Path | None,
     as_json: bool,
 ) -> None:
     """Judge a recorded flight of the folder's mission, claim by claim, for all times between its samples too."""
@@ -114,15 +154,22 @@ def _judge_recording(
     from ltlplan.recorded import judge_flight
     from ltlplan.report.summary import recorded_lines
     from verify.data import NotCertified
+    from verify.data.storage.single_files import check_page, replace_page
 
+    if report is not None:
+        check_page(report)
     with progress_bar(quiet=as_json) as progress:
-        judged = judge_flight(
-            folder, recording, max_speed=max_speed, error=error, start=start, pauses=pauses, progress=progress
-        )
+        judged = judge_flight(folder, recording, max_speed=max_speed, error=error, told=told, pauses=pauses, progress=progress)
+    if report is not None:
+        from ltlplan.report.recorded_page import recorded_html
+
+        replace_page(report, recorded_html(judged.asked, judged.samples, judged.verdict, source=recording.name))
     if as_json:
         print_json({"mission": judged.mission, "flight": str(recording), **judged.verdict.to_dict()})
     else:
         for line in recorded_lines(judged.verdict):
             typer.echo(line)
+        if report is not None:
+            typer.echo(f"wrote {report}")
     if not judged.verdict:
         raise typer.Exit(NotCertified.exit_code)

@@ -30,19 +30,23 @@ class Alignment:
 
     Attributes:
         low: Earliest, s.
-        high: Latest, s; equal to `low` where it was given.
+        high: Latest, s; equal to `low` where it was given exactly.
         fitted: The best fit, s; None where the start was given.
         trusted: Whether claims about times may be made at all.
+        zero: What the recording's own clock showed at 0, s.
     """
 
     low: float
     high: float
     fitted: float | None
     trusted: bool
+    zero: float = 0.0
 
     @property
     def sentence(self) -> str:
         """Say it to a person."""
+        if self.fitted is None and self.high > self.low:
+            return f"The flight began at some time from {self.low:g} to {self.high:g} s of the recording, as was told."
         if self.fitted is None:
             return f"The flight began at {self.low:g} s of the recording, as it says or was told."
         found = f"{self.fitted:.3f} s of the recording (fitted; from {self.low:.3f} to {self.high:.3f} s cannot be told apart)"
@@ -50,13 +54,18 @@ class Alignment:
             return f"The flight began at {found}, one start for the whole team."
         return (
             f"The plan fits the recording best where the flight began at {found}, which is not its first row: claims about times "
-            f"cannot be told. Say when it began (`--start {self.fitted:.3f}`)."
+            f"cannot be told. Say when it began (`--start {self.zero + self.fitted:.3f}`)."
         )
 
 
-def given(start: float) -> Alignment:
-    """Return the alignment that was told."""
-    return Alignment(start, start, None, True)
+def given(low: float, high: float) -> Alignment:
+    """Return the alignment that was told.
+
+    Args:
+        low: Earliest start, s.
+        high: Latest start, s.
+    """
+    return Alignment(low, high, None, True)
 
 
 def fitted(
@@ -92,7 +101,7 @@ def fitted(
         step /= 4
         near = best + step * np.arange(-4, 5)
         best = float(near[int(np.argmin([rms(shift) for shift in near]))])
-    half = float(np.median(np.diff(times))) / 2 if len(times) > 1 else 0.0
+    half = max(_step(times[~np.isnan(places).any(axis=1)]) for places in positions.values()) / 2
     allowed = rms(best) + max(error, 1e-9)
     low, high = best - _room(rms, best, -1, allowed, end) - half, best + _room(rms, best, 1, allowed, end) + half
     off = max(low - float(times[0]), float(times[0]) - high, 0.0)
@@ -100,6 +109,11 @@ def fitted(
     return Alignment(min(low, float(times[0])), max(high, float(times[0])), best, True) if trusted else Alignment(
         low, high, best, False
     )  # fmt: skip
+
+
+def _step(times: Floats) -> float:
+    """Return the usual time between a robot's samples, s."""
+    return float(np.median(np.diff(times))) if len(times) > 1 else 0.0
 
 
 def _room(rms: Callable[[float], float], best: float, sign: int, allowed: float, most: float) -> float:

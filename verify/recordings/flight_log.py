@@ -29,12 +29,16 @@ class Samples:
         positions: m, by robot; NaN where one was not seen. Shape (n, 3) each.
         internal: For each robot its letter at each sample, or None where nothing shows them.
         rounding: How far times (s) and positions (m) may be off for the digits that they were written with.
+        notes: What was taken for granted when they were read, a sentence each.
+        zero: What the recording's own clock showed where `times` is 0, s.
     """
 
     times: NDArray[np.float64]
     positions: Mapping[str, NDArray[np.float64]]
     internal: Mapping[str, Sequence[frozenset[str]]] | None = None
     rounding: tuple[float, float] = (0.0, 0.0)
+    notes: tuple[str, ...] = ()
+    zero: float = 0.0
 
     def checked(self) -> Samples:
         """Return the same as float64, in which everything is judged, whatever the arrays were made of.
@@ -56,7 +60,7 @@ class Samples:
                 if isinstance(letter, str) or not isinstance(letter, Iterable):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
                     raise BadInput(f"internal of {name} must be sets of names, one a sample, not {str(letter)[:40]!r}.")
         inner = None if self.internal is None else {name: tuple(map(frozenset, row)) for name, row in self.internal.items()}
-        return Samples(_real(self.times, "times"), places, inner, self.rounding)
+        return Samples(_real(self.times, "times"), places, inner, self.rounding, tuple(self.notes), self.zero)
 
 
 def _real(values: ArrayLike, name: str) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ whatever happened, it is broken whatever happened, or the samples cannot tell. A
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -95,7 +95,7 @@ def check_flight(
     max_speed: float | None = None,
     max_acceleration: float | None = None,
     error: float = 0.0,
-    start: float | None = None,
+    start: float | tuple[float, float] | None = None,
     budget: int = DEFAULT_BUDGET,
 ) -> FlightVerdict:
     """Judge a recorded flight against everything that is claimed of paths.
@@ -106,8 +106,8 @@ def check_flight(
         max_speed: Bound on every robot's speed at all times, m/s.
         max_acceleration: Bound on every robot's acceleration at all times, m/s^2, where one is known.
         error: Bound on the distance between measured and true position, m.
-        start: When the flight began on the recording's clock, s; None fits one start for the whole team to the plan, and without
-            a plan takes the first sample.
+        start: When the flight began on the recording's clock, s, or from when to when it may have begun; None fits one start for the
+            whole team to the plan, and without a plan takes the first sample.
         budget: Configurations that each part of the formula may take.
 
     Raises:
@@ -124,12 +124,23 @@ def check_flight(
     require_error(error)
     if max_acceleration is not None and not (_is_number(max_acceleration) and 0 < max_acceleration <= LARGEST):
         raise BadInput(f"max_acceleration must be above 0 m/s^2, not {str(max_acceleration)[:40]}.")
-    if start is not None and not (_is_number(start) and abs(start) <= LARGEST):
-        raise BadInput(f"start must be a time of the recording, in s, not {str(start)[:40]}.")
+    begins = _begins(start)
     _require_fit(samples, asked)
     whole = with_rounding(float(error), speed, samples.rounding, samples.times, samples.positions.values())
     bounds = Bounds(speed, whole, np.inf if max_acceleration is None else float(max_acceleration))
-    return _Judge(samples, asked, bounds, start, budget).judge()
+    return _Judge(samples, asked, bounds, begins, budget).judge()
+
+
+def _begins(start: float | tuple[float, float] | None) -> tuple[float, float] | None:
+    """Return from when to when a flight may have begun, as was told."""
+    if start is None:
+        return None
+    ends = start if isinstance(start, tuple) else (start, start)
+    if len(ends) != 2 or not all(_is_number(end) and abs(end) <= LARGEST for end in ends) or ends[0] > ends[1]:
+        raise BadInput(
+            f"start must be a time of the recording, in s, or the earliest and the latest one, not {str(start)[:40]}."
+        )
+    return float(ends[0]), float(ends[1])
 
 
 def _is_number(value: object) -> bool:
@@ -139,7 +150,7 @@ def _is_number(value: object) -> bool:
 class _Judge:
     """One recording, held against what is asked of it."""
 
-    def __init__(self, samples: Samples, asked: Asked, bounds: Bounds, start: float | None, budget: int) -> None:
+    def __init__(self, samples: Samples, asked: Asked, bounds: Bounds, start: tuple[float, float] | None, budget: int) -> None:
         self.samples, self.asked, self.budget = samples, asked, budget
         self.paths: dict[str, PlannedPath] | None = (
             None if asked.team is None else planned_paths(asked.worlds[0].mission, asked.team)
@@ -163,14 +174,18 @@ class _Judge:
     def judge(self) -> FlightVerdict:
         """Judge every claim."""
         claims = [*self._tube(), *self._words(), *self._visits(), *self._space()]
+        if not self.alignment.trusted:
+            claims = [_perhaps_outside(claim) for claim in claims]
         return FlightVerdict(tuple(claims), tuple(self._assumptions()), self.alignment)
 
-    def _aligned(self, start: float | None, error: float) -> Alignment:
+    def _aligned(self, start: tuple[float, float] | None, error: float) -> Alignment:
+        first = float(self.samples.times[0])
         if start is not None:
-            return given(float(start))
+            return given(*start)
         if self.paths is None:
-            return given(float(self.samples.times[0]))
-        return fitted(self.samples.times, self.samples.positions, self.paths, error=error, clock_error=self.asked.clock_error)
+            return given(first, first)
+        found = fitted(self.samples.times, self.samples.positions, self.paths, error=error, clock_error=self.asked.clock_error)
+        return replace(found, zero=self.samples.zero)
 
     def _window(self) -> tuple[float, float]:
         """Return from when until when the flight lasted on the recording's clock.
@@ -275,6 +290,7 @@ class _Judge:
         if np.isfinite(self.bounds.acceleration):
             yield f"No robot is ever accelerated by more than {self.bounds.acceleration:g} m/s^2."
         yield f"No measured position is off by more than {self.bounds.error:g} m, the digits that it was written with included."
+        yield from self.samples.notes
         if self.asked.mission.internal_propositions:
             if self.samples.internal is not None:
                 yield "Internal states are those of the log; an action counts where the samples allow it at its place."
@@ -288,6 +304,18 @@ class _Judge:
             yield "There are no trajectories to hold the flight against: nothing is said of a tube."
         if self.asked.plan is None:
             yield "There is no plan to hold the flight against: nothing is said of planned visits."
+
+
+def _perhaps_outside(claim: Claim) -> Claim:
+    """Return what is broken at some time of the recording as what cannot be told: it may have been before the flight, or after it.
+
+    What never happens in all of the recording, such as a visit, did not happen in the flight.
+    """
+    if claim.outcome != "fails" or claim.time is None:
+        return claim
+    sentence = f"{claim.sentence} Whether that was during the flight cannot be told: when it began is not known."
+    witness = None if claim.witness is None else replace(claim.witness, sentence=sentence)
+    return replace(claim, outcome="undecided", sentence=sentence, witness=witness)
 
 
 def _all_laps(robot: RobotPlan, repeat: int) -> RobotPlan:

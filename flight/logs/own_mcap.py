@@ -1,0 +1,68 @@
+"""Our own logs as MCAP files, read back: the poses that `mcap_file` wrote."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from flight.logs.chunks import require_small
+from flight.logs.clocks import Seen, on_one_clock
+from flight.logs.recordings import Recording
+from flight.logs.told import Told
+from verify.data import BadInput, MissingEngine
+from verify.data.storage.reading import parse_json
+
+_ROUNDED = 0.5e-4 * 3**0.5 * (1 + 1e-9)
+"""m; how far positions may be off that `large_logs` keeps to 0.1 mm."""
+
+
+def is_ours(path: Path) -> bool:
+    """Tell an MCAP file that `mcap_bytes` made from one of ROS 2."""
+    with path.open("rb") as stream:
+        return b"ltlplan" in stream.read(200)
+
+
+def read_mcap(path: Path, robots: Sequence[str], told: Told) -> Recording:
+    """Read the poses of a log of ours.
+
+    Args:
+        path: The file.
+        robots: Names in the mission.
+        told: What is told of the recording; its clock is the flight's, 0 where it began.
+
+    Raises:
+        BadInput: It is no such file, is damaged, or lacks a robot.
+        MissingEngine: mcap is not installed.
+    """
+    source = str(path)
+    told.no_columns(robots, "an MCAP file")
+    require_small(path)
+    try:
+        from mcap.exceptions import McapError
+        from mcap.reader import make_reader
+    except ImportError:
+        raise MissingEngine("MCAP needs mcap: pip install 'ltlplan[mcap]'.") from None
+    topics = {f"/{name}/pose": robot for robot, name in zip(robots, told.names(robots), strict=True)}
+    counts: dict[str, list[int]] = {robot: [] for robot in robots}
+    places: dict[str, list[list[float]]] = {robot: [] for robot in robots}
+    try:
+        with path.open("rb") as stream:
+            for _, channel, message in make_reader(stream, validate_crcs=True).iter_messages(topics=list(topics)):
+                position = parse_json(message.data, source)["pose"]["position"]
+                counts[topics[channel.topic]].append(message.log_time)
+                places[topics[channel.topic]].append([float(position[axis]) for axis in "xyz"])
+    except (McapError, KeyError, TypeError, ValueError, OSError) as error:
+        raise BadInput(f"{source} is no log of ours that can be read: {str(error)[:160] or type(error).__name__}.") from None
+    for robot, found in counts.items():
+        if not found:
+            raise BadInput(f"{source} holds no pose of {robot} (/{told.called.get(robot, robot)}/pose).")
+    started = told if told.start is not None else replace(told, start=0)
+    seen: dict[str, Seen] = {}
+    for robot in robots:
+        at = np.array(places[robot])
+        off = _ROUNDED if np.array_equal(at, np.round(at, 4)) else 0.0
+        seen[robot] = Seen(counts[robot], -9, at, (5e-10, off))
+    return on_one_clock(seen, started, source, shared=True)

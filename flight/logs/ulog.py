@@ -1,0 +1,103 @@
+"""PX4's logs (ULog): where one vehicle believed to be, in its own local frame and on its own clock."""
+
+from __future__ import annotations
+
+import io
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flight.logs.clocks import Seen
+from flight.logs.told import Axes
+from verify.data import BadInput, MissingEngine
+from verify.data.storage.reading import read_bytes
+
+MAX_BYTES = 2_000_000_000
+ENU: Axes = ((1, 1.0), (0, 1.0), (2, -1.0))
+"""PX4's north, east, down as the mission's east (x), north (y) and up (z): those of the exports."""
+
+_TOPIC = "vehicle_local_position"
+_HEADER = b"ULog\x01\x12\x35"
+_MICROSECONDS = -6
+
+
+def read_ulog(path: Path) -> tuple[Seen, tuple[str, ...]]:
+    """Read a vehicle's log.
+
+    Args:
+        path: The file.
+
+    Returns:
+        Where the vehicle believed to be, x, y and z being the mission's (east, north, up), and how it was read, in sentences.
+
+    Raises:
+        BadInput: It is no such log, was cut, is damaged, or holds no local position.
+        MissingEngine: pyulog is not installed.
+    """
+    data = read_bytes(path, most=MAX_BYTES, what="PX4 log")
+    source = str(path)
+    _require_whole(data, source)
+    log = _parsed(data, source)
+    found = [each for each in log.data_list if each.name == _TOPIC]
+    if len(found) != 1:
+        logged = sorted({each.name for each in log.data_list})
+        what = f"no {_TOPIC}" if not found else f"{len(found)} of {_TOPIC}, one is needed"
+        raise BadInput(f"{source} holds {what}. Logged: {', '.join(logged)[:200] or 'nothing'}.")
+    values: dict[str, Any] = found[0].data
+    missing = [name for name in ("timestamp", "x", "y", "z", "xy_valid", "z_valid") if name not in values]
+    if missing:
+        raise BadInput(f"{source}: its {_TOPIC} has no {missing[0]}; that is no position that PX4 writes.")
+    clock = "timestamp_sample" if "timestamp_sample" in values else "timestamp"
+    places = np.stack([values[axis].astype(np.float64) for axis in "xyz"], axis=1)
+    valid = (values["xy_valid"] != 0) & (values["z_valid"] != 0)
+    places[~valid] = np.nan
+    if np.isinf(places).any() or np.isnan(places[valid]).any():
+        raise BadInput(f"{source}: a position that is said to be valid is no finite number.")
+    notes = [
+        f"positions are the vehicle's own estimate ({_TOPIC}), at the times of {clock}: --error has to cover how far it may be off."
+    ]
+    notes.append("north, east and down are the mission's y, x and -z.")
+    resets = sum(
+        int(np.count_nonzero(np.diff(values[name]))) for name in ("xy_reset_counter", "z_reset_counter") if name in values
+    )
+    if resets:
+        notes.append(f"its estimate was set anew {resets} times, and may jump there.")
+    if log.dropouts:
+        notes.append(
+            f"{len(log.dropouts)} stretches were not logged, {sum(each.duration for each in log.dropouts) / 1000:g} s in all."
+        )
+    off = float(np.sqrt(3.0)) * float(np.spacing(np.float32(np.nanmax(np.abs(places), initial=1.0))))
+    turned = np.stack([sign * places[:, index] for index, sign in ENU], axis=1)
+    return Seen([int(time) for time in values[clock]], _MICROSECONDS, turned, (1e-6, off)), tuple(notes)
+
+
+def _parsed(data: bytes, source: str) -> Any:  # pyulog has no types
+    """Return pyulog's reading of a log."""
+    try:
+        from pyulog import ULog
+    except ImportError:
+        raise MissingEngine("PX4's logs need pyulog: pip install 'ltlplan[logs]'.") from None
+    try:
+        log = ULog(io.BytesIO(data), [_TOPIC])
+    except Exception as error:  # pyulog lets whatever a damaged file leads to pass through
+        said = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise BadInput(f"{source} is no log of PX4 that can be read: {said[:160]}.") from None
+    if log.file_corruption:
+        raise BadInput(f"{source} is damaged: parts of it are no messages, so what they held is not known.")
+    return log
+
+
+def _require_whole(data: bytes, source: str) -> None:
+    """Refuse what is no ULog, and a log that ends within a message."""
+    if not data.startswith(_HEADER) or len(data) < 16:
+        raise BadInput(f"{source} is no log of PX4: it does not begin as one.")
+    at = 16
+    while at < len(data):
+        if at + 3 > len(data) or at + 3 + (size := struct.unpack_from("<H", data, at)[0]) > len(data):
+            raise BadInput(
+                f"{source} was cut: it ends within the message at byte {at} of {len(data)}, and what was flown after it is not known. "
+                "Copy it again from the vehicle."
+            )
+        at += 3 + size
