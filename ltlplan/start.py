@@ -55,10 +55,12 @@ def main() -> NoReturn:
 def compute_in_one_thread() -> None:
     """Have numpy's linear algebra use one thread, unless the environment says otherwise; to be called before numpy is loaded.
 
-    The matrices here are small: more threads only wait for one another, busily, on cores that others could use.
+    The matrices here are small: more threads only wait for one another, busily, on cores that others could use. Who asks for a number
+    of threads by OMP_NUM_THREADS alone gets it of every library.
     """
+    asked = os.environ.get(THREADS[0], "1")
     for name in THREADS:
-        os.environ.setdefault(name, "1")
+        os.environ.setdefault(name, asked)
 
 
 def _outcome(*, as_json: bool, interrupts: _Interrupts) -> int | str | None:
