@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from verify.data import Mission, Plan, Trajectory
 if TYPE_CHECKING:
     from flight import FlightLog
     from verify import Certificate
+    from verify.aborts import AbortVerdict
 
 
 @dataclass(frozen=True)
@@ -34,3 +36,25 @@ class Result:
     log: FlightLog
     rounds: int
     files: tuple[Path, ...] = ()
+    _aborts: list[AbortVerdict] = field(default_factory=list["AbortVerdict"], repr=False, compare=False)
+
+    @property
+    def abort(self) -> AbortVerdict:
+        """Whether braking to a hover from every instant is certified; judged when it is first asked for."""
+        if not self._aborts:
+            self._aborts.append(aborts_of(self.mission, self.team, self.certificate))
+        return self._aborts[0]
+
+
+def aborts_of(mission: Mission, team: Mapping[str, Trajectory], cert: Certificate) -> AbortVerdict:
+    """Judge braking to a hover as vehicles do it: at the certificate's margin and clock error.
+
+    Args:
+        mission: The world, and who flies.
+        team: Its trajectories.
+        cert: Their certificate.
+    """
+    from flight.monitoring.reaction import braking_length
+    from verify.aborts import judge_aborts
+
+    return judge_aborts(mission, team, length=braking_length(mission), margin=cert.margin, clock_error=cert.clock_error)

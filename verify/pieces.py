@@ -25,10 +25,10 @@ from verify.claims.distance_claims import Clocks, rim_claims, separation_claims,
 from verify.claims.evidence import Evidence
 from verify.claims.limit_claims import braking_claims, continuity_claims, endurance_claims, limit_claims
 from verify.claims.obstacle_claims import obstacle_claims
+from verify.claims.visit_claims import closed_region_claims
 from verify.data.errors import BadInput
-from verify.data.language.word import Word
 from verify.data.mission import Mission
-from verify.data.plan import Plan, RobotPlan, Waypoint
+from verify.data.plan import Plan
 from verify.data.sections import Agent
 from verify.data.trajectory import Trajectory
 from verify.logic.verdict import Verdict
@@ -237,23 +237,12 @@ def _duration(trajectory: Trajectory) -> Fraction:
 
 def _evidence(mission: Mission, agents: Mapping[str, Agent], team: Mapping[str, Trajectory]) -> Evidence:
     """Return evidence about paths for which nothing was planned."""
-    world = mission.model_copy(update={"agents": dict(agents)})
-    word = Word((frozenset(),))
-    idle = {
-        name: RobotPlan(word=word, waypoints=(Waypoint(position=agent.start, role="start"),), times=(0.0,))
-        for name, agent in agents.items()
-    }
-    return Evidence(Plan(mission=world, robots=idle), read_team(world, team))
+    return Evidence.unplanned(mission.model_copy(update={"agents": dict(agents)}), team)
 
 
 def _region_claims(evidence: Evidence, robot: str, spans: Mapping[str, tuple[Span, ...]]) -> Iterator[Claim]:
     """Yield what is claimed of regions: none that is closed to the robot is entered, and it rests clear of every edge."""
-    mission = evidence.plan.mission
-    for region, row in spans.items():
-        if not mission.may_enter(robot, region) and (inside := [span for span in row if span.mark != "no"]):
-            only = " and ".join(mission.all_regions[region].only or ())
-            sentence = f"{robot} can enter {region}, which is open to {only} only."
-            yield Claim("transitions", "fails", sentence, robot=robot, time=float(inside[0].start))
+    yield from closed_region_claims(evidence, robot, spans)
     yield _rest_claim(evidence, robot, spans)
 
 

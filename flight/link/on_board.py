@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from flight.model.attitude import Floats
-from flight.monitoring.reaction import braking, braking_time, smooth_step
+from flight.monitoring.reaction import braking, smooth_step
 from verify.data import Trajectory
 from verify.data.trajectory import DEGREE
 
@@ -30,14 +30,14 @@ class Commander:
         flying: The number of the flight that it is in; None where it hovers, lands or rests.
     """
 
-    def __init__(self, place: Floats, acceleration: float) -> None:
+    def __init__(self, place: Floats, brakes: float) -> None:
         """Begin on the ground.
 
         Args:
             place: x, y, z in m and heading in rad. Shape (4,).
-            acceleration: m/s^2 to brake with.
+            brakes: s that braking to a hover takes.
         """
-        self._place, self._acceleration = np.array(place, dtype=float), acceleration
+        self._place, self._brakes = np.array(place, dtype=float), brakes
         self._stored: dict[int, Trajectory] = {}
         self._begin, self._length = 0.0, 0.0
         self._from, self._to = self._place, self._place
@@ -65,8 +65,7 @@ class Commander:
         if not self.spinning or (self.flying is None and self._brake is not None):
             return
         flat = self.wanted(now)
-        speed = float(np.linalg.norm(flat[1, :3]))
-        self._length = braking_time(speed, self._acceleration)
+        self._length = self._brakes
         self._brake = braking(flat, self._length)
         self.flying, self._begin = None, now
         end = self._place.copy()

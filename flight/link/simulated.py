@@ -15,7 +15,7 @@ from flight.link.on_board import Commander, Fleet
 from flight.model.airframe import airframes_of
 from flight.model.attitude import euler
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP
-from flight.monitoring.reaction import LANDING_HEIGHT, LANDING_SPEED
+from flight.monitoring.reaction import LANDING_HEIGHT, LANDING_SPEED, braking_length
 from flight.setup import Setup, Snapshot
 from verify.data import BadInput, Mission, Trajectory
 
@@ -81,10 +81,8 @@ class SimulatedLink:
         missing = [name for name in mission.agents if name not in places]
         if missing:
             raise BadInput(f"where does {missing[0]} stand? Places are of {', '.join(places) or 'nobody'}.")
-        commanders = {
-            name: Commander(np.array([*places[name], agent.yaw]), mission.limits_of(name).acceleration)
-            for name, agent in mission.agents.items()
-        }
+        brakes = braking_length(mission)
+        commanders = {name: Commander(np.array([*places[name], agent.yaw]), brakes) for name, agent in mission.agents.items()}
         self._mission, self._fleet = mission, Fleet(commanders, CONTROL_STEP)
         airframes = (conditions.airframe,) if conditions.airframe else airframes_of(mission, mission.agents)
         self._noise = conditions.noise

@@ -77,6 +77,16 @@ def braking_time(speed: float, acceleration: float) -> float:
     return max(0.8, 4.0 * speed / acceleration)
 
 
+def braking_length(mission: Mission) -> float:
+    """Return s that braking to a hover takes in a live flight, from any speed and for every robot: what the certificate of aborts is of.
+
+    Args:
+        mission: Who flies, within which limits.
+    """
+    limits = [mission.limits_of(robot) for robot in mission.agents]
+    return max(braking_time(limit.speed, limit.acceleration) for limit in limits)
+
+
 def braking(flat: Floats, length: float) -> Floats:
     """Return the powers of a velocity that keeps velocity, acceleration and jerk of a motion and is at rest after so many seconds.
 

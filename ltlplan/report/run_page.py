@@ -85,7 +85,12 @@ def report_html(result: Result) -> str:
     if result.log.rotors is not None:
         figures["rotors"] = rotor_chart(result, result.log.rotors)
         sections.append(_chart("Rotor thrusts", "rotors", _ROTORS))
-    sections += [_plan_table(result), _claim_table(certificate), _soft_parts(certificate), _flight_notes(result)]
+    sections += [
+        _plan_table(result),
+        _claim_table(certificate, result.abort.sentence),
+        _soft_parts(certificate),
+        _flight_notes(result),
+    ]
     return page_html(
         mission.name,
         header=_header(result, end),
@@ -175,13 +180,14 @@ def _plan_table(result: Result) -> str:
     return section("Plan", notes + content)
 
 
-def _claim_table(certificate: Certificate) -> str:
+def _claim_table(certificate: Certificate, abort: str) -> str:
     def claims(rows: list[tuple[str, ...]]) -> str:
         return table(HEADER, rows, numbers=(3, 4, 5), verdict=2)
 
     note = "Each holds at all times, for every flight within the margin (limits: for the nominal flight). The tightest of each kind:"
     every = f"<details><summary>All {len(certificate.claims)} claims</summary>{claims(claim_rows(certificate))}</details>"
-    return section("Claims", claims(tightest_rows(certificate)) + every, note=note)
+    said = f'<p class="note">{html.escape(abort)}</p>'
+    return section("Claims", claims(tightest_rows(certificate)) + said + every, note=note)
 
 
 def _soft_parts(certificate: Certificate) -> str:

@@ -128,6 +128,7 @@ def summary_lines(result: Result) -> list[str]:
     rounds = "1 round" if result.rounds == 1 else f"{result.rounds} rounds"
     lines.append(f"{certified_sentence(result)}{largest} ({rounds} of refinement)")
     lines += ["  " + line for line in table_lines(tightest_rows(certificate))]
+    lines.append(f"abort     {result.abort.sentence}")
     lines.append("")
     lines += [f"soft      {sentence}" for sentence in soft_sentences(certificate)]
     for name, flown in tracking(result).items():
@@ -237,6 +238,7 @@ def summary_data(result: Result) -> dict[str, object]:
         "tracking": tracking(result),
         "flight": list(flight_sentences(result)),
         "notes": list(result.plan.notes),
+        "abort": {"certified": bool(result.abort), "length": result.abort.length, "sentence": result.abort.sentence},
         "rounds": result.rounds,
         "files": [str(path) for path in result.files],
     }

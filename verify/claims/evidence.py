@@ -8,7 +8,9 @@ from fractions import Fraction
 from functools import cached_property
 
 from verify.behaviour.timeline import Relations
-from verify.data.plan import Plan
+from verify.data.language.word import Word
+from verify.data.mission import Mission
+from verify.data.plan import Plan, RobotPlan, Waypoint
 from verify.data.trajectory import Trajectory
 from verify.motion.continuity import Jump, jumps
 from verify.motion.limits import Extreme, extremes
@@ -39,6 +41,16 @@ class Evidence:
     def of(cls, plan: Plan, team: Mapping[str, Trajectory]) -> Evidence:
         """Read a team's trajectories."""
         return cls(plan, read_team(plan.mission, team))
+
+    @classmethod
+    def unplanned(cls, world: Mission, team: Mapping[str, Trajectory]) -> Evidence:
+        """Read trajectories for which nothing was planned; the mission's agents are those that fly, with their starts."""
+        word = Word((frozenset(),))
+        idle = {
+            name: RobotPlan(word=word, waypoints=(Waypoint(position=agent.start, role="start"),), times=(0.0,))
+            for name, agent in world.agents.items()
+        }
+        return cls(Plan(mission=world, robots=idle), read_team(world, team))
 
     @cached_property
     def membership(self) -> MembershipPolynomials:

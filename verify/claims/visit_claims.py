@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
 from verify.claims.claim import Claim, claim_of
@@ -143,3 +143,19 @@ def _inside_rim(evidence: Evidence, crossing: Crossing) -> float:
 
 def _visit_of(wanted: list[tuple[int, Passage]], position: int) -> int | None:
     return wanted[position][0] if position < len(wanted) else None
+
+
+def closed_region_claims(evidence: Evidence, robot: str, spans: Mapping[str, tuple[Span, ...]]) -> Iterator[Claim]:
+    """Yield a refusal for each region that a robot may enter though it is closed to its kind; nothing where there is none.
+
+    Args:
+        evidence: What is known of the team's paths.
+        robot: Name.
+        spans: Where the robot is, in each region.
+    """
+    mission = evidence.plan.mission
+    for region, row in spans.items():
+        if not mission.may_enter(robot, region) and (inside := [span for span in row if span.mark != "no"]):
+            only = " and ".join(mission.all_regions[region].only or ())
+            sentence = f"{robot} can enter {region}, which is open to {only} only."
+            yield Claim("transitions", "fails", sentence, robot=robot, time=float(inside[0].start))

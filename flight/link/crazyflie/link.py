@@ -20,7 +20,7 @@ from flight.link.crazyflie.vehicle import EBUSY, State, Vehicle
 from flight.link.link import Health, LinkLost, Pose
 from flight.link.on_board import Commander
 from flight.model.attitude import euler
-from flight.monitoring.reaction import braking_time
+from flight.monitoring.reaction import braking_length
 from verify.data import Mission, Trajectory
 
 WITHIN = 0.02
@@ -210,9 +210,7 @@ class CrazyflieLink:
             robot: Name.
         """
         if robot not in self._targets:
-            commander, now = self._commanders[robot], self.now()
-            speed = float(np.linalg.norm(commander.wanted(now)[1, :3]))
-            seconds = braking_time(speed, self._mission.limits_of(robot).acceleration)
+            commander, now, seconds = self._commanders[robot], self.now(), braking_length(self._mission)
             commander.hold(now)
             x, y, z, heading = commander.wanted(now + 2.0 * seconds)[0].tolist()
             self._targets[robot] = ((x, y, z, heading), seconds)
@@ -255,7 +253,7 @@ class CrazyflieLink:
         """Return a commander like the one on board, which stands where the robot does."""
         pose = self.pose(robot)
         place = (math.nan,) * 4 if pose is None else (*pose.position, pose.heading or 0.0)
-        return Commander(np.array(place), self._mission.limits_of(robot).acceleration)
+        return Commander(np.array(place), braking_length(self._mission))
 
     def _seen(self, bodies: Mapping[str, Body]) -> None:
         """Take in a frame of motion capture, and send it on."""

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
+
 from ltlplan.commands.shared.live_view import View, interrupts_land
 from ltlplan.commands.shared.simulation import Outcome, certified, simulating, written
 from verify.data import BadInput
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from flight import Conditions
     from flight.link.link import Link
     from flight.link.live import LiveFlight
+    from flight.link.stages import Stage
     from ltlplan.commands.shared.flight_options import Said
     from ltlplan.transfers import Place
     from verify.data import Mission, Trajectory
@@ -66,7 +69,11 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
     with simulating(out, FILES, quiet=json) as progress:
         plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
         stand = _places(asked.places, plan.mission, team)
-        flown = stages(plan, team, certificate, stand, progress=part_of(progress, 0.5, 1.0))
+        flown = stages(plan, team, certificate, stand, progress=part_of(progress, 0.5, 0.9))
+        progress("judging whether it can be broken off", 0.9)
+        abort = _abort(asked.kind, flown)
+    if not json:
+        typer.echo(abort)
     link = _link(asked, plan.mission, stand, said.conditions(plan.mission), plan.seed if seed is None else seed)
     view = View(quiet=json)
     try:
@@ -82,7 +89,18 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
             (folder / name).write_text(text, encoding="utf-8")
 
     files = written(out, write)
-    _outcome(done, plan.mission.name, link.failsafe).show(files, as_json=json)
+    _outcome(done, plan.mission.name, link.failsafe, abort).show(files, as_json=json)
+
+
+def _abort(kind: str, flown: tuple[Stage, ...]) -> str:
+    """Return what is proved of breaking the flight off, all stages judged."""
+    from ltlplan.result import aborts_of
+
+    if kind != "simulated":
+        return "Abort not certified: what vehicles have on board brakes in a way of its own."
+    verdicts = {stage.name: aborts_of(stage.plan.mission, stage.team, stage.certificate) for stage in flown}
+    refused = [f"{name}: {verdict.sentence}" for name, verdict in verdicts.items() if not verdict]
+    return " ".join(refused) or next(iter(verdicts.values())).sentence
 
 
 def _require_sense(asked: Asked) -> None:
@@ -145,7 +163,7 @@ def _places(texts: tuple[str, ...], mission: Mission, team: dict[str, Trajectory
     return found
 
 
-def _outcome(done: LiveFlight, mission: str, failsafe: str) -> Outcome:
+def _outcome(done: LiveFlight, mission: str, failsafe: str, abort: str) -> Outcome:
     lines = [
         f"{stage}: " + ", ".join(f"{robot} at most {1000 * off:.1f} mm from its plan" for robot, off in worst.items())
         for stage, worst in done.record.worst.items()
@@ -155,6 +173,7 @@ def _outcome(done: LiveFlight, mission: str, failsafe: str) -> Outcome:
     refusal = None if done.flown else f"The flight was ended: {done.reason or 'not every robot is known to stand still'}"
     data = {
         "mission": mission,
+        "abort": abort,
         "flown": done.flown,
         "reason": done.reason,
         "unsafe": list(done.unsafe),

@@ -1,0 +1,165 @@
+"""Braking to a hover from any instant: the judge against dense sampling, and against what vehicles do when they are told to hold."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from flight.link.on_board import Commander
+from flight.monitoring.reaction import braking_length
+from tests.helpers.stand_ins import hover, minimum_snap, rest_to_rest
+from verify.aborts import judge_aborts
+from verify.data import BadInput, Mission, Trajectory, parse_mission
+
+MISSION = """
+format: 1
+name: pair
+spec: {formula: "true"}
+regions: {left: {center: [-1.0, 0.4, 1.0], radii: [0.25, 0.25, 0.25]}}
+obstacles: {pillar: {center: [0.0, 1.2, 1.0], size: [0.3, 0.3, 2.0]}}
+agents:
+  one: {start: [-1.0, 0.0, 1.0]}
+  two: {start: [1.0, 0.0, 1.0]}
+vehicle: crazyflie-2.1
+workspace: {min: [-3.0, -3.0, 0.0], max: [3.0, 3.0, 3.0]}
+separation: 0.3
+margin: 0.03
+"""
+LENGTH = 1.0
+
+
+def mission(**changes) -> Mission:
+    return parse_mission(MISSION).model_copy(update=changes)
+
+
+def states(path: Trajectory, times: np.ndarray) -> np.ndarray:
+    """Position to jerk at times; at rest after the end. Shape (4, times, 3)."""
+    return np.stack([path.evaluate(times, order)[:, :3] for order in range(4)])
+
+
+def brakes(path: Trajectory, times: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Where braking leads, by solving for the velocity's polynomial at each instant. Shape (shares, times, 3)."""
+    x, v, a, j = states(path, times)
+    t = LENGTH
+    ends = np.array([[t**3, t**4, t**5], [3 * t**2, 4 * t**3, 5 * t**4], [6 * t, 12 * t**2, 20 * t**3]])
+    left = -np.stack([v + t * a + 0.5 * t * t * j, a + t * j, j]).reshape(3, -1)
+    powers = [v, a, 0.5 * j, *np.linalg.solve(ends, left).reshape(3, *v.shape)]
+    return np.stack([x + sum(c * (s * t) ** (k + 1) / (k + 1) for k, c in enumerate(powers)) for s in shares])
+
+
+def closest(team: dict[str, Trajectory], instants: int = 1500, shares: int = 60) -> float:
+    """The least distance of two robots that brake at one instant, over a grid, m."""
+    times = np.linspace(0.0, max(path.duration for path in team.values()), instants)
+    places = {name: brakes(path, times, np.linspace(0.0, 1.0, shares)) for name, path in team.items()}
+    return min(float(np.linalg.norm(places[a] - places[b], axis=2).min()) for a, b in itertools.combinations(team, 2))
+
+
+def swerving(gap: float) -> dict[str, Trajectory]:
+    """Two robots that fly at one another and turn off in time, each to its own side."""
+    one = minimum_snap([(-1, 0, 1), (-0.5 - gap / 2, 0.0, 1), (-0.5 - gap / 2, -1.0, 1)], [0.9, 1.6])
+    two = minimum_snap([(1, 0, 1), (-0.5 + gap / 2 + 0.4, 0.0, 1), (0.5, 1.0, 1)], [1.6, 1.6])
+    return {"one": one, "two": two}
+
+
+def test_braking_of_robots_far_apart_is_certified() -> None:
+    team = {"one": rest_to_rest([(-1, 0, 1), (-1, -2, 1)], [4.0]), "two": rest_to_rest([(1, 0, 1), (1, -2, 1)], [3.0])}
+    verdict = judge_aborts(mission(), team, length=LENGTH)
+    assert verdict, verdict.sentence
+    assert verdict.sentence.startswith("Abort certified: from every instant all robots brake to a hover within 1 s")
+    assert closest(team) > 0.36
+
+
+def test_robots_that_turn_off_before_they_meet_may_not_brake() -> None:
+    team = {
+        "one": minimum_snap([(-1, 0, 1), (-0.25, 0.0, 1), (-0.25, -0.8, 1)], [1.2, 1.2]),
+        "two": minimum_snap([(1, 0, 1), (0.25, 0.0, 1), (0.25, 0.8, 1)], [1.2, 1.2]),
+    }
+    times = np.linspace(0.0, 2.4, 2000)
+    apart = np.linalg.norm(team["one"].evaluate(times)[:, :3] - team["two"].evaluate(times)[:, :3], axis=1).min()
+    assert apart > 0.36 > closest(team)
+    verdict = judge_aborts(mission(), team, length=LENGTH)
+    assert not verdict
+    assert verdict.refused[0].name == "separation"
+    assert verdict.refused[0].outcome == "fails"
+    assert verdict.sentence.startswith("Abort not certified: ")
+
+
+def test_braking_that_leads_into_an_obstacle_or_a_wall_is_refused() -> None:
+    still = hover(place=(1.0, 0.0, 1.0), duration=2.0)
+    course = minimum_snap([(-1, 0, 1), (0, -0.6, 1), (0, 0.9, 1), (1.0, 0.2, 1)], [1.6, 1.2, 1.3])
+    nearest = course.evaluate(np.linspace(0.0, course.duration, 999))[:, :2] - np.array([0.0, 1.05])
+    assert np.linalg.norm(nearest, axis=1).min() > 0.14
+    verdict = judge_aborts(mission(), {"one": course, "two": hover(place=(-2.0, 0.0, 1.0))}, length=LENGTH)
+    assert {claim.name for claim in verdict.refused} == {"obstacles"}, verdict.sentence
+    low = mission(workspace=mission().workspace.model_copy(update={"min": (-3.0, -0.1, 0.0)}))
+    turning = minimum_snap([(-1, 0, 1), (-1, 0.8, 1), (-1.0, 0.0, 1.0), (-1.5, 0.6, 1.0)], [1.5, 1.5, 1.5])
+    assert float(turning.evaluate(np.linspace(0, 4.5, 999))[:, 1].min()) > -0.07
+    verdict = judge_aborts(low, {"one": turning, "two": still}, length=LENGTH)
+    assert verdict.refused[0].name == "workspace"
+
+
+def test_what_the_vehicle_cannot_do_is_refused() -> None:
+    fast = {"one": rest_to_rest([(-1, 0, 1), (-1, -1.2, 1)], [2.5]), "two": hover(place=(1.0, 0.0, 1.0))}
+    assert judge_aborts(mission(), fast, length=LENGTH)
+    verdict = judge_aborts(mission(), fast, length=0.15)
+    assert not verdict
+    assert all(claim.name.startswith("limits.") for claim in verdict.refused)
+
+
+@pytest.mark.slow
+def test_laps_and_clocks_that_differ_are_judged() -> None:
+    spec = mission().spec.model_copy(update={"trace": "infinite"})
+    there_and_back = [(-1, 0, 1), (-1, -1, 1), (-1, 0, 1)]
+    again = rest_to_rest(there_and_back, [3.0, 3.0])
+    lap = Trajectory(again.durations, again.coefficients, cycle=0)
+    other = rest_to_rest([(-1, -0.45, 1), (-1, -1.45, 1), (-1, -0.45, 1)], [3.0, 3.0])
+    team = {"one": lap, "two": Trajectory(other.durations, other.coefficients, cycle=0)}
+    flown = mission(spec=spec)
+    assert judge_aborts(flown, team, length=LENGTH)
+    assert judge_aborts(flown, team, length=LENGTH, clock_error=0.05)
+    assert not judge_aborts(flown, team, length=LENGTH, clock_error=1.5)
+
+
+def test_bad_input_is_refused() -> None:
+    team = {"one": hover(place=(-1.0, 0.0, 1.0)), "two": hover(place=(1.0, 0.0, 1.0))}
+    with pytest.raises(BadInput, match=r"length must be a number from 0\.001"):
+        judge_aborts(mission(), team, length=0.0)
+    with pytest.raises(BadInput, match="margin must be"):
+        judge_aborts(mission(), team, length=LENGTH, margin=-1.0)
+    with pytest.raises(BadInput, match="The team has robots one; the mission has one, two"):
+        judge_aborts(mission(), {"one": team["one"]}, length=LENGTH)
+
+
+def test_vehicles_that_are_told_to_hold_brake_as_it_is_judged() -> None:
+    path, shares = swerving(0.6)["one"], np.linspace(0.0, 1.0, 9)
+    assert braking_length(mission()) == LENGTH
+    for now in np.random.default_rng(0).uniform(0.0, path.duration, 12):
+        commander = Commander(np.array([-1.0, 0.0, 1.0, 0.0]), LENGTH)
+        commander.store(0, path)
+        commander.start(0, 0.0)
+        commander.hold(float(now))
+        wanted = np.array([commander.wanted(float(now) + LENGTH * s)[0, :3] for s in shares])
+        assert np.allclose(wanted, brakes(path, np.array([now]), shares)[:, 0], atol=1e-9)
+
+
+@pytest.mark.slow
+def test_the_verdict_agrees_with_dense_sampling_on_random_flights() -> None:
+    rng, certified, refused = np.random.default_rng(4), 0, 0
+    for _ in range(30):
+        team: dict[str, Trajectory] = {}
+        for name, x in (("one", -0.8), ("two", 0.8)):
+            points = np.vstack([[x, 0.0, 1.0], rng.uniform((-1.0, -0.8, 0.7), (1.0, 0.8, 1.4), (2, 3))])
+            team[name] = minimum_snap(points, rng.uniform(2.0, 3.0, 2))
+        flown = mission(obstacles=None)
+        verdict, sampled = judge_aborts(flown, team, length=LENGTH), closest(team, 500, 40)
+        asked = flown.separation + 2 * flown.margin
+        if verdict:
+            certified += 1
+            assert sampled >= asked
+        elif {claim.name for claim in verdict.refused} == {"separation"}:
+            refused += 1
+            assert sampled < asked + 0.03, "it refuses nothing that is clear by more than its intervals are wide"
+    assert certified > 5
+    assert refused > 5
