@@ -21,7 +21,7 @@ class Pattern:
         name: What it is called.
         one: The formula for one robot; empty where there is none.
         own: Whether that is also a team's, under `team: own`.
-        joint: The formula for two to four robots, for two where it is for ever; empty where there is none.
+        joint: The formula for two to four robots; empty where there is none.
         trace: Finite, or infinite for patrols.
         flown: The regions that one robot visits.
     """
@@ -86,7 +86,7 @@ def cases() -> list[Case]:
     found: list[Case] = []
     for pattern in patterns():
         found += [Case(pattern, 1, "own")] if pattern.one else []
-        for robots in (2, 3, 4) if pattern.trace == "finite" else (2,):
+        for robots in (2, 3, 4):
             found += [Case(pattern, robots, "own")] if pattern.own else []
             found += [Case(pattern, robots, "joint")] if pattern.joint else []
     return found

@@ -153,7 +153,12 @@ class _Walked:
 
 
 def cheapest_lasso(
-    system: Walkable, automata: Sequence[Reader], *, weight: float = 1.0, budget: Budget = DEFAULT_BUDGET
+    system: Walkable,
+    automata: Sequence[Reader],
+    *,
+    weight: float = 1.0,
+    budget: Budget = DEFAULT_BUDGET,
+    limit: float = np.inf,
 ) -> LassoRun | None:
     """Return a lasso for which prefix cost + weight * cycle cost is smallest, or None.
 
@@ -165,12 +170,13 @@ def cheapest_lasso(
         automata: Büchi automata, one for each conjunct.
         weight: How many laps count; positive.
         budget: Bounds on the product's states, and on those expanded in search of rounds.
+        limit: A lasso that costs more is not looked for.
 
     Raises:
         TooLarge: The product has more states than the budget allows.
     """
-    walked = _walk(_Product(system, automata, budget))
-    best, best_cost, bound = None, np.inf, np.inf
+    walked = _walk(_Product(system, automata, budget), limit)
+    best, best_cost, bound = None, limit, limit
     left = min(budget.states, budget.rounds)
     for core in _accepting_components(walked, len(automata)):
         there = walked.there[core]
@@ -218,8 +224,8 @@ def lasso_exists(system: Walkable, automata: Sequence[Reader], *, budget: Budget
     return bool(_accepting_components(_walk(_Product(system, automata, budget)), len(automata)))
 
 
-def _walk(product: _Product) -> _Walked:
-    """Walk over all of a product, the nearest places first."""
+def _walk(product: _Product, limit: float = np.inf) -> _Walked:
+    """Walk over all of a product that can be come to within a limit on costs, the nearest places first."""
     numbers: dict[tuple[int, State], int] = {}
     places: list[tuple[int, State]] = []
     sources, targets, costs = array("i"), array("i"), array("d")
@@ -234,7 +240,10 @@ def _walk(product: _Product) -> _Walked:
 
     def successors(number: int) -> Iterable[tuple[int, float]]:
         steps: dict[int, float] = {}
+        left = limit - search.costs[number]
         for node, state, step in product.moves(*places[number]):
+            if step > left:
+                continue
             target = number_of((node, state))
             steps[target] = min(step, steps.get(target, np.inf))
         sources.extend([number] * len(steps))

@@ -79,6 +79,8 @@ class Rounds:
         count = len(self._sets)
         self._apart = np.array([[to[sorted(own)].min() for to in self._to] for own in self._sets]).reshape(count, count)
         self._after = np.array([homewards[sorted(own)].min() for own in self._sets], dtype=np.float64)
+        back = [np.asarray(dijkstra(graph, indices=sorted(own), min_only=True), dtype=np.float64) for own in self._sets]
+        self._around = np.max([np.zeros(len(marks)), *(to + after for to, after in zip(self._to, back, strict=True))], axis=0)
         few = count <= MOST_ORDERED
         self._left: Callable[[int], Floats] = _orders(self._apart, self._after) if few else _Trees(self._apart, self._after)
         self._known: dict[tuple[int, int], float] = {}
@@ -93,7 +95,7 @@ class Rounds:
             limit: The cost to be below.
             states: How many states may be expanded.
         """
-        if self.least + self.weight * min(cost for _, cost in self.edges[home]) >= limit:
+        if self.at_least(home) >= limit:
             return Round((), np.inf, limit, 1)
         search = _Search(self, home, limit)
         explored = 0
@@ -125,6 +127,21 @@ class Rounds:
         if found is None:
             found = self._known[key] = float(np.min(self._to[:, place] + self._left(left)))
         return found
+
+    def at_least(self, home: int) -> float:
+        """Return a lower bound on the cost of every round through a home: the way there and the weighted round.
+
+        Args:
+            home: The place where the round begins and ends.
+        """
+        left = self.everything & ~self.shown[home]
+        onwards = self.remaining(home, left, self._around) if left else 0.0
+        lap = max(min(cost for _, cost in self.edges[home]), float(self._around[home]), onwards) - _GRAIN
+        entered = self.least + self.weight * lap
+        if self.weight < 1.0:
+            return entered
+        # from where a round is entered it comes home, so that way there and one lap are no shorter than the way home
+        return max(entered, float(self.there[home]) - _GRAIN + (self.weight - 1.0) * lap)
 
     def distance(self, goals: Sequence[int]) -> Floats:
         """Return the cost of the cheapest way from each place to the nearest of some."""
@@ -161,6 +178,8 @@ class Rounds:
         return tuple(places[:-1])
 
     def _length(self, order: Sequence[int], start: Floats) -> float:
+        if not order:
+            return 0.0
         return float(start[order[0]] + self._apart[order[:-1], order[1:]].sum() + self._after[order[-1]])
 
     def _nearer(self, place: int, to: Floats) -> int:

@@ -11,13 +11,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from ltlplan.logic.budget import Budget, TooLarge
+from ltlplan.search.lassos.few_flying import cheapest_team_lasso
 from ltlplan.search.lassos.lasso import LassoRun, begun_soonest, cheapest_lasso, lasso_exists
 from ltlplan.search.lassos.team_readers import team_readers
 from ltlplan.search.lassos.team_stages import Course, Move, Stage, staged
 from ltlplan.search.lassos.team_system import Nodes, TeamSystem
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Infeasible, Mission
-from verify.data.language.counting import atoms
 from verify.data.rules.spacing import spacing_of
 from verify.data.shapes.inequalities import Point
 
@@ -60,27 +60,26 @@ def plan_team_lasso(mission: Mission, each: Sequence[TransitionSystem], asked: F
         Infeasible: The laps have no moment at which all robots rest in regions without rings or at their starts.
         TooLarge: The product has more states than the budget allows.
     """
-    system = TeamSystem(each)
-    readers = team_readers(asked, atoms(asked), tuple(mission.agents), mission.spec.team, system.letters, budget)
     try:
-        run = cheapest_lasso(system, readers, weight=mission.spec.repeat, budget=budget)
+        found = cheapest_team_lasso(mission, each, asked, budget)
     except TooLarge as error:
         raise _too_large(len(each), error) from None
-    if run is None:
+    if found is None:
         return None
+    run, system, readers = found.run, found.system, found.readers
     prefix, cycle = _turned(mission, system, run)
     course = Course(system.nodes(system.initial), _moves(system, prefix), _moves(system, cycle))
     course = staged(system, readers, course, joint=mission.spec.team == "joint")
     cost = run.prefix_cost + mission.spec.repeat * run.cycle_cost
     ways = [_ways(len(each), part) for part in (prefix, cycle)]
     least = _least(mission, each, asked, budget) if all(reader.closes for reader in readers) else None
-    return TeamLasso(ways[0], ways[1], course, least, run.bound >= cost - 1e-6, len(system.places))
+    return TeamLasso(ways[0], ways[1], course, least, found.whole and run.bound >= cost - 1e-6, len(system.places))
 
 
 def _least(mission: Mission, each: Sequence[TransitionSystem], asked: Formula, budget: Budget) -> float | None:
     """Return what laps cost at the least in which several robots may be on their way; None where that takes too many states."""
     system = TeamSystem(each, together=True)
-    readers = team_readers(asked, atoms(asked), tuple(mission.agents), mission.spec.team, system.letters, budget)
+    readers = team_readers(mission, asked, system.letters, budget)
     budget = replace(budget, lasso=min(budget.lasso, MOST_TOGETHER))
     try:
         run = cheapest_lasso(system, readers, weight=mission.spec.repeat, budget=budget)
@@ -106,7 +105,7 @@ def team_lasso_exists(
         TooLarge: The product has more states than the budget allows.
     """
     system = TeamSystem(each, together=together)
-    readers = team_readers(asked, atoms(asked), tuple(mission.agents), mission.spec.team, system.letters, budget)
+    readers = team_readers(mission, asked, system.letters, budget)
     return lasso_exists(system, readers, budget=budget)
 
 

@@ -9,7 +9,7 @@ finite automata on omega-words", Theoretical Computer Science 32, 1984).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable
 from typing import Protocol
 
 from ltlplan.logic.automaton import Automaton
@@ -20,8 +20,7 @@ from ltlplan.search.counts.marks import shows
 from ltlplan.search.lassos.forgetful import closes_at_once
 from ltlplan.search.lassos.team_system import TeamLetters
 from verify.data import BadInput, Formula, Letter, Mission
-from verify.data.language.counting import Atom
-from verify.data.sections import TeamReading
+from verify.data.language.counting import atoms
 
 Cut = Callable[[tuple[Letter, ...]], Letter]
 """What an automaton sees of the letters of all robots."""
@@ -92,10 +91,12 @@ class ReadingsReader:
 
     stays = guesses = closes = False
 
-    def __init__(self, automaton: Automaton, letters: TeamLetters) -> None:
-        self._automaton, self._letters = automaton, letters
+    def __init__(self, automaton: Automaton, letters: TeamLetters, flying: Container[int] | None = None) -> None:
+        self._automaton, self._letters, self._flying = automaton, letters, flying
         self._numbers: dict[tuple[_Runs, _Runs, tuple[Letter, ...] | None], int] = {}
         self._states: list[tuple[_Runs, _Runs, tuple[Letter, ...] | None]] = []
+        self._targets: dict[tuple[int, Letter], int | None] = {}
+        self._told: dict[tuple[_Runs, tuple[Letter, ...], bool], _Runs | None] = {}
         self.accepting: set[int] = set()
         self.initial = self._number(frozenset({(automaton.initial, 0)}), frozenset(), None)
 
@@ -122,44 +123,64 @@ class ReadingsReader:
             every, left = (frozenset((q, b & ~(1 << mover)) for q, b in some if b >> mover & 1) for some in (every, left))
         return (self._number(every, left, now),)
 
-    def _read(self, runs: _Runs, held: Sequence[Letter], *, owing: bool) -> _Runs | None:
+    def _read(self, runs: _Runs, held: tuple[Letter, ...], *, owing: bool) -> _Runs | None:
         """Return all runs after any readings of the letters that are held; of those that owe, those that still do."""
+        key = runs, held, owing
+        if key not in self._told:
+            self._told[key] = self._every_reading(runs, held, owing=owing)
+        return self._told[key]
+
+    def _every_reading(self, runs: _Runs, held: tuple[Letter, ...], *, owing: bool) -> _Runs | None:
         found, stack = set(runs), list(runs)
         while stack:
             q, bits = stack.pop()
             for robot, letter in enumerate(held):
-                targets = self._automaton.successors(q, letter)
-                if not targets:
+                target = self._target(q, letter)
+                if target is None:
                     return None
-                (target,) = targets
-                key = (target, bits | 1 << robot)
+                due = self._flying is None or robot in self._flying  # whoever stays shows one letter for ever
+                key = (target, bits | 1 << robot if due else bits)
                 if key not in found and not (owing and target in self._automaton.accepting):
                     found.add(key)
                     stack.append(key)
-        return frozenset(found)
+        return _freest(found)
+
+    def _target(self, state: int, letter: Letter) -> int | None:
+        key = state, letter
+        if key not in self._targets:
+            self._targets[key] = next(iter(self._automaton.successors(state, letter)), None)
+        return self._targets[key]
+
+
+def _freest(runs: set[tuple[int, int]]) -> _Runs:
+    """Leave out runs of which another one in the same state has read as many robots and more: what they can go on with, it can."""
+    read: dict[int, list[int]] = {}
+    for state, bits in runs:
+        read.setdefault(state, []).append(bits)
+    return frozenset((q, a) for q, some in read.items() for a in some if not any(a != b and a & b == a for b in some))
 
 
 AnyReader = LetterReader | ReadingsReader
 
 
 def team_readers(
-    formula: Formula, known: dict[str, Atom], names: Sequence[str], team: TeamReading, letters: TeamLetters, budget: Budget
+    mission: Mission, formula: Formula, letters: TeamLetters, budget: Budget, flying: Container[int] | None = None
 ) -> list[AnyReader]:
     """Return how each conjunct of a formula reads a team.
 
     Args:
+        mission: Gives the robots, and whether they are read one at a time or together.
         formula: Written out for the team.
-        known: Its propositions that are no plain names.
-        names: The robots', in order.
-        team: Whether robots are read one at a time or together.
         letters: What the product's labels mean.
         budget: Bounds on each automaton.
+        flying: The robots that ever fly, by number; all where None.
 
     Raises:
         BadInput: Under `own` a conjunct has to guess what comes.
         TooLarge: A budget did not suffice.
     """
-    index = {name: robot for robot, name in enumerate(names)}
+    known, team = atoms(formula), mission.spec.team
+    index = {name: robot for robot, name in enumerate(mission.agents)}
 
     def of_team(shown: tuple[Letter, ...]) -> Letter:
         found = set(frozenset[str]().union(*shown))
@@ -179,7 +200,7 @@ def team_readers(
             if team == "joint":
                 return LetterReader(automaton, letters, of_team)
             if automaton.deterministic:
-                return ReadingsReader(automaton, letters)
+                return ReadingsReader(automaton, letters, flying)
             raise BadInput(
                 f"`{part}` is not planned for a team's laps under `own`: its automaton has to guess what comes, and no robot knows what "
                 "others are read to show. Write it as parts that need no guess, or under `team: joint`."

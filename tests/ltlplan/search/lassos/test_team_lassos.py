@@ -73,11 +73,11 @@ def cheapest_by_hand(each: list[TransitionSystem], formula: str, longest: int = 
 
 @pytest.mark.slow
 @settings(max_examples=60, deadline=None)
-@given(st.tuples(systems(), systems()), RECURRENCES)
+@given(st.one_of(st.tuples(systems(), systems()), st.tuples(systems(), systems(), systems())), RECURRENCES)
 def test_laps_are_as_cheap_as_the_cheapest_of_all_short_ones(each, formula: str):
-    asked = mission(formula, team="joint", robots=2, trace="infinite")
+    asked = mission(formula, team="joint", robots=len(each), trace="infinite")
     found = plan_team_lasso(asked, each, asked.formula, DEFAULT_BUDGET)
-    by_hand = cheapest_by_hand(list(each), formula, 4)
+    by_hand = cheapest_by_hand(list(each), formula, 6 - len(each))
     if found is None:
         assert by_hand is None
     elif by_hand is not None:
@@ -167,6 +167,19 @@ def test_what_is_too_large_says_for_what_laps_are_planned():
     asked = mission("G F a & F b", robots=2, trace="infinite")
     with pytest.raises(TooLarge, match="product of all 2 robots"):
         plan_team_lasso(asked, (TWO_PLACES, TWO_PLACES), asked.formula, Budget(lasso=3))
+
+
+def test_laps_of_few_robots_stand_where_the_product_of_all_is_too_large():
+    asked = mission("G F a & G F b", team="joint", robots=4, trace="infinite")
+    each = (TWO_PLACES,) * 4
+    whole = plan_team_lasso(asked, each, asked.formula, DEFAULT_BUDGET)
+    few = plan_team_lasso(asked, each, asked.formula, Budget(lasso=4))
+    assert whole is not None
+    assert whole.exact
+    assert few is not None
+    assert not few.exact
+    assert cost(each, few) == cost(each, whole)
+    assert few.reached < whole.reached
 
 
 PARTS = ("G F a", "G F b", "G F c", "F a", "F b")
