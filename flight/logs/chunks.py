@@ -19,7 +19,7 @@ MAX_UNPACKED = 16_000_000_000
 """Bytes of all chunks, unpacked."""
 
 _MAGIC = b"\x89MCAP0\r\n"
-_CHUNK = 6
+_CHUNK, _INDEX = 6, 8
 
 
 def require_small(path: Path) -> None:
@@ -59,26 +59,33 @@ def _require_tables(file: Path) -> None:
         with closing(sqlite3.connect(f"{file.absolute().as_uri()}?mode=ro", uri=True)) as base:
             made = base.execute("SELECT name FROM sqlite_master WHERE type IN ('view', 'trigger')").fetchall()
     except sqlite3.Error as error:
-        raise BadInput(f"{file} is no bag of sqlite3: {error}.") from None
+        raise BadInput(f"{file} is no bag of sqlite3: {str(error).splitlines()[0]}.") from None
     if made:
         raise BadInput(f"{file} is no bag of sqlite3: it holds the view or trigger {str(made[0][0])[:40]!r}.")
 
 
 def _require_chunks(file: Path) -> None:
-    """Walk over an MCAP file's records, and unpack every chunk under its limit."""
+    """Walk over an MCAP file's records, and unpack every chunk under its limit; its index must lead to these chunks."""
     total, size = 0, file.stat().st_size
+    chunks, indexed = set[int](), set[int]()
     with file.open("rb") as stream:
         if stream.read(8) != _MAGIC:
             raise BadInput(f"{file} is no MCAP file: it does not begin as one.")
         while True:
             at, head = stream.tell(), stream.read(9)
-            if head == _MAGIC:  # which ends the file, too
+            if head[:8] == _MAGIC:  # which ends the file, too
+                if not indexed <= chunks:
+                    raise BadInput(f"{file} is damaged: its index leads to chunks that are not there.")
                 return
             length = struct.unpack("<Q", head[1:])[0] if len(head) == 9 else size
             end = at + 9 + length
             if end > size:
                 raise BadInput(f"{file} was cut: it ends within the record at byte {at}.")
+            if head[0] == _INDEX:
+                entry = stream.read(min(length, 24))
+                indexed.add(struct.unpack("<Q", entry[16:])[0] if len(entry) == 24 else -1)
             if head[0] == _CHUNK:
+                chunks.add(at)
                 total += _unpacked(stream, length, f"{file}, the chunk at byte {at}")
                 if total > MAX_UNPACKED:
                     raise BadInput(

@@ -48,6 +48,7 @@ def read_robot_files(folder: Path, robots: Sequence[str], told: Told) -> Recordi
     files = {robot: _file_of(folder, name, robot) for robot, name in zip(robots, told.names(robots), strict=True)}
     require_common_start(told, robots, source)
     said_of: dict[str, list[str]] = {}
+    headers: set[str] = set()
     seen: dict[str, Seen] = {}
     for robot, path in files.items():
         if path.suffix == ".ulg":
@@ -55,8 +56,14 @@ def read_robot_files(folder: Path, robots: Sequence[str], told: Told) -> Recordi
         else:
             table = read_table(read_text(path, most=MAX_BYTES, what="recording"), str(path), comments=True)
             seen[robot], said = _one_robot(table, robot, told)
+            headers.update(table.header)
         for sentence in said:
             said_of.setdefault(sentence, []).append(path.name)
+    for ours, theirs in told.columns(robots).items():
+        if theirs not in headers:
+            raise BadInput(
+                f"{source} has no file with a column '{theirs[:40]}' (given for {ours[:40]}).{did_you_mean(theirs, headers)}"
+            )
     notes = [f"{', '.join(names)}: {sentence}" for sentence, names in said_of.items()]
     others = sorted(path.name for path in folder.iterdir() if path.suffix in ENDINGS and path not in files.values())
     if others:

@@ -84,6 +84,8 @@ class Told:
         Raises:
             BadInput: It is no time, or not said of every robot.
         """
+        if not 0 <= self.start_error < math.inf:
+            raise BadInput(f"start_error must be a time in s of at least 0, not {self.start_error!s:.40}.")
         if self.start is None:
             return None
         if not isinstance(self.start, Mapping):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import struct
 from pathlib import Path
@@ -58,7 +59,9 @@ def read_ulog(path: Path) -> tuple[Seen, tuple[str, ...]]:
     notes = [
         f"positions are the vehicle's own estimate ({_TOPIC}), at the times of {clock}: --error has to cover how far it may be off."
     ]
-    notes.append("north, east and down are the mission's y, x and -z.")
+    notes.append(
+        "north, east and down are the mission's y, x and -z, and its local origin the mission's, where --origin says no other."
+    )
     resets = sum(
         int(np.count_nonzero(np.diff(values[name]))) for name in ("xy_reset_counter", "z_reset_counter") if name in values
     )
@@ -79,12 +82,14 @@ def _parsed(data: bytes, source: str) -> Any:  # pyulog has no types
         from pyulog import ULog
     except ImportError:
         raise MissingEngine("PX4's logs need pyulog: pip install 'ltlplan[logs]'.") from None
+    said_aloud = io.StringIO()
     try:
-        log = ULog(io.BytesIO(data), [_TOPIC])
+        with contextlib.redirect_stdout(said_aloud):  # where pyulog says of what it passes over
+            log = ULog(io.BytesIO(data), [_TOPIC])
     except Exception as error:  # pyulog lets whatever a damaged file leads to pass through
         said = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise BadInput(f"{source} is no log of PX4 that can be read: {said[:160]}.") from None
-    if log.file_corruption:
+    if log.file_corruption or said_aloud.getvalue():
         raise BadInput(f"{source} is damaged: parts of it are no messages, so what they held is not known.")
     return log
 

@@ -335,8 +335,9 @@ def _require_fit(samples: Samples, asked: Asked) -> None:
     for robot, places in samples.positions.items():
         if places.shape != (len(times), 3) or np.any(np.abs(places) > LARGEST):
             raise BadInput(f"positions of {robot} must be finite, of shape ({len(times)}, 3), not {places.shape}.")
-    if len(times) * len(agents) > MAX_SAMPLES:
-        raise BadInput(f"{len(times)} samples of {len(agents)} robots are too many; {MAX_SAMPLES} in all is the most.")
+    seen = sum(int(np.count_nonzero(~np.isnan(places[:, 0]))) for places in samples.positions.values())
+    if seen > MAX_SAMPLES:
+        raise BadInput(f"{seen} samples of {len(agents)} robots are too many; {MAX_SAMPLES} in all is the most.")
     named = sorted(asked.mission.internal_propositions & asked.mission.formula.names())
     if named and samples.internal is None and asked.team is None:
         raise BadInput(

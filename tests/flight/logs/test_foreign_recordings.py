@@ -148,3 +148,52 @@ def test_our_own_log_as_mcap_is_read_back(tmp_path, flown):
     assert np.array_equal(found.position, log.position)
     with pytest.raises(BadInput, match="no pose of other"):
         flight.read_flown(tmp_path / "flight.mcap", ("other",), Told())
+
+
+def test_a_folder_says_what_it_left_aside_and_refuses_what_it_does_not_hold(tmp_path):
+    told = _crazyflies(tmp_path)
+    folder = tmp_path / "log.csv"
+    with pytest.raises(BadInput, match=r"no file with a column 'kalman.stateX' \(given for x\)"):
+        flight.read_flown(folder, ROBOTS, Told(start=told.start, called={"x": "kalman.stateX"}))
+    (folder / "old.csv").write_text("t,x,y,z\n0,0,0,0\n1,0,0,0\n")
+    found = flight.read_flown(folder, ROBOTS, told)
+    assert any("left aside: old.csv" in note for note in found.notes)
+    with pytest.raises(BadInput, match=r"no file for 'quad2'.*Files: old, quad0, quad1"):
+        flight.read_flown(folder, (*ROBOTS, "quad2"), told)
+    (folder / "quad0.ulg").write_bytes(b"")
+    with pytest.raises(BadInput, match=r"quad0.csv and quad0.ulg; say which"):
+        flight.read_flown(folder, ROBOTS, told)
+    with pytest.raises(BadInput, match="start_error"):
+        flight.read_flown(folder, ROBOTS, Told(start=told.start, start_error=-1.0, called={"quad0": "quad0.csv"}))
+
+
+def test_topics_and_frames_of_a_bag_are_not_chosen_between(tmp_path):
+    pytest.importorskip("rosbags", reason="rosbags is not installed")
+    bodies = {"quad0/raw": places()["quad0"], "quad0": places()["quad0"], "quad1": places()["quad1"]}
+    foreign_logs.bag(tmp_path / "bag", TIMES, bodies, kind="PoseStamped", mcap=False)
+    with pytest.raises(
+        BadInput, match=r"several topics that could be quad0's pose: /quad0/pose, /quad0/raw/pose.*--called quad0=/quad0/pose"
+    ):
+        flight.read_flown(tmp_path / "bag", ROBOTS, Told())
+    found = flight.read_flown(tmp_path / "bag", ROBOTS, Told(called={"quad0": "/quad0/raw/pose"}))
+    assert any("quad0 from /quad0/raw/pose" in note for note in found.notes)
+    with pytest.raises(BadInput, match="no topic of quad5's pose"):
+        flight.read_flown(tmp_path / "bag", ("quad5",), Told())
+    with pytest.raises(BadInput, match="is not there"):
+        flight.read_flown(tmp_path / "bag", ("quad1",), Told(called={"quad1": "/quad1/odom"}))
+    with pytest.raises(BadInput, match="a bag has no columns"):
+        flight.read_flown(tmp_path / "bag", ("quad1",), Told(called={"t": "stamp"}))
+
+
+def test_an_index_that_leads_beyond_the_chunks_is_refused(tmp_path):
+    pytest.importorskip("rosbags", reason="rosbags is not installed")
+    foreign_logs.bag(tmp_path / "bag", TIMES[:20], {"quad0": places()["quad0"][:20]}, kind="PoseStamped", mcap=True)
+    (file,) = (tmp_path / "bag").glob("*.mcap")
+    data = bytearray(file.read_bytes())
+    at = 8
+    while data[at] != 8:  # to the first entry of the index
+        at += 9 + int.from_bytes(data[at + 1 : at + 9], "little")
+    data[at + 9 + 16] ^= 4
+    (tmp_path / "wrong.mcap").write_bytes(data)
+    with pytest.raises(BadInput, match="chunks that are not there"):
+        flight.read_flown(tmp_path / "wrong.mcap", ("quad0",), Told())
