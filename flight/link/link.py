@@ -17,6 +17,8 @@ from verify.data.errors import LtlplanError
 class LinkLost(LtlplanError):
     """A vehicle, or all, cannot be reached; the message says whom, and what acts on board then."""
 
+    exit_code = 2
+
 
 @dataclass(frozen=True, slots=True)
 class Pose:

@@ -121,6 +121,8 @@ class Firmware:
         if self.watchdog is not None and now > self.watchdog + 1.0 and not self.locked:
             self.locked = True
             self.stop_motors()
+        if self.spinning and not self._can_fly:
+            self.stop_motors()
         kind, begin, what = self._plan
         if kind == "poly" and len(what) == 2 and self.landing and now > begin + what[1]:
             self.landing = False

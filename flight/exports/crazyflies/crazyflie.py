@@ -26,6 +26,11 @@ from verify.data.trajectory import PAUSE, PIECES
 
 KINDS = ("poly4d", "poly4d_compressed")
 _POLY4D = 0
+_BYTES = "Each .bin holds the exact bytes for the vehicle's trajectory memory, at the offset in upload.json."
+_FLOWN = (
+    "These files set no parameters and start nothing: `ltlplan fly RUN --link crazyflie` sets and reads back what was simulated, uploads the certified "
+    "flight with a climb before it and a landing behind it, and flies and watches all of it."
+)
 _MOST = 1_000_000
 """Bytes of a file of an export; a vehicle holds four thousand."""
 
@@ -72,8 +77,7 @@ def upload_files(request: Request, encode: Callable[[str, Trajectory], tuple[byt
     if len(parts) > 1:
         content |= {"order": [index + 1 for index in order_of(request)], "pause": PAUSE}
     files["upload.json"] = (json.dumps(content, indent=1) + "\n").encode()
-    note = "Each .bin holds the exact bytes for the vehicle's trajectory memory, at the offset in upload.json."
-    return Product(files, (note, *notes_on(request, parts)))
+    return Product(files, (_BYTES, _FLOWN, *notes_on(request, parts)))
 
 
 @dataclass(frozen=True, slots=True)

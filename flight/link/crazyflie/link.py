@@ -11,22 +11,19 @@ from typing import Literal
 import numpy as np
 
 from flight.link.addresses import require_addresses
-from flight.link.crazyflie.broadcast import Broadcast
+from flight.link.crazyflie.broadcast import Broadcast, heard_by
 from flight.link.crazyflie.capture import Body, Capture, Watch
 from flight.link.crazyflie.memory import Memory
+from flight.link.crazyflie.reports import State
 from flight.link.crazyflie.setting import wanted
 from flight.link.crazyflie.steps import arm, connect, store, until
-from flight.link.crazyflie.vehicle import EBUSY, State, Vehicle
-from flight.link.link import Health, LinkLost, Pose
+from flight.link.crazyflie.vehicle import Vehicle
+from flight.link.link import Health, Pose
 from flight.link.on_board import Commander
 from flight.model.attitude import euler
 from flight.monitoring.reaction import braking_length
 from verify.data import Mission, Trajectory
 
-WITHIN = 0.02
-"""s within which a common start that was not answered is sent again: what a certificate allows clocks to differ by."""
-STARTING = 0.4
-"""s that vehicles have to answer to a common start."""
 _ALIVE = 0.2
 """s between two signs of life; the firmware waits for 1 s."""
 _GONE = "1 s after the last sign of life from here a Crazyflie stops its motors where it is (the firmware's emergency-stop watchdog)"
@@ -76,7 +73,7 @@ class CrazyflieLink:
             DoesNotFit: A vehicle has no trajectory memory.
             MissingEngine: cflib is not installed.
         """
-        require_addresses(mission, addresses, _EXAMPLE, _reached)
+        require_addresses(mission, addresses, _EXAMPLE, heard_by)
         self._began = time.monotonic()
         self._mission, self.accuracy, self.wanted = mission, accuracy, wanted(mission, masses or {})
         self._stops = (failsafe or ("stop" if capture else "fly on")) == "stop"
@@ -137,17 +134,17 @@ class CrazyflieLink:
     def pose(self, robot: str) -> Pose | None:
         """Return the last pose: of motion capture where there is one, else the vehicle's own."""
         vehicle = self._vehicles[robot]
-        return vehicle.estimate if self._watch is None else vehicle.pose
+        return vehicle.reports.estimate if self._watch is None else vehicle.pose
 
     def health(self, robot: str) -> Health:
         """Return what a vehicle last said of itself."""
         vehicle, endurance = self._vehicles[robot], self._mission.vehicle_of(robot).endurance
-        state, battery, settled, ready = vehicle.state, vehicle.battery, vehicle.settled, None
+        state, battery, settled, ready = vehicle.reports.state, vehicle.reports.battery, vehicle.reports.settled, None
         if state is not None:
             blocked = state & (State.TUMBLED | State.LOCKED | State.CRASHED)
             ready = not blocked and bool(state & (State.CAN_FLY | State.CAN_ARM))
-        if self._watch is not None and vehicle.pose is not None and vehicle.estimate is not None:
-            near = math.dist(vehicle.pose.position, vehicle.estimate.position) < _ASTRAY
+        if self._watch is not None and vehicle.pose is not None and vehicle.reports.estimate is not None:
+            near = math.dist(vehicle.pose.position, vehicle.reports.estimate.position) < _ASTRAY
             settled = near or self._flying if settled is None else settled and (near or self._flying)
         if battery is None or (endurance is None and battery > 0.0):
             return Health(ready, settled, None)
@@ -193,14 +190,13 @@ class CrazyflieLink:
             arm(self._vehicles.values(), self.sleep)
             self._flying = True
             self.sleep(0.0)
+        assert self._broadcast is not None
         self._targets.clear()
         self._stopped.clear()
-        for vehicle in self._vehicles.values():
-            vehicle.expect_start()
         begin = self.now()
         for commander in self._commanders.values():
             commander.start(number, begin)
-        self._start_all(number, begin)
+        self._broadcast.start(number, self.sleep)
         return begin
 
     def hold(self, robot: str) -> bool:
@@ -273,43 +269,3 @@ class CrazyflieLink:
         if self._flying:
             until((self._vehicles[robot],), lambda _: self.hold(robot), "did not hold", self.sleep)
         store(self._vehicles[robot], entry, self.sleep)
-
-    def _start_all(self, number: int, begin: float) -> None:
-        """Send the common start, and wait for all to answer.
-
-        Raises:
-            LinkLost: Somebody did not start with the others.
-        """
-        assert self._broadcast is not None
-        vehicles, repeated = self._vehicles.values(), False
-        self._broadcast.start(number)
-        while not all(vehicle.started == 0 for vehicle in vehicles) and self.now() < begin + STARTING:
-            if not repeated and self.now() >= begin + WITHIN / 2:
-                repeated = True
-                for vehicle in vehicles:
-                    if vehicle.started is None:
-                        self._broadcast.again(number, vehicle)
-            self.sleep(0.002)
-        late = [vehicle for vehicle in vehicles if vehicle.started != 0 and not self._flies(vehicle, begin)]
-        if late:
-            why = (f"{v.name} {'is not let fly by its supervisor' if v.started == EBUSY else 'has not answered'}" for v in late)
-            raise LinkLost(f"not all robots started together: {', '.join(why)}.")
-
-    def _flies(self, vehicle: Vehicle, begin: float) -> bool:
-        """Tell whether a vehicle whose answer was lost says that it flies something since."""
-        state = vehicle.state
-        return (
-            vehicle.started is None
-            and state is not None
-            and vehicle.state_at > begin + 0.15
-            and (State.ACTIVE in state and State.FINISHED not in state)
-        )
-
-
-def _reached(address: str) -> str:
-    """Return what of an address says who is reached: of a radio's, channel and address, by whatever radio and however written."""
-    if not address.startswith("radio://"):
-        return address
-    path = address.partition("?")[0].removeprefix("radio://").split("/")[1:]
-    own = path[2] if len(path) > 2 else "E7E7E7E7E7"
-    return f"{path[0] if path else 2} {own.rjust(10, '0').upper()}"

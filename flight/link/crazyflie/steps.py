@@ -7,8 +7,9 @@ import time
 from collections.abc import Callable, Collection, Mapping
 
 from flight.exports.crazyflies.memory import Entry
+from flight.link.crazyflie.reports import State
 from flight.link.crazyflie.setting import set_on
-from flight.link.crazyflie.vehicle import State, Vehicle
+from flight.link.crazyflie.vehicle import Vehicle
 from flight.link.link import LinkLost
 from verify.data import DoesNotFit
 
@@ -50,7 +51,7 @@ def connect(vehicles: Collection[Vehicle], values: Mapping[str, Mapping[str, flo
     if lacking:
         raise LinkLost(f"{'; '.join(lacking)}: flash a newer one, or take another controller in the vehicle's profile.")
     until(vehicles, lambda vehicle: ready[vehicle.name](), "did not confirm its parameters", sleep, 2 * ANSWER)
-    until(vehicles, lambda vehicle: vehicle.watched, "does not say where it is and how", sleep)
+    until(vehicles, lambda vehicle: vehicle.reports.watched, "does not say where it is and how", sleep)
 
 
 def store(vehicle: Vehicle, entry: Entry, sleep: Sleep) -> None:
@@ -85,7 +86,7 @@ def arm(vehicles: Collection[Vehicle], sleep: Sleep) -> None:
     asked: dict[str, float] = {}
 
     def armed(vehicle: Vehicle) -> bool:
-        state, now = vehicle.state, vehicle.now()
+        state, now = vehicle.reports.state, vehicle.now()
         if state is None or state & (State.ARMED | State.CAN_FLY):
             return True
         if now - asked.get(vehicle.name, -math.inf) > 0.3:

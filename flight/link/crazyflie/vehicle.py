@@ -9,13 +9,12 @@ import functools
 import math
 import struct
 import threading
-from collections import deque
 from collections.abc import Callable
-from enum import IntFlag
 from queue import SimpleQueue
 from typing import Any
 
 from flight.exports.crazyflies.memory import Entry
+from flight.link.crazyflie.reports import Reports, State
 from flight.link.link import Pose
 from verify.data import MissingEngine
 
@@ -23,20 +22,9 @@ AGAIN = 0.1
 """s after which a command that was not answered is sent again."""
 EBUSY = 16
 """What the high-level commander answers while the supervisor lets nothing fly."""
-_SETTLED = 0.001
-"""m^2 that the variances of the estimated position may change by in half a second where the estimator has settled."""
-_DRIFT = 2e-4
-"""Share by which a vehicle's clock may run slower than ours."""
-_HALF = 1 << 23
-"""Half of the milliseconds that a vehicle counts before it begins anew."""
 _FULL = 200
 """Commands that wait for the radio before nothing that comes again and again is added."""
 
-_POSE = ("stateEstimate.x", "stateEstimate.y", "stateEstimate.z", "stateEstimate.yaw")
-_VARIANCES = ("kalman.varPX", "kalman.varPY", "kalman.varPZ")
-_HEALTH = ("supervisor.info", "pm.batteryLevel", "pm.state", *_VARIANCES)
-_LOW_POWER = 3
-"""`pm.state` of an empty battery; higher ones switch off."""
 _STOP, _GO_TO, _START, _DEFINE, _LAND = 3, 12, 13, 6, 8
 """Commands of the high-level commander, as its answers name them; older firmware answers `_OLDER`."""
 _OLDER = {_GO_TO: 4, _START: 5}
@@ -45,19 +33,6 @@ _COMMANDER, _SUPERVISOR, _PLATFORM, _LOCALIZATION = 8, 9, 13, 6
 _OWN_PORT = 12
 """Protocol version from which on the supervisor has a port of its own."""
 _ARM, _EMERGENCY, _WATCHDOG = 1, 3, 4
-
-
-class State(IntFlag):
-    """Bits of `supervisor.info`."""
-
-    CAN_ARM = 1 << 0
-    ARMED = 1 << 1
-    CAN_FLY = 1 << 3
-    TUMBLED = 1 << 5
-    LOCKED = 1 << 6
-    CRASHED = 1 << 7
-    ACTIVE = 1 << 8
-    FINISHED = 1 << 9
 
 
 @functools.cache
@@ -84,8 +59,8 @@ class Vehicle:
         now: The link's clock, s.
         failure: Why it cannot be reached; empty while it can.
         heard: When its last packet came, s.
-        pose: Where it was measured last.
-        estimate: Where it takes itself to be.
+        pose: Where motion capture saw it last.
+        reports: What it says of itself.
         board: Parameters as they were last read from board.
         reads: How often each was read.
         upload: How the last upload stands: None while it goes on, else whether all bytes are on board as they were sent.
@@ -107,17 +82,13 @@ class Vehicle:
 
         self.name, self.uri, self.now, self.failure, self.heard = name, uri, now, "", -math.inf
         self.pose: Pose | None = None
-        self.estimate: Pose | None = None
+        self.reports = Reports(now)
         self.board: dict[str, float] = {}
         self.reads: dict[str, int] = {}
         self.upload: bool | None = None
-        self._told: dict[str, float] = {}
-        self._reports = False
-        self._told_at, self._stamp, self._offset, self._offset_at = -math.inf, 0, math.inf, 0.0
-        self._variances: deque[tuple[float, ...]] = deque(maxlen=10)
         self._answers: dict[int, int] = {}
         self._asked: tuple[object, ...] = ()
-        self._sent = -math.inf
+        self._asked_at, self._sent = 0.0, -math.inf
         self._connected = threading.Event()
         self._calls: SimpleQueue[Callable[[], object] | None] = SimpleQueue()
         self._cf: Any = Crazyflie()
@@ -178,85 +149,15 @@ class Vehicle:
     def _hear(self, _packet: Any) -> None:  # cflib's packets have no types
         self.heard = self.now()
 
-    # What it says
-
     def listen(self) -> list[str]:
-        """Have it report pose and health; return what its firmware does not have of what is needed."""
-        from cflib.crazyflie.log import LogConfig
+        """Have it report; return what its firmware does not have of what is needed."""
+        return self.reports.begin(self._cf, self.send)
 
-        toc = self._cf.log.toc.toc
-        has = [name for name in (*_POSE, *_HEALTH) if name.split(".")[1] in toc.get(name.split(".")[0], {})]
-        if missing := [name for name in _POSE if name not in has]:
-            return missing
-        for block, period, names in (("pose", 20, _POSE), ("health", 50, _HEALTH)):
-            if not (kept := [name for name in names if name in has]):
-                continue
-            self._reports |= names is _HEALTH
-            config = LogConfig(name=block, period_in_ms=period)
-            for name in kept:
-                config.add_variable(name)
-            config.data_received_cb.add_callback(self._place if names is _POSE else self._tell)
-            self.send(functools.partial(self._begin, config))
-        return []
-
-    def _begin(self, config: Any) -> None:
-        self._cf.log.add_config(config)
-        config.start()
-
-    def _place(self, stamp: int, values: dict[str, float], _config: object) -> None:
-        """Take in a pose, at the instant when it was measured: the least delay of all packets is the one that counts."""
-        now = self.now()
-        since = self._stamp + ((stamp - self._stamp + _HALF) % (2 * _HALF) - _HALF)
-        if self.estimate is not None and since <= self._stamp:
-            return  # it was overtaken on its way
-        self._stamp = since
-        self._offset = min(self._offset + _DRIFT * (now - self._offset_at), now - since / 1000.0)
-        self._offset_at = now
-        x, y, z, yaw = (values[name] for name in _POSE)
-        self.estimate = Pose(since / 1000.0 + self._offset, (x, y, z), math.radians(yaw))
-
-    def _tell(self, _stamp: int, values: dict[str, float], _config: object) -> None:
-        self._told, self._told_at = dict(values), self.now()
-        if all(name in values for name in _VARIANCES):
-            self._variances.append(tuple(values[name] for name in _VARIANCES))
+    # Parameters
 
     def _read(self, key: str, value: str) -> None:
         self.board[key] = float(value)
         self.reads[key] = self.reads.get(key, 0) + 1
-
-    @property
-    def state(self) -> State | None:
-        """What its supervisor last said; None where it says nothing."""
-        info = self._told.get("supervisor.info")
-        return None if info is None else State(int(info) & sum(State))
-
-    @property
-    def state_at(self) -> float:
-        """When it said so, s."""
-        return self._told_at
-
-    @property
-    def watched(self) -> bool:
-        """Whether its pose is known, and its health for half a second, where it says something of it."""
-        health = not self._reports or (bool(self._told) and len(self._variances) in (0, self._variances.maxlen))
-        return health and self.estimate is not None
-
-    @property
-    def settled(self) -> bool | None:
-        """Whether the variances of its estimated position stay as they are; None where it does not say."""
-        if not self._variances:
-            return None
-        return self.watched and all(max(axis) - min(axis) < _SETTLED for axis in zip(*self._variances, strict=True))
-
-    @property
-    def battery(self) -> float | None:
-        """Share of its charge that is left; None where it does not say."""
-        if self._told.get("pm.state", 0.0) >= _LOW_POWER:
-            return 0.0
-        level = self._told.get("pm.batteryLevel")
-        return None if level is None else level / 100.0
-
-    # Parameters
 
     def has(self, key: str) -> bool:
         """Whether its firmware has a parameter, such as `ctrlMel.mass`."""
@@ -328,8 +229,8 @@ class Vehicle:
     def stop(self) -> bool:
         """Have it stop its motors; return whether it has acknowledged that, or its supervisor lets no motor turn."""
         done = self._ask(("stop",), _STOP, self._cf.high_level_commander.stop)
-        fresh = self.state is not None and self.state_at > self._sent
-        return done or (fresh and State.CAN_FLY not in (self.state or State.CAN_FLY))
+        state = self.reports.state
+        return done or (state is not None and State.CAN_FLY not in state and self.reports.state_at > self._asked_at)
 
     def expect_start(self) -> None:
         """Take the next answer to a start for that of the start that comes now."""
@@ -344,11 +245,6 @@ class Vehicle:
     def started(self) -> int | None:
         """What it answered to the start that was expected: 0 where it flies; None before it has."""
         return self._answers.get(_START)
-
-    @property
-    def refused(self) -> int:
-        """Its last answer, where that was no acknowledgement; 0 else."""
-        return next((answer for answer in self._answers.values() if answer), 0)
 
     def start_packet(self, number: int) -> Any:
         """Return the packet that starts a stored trajectory, as all vehicles of a channel understand it."""
@@ -396,7 +292,7 @@ class Vehicle:
         """Send a command until it is answered; return whether it was acknowledged."""
         now = self.now()
         if what != self._asked:
-            self._asked, self._sent = what, -math.inf
+            self._asked, self._asked_at, self._sent = what, now, -math.inf
             self._answers.clear()
         if self._answers.get(code) == 0:
             return True

@@ -8,8 +8,7 @@ import pytest
 from flight.link.link import LinkLost
 from flight.link.live import fly_live
 from flight.link.stages import Stage
-from verify import certify
-from verify.data import BadInput, DoesNotFit, Visit
+from verify.data import BadInput, DoesNotFit
 
 pytest.importorskip("cflib", reason="cflib is not installed")
 
@@ -17,29 +16,14 @@ from flight.link.crazyflie.link import CrazyflieLink
 from flight.link.crazyflie.memory import Memory
 from tests.helpers.crazyflie_firmware import Manner
 from tests.helpers.crazyflie_peer import in_the_air
-from tests.helpers.flights import legs, plan_of, small_mission
-
-PLACES = {"r0": (0.0, -0.5, 0.0), "r1": (-1.0, 0.5, 0.02), "r2": (1.0, 0.8, 0.0)}
-GROUNDS = {name: place[2] for name, place in PLACES.items()}
-NEAR = """a: {center: [0.4, -0.5, 0.5], radii: [0.2, 0.2, 0.2]}"""
-
-
-def stage(name: str, points: dict[str, list[list[float]]], formula: str = "true") -> Stage:
-    mission = small_mission(formula, regions=NEAR, starts=[legs[0] for legs in points.values()], margin=0.12)
-    visits = {"r0": [Visit(region="a")]} if formula != "true" else {}
-    plan, team = plan_of(mission, visits), {robot: legs(rows) for robot, rows in points.items()}
-    return Stage(name, plan, team, certify(plan, team))
+from tests.helpers.crazyflie_radio import crazyradio
+from tests.helpers.crazyflie_stages import GROUNDS, PLACES, short_flight
+from tests.helpers.flights import legs
 
 
 @pytest.fixture(scope="module")
 def flown() -> tuple[Stage, ...]:
-    """Three robots climb, one goes into a region and back, and all land."""
-    high = {name: [x, y, 0.5] for name, (x, y, _) in PLACES.items()}
-    return (
-        stage("climb", {name: [list(place), high[name]] for name, place in PLACES.items()}),
-        stage("flight", {name: [at, [at[0] + 0.4, *at[1:]], at] for name, at in high.items()}, "F a"),
-        stage("landing", {name: [at, [*at[:2], 0.05]] for name, at in high.items()}),
-    )
+    return short_flight()
 
 
 @pytest.fixture(scope="module")
@@ -161,3 +145,32 @@ def test_a_team_climbs_flies_and_lands(mission, flown, trouble) -> None:
     for number in range(len(flown)):
         last = [max(when for when, which in vehicle.starts if which == number) for vehicle in air.vehicles.values()]
         assert max(last) - min(last) < 0.05
+
+
+@pytest.mark.slow
+def test_one_broadcast_a_channel_starts_everybody_by_radio(mission, flown, monkeypatch) -> None:
+    from cflib.crtp import radiodriver
+
+    where = {"r0": (80, "E7E7E7E701"), "r1": (80, "E7E7E7E702"), "r2": (90, "E7E7E7E701")}
+    with in_the_air(mission, PLACES) as (air, _):
+        radio = crazyradio(air, where)
+        monkeypatch.setattr(radiodriver, "Crazyradio", radio)
+        monkeypatch.setattr(radiodriver.RadioManager, "_radios", [])
+        link = CrazyflieLink(mission, {name: f"radio://0/{channel}/2M/{address}" for name, (channel, address) in where.items()})
+        done = fly_live(link, flown, grounds=GROUNDS, parameters=link.wanted)
+        link.close()
+        assert done.flown, done.reason
+        assert air.spinning == []
+        assert {channel for channel, *_ in radio.broadcasts} == {80, 90}
+        assert len(radio.broadcasts) == 3 * 2 * len(flown)
+        assert all(header >> 4 == 8 and content[0] == 13 for _, header, content in radio.broadcasts)
+        for number in range(len(flown)):
+            first = [min(when for when, which in vehicle.starts if which == number) for vehicle in air.vehicles.values()]
+            assert max(first) - min(first) < 0.02
+
+        lost = {
+            name: f"radio://0/{channel}/2M/{address}"
+            for name, (channel, address) in {**where, "r1": (80, "E7E7E7E7FF")}.items()
+        }
+        with pytest.raises(LinkLost, match="r1 at radio://0/80/2M/E7E7E7E7FF cannot be reached: Too many packets lost"):
+            CrazyflieLink(mission, lost)

@@ -1,0 +1,136 @@
+"""What a Crazyflie says of itself: where it takes itself to be, its supervisor, its battery, and how sure its estimator is."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections import deque
+from collections.abc import Callable
+from enum import IntFlag
+from typing import Any
+
+from flight.link.link import Pose
+
+_SETTLED = 0.001
+"""m^2 that the variances of the estimated position may change by in half a second where the estimator has settled."""
+_DRIFT = 2e-4
+"""Share by which a vehicle's clock may run slower than ours."""
+_HALF = 1 << 23
+"""Half of the milliseconds that a vehicle counts before it begins anew."""
+_POSE = ("stateEstimate.x", "stateEstimate.y", "stateEstimate.z", "stateEstimate.yaw")
+_VARIANCES = ("kalman.varPX", "kalman.varPY", "kalman.varPZ")
+_HEALTH = ("supervisor.info", "pm.batteryLevel", "pm.state", *_VARIANCES)
+_LOW_POWER = 3
+"""`pm.state` of an empty battery; higher ones switch off."""
+
+
+class State(IntFlag):
+    """Bits of `supervisor.info`."""
+
+    CAN_ARM = 1 << 0
+    ARMED = 1 << 1
+    CAN_FLY = 1 << 3
+    TUMBLED = 1 << 5
+    LOCKED = 1 << 6
+    CRASHED = 1 << 7
+    ACTIVE = 1 << 8
+    FINISHED = 1 << 9
+
+
+class Reports:
+    """What one vehicle reports, as it comes.
+
+    Attributes:
+        estimate: Where it takes itself to be.
+    """
+
+    def __init__(self, now: Callable[[], float]) -> None:
+        """Begin with nothing.
+
+        Args:
+            now: The link's clock, s.
+        """
+        self._now = now
+        self.estimate: Pose | None = None
+        self._told: dict[str, float] = {}
+        self._tells = False
+        self._told_at, self._stamp, self._offset, self._offset_at = -math.inf, 0, math.inf, 0.0
+        self._variances: deque[tuple[float, ...]] = deque(maxlen=10)
+
+    def begin(self, cf: Any, send: Callable[[Callable[[], object]], None]) -> list[str]:  # cflib has no types
+        """Have a vehicle report; return what its firmware does not have of what is needed.
+
+        Args:
+            cf: cflib's Crazyflie, connected.
+            send: Has something sent after what waits already.
+        """
+        from cflib.crazyflie.log import LogConfig
+
+        toc = cf.log.toc.toc
+        has = [name for name in (*_POSE, *_HEALTH) if name.split(".")[1] in toc.get(name.split(".")[0], {})]
+        if missing := [name for name in _POSE if name not in has]:
+            return missing
+        for block, period, names in (("pose", 20, _POSE), ("health", 50, _HEALTH)):
+            if not (kept := [name for name in names if name in has]):
+                continue
+            self._tells |= names is _HEALTH
+            config = LogConfig(name=block, period_in_ms=period)
+            for name in kept:
+                config.add_variable(name)
+            config.data_received_cb.add_callback(self._place if names is _POSE else self._tell)
+            send(functools.partial(_start, cf, config))
+        return []
+
+    def _place(self, stamp: int, values: dict[str, float], _config: object) -> None:
+        """Take in a pose, at the instant when it was measured: the least delay of all packets is the one that counts."""
+        now = self._now()
+        since = self._stamp + ((stamp - self._stamp + _HALF) % (2 * _HALF) - _HALF)
+        if self.estimate is not None and since <= self._stamp:
+            return  # it was overtaken on its way
+        self._stamp = since
+        self._offset = min(self._offset + _DRIFT * (now - self._offset_at), now - since / 1000.0)
+        self._offset_at = now
+        x, y, z, yaw = (values[name] for name in _POSE)
+        self.estimate = Pose(since / 1000.0 + self._offset, (x, y, z), math.radians(yaw))
+
+    def _tell(self, _stamp: int, values: dict[str, float], _config: object) -> None:
+        self._told, self._told_at = dict(values), self._now()
+        if all(name in values for name in _VARIANCES):
+            self._variances.append(tuple(values[name] for name in _VARIANCES))
+
+    @property
+    def state(self) -> State | None:
+        """What its supervisor last said; None where it says nothing."""
+        info = self._told.get("supervisor.info")
+        return None if info is None else State(int(info) & sum(State))
+
+    @property
+    def state_at(self) -> float:
+        """When it said so, s."""
+        return self._told_at
+
+    @property
+    def watched(self) -> bool:
+        """Whether its pose is known, and its health for half a second, where it says something of it."""
+        health = not self._tells or (bool(self._told) and len(self._variances) in (0, self._variances.maxlen))
+        return health and self.estimate is not None
+
+    @property
+    def settled(self) -> bool | None:
+        """Whether the variances of its estimated position stay as they are; None where it does not say."""
+        if not self._variances:
+            return None
+        return self.watched and all(max(axis) - min(axis) < _SETTLED for axis in zip(*self._variances, strict=True))
+
+    @property
+    def battery(self) -> float | None:
+        """Share of its charge that is left; None where it does not say."""
+        if self._told.get("pm.state", 0.0) >= _LOW_POWER:
+            return 0.0
+        level = self._told.get("pm.batteryLevel")
+        return None if level is None else level / 100.0
+
+
+def _start(cf: Any, config: Any) -> None:
+    cf.log.add_config(config)
+    config.start()

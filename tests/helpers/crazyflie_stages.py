@@ -1,0 +1,30 @@
+"""A short certified flight of three robots, made by hand: they climb, one goes into a region and back, and all land."""
+
+from __future__ import annotations
+
+from flight.link.stages import Stage
+from tests.helpers.flights import legs, plan_of, small_mission
+from verify import certify
+from verify.data import Visit
+
+PLACES = {"r0": (0.0, -0.5, 0.0), "r1": (-1.0, 0.5, 0.02), "r2": (1.0, 0.8, 0.0)}
+GROUNDS = {name: place[2] for name, place in PLACES.items()}
+NEAR = "a: {center: [0.4, -0.5, 0.5], radii: [0.2, 0.2, 0.2]}"
+
+
+def stage(name: str, points: dict[str, list[list[float]]], formula: str = "true") -> Stage:
+    """Return robots' flights along their points, rest to rest, certified."""
+    mission = small_mission(formula, regions=NEAR, starts=[legs[0] for legs in points.values()], margin=0.12)
+    visits = {"r0": [Visit(region="a")]} if formula != "true" else {}
+    plan, team = plan_of(mission, visits), {robot: legs(rows) for robot, rows in points.items()}
+    return Stage(name, plan, team, certify(plan, team))
+
+
+def short_flight() -> tuple[Stage, ...]:
+    """Return climb, flight and landing."""
+    high = {name: [x, y, 0.5] for name, (x, y, _) in PLACES.items()}
+    return (
+        stage("climb", {name: [list(place), high[name]] for name, place in PLACES.items()}),
+        stage("flight", {name: [at, [at[0] + 0.4, *at[1:]], at] for name, at in high.items()}, "F a"),
+        stage("landing", {name: [at, [*at[:2], 0.05]] for name, at in high.items()}),
+    )

@@ -1,0 +1,110 @@
+"""`ltlplan fly RUN --link crazyflie` as a user types it, against simulated vehicles, and without any."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import ltlplan
+from ltlplan.cli import app
+from tests.helpers.commands import ROOT
+from verify.data import BadInput
+
+pytest.importorskip("cflib", reason="cflib is not installed")
+
+MISSION = """
+format: 1
+name: pair
+spec: {formula: F ahead}
+regions:
+  ahead: {center: [0.4, -0.5, 0.4], radii: [0.2, 0.2, 0.2]}
+agents:
+  one: {start: [0.0, -0.5, 0.4]}
+  two: {start: [0.0, 0.5, 0.4]}
+vehicle: crazyflie-2.1
+workspace: {min: [-2.0, -2.0, 0.2], max: [2.0, 2.0, 2.0]}
+margin: 0.09
+"""
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("crazyflies") / "run"
+    ltlplan.run(ltlplan.parse_mission(MISSION), folder)
+    return folder
+
+
+def started(run: Path, out: Path) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "tests.helpers.crazyflie_process", str(run), str(out)]
+    return subprocess.Popen(command, cwd=ROOT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+@pytest.mark.slow
+def test_a_run_is_flown_and_its_recording_judged(run: Path, tmp_path: Path) -> None:
+    flying = started(run, tmp_path / "live")
+    said, errors = flying.communicate(timeout=120)
+    assert flying.returncode == 0, said + errors
+    ended = json.loads(said.splitlines()[-1])
+    assert ended["spinning"] == []
+    assert not ended["dropped"]
+    assert max(ended["heights"]) < 0.1
+    assert ended["masses"] == pytest.approx([0.0325, 0.0325])
+    record = json.loads((tmp_path / "live" / "live.json").read_text())
+    assert record["parameters"]["one"]["ctrlMel.mass"] == pytest.approx(0.0325)
+    assert list(record["starts"]) == ["climb", "way", "flight", "landing"]
+    judged = ltlplan.judge_flight(run, tmp_path / "live" / "live.csv", start=0.0, error=0.005, max_speed=1.5)
+    assert {claim["name"]: claim["outcome"] for claim in judged.verdict.to_dict()["claims"]}["formula"] == "holds"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_in_flight_lands_the_team(run: Path, tmp_path: Path, number: signal.Signals) -> None:
+    flying = started(run, tmp_path / "live")
+    assert flying.stdout is not None
+    for line in flying.stdout:
+        if line.startswith("flight"):
+            break
+    time.sleep(0.3)
+    flying.send_signal(number)
+    said, errors = flying.communicate(timeout=60)
+    assert flying.returncode == 5, said + errors
+    ended = json.loads(said.splitlines()[-1])
+    assert ended["spinning"] == []
+    assert not ended["dropped"]
+    assert max(ended["heights"]) < 0.2
+    assert "interrupted" in errors
+
+
+@pytest.mark.slow
+def test_without_a_radio_one_sentence_says_so(run: Path, tmp_path: Path) -> None:
+    inventory = tmp_path / "lab.yaml"
+    inventory.write_text("robots: {one: {uri: 'radio://0/80/2M/E7E7E7E701'}, two: {uri: 'radio://0/80/2M/E7E7E7E702'}}\n")
+    command = [sys.executable, "-m", "ltlplan", "fly", str(run), "--link", "crazyflie", "--inventory", str(inventory)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 2
+    assert (
+        "one at radio://0/80/2M/E7E7E7E701, two at radio://0/80/2M/E7E7E7E702 cannot be reached: Cannot find a Crazyradio Dongle."
+        in done.stderr
+    )
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("--link", "simulated", "--inventory", "lab.yaml"), "--inventory goes with --link crazyflie, not simulated"),
+        (("--link", "simulated", "--address", "one=radio://0/80"), "--address goes with --link crazyflie and mavlink"),
+        (("--link", "crazyflie", "--real-time"), "--real-time goes with --link simulated"),
+        (("--inventory", "lab.yaml"), "go with --link"),
+    ],
+)
+def test_options_of_other_links_are_refused(arguments, says) -> None:
+    with pytest.raises(BadInput, match=says):
+        CliRunner().invoke(app, ["fly", "run", *arguments], catch_exceptions=False)
