@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from verify.data import Mission, Plan, Trajectory, Witness
 
 if TYPE_CHECKING:
+    from ltlplan.allocation import Leg
     from verify import Certificate, Claim
 
 MAX_ROUNDS = 6
@@ -26,6 +27,8 @@ class Draft:
         begun: Rounds that were spent on plans that keep more soft parts, and that no flight kept.
         fewer: Missions with fewer soft parts, to be planned next where this plan is not certified; None before that was asked.
         reworded: How many other ways to keep the soft parts were tried, of those in `mending`.
+        others: How many times other words were tried that do without legs.
+        shut: The legs that these do without.
     """
 
     plan: Plan
@@ -35,11 +38,14 @@ class Draft:
     begun: int = 0
     fewer: tuple[Mission, ...] | None = None
     reworded: int = 0
+    others: int = 0
+    shut: frozenset[Leg] = frozenset()
 
     @property
     def last_round(self) -> int:
-        """After how many rounds this plan is given up: a handful, two where plans with fewer soft parts are left."""
-        return self.begun + (2 if self.fewer else MAX_ROUNDS)
+        """After how many rounds this plan is given up: a handful, two where it is one of several that are tried."""
+        several = bool(self.fewer) or (self.others > 0 and self.certified is None)
+        return self.begun + (2 if several else MAX_ROUNDS)
 
 
 @dataclass(frozen=True)

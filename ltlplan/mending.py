@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from ltlplan.checked_plan import plan
 from ltlplan.drafts import Draft, Refused
@@ -12,8 +14,13 @@ from ltlplan.precedences import with_planned_waits, with_waits
 from verify.data import BadInput, Infeasible, NotCertified, Plan, Unsatisfiable
 from verify.data.choices import PLANNING_METHODS
 
+if TYPE_CHECKING:
+    from verify.claims.soft_claims import SoftClaim
+
 _WAYS = 2
 """Ways beyond waits to keep soft parts: the same words under precedences, and other words."""
+_OTHERS = 3
+"""Other words that are tried where no waits and precedences keep soft parts, each without a leg more."""
 
 
 def mended(refused: Refused) -> Draft:
@@ -97,6 +104,9 @@ def without_this_flight(draft: Draft, why: str) -> Draft | None:
     other = None if draft.reworded == _WAYS or draft.fewer is not None else _other_words_for_soft_parts(made)
     if other is not None:
         return Draft(other, draft.rounds, begun=draft.rounds, reworded=_WAYS)
+    elsewhere = None if draft.fewer is not None else elsewhere_for_soft_parts(draft, ())
+    if elsewhere is not None:
+        return replace(elsewhere, begun=draft.rounds)
     return _with_fewer_soft_parts(draft, why)
 
 
@@ -129,9 +139,10 @@ def keeping_soft_parts(refused: Refused) -> Draft | None:
 
     draft, made = refused.draft, refused.draft.plan
     lost = [part.outcome != "holds" for part in refused.certificate.soft]
-    laps = made.mission.spec.trace == "infinite" and len(made.robots) > 1  # in which no waits are known that would help
-    if not any(lost) or made.method == SEQUENCE or laps:
+    if not any(lost) or made.method == SEQUENCE:
         return None
+    if made.mission.spec.trace == "infinite":  # in laps no waits are known that would help
+        return elsewhere_for_soft_parts(replace(draft, rounds=refused.rounds), refused.certificate.soft)
     meant = range(len(lost)) if made.meetings else kept_by_plan(made.mission, made)
     witnesses = [p.witness for i, p in enumerate(refused.certificate.soft) if lost[i] and i in meant and p.witness is not None]
     if not witnesses:
@@ -144,6 +155,31 @@ def keeping_soft_parts(refused: Refused) -> Draft | None:
         other = same_words_under_precedences(made) if way == 0 else _other_words_for_soft_parts(made)
         if other is not None:
             return replace(draft, plan=other, rounds=refused.rounds, witnesses=(), reworded=way + 1)
+    return elsewhere_for_soft_parts(replace(draft, rounds=refused.rounds), refused.certificate.soft)
+
+
+def elsewhere_for_soft_parts(draft: Draft, judged: Sequence[SoftClaim]) -> Draft | None:
+    """Return other words that may keep soft parts which the flight of a plan does not: they do without one of its legs, or keep out of a region.
+
+    Args:
+        draft: The plan.
+        judged: What the judge said of each soft part; empty where the flight was refused.
+
+    Returns:
+        None where there are none, or enough of them were tried.
+    """
+    from ltlplan.other_words import asked_again, words_without
+    from ltlplan.search.method import without_legs
+
+    made = draft.plan
+    if draft.others >= _OTHERS or made.method == SEQUENCE:
+        return None
+    held = {index for index, part in enumerate(judged) if part.outcome == "holds"}
+    for parts in asked_again(made, held):
+        witnesses = [part.witness for index, part in enumerate(judged) if index in parts - held and part.witness is not None]
+        found = words_without(made, parts, draft.shut, lambda asked, shut: plan(asked, method=without_legs(shut)), witnesses)
+        if found is not None:
+            return replace(draft, plan=found.plan, shut=found.shut, others=draft.others + 1, witnesses=(), reworded=_WAYS)
     return None
 
 

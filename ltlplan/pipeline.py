@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from ltlplan.checked_plan import Asked, as_mission, plan
 from ltlplan.drafts import MAX_ROUNDS, Certified, Draft, Refused
-from ltlplan.mending import keeping_soft_parts, mended, without_this_flight
+from ltlplan.mending import elsewhere_for_soft_parts, keeping_soft_parts, mended, without_this_flight
 from ltlplan.result import Result
 from verify.data import DoesNotFit, Infeasible, Plan, Trajectory, check_plan
 from verify.data.progress import Progress, part_of, silent
@@ -88,15 +88,21 @@ def next_round(draft: Draft, *, margin: float | None = None, progress: Progress 
         draft, team = _refined(draft, refining)
     except (Infeasible, DoesNotFit) as error:
         if before is not None:
-            return before
-        other = without_this_flight(replace(draft, rounds=number), str(error))
+            other = None if number >= draft.last_round else elsewhere_for_soft_parts(draft, ())
+            if other is None:
+                return before
+        else:
+            other = without_this_flight(replace(draft, rounds=number), str(error))
         if other is None:
             raise
         return next_round(replace(other, rounds=draft.rounds), margin=margin, progress=progress)
     say(f"proving{again}", 0.5)
     certificate = verify.judge(draft.plan, team, margin=margin)
     if not certificate.holds:
-        return before or Refused(draft, team, certificate)
+        other = None if before is None or number >= draft.last_round else elsewhere_for_soft_parts(draft, ())
+        if before is not None and other is None:
+            return before
+        return Refused(draft, team, certificate, None if other is None else replace(other, rounds=number))
     done = Certified(draft.plan, team, certificate, number)
     if before is not None and before.certificate.soft_weight >= certificate.soft_weight:
         done = before

@@ -132,10 +132,22 @@ def other_words_under_precedences(made: Plan, planned: Callable[[Mission], Plan]
     if other.words == made.words and set(other.precedences) <= set(made.precedences):
         return None
     why = "Words that keep these soft parts in every order of the robots were given up for words that keep them under precedences, as a flight asks."
+    return reworded(made, other, why)
+
+
+def reworded(made: Plan, other: Plan, why: str) -> Plan:
+    """Return a plan of other words that keep the same soft parts, with what was said of these.
+
+    Args:
+        made: The plan whose words are given up.
+        other: The other words, and their paths.
+        why: Why, as a sentence for its notes.
+    """
+    said = itertools.dropwhile(lambda note: not note.startswith(_KEPT), made.notes)
     return made.model_copy(
         update={
             **{name: getattr(other, name) for name in ("robots", "precedences", "meetings", "cost", "lower_bound", "complete")},
-            "notes": (*other.notes, *itertools.dropwhile(lambda note: not note.startswith(_KEPT), made.notes), why),
+            "notes": (*other.notes, *(note for note in said if note != why), why),
         }
     )
 

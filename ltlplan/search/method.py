@@ -8,10 +8,11 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from ltlplan.allocation import Allocation, Context, Leg
+from ltlplan.allocation import Allocation, Context, Leg, PlanningMethod
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.search.exact import Assignment, assign, assign_under_precedences, in_units_of
 from ltlplan.systems.robot_systems import Systems
@@ -88,6 +89,19 @@ def under_precedences(mission: Mission, context: Context) -> Allocation:
     if found is None:
         raise Unsatisfiable("No words satisfy the formula under any precedences between the robots' events.")
     return _allocation(in_units_of(mission, found) if context.blocked else found)
+
+
+def without_legs(shut: frozenset[Leg]) -> PlanningMethod:
+    """Return the exact method that does without some legs, where words do.
+
+    Args:
+        shut: The legs.
+    """
+
+    def shut_out(mission: Mission, context: Context) -> Allocation:
+        return exact(mission, replace(context, blocked=context.blocked | shut))
+
+    return shut_out
 
 
 def _allocation(found: Assignment) -> Allocation:

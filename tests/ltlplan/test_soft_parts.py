@@ -158,6 +158,7 @@ def test_the_judge_reads_soft_parts_from_the_mission(tmp_path: Path) -> None:
         recheck(tmp_path / "run")
 
 
+@pytest.mark.slow
 def test_a_soft_part_that_no_flight_can_keep_is_reported_and_the_rest_is_certified() -> None:
     once = "F c & G(c -> (c U G !c))"  # at the edge a robot may dither within its margin
     mission = wishing("F a", ("F b", 1.0), (once, 4.0))
