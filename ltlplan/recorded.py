@@ -121,13 +121,17 @@ def _others(recording: str | os.PathLike[str], mission: Mission, told: Told) -> 
 
     found = read_flown(recording, tuple(mission.agents), told)
     require_metres(found.position, mission)
-    places = {name: found.position[:, j] for j, name in enumerate(found.robots)}
+    position = found.position if mission.frame is None else mission.frame.to_mission(found.position)
+    framed = (
+        () if mission.frame is None else (f"The recording's frame is the laboratory's: {mission.frame.sentence} (`frame`).",)
+    )
+    places = {name: position[:, j] for j, name in enumerate(found.robots)}
     counted = (
         ()
         if isinstance(told.start, Mapping) or not found.zero
         else (f"Times are counted from {found.zero:.15g} s of the recording's own clock.",)
     )
-    samples = Samples(found.times, places, rounding=found.rounding, notes=(*counted, *found.notes), zero=found.zero)
+    samples = Samples(found.times, places, rounding=found.rounding, notes=(*counted, *found.notes, *framed), zero=found.zero)
     if told.start is None:
         return samples, None
     off = 0.0 if isinstance(told.start, Mapping) else told.start_error  # of several clocks it is part of the times' own error

@@ -15,6 +15,7 @@ from flight.exports.braking import at_most, braked, ends_in_flight
 from flight.exports.flown import WARNING, require_flight, warned
 from flight.exports.notes import readme
 from flight.exports.target import EXPORT_TARGETS, NOTE, ExportTarget, Product, Request
+from flight.frames import team_in_laboratory
 from flight.logs.log import FlightLog
 from verify.certificate import Certificate
 from verify.data import BadInput, DoesNotFit, Mission, NotCertified, Trajectory, check_trajectories
@@ -139,9 +140,11 @@ def make_product(
     if any(path.cuts for path in team.values()) and len(ordered) < len(team):
         _require_common_pauses(target, mission, ordered)
     ends, said = _brakings(mission.model_copy(update={"margin": float(cert.margin)}), ordered, target)
+    ordered, placed = team_in_laboratory(mission, ordered)
+    ends, _ = team_in_laboratory(mission, ends)
     request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options, ends)
     product = target.make(request)
-    notes = (*([WARNING] if anyway else []), *product.notes, *said)
+    notes = (*([WARNING] if anyway else []), *([placed] if placed else []), *product.notes, *said)
     files = {**product.files, NOTE: readme(request, target, notes).encode()}
     return Product(warned(files) if anyway else files, notes)
 

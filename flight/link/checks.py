@@ -31,7 +31,7 @@ class Check:
     """One thing that was looked at.
 
     Attributes:
-        name: `reached`, `pose`, `quiet`, `place`, `heading`, `ready`, `estimator`, `battery` or `parameters`.
+        name: `reached`, `pose`, `quiet`, `place`, `heading`, `ready`, `estimator`, `battery`, `parameters` or `frame`.
         robot: Whose.
         passed: Whether it is as it must be.
         sentence: What was found, and what to do where it did not pass.
@@ -94,7 +94,9 @@ def before_take_off(
         say("parameters", robot, not wrong, f"{robot}'s parameters are as they must be" if not wrong else f"{robot}: {'; '.join(wrong)}",
             "set them again, and look whether the firmware has them")  # fmt: skip
     found += _one_body_each(seen)
-    return tuple(found)
+    if frame := _frame(stages[0], seen):
+        found = [check for check in found if check.passed or check.name not in ("place", "heading")]
+    return (*found, *frame)
 
 
 def at_start(link: Link, stage: Stage) -> tuple[Check, ...]:
@@ -132,6 +134,34 @@ def _place(robot: str, stage: Stage, place: np.ndarray) -> Check:
     what = f"{robot} is {off:.3f} m from where the {stage.name} begins; {most:.3f} m are allowed"
     x, y, z = start.tolist()
     return Check("place", robot, off <= most, what if off <= most else f"{what}: put it at ({x:.3f}, {y:.3f}, {z:.3f})")
+
+
+def _frame(stage: Stage, seen: Mapping[str, list[Pose]]) -> list[Check]:
+    """Refuse a frame by which everybody stands elsewhere, and all would stand right if the mission was turned and moved: say by what."""
+    poses = {robot: row[-1] for robot, row in seen.items() if row}
+    if len(poses) < 2:
+        return []
+    measured = np.array([pose.position for pose in poses.values()])
+    wanted = np.array([stage.paths[robot].evaluate(0.0) for robot in poses])
+    most = SHARE * stage.margin
+    if (np.linalg.norm(measured - wanted[:, :3], axis=1) <= most).any():
+        return []
+    here, there = (places[:, :2] - places[:, :2].mean(axis=0) for places in (wanted, measured))
+    turn = math.atan2(float((here[:, 0] * there[:, 1] - here[:, 1] * there[:, 0]).sum()), float((here * there).sum()))
+    headings = [(pose.heading, yaw) for pose, yaw in zip(poses.values(), wanted[:, 3].tolist(), strict=True)]
+    if any(heading is None or abs(math.remainder(heading - yaw - turn, math.tau)) > HEADING for heading, yaw in headings):
+        return []  # bodies that are taken for each other are turned, too, but for their headings
+    cosine, sine = math.cos(turn), math.sin(turn)
+    turned = wanted[:, :3] @ np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]).T
+    offset = (measured - turned).mean(axis=0)
+    if (np.linalg.norm(measured - turned - offset, axis=1) > most).any():
+        return []
+    x, y, z = offset.tolist()
+    sentence = (
+        f"the robots are measured where the mission has them, but turned by {math.degrees(math.remainder(turn, math.tau)):.1f} degrees about z "
+        f"and moved by ({x:.2f}, {y:.2f}, {z:.2f}) m: if they stand right, the mission's `frame` is wrong by that"
+    )
+    return [Check("frame", next(iter(poses)), False, sentence)]
 
 
 def _one_body_each(seen: Mapping[str, list[Pose]]) -> list[Check]:

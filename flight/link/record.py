@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from flight.logs.log import Event
+from verify.data.frame import Frame
 
 Row = tuple[float, str, float, float, float]
 """s since the link began, robot, x, y, z in m."""
@@ -47,22 +48,29 @@ class Record:
         self.events.append(event)
         return event
 
-    def table(self, rows: list[Row], since: float = 0.0, until: float = float("inf")) -> str:
+    def table(self, rows: list[Row], since: float = 0.0, until: float = float("inf"), frame: Frame | None = None) -> str:
         """Return rows as CSV, `t,robot,x,y,z`, times from `since` on.
 
         Args:
             rows: `poses` or `setpoints`.
             since: s; becomes time 0.
             until: s.
+            frame: Where the mission lies in the laboratory, whose places are written then.
         """
+        if frame is not None and rows:
+            seen = frame.to_laboratory([row[2:] for row in rows]).tolist()
+            rows = [(time, robot, x, y, z) for (time, robot, *_), (x, y, z) in zip(rows, seen, strict=True)]
         kept = sorted((row for row in rows if since <= row[0] <= until), key=lambda row: row[0])
         lines = [f"{time - since:.9g},{robot},{x:.9g},{y:.9g},{z:.9g}" for time, robot, x, y, z in kept]
         return "t,robot,x,y,z\n" + "".join(f"{line}\n" for line in lines)
 
-    def files(self) -> dict[str, str]:
+    def files(self, frame: Frame | None = None) -> dict[str, str]:
         """Return the files of a live flight, by name.
 
         `live.csv` has the poses of the stage `flight` from its start on, as `ltlplan certify RUN --flight` reads it.
+
+        Args:
+            frame: Where the mission lies in the laboratory; places are then as the laboratory sees them.
         """
         data = {
             "starts": self.starts,
@@ -72,10 +80,10 @@ class Record:
             "events": [{"time": e.time, "robot": e.robot, "kind": e.kind, "sentence": e.sentence} for e in self.events],
         }
         found = {
-            "poses.csv": self.table(self.poses),
-            "setpoints.csv": self.table(self.setpoints),
+            "poses.csv": self.table(self.poses, frame=frame),
+            "setpoints.csv": self.table(self.setpoints, frame=frame),
             "live.json": json.dumps(data, indent=1, allow_nan=False) + "\n",
         }
         if "flight" in self.starts:
-            found["live.csv"] = self.table(self.poses, self.starts["flight"], self.ends.get("flight", float("inf")))
+            found["live.csv"] = self.table(self.poses, self.starts["flight"], self.ends.get("flight", float("inf")), frame)
         return found

@@ -51,7 +51,10 @@ def command(
     ] = None,
     place: Annotated[
         list[str] | None,
-        typer.Option("--place", help="With --link: NAME=x,y,z in m, where a robot stands (default: at z = 0 below its start)."),
+        typer.Option(
+            "--place",
+            help="With --link: NAME=x,y,z in m, where the laboratory sees a robot stand (default: at z = 0 below its start).",
+        ),
     ] = None,
     address: Annotated[
         list[str] | None,

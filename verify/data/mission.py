@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from verify.data.errors import BadInput
+from verify.data.frame import Frame
 from verify.data.language.counting import written_out
 from verify.data.language.formula import FREE, TRUE, Formula
 from verify.data.language.formula_reader import parse_formula
@@ -81,6 +82,10 @@ class Mission(Value):
     vehicle: NamedVehicle = Field(description="a shipped profile's name or an inline table")
     limits: Limits = Field(default_factory=lambda: Limits())
     workspace: Box = Field(description="where the vehicles' centres, with the margin, must stay")
+    frame: Frame | None = Field(
+        default=None,
+        description="where all this lies in the laboratory, as motion capture sees it; omitted: its frame is the mission's",
+    )
     separation: NotNegative = Field(default=0.3, description="m, between centres of robots")
     separation_z: NotNegative | None = Field(
         default=None, description="m, taller clearance in z for downwash: distance in z counts separation / separation_z"

@@ -74,7 +74,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
         abort = _abort(asked.kind, flown)
     if not json:
         typer.echo(abort)
-    link = _link(asked, plan.mission, stand, said.conditions(plan.mission), plan.seed if seed is None else seed)
+    link = _framed(asked, plan.mission, stand, said.conditions(plan.mission), plan.seed if seed is None else seed)
     view = View(quiet=json)
     try:
         with interrupts_land():
@@ -82,7 +82,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
     finally:
         link.close()
     view.end()
-    texts = done.record.files()
+    texts = done.record.files(plan.mission.frame)
 
     def write(folder: Path) -> None:
         for name, text in texts.items():
@@ -110,6 +110,21 @@ def _require_sense(asked: Asked) -> None:
         raise BadInput(f"--inventory goes with --link crazyflie, not {asked.kind}.")
     if asked.kind != "simulated" and asked.real_time:
         raise BadInput(f"--real-time goes with --link simulated; {asked.kind} is real.")
+
+
+def _framed(asked: Asked, mission: Mission, stand: dict[str, Place], conditions: Conditions, seed: int) -> Link:
+    """Open the link that was asked for, and speak to it in the mission's frame."""
+    from flight.frames import mission_in_laboratory
+    from flight.link.framed import FramedLink
+
+    frame = mission.frame
+    if frame is None:
+        return _link(asked, mission, stand, conditions, seed)
+    there: dict[str, Place] = {}
+    for name, place in stand.items():
+        x, y, z = frame.to_laboratory(place).tolist()
+        there[name] = (x, y, z)
+    return FramedLink(_link(asked, mission_in_laboratory(mission), there, conditions, seed), frame)
 
 
 def _link(asked: Asked, mission: Mission, stand: dict[str, Place], conditions: Conditions, seed: int) -> Link:
@@ -159,6 +174,8 @@ def _places(texts: tuple[str, ...], mission: Mission, team: dict[str, Trajectory
             x, y, z = (float(part) for part in numbers.split(","))
         except ValueError:
             raise BadInput(f"--place {text}: write NAME=x,y,z in m, such as {name}=0.5,-1,0.") from None
+        if mission.frame is not None:
+            x, y, z = mission.frame.to_mission((x, y, z)).tolist()
         found[name] = (x, y, z)
     return found
 

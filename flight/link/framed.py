@@ -1,0 +1,105 @@
+"""A link to vehicles that live in the laboratory's frame, spoken to in the mission's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from flight.frames import in_laboratory
+from flight.link.link import Health, Link, Pose
+from verify.data import Trajectory
+from verify.data.frame import Frame
+
+
+class FramedLink:
+    """Turns and moves what goes to vehicles, and what comes from them; all else is the link's own.
+
+    Attributes:
+        link: To the vehicles, in the laboratory's frame.
+        frame: Where the mission lies there.
+    """
+
+    def __init__(self, link: Link, frame: Frame) -> None:
+        """Take a link.
+
+        Args:
+            link: To the vehicles.
+            frame: Where the mission lies.
+        """
+        self.link, self.frame = link, frame
+
+    @property
+    def robots(self) -> tuple[str, ...]:
+        """Names of the vehicles that answer."""
+        return self.link.robots
+
+    @property
+    def failsafe(self) -> str:
+        """What acts on board when the link is gone."""
+        return self.link.failsafe
+
+    @property
+    def accuracy(self) -> float:
+        """Bound on the error of a measured position, m."""
+        return self.link.accuracy
+
+    def now(self) -> float:
+        """Return the link's clock, s."""
+        return self.link.now()
+
+    def sleep(self, seconds: float) -> None:
+        """Let time go on."""
+        self.link.sleep(seconds)
+
+    def pose(self, robot: str) -> Pose | None:
+        """Return the last pose, in the mission's frame."""
+        pose = self.link.pose(robot)
+        if pose is None:
+            return None
+        x, y, z = self.frame.to_mission(pose.position).tolist()
+        turn = math.radians(self.frame.rotation_deg)
+        return Pose(pose.time, (x, y, z), None if pose.heading is None else math.remainder(pose.heading - turn, math.tau))
+
+    def health(self, robot: str) -> Health:
+        """Return what a vehicle last said of itself."""
+        return self.link.health(robot)
+
+    def parameters(self, robot: str) -> Mapping[str, float]:
+        """Return the parameters that were read back."""
+        return self.link.parameters(robot)
+
+    def upload(self, robot: str, number: int, path: Trajectory) -> None:
+        """Store a flight of the mission's frame on board.
+
+        Args:
+            robot: Name.
+            number: From 0.
+            path: Finite, in the mission's frame.
+        """
+        self.link.upload(robot, number, in_laboratory(self.frame, path)[0])
+
+    def start(self, number: int) -> float:
+        """Start a stored flight of all robots at once; return when it began."""
+        return self.link.start(number)
+
+    def hold(self, robot: str) -> bool:
+        """Tell a robot to brake to a hover."""
+        return self.link.hold(robot)
+
+    def land(self, robot: str, height: float, seconds: float) -> bool:
+        """Tell a robot to sink.
+
+        Args:
+            robot: Name.
+            height: z in m of the mission where the landing ends.
+            seconds: How long it takes.
+        """
+        return self.link.land(robot, height + self.frame.offset[2], seconds)
+
+    def stop(self, robot: str) -> bool:
+        """Tell a robot to stop its motors."""
+        return self.link.stop(robot)
+
+    def close(self) -> None:
+        """Let go of the link."""
+        self.link.close()
