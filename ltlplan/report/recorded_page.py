@@ -79,14 +79,16 @@ def _header(asked: Asked, samples: Samples, verdict: FlightVerdict, source: str)
     facts.append(("Flight", f"{end - begin:.2f} s", f"from {begin:g} s of the recording" if begin else ""))
     tubes = [claim for claim in verdict.claims if claim.name == "tube" and claim.bound is not None]
     if tubes:
-        worst = max(tubes, key=lambda claim: claim.bound or 0.0)
+        worst = max(tubes, key=lambda claim: (claim.outcome == "fails", claim.bound or 0.0))
         kind = "at least" if worst.outcome == "fails" else "at most"
         facts.append(("Farthest from the plan", f"{1000 * (worst.bound or 0.0):.1f} mm", f"{worst.robot}, {kind}"))
         facts.append(("Margin", f"{1000 * asked.margin:g} mm", ""))
     apart = [claim for claim in verdict.claims if claim.name == "separation" and claim.bound is not None]
     if apart:
-        nearest = min(apart, key=lambda claim: claim.bound or 0.0)
-        facts.append(("Closest two robots", f"{nearest.bound:.3f} m", f"{nearest.limit:.3g} m needed"))
+        nearest = min(apart, key=lambda claim: (claim.outcome != "fails", claim.bound or 0.0))
+        kind = "at most" if nearest.outcome == "fails" else "at least"
+        value = max(nearest.bound or 0.0, 0.0)
+        facts.append(("Closest two robots", f"{value:.3f} m", f"{kind}; {nearest.limit:.3g} m needed"))
     shown = "".join(
         f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(value)} <small>{html.escape(more)}</small></dd></div>"
         for name, value, more in facts

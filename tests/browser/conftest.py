@@ -6,9 +6,26 @@ import functools
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from ltlplan.report.recorded_page import recorded_html
 from tests.browser.devtools import CHROMIUM, Browser, Tab
+from tests.helpers.recordings import aside, asked, fires, judged, recorded
+from verify import Samples
+
+
+def recorded_page() -> str:
+    """Return the page of a recording by hand: all climb, a robot leaves its tube, another one is not seen for a second."""
+    flight = recorded(fires(), aside([0.0, 0.0, 0.09], 4.0), end=11.0)
+    climb = np.arange(-100, 0) * 0.01
+    times = np.concatenate([climb, flight.times])
+    places = {name: np.concatenate([path[0] + climb[:, None] * [0, 0, 0.8], path]) for name, path in flight.positions.items()}
+    places["quad1"] = np.where(((times > 7) & (times < 8))[:, None], np.nan, places["quad1"])
+    hidden = Samples(times, places)
+    verdict = judged(fires(), hidden)
+    assert verdict.outcome == "fails"
+    return recorded_html(asked(fires()), hidden, verdict, source="flown.csv")
 
 
 @pytest.fixture(scope="module")
@@ -23,13 +40,13 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 @pytest.fixture(scope="session")
 def page(tmp_path_factory: pytest.TempPathFactory, shipped_page: Callable[[str], str]) -> Callable[[str], Path]:
-    """Return the file of a page by its name: `report`, `show`, `campaign` or `online`, of the firefighting mission."""
+    """Return the file of a page by its name: `report`, `show`, `campaign`, `online` or `recorded`, of the firefighting mission."""
     folder = tmp_path_factory.mktemp("pages")
 
     @functools.cache
     def written(name: str) -> Path:
         path = folder / f"{name}.html"
-        path.write_text(shipped_page(name), encoding="utf-8")
+        path.write_text(recorded_page() if name == "recorded" else shipped_page(name), encoding="utf-8")
         return path
 
     return written

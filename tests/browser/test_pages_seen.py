@@ -20,6 +20,7 @@ Narrow = Callable[[str, bool], Tab]
 PAGES = ("report", "show", "campaign", "online")
 ONLINE = pytest.param("online", marks=pytest.mark.slow)
 """A page like the report's, which takes long to open."""
+RECORDED = pytest.param("recorded", marks=pytest.mark.slow)
 
 BOXES = """
 (() => {
@@ -60,7 +61,7 @@ ROOM = 0.88
 """Share of a picture that the workspace may fill, so that the words along its axes are inside."""
 
 
-@pytest.mark.parametrize("name", [*PAGES[:-1], ONLINE])
+@pytest.mark.parametrize("name", [*PAGES[:-1], ONLINE, RECORDED])
 def test_a_page_draws_from_its_file_alone_without_a_complaint(desk: Desk, name: str) -> None:
     tab = desk(name)
     assert tab.complaints() == []
@@ -78,8 +79,9 @@ def test_a_page_draws_from_its_file_alone_without_a_complaint(desk: Desk, name: 
         *(pytest.param(name, True, marks=pytest.mark.slow) for name in ("show", "campaign", "online")),
         ("campaign", False),
         pytest.param("online", False, marks=pytest.mark.slow),
+        pytest.param("recorded", True, marks=pytest.mark.slow),
     ],
-    ids=[*(f"{name} on a phone" for name in PAGES), "campaign in a window", "online in a window"],
+    ids=[*(f"{name} on a phone" for name in PAGES), "campaign in a window", "online in a window", "recorded on a phone"],
 )  # fmt: skip
 def test_nothing_scrolls_sideways_or_lies_over_words_on_a_narrow_screen(narrow: Narrow, name: str, phone: bool) -> None:
     tab = narrow(name, phone)
@@ -98,7 +100,7 @@ def test_nothing_scrolls_sideways_or_lies_over_words_on_a_narrow_screen(narrow: 
         assert max(abs(part) for corner in scene["corners"] for part in corner) < ROOM, "axes are clipped"
 
 
-@pytest.mark.parametrize("name", ["report", "show", ONLINE])
+@pytest.mark.parametrize("name", ["report", "show", ONLINE, RECORDED])
 def test_scenes_are_to_scale(desk: Desk, name: str) -> None:
     tab = desk(name)
     scenes = tab.run(SCENES)
