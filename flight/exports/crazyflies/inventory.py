@@ -16,11 +16,13 @@ from typing import Any
 
 from ruamel.yaml import YAML, YAMLError
 
-from verify.data import BadInput
+from verify.data import BadInput, DoesNotFit, Vehicle
 from verify.data.errors import did_you_mean
 from verify.data.events import unknown
 from verify.data.storage.reading import read_text
 
+_OFF = 0.1
+"""Share by which a robot's weight may differ from the certificate's before it is another airframe."""
 KEYS = ("uri", "mass")
 """What is read of a robot."""
 _CRAZYSWARM2 = ("enabled", "initial_position", "type", "firmware_params", "firmware_logging", "reference_frame")
@@ -127,3 +129,21 @@ def _item(where: str, row: object) -> Item:
     if mass is not None and (isinstance(mass, bool) or not isinstance(mass, int | float) or not 0 < mass < math.inf):
         raise BadInput(f"{where}.mass must be a number of kg above 0, not {mass!r:.60}.")
     return Item(uri, None if mass is None else float(mass))
+
+
+def checked_weight(name: str, vehicle: Vehicle, mass: float | None) -> float | None:
+    """Return a robot's weight as it was given.
+
+    Args:
+        name: The robot's.
+        vehicle: Its profile.
+        mass: kg as it was weighed; None where it was not.
+
+    Raises:
+        DoesNotFit: It is another airframe's.
+    """
+    if mass is not None and abs(mass - vehicle.mass) > _OFF * vehicle.mass:
+        raise DoesNotFit(
+            f"{name} weighs {1000 * mass:.1f} g, and was certified as {1000 * vehicle.mass:.1f} g: put its mass into its `vehicle`, and certify that."
+        )
+    return mass

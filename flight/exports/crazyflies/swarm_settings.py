@@ -14,14 +14,9 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.scalarstring import DoubleQuotedScalarString
 
-from flight.exports.crazyflies.inventory import Item
+from flight.exports.crazyflies.inventory import Item, checked_weight
 from flight.exports.crazyflies.parameters import parameters
 from flight.exports.target import Request
-from verify.data import DoesNotFit
-from verify.data.vehicle import Vehicle
-
-_OFF = 0.1
-"""Share by which a robot's weight may differ from the certificate's before it is another airframe."""
 
 
 def configuration(request: Request, starts: Mapping[str, tuple[float, ...]], items: Mapping[str, Item]) -> str:
@@ -44,7 +39,7 @@ def configuration(request: Request, starts: Mapping[str, tuple[float, ...]], ite
             "initial_position": [round(start[0], 6), round(start[1], 6), 0.0],
             "type": "ltlplan",
             "firmware_params": parameters(
-                request.mission.vehicle_of(name), _weight(name, request.mission.vehicle_of(name), item.mass)
+                request.mission.vehicle_of(name), checked_weight(name, request.mission.vehicle_of(name), item.mass)
             ),
         }
     content = {
@@ -71,19 +66,6 @@ def configuration(request: Request, starts: Mapping[str, tuple[float, ...]], ite
     given = sum(items.get(name, Item()).uri is not None for name in starts)
     said = "The radio addresses are the ones that were passed." if given == len(starts) else "Put your own radio addresses in."
     return f"# Mission '{request.mission.name}', certificate {request.digest}. {said}\n{buffer.getvalue()}"
-
-
-def _weight(name: str, vehicle: Vehicle, mass: float | None) -> float | None:
-    """Return a robot's weight as it was given.
-
-    Raises:
-        DoesNotFit: It is another airframe's.
-    """
-    if mass is not None and abs(mass - vehicle.mass) > _OFF * vehicle.mass:
-        raise DoesNotFit(
-            f"{name} weighs {1000 * mass:.1f} g, and was certified as {1000 * vehicle.mass:.1f} g: put its mass into its `vehicle`, and certify that."
-        )
-    return mass
 
 
 def weights_said(request: Request, items: Mapping[str, Item]) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 from verify.data import BadInput, MissingEngine
 
-_PATIENCE = 5.0
+PATIENCE = 5.0
 """s that a system has to answer."""
 
 
@@ -79,11 +79,11 @@ def _unreachable(kind: str, settings: Mapping[str, str]) -> str:
             [sys.executable, "-c", code, kind, json.dumps(dict(settings))],
             capture_output=True,
             text=True,
-            timeout=_PATIENCE,
+            timeout=PATIENCE,
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return f"it does not answer within {_PATIENCE:g} s"
+        return f"it does not answer within {PATIENCE:g} s"
     if tried.returncode == 0:
         return ""
     lines = tried.stderr.strip().splitlines() or ["it fails"]

@@ -70,7 +70,7 @@ class CrazyflieLink:
         Raises:
             BadInput: An address is missing, of nobody, or used twice.
             LinkLost: There is no radio, or a vehicle does not answer or does not have what is needed.
-            DoesNotFit: A vehicle has no trajectory memory.
+            DoesNotFit: A robot is no Crazyflie, weighs much more or less than what was certified, or has no trajectory memory.
             MissingEngine: cflib is not installed.
         """
         require_addresses(mission, addresses, _EXAMPLE, heard_by)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from flight.exports.crazyflies.fits import crazyflies
+from flight.exports.crazyflies.inventory import checked_weight
 from flight.exports.crazyflies.parameters import parameters
 from flight.link.crazyflie.vehicle import Vehicle
-from verify.data import Mission
+from verify.data import DoesNotFit, Mission
 
 _OF_CONTROLLERS = {"ctrlMel": 2, "ctrlLee": 5}
 """Groups of parameters that only one controller reads, and its number."""
@@ -20,10 +22,17 @@ def wanted(mission: Mission, masses: Mapping[str, float]) -> dict[str, dict[str,
     Args:
         mission: Says what they fly.
         masses: kg as robots were weighed; others have their profile's.
+
+    Raises:
+        DoesNotFit: A robot is no Crazyflie, or weighs much more or less than what it was certified for.
     """
+    able = crazyflies(mission, mission.agents)
     found: dict[str, dict[str, float]] = {}
     for name in mission.agents:
-        groups = parameters(mission.vehicle_of(name), masses.get(name))
+        vehicle = mission.vehicle_of(name)
+        if name not in able:
+            raise DoesNotFit(f"{name} flies '{vehicle.name}' of {vehicle.mass:g} kg, which is no Crazyflie.")
+        groups = parameters(vehicle, checked_weight(name, vehicle, masses.get(name)))
         flown = groups["stabilizer"]["controller"]
         found[name] = {
             f"{group}.{key}": float(value)

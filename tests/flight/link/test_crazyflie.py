@@ -8,7 +8,7 @@ import pytest
 from flight.link.link import LinkLost
 from flight.link.live import fly_live
 from flight.link.stages import Stage
-from verify.data import BadInput, DoesNotFit
+from verify.data import BadInput, DoesNotFit, load_vehicle
 
 pytest.importorskip("cflib", reason="cflib is not installed")
 
@@ -81,6 +81,15 @@ def test_vehicles_that_cannot_fly_are_named_before_anything_spins(mission, manne
 def test_addresses_that_cannot_be_are_refused_before_a_radio_is_opened(mission, addresses, says) -> None:
     with pytest.raises(BadInput, match=says):
         CrazyflieLink(mission, addresses)
+
+
+def test_what_is_no_crazyflie_or_weighs_otherwise_is_refused(mission) -> None:
+    addresses = {name: f"peer://{name}" for name in PLACES}
+    with pytest.raises(DoesNotFit, match=r"r1 weighs 40\.0 g, and was certified as 33\.0 g"):
+        CrazyflieLink(mission, addresses, masses={"r1": 0.040})
+    racer = mission.model_copy(update={"vehicle": load_vehicle("split-s-racer")})
+    with pytest.raises(DoesNotFit, match=r"r0 flies 'split-s-racer' .* which is no Crazyflie"):
+        CrazyflieLink(racer, addresses)
 
 
 def test_a_radio_that_is_not_there_and_an_address_that_nobody_knows(mission) -> None:
