@@ -13,7 +13,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.basedatatypes import BaseTraceType
 
-from flight.shapes import Floats, bends, line, obstacle_shapes, passage, points, region_shapes, tube
+from flight.shapes import AROUND, Floats, bends, line, obstacle_shapes, passage, points, region_shapes, tube
 from verify.data import Mission, Trajectory
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
@@ -40,6 +40,8 @@ _SEEN = 5e-4
 """m; points of a line are left out where the line without them is as near as that, so that pages stay small."""
 _NAMED = 8
 """Solid bodies up to which each has its name above it; more would hide what is flown."""
+_COARSE = 8
+"""Corners around ellipsoids where robots and bodies are many: a browser draws each corner of all of them in each frame."""
 _SIZE = 1.4
 """The longest side of a scene, in plotly's own unit."""
 
@@ -152,6 +154,7 @@ def _world(mission: Mission, earlier: Sequence[tuple[float, Mission]]) -> list[B
     colours = region_colours(mission)
     worlds = [*(_bodies(world) for _, world in earlier), _bodies(mission)]
     ends = [*(until for until, _ in earlier), None]
+    around = AROUND if min(len(mission.agents), len(worlds[-1])) <= MANY else _COARSE
     for name in dict.fromkeys(name for world in reversed(worlds) for name in world):
         since = 0.0
         for index, until in enumerate(ends):
@@ -160,7 +163,8 @@ def _world(mission: Mission, earlier: Sequence[tuple[float, Mission]]) -> list[B
                 continue
             lasts = {**({"since": since} if since else {}), **({} if until is None else {"since": since, "until": until})}
             if body is not None:
-                traces += _shapes(name, body, colours.get(name, ""), lasts or None, named=len(mission.obstacles) <= _NAMED)
+                named = len(mission.obstacles) <= _NAMED
+                traces += _shapes(name, body, colours.get(name, ""), lasts or None, named=named, around=around)
             since = until or since
     return traces
 
@@ -170,9 +174,12 @@ def _bodies(mission: Mission) -> dict[str, Region | Obstacle]:
 
 
 def _shapes(
-    name: str, body: Region | Obstacle, colour: str, lasts: dict[str, float] | None, *, named: bool
+    name: str, body: Region | Obstacle, colour: str, lasts: dict[str, float] | None, *, named: bool, around: int
 ) -> list[BaseTraceType]:
-    shapes = obstacle_shapes(name, body, named=named) if isinstance(body, Obstacle) else region_shapes(name, body, colour)
+    if isinstance(body, Obstacle):
+        shapes = obstacle_shapes(name, body, named=named, around=around)
+    else:
+        shapes = region_shapes(name, body, colour, around=around)
     if isinstance(body, Hoop):
         shapes.append(passage(name, body, colour))
     for shape in shapes:

@@ -28,30 +28,35 @@ SOLID = "#7b818c"
 _THINNEST = 0.01
 """m; a rim of less is drawn with this, to be seen at all."""
 
+AROUND = 24
+"""Corners of an ellipsoid's widest outline, where few are drawn."""
 
-def region_shapes(name: str, region: Region, colour: str) -> list[BaseTraceType]:
+
+def region_shapes(name: str, region: Region, colour: str, *, around: int = AROUND) -> list[BaseTraceType]:
     """Return a region as it is seen: its body, its name, and a hoop's rim.
 
     Args:
         name: The region's.
         region: The region.
         colour: As CSS has it.
+        around: Corners of an ellipsoid's widest outline.
     """
     rim: list[BaseTraceType] = [_ring(name, region, colour)] if isinstance(region, Hoop) else []
-    bodies = [_body(name, region, colour)] if region.is_ellipsoid else _parts(name, region, colour)
+    bodies = [_body(name, region, colour, around=around)] if region.is_ellipsoid else _parts(name, region, colour)
     return [*bodies, _name_above(name, region), *rim]
 
 
-def obstacle_shapes(name: str, obstacle: Obstacle, *, named: bool = True) -> list[BaseTraceType]:
+def obstacle_shapes(name: str, obstacle: Obstacle, *, named: bool = True, around: int = AROUND) -> list[BaseTraceType]:
     """Return a solid body as it is seen, with its name.
 
     Args:
         name: The obstacle's.
         obstacle: The body; where it has openings, their hoops are drawn as regions are.
         named: Whether its name stands above it; it is said on hovering in any case.
+        around: Corners of an ellipsoid's widest outline.
     """
     if obstacle.is_ellipsoid:
-        bodies: list[BaseTraceType] = [_body(name, obstacle, SOLID, opacity=0.5)]
+        bodies: list[BaseTraceType] = [_body(name, obstacle, SOLID, opacity=0.5, around=around)]
     else:
         bodies = _parts(name, obstacle, SOLID, opacity=0.5)
     return [*bodies, _name_above(name, obstacle)] if named else bodies
@@ -68,13 +73,13 @@ def _parts(name: str, body: PlacedBody, colour: str, *, opacity: float = 0.28) -
     return drawn
 
 
-def _body(name: str, region: PlacedBody, colour: str, *, opacity: float = 0.28) -> go.Mesh3d:
+def _body(name: str, region: PlacedBody, colour: str, *, opacity: float = 0.28, around: int = AROUND) -> go.Mesh3d:
     """A translucent ellipsoid, by its radii and yaw or by where rays from its centre leave it."""
-    azimuth, polar = np.meshgrid(np.linspace(0, 2 * np.pi, 25)[:-1], np.linspace(0, np.pi, 13))
+    azimuth, polar = np.meshgrid(np.linspace(0, 2 * np.pi, around + 1)[:-1], np.linspace(0, np.pi, around // 2 + 1))
     ways = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1).reshape(-1, 3)
     own = surface(region.body, ways) if region.radii is None else (ways * region.radii) @ _turn_z(region.yaw).T
     corners = own + np.array(region.center)
-    return _mesh(corners, _grid_faces(13, 24), name, colour, group=name, opacity=opacity)
+    return _mesh(corners, _grid_faces(around // 2 + 1, around), name, colour, group=name, opacity=opacity)
 
 
 def _name_above(name: str, region: PlacedBody) -> go.Scatter3d:

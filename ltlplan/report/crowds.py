@@ -1,8 +1,10 @@
-"""Scenes of many robots, lightened: a browser draws each trace of a scene apart, and 30 times a second it cannot draw seven hundred.
+"""Scenes of many robots, lightened: a browser draws each trace of a scene apart, up to three times a frame, and 30 frames a second it cannot
+draw hundreds.
 
-Paths and robots stay as they are, each to be hidden by itself. All regions and obstacles become one body of each opacity, all their
-names one trace, and where these are very many too they are told on hovering alone. Pages leave out tubes of the margin, flown
-paths and waypoints: where many robots are seen at once they are thinner than a line.
+All paths become one trace and all robots another, which say of each point whose it is, so that a robot can be hidden by its name. All
+regions and obstacles become one body of each opacity, all their names one trace, and where these are very many too they are told on
+hovering alone. Pages leave out tubes of the margin, flown paths and waypoints: where many robots are seen at once they are thinner than
+a line.
 """
 
 from __future__ import annotations
@@ -22,13 +24,15 @@ CROWD = (
 
 
 def lightened(figure: go.Figure) -> go.Figure:
-    """Return a scene with far fewer traces; its last ones, which a player may move, are kept in their order.
+    """Return a scene with a handful of traces; the last one has the markers that a player may move, in the robots' order.
 
     Args:
         figure: As `flight.pictures.scene` draws it.
     """
     bodies: dict[float, list[Any]] = {}  # of any type: plotly makes its traces' types at run time
     names: list[Any] = []
+    paths: list[Any] = []
+    robots: list[Any] = []
     kept: list[Any] = []
     scene: Any = figure
     for trace in scene.data:
@@ -36,11 +40,15 @@ def lightened(figure: go.Figure) -> go.Figure:
             bodies.setdefault(trace.opacity, []).append(trace.to_plotly_json())
         elif trace.meta is None and trace.mode == "text":
             names.append(trace)
+        elif trace.meta is None and trace.mode == "lines" and trace.line.dash == "solid":
+            paths.append(trace)
+        elif trace.meta is None and trace.mode == "markers":
+            robots.append(trace)
         else:
             kept.append(trace)
     merged = [_body(meshes) for meshes in bodies.values()]
     told = [_names(names)] if 0 < len(names) <= MANY else []
-    return go.Figure([*merged, *told, *kept], layout=scene.layout)
+    return go.Figure([*merged, *told, *kept, _paths(paths), _robots(robots)], layout=scene.layout)
 
 
 def _body(meshes: Sequence[dict[str, Any]]) -> go.Mesh3d:
@@ -61,3 +69,23 @@ def _names(texts: Sequence[Any]) -> go.Scatter3d:
     places = {axis: [value for text in texts for value in text[axis]] for axis in "xyz"}
     words = [word for text in texts for word in (text.text if isinstance(text.text, list | tuple) else [text.text])]
     return go.Scatter3d(**places, text=words, mode="text", hoverinfo="skip", showlegend=False, name="names")
+
+
+def _paths(lines: Sequence[Any]) -> go.Scatter3d:
+    """Return all paths as one line that is broken between robots; `customdata` says of each point whose it is."""
+    places = {axis: [value for line in lines for value in (*line[axis], None)] for axis in "xyz"}
+    own = [line for line in lines for _ in (*line.x, None)]
+    return go.Scatter3d(
+        **places, mode="lines", line={"color": [line.line.color for line in own], "width": lines[0].line.width if lines else 4},
+        customdata=[line.name for line in own], hovertemplate="%{customdata}<extra></extra>", showlegend=False, name="paths",
+    )  # fmt: skip
+
+
+def _robots(markers: Sequence[Any]) -> go.Scatter3d:
+    """Return all robots as one trace of markers; `customdata` names them."""
+    places = {axis: [value for marker in markers for value in marker[axis]] for axis in "xyz"}
+    look = {"size": markers[0].marker.size, "line": markers[0].marker.line, "color": [m.marker.color for m in markers]}
+    return go.Scatter3d(
+        **places, mode="markers", marker=look, customdata=[marker.name for marker in markers],
+        hovertemplate="%{customdata}<extra></extra>", showlegend=False, name="robots",
+    )  # fmt: skip

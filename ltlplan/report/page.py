@@ -46,7 +46,8 @@ def page_html(
         footer=html.escape(footer),
         plotly=plotly_script(),
         data=script_data(data),
-        script=(package_text("player.js") if player is not None else "") + package_text("figures.js"),
+        script=(package_text("overlay.js") + package_text("player.js") if player is not None else "")
+        + package_text("figures.js"),
     )
 
 

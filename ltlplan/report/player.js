@@ -4,7 +4,14 @@ function startPlayer(playing, traces) {
   const scene = document.getElementById("scene");
   const clock = document.getElementById("clock");
   const play = document.getElementById("play");
-  const markers = playing.robots.map((_, i) => traces.length - playing.robots.length + i);
+  // Of many robots all paths are one trace and all markers another, whose customdata says of each point whose it is.
+  const together = traces.flatMap((trace, i) => (trace.customdata ? [i] : []));
+  const crowd = together.length > 0;
+  const hidden = new Set(); // robots of a crowd
+  const paths = together.slice(0, -1);
+  const whole = paths.map((i) => traces[i].x.slice()); // plotly keeps its changes in the traces that it was given
+  const overlay = crowd ? makeOverlay(scene, traces[together.at(-1)].marker.color) : null;
+  const markers = crowd ? together.slice(-1) : playing.robots.map((_, i) => traces.length - playing.robots.length + i);
   const lasting = traces.flatMap((trace, i) => (trace.meta ? [i] : [])); // what is there for a time only
   const clockFace = document.getElementById("time");
   const letters = playing.robots.map((_, i) => document.getElementById("letter" + i));
@@ -55,21 +62,42 @@ function startPlayer(playing, traces) {
   function place(points) {
     const drawn = scene._fullLayout && scene._fullLayout.scene && scene._fullLayout.scene._scene;
     const known = drawn && drawn.traces && drawn.glplot && typeof drawn.glplot.redraw === "function";
-    if (!known) {
-      Plotly.restyle(scene, { x: points.map((p) => [p[0]]), y: points.map((p) => [p[1]]), z: points.map((p) => [p[2]]) }, markers);
+    const mine = points.map((p, i) => (hidden.has(playing.robots[i]) ? null : p));
+    if (crowd && known && running) { // the markers stay out of the scene until the robots stand still
+      if (!overlay.shown()) put(drawn, [[]]);
+      overlay.draw(drawn, mine);
       return;
     }
-    points.forEach(([x, y, z], i) => {
-      const full = scene._fullData[markers[i]];
-      for (const trace of [scene.data[markers[i]], full]) Object.assign(trace, { x: [x], y: [y], z: [z] });
-      if (drawn.traces[full.uid]) drawn.traces[full.uid].update(full); // a hidden robot has none
-    });
+    if (crowd) overlay.clear();
+    const at = crowd ? [mine.map((p) => p || [null, null, null])] : points.map((p) => [p]);
+    if (known) { put(drawn, at); return; }
+    const axis = (k) => at.map((trace) => trace.map((p) => p[k]));
+    Plotly.restyle(scene, { x: axis(0), y: axis(1), z: axis(2) }, markers);
+  }
+
+  function put(drawn, at) {
+    at.forEach((trace, i) => move(drawn, markers[i], trace));
     drawn.glplot.redraw();
+  }
+
+  function move(drawn, index, points) {
+    const full = scene._fullData[index];
+    const [x, y, z] = [0, 1, 2].map((axis) => points.map((p) => p[axis]));
+    for (const trace of [scene.data[index], full]) Object.assign(trace, { x, y, z });
+    if (drawn.traces[full.uid]) drawn.traces[full.uid].update(full); // a hidden robot has none
   }
 
   // Hides what a robot has in the scene, or shows it again: as a click on its name in the legend does, where there is one.
   function toggle(button, name) {
     if (!scene.data) return;
+    if (crowd) {
+      if (!hidden.delete(name)) hidden.add(name);
+      button.setAttribute("aria-pressed", String(!hidden.has(name)));
+      const left = whole.map((row, i) => row.map((x, k) => (hidden.has(traces[paths[i]].customdata[k]) ? null : x)));
+      Plotly.restyle(scene, { x: left }, paths);
+      show(Number(clock.value));
+      return;
+    }
     const own = scene.data.flatMap((trace, i) => (trace.name === name || trace.legendgroup === name ? [i] : []));
     const hide = scene.data[own[0]].visible !== "legendonly";
     button.setAttribute("aria-pressed", String(!hide));
@@ -115,7 +143,7 @@ function startPlayer(playing, traces) {
   }
 
   play.addEventListener("click", () => {
-    if (running) { stop(); return; }
+    if (running) { stop(); show(Number(clock.value)); return; }
     running = true;
     play.textContent = "Pause";
     if (Number(clock.value) >= Number(clock.max) - 0.01) clock.value = 0;

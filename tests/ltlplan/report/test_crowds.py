@@ -29,7 +29,7 @@ def texts(figure: Any) -> list[list[str]]:
     return [list(trace.text) for trace in figure.data if trace.type == "scatter3d" and trace.mode == "text"]
 
 
-def test_regions_become_one_body_and_robots_stay_apart(mission: Mission) -> None:
+def test_regions_become_one_body_and_robots_one_trace_that_names_them(mission: Mission) -> None:
     full: Any = drawn(mission)
     light: Any = lightened(full)
     bodies = [trace for trace in full.data if trace.type == "mesh3d"]
@@ -40,11 +40,15 @@ def test_regions_become_one_body_and_robots_stay_apart(mission: Mission) -> None
         assert len(body.facecolor) == len(body.i)
     assert {name for body in merged for name in body.hovertext} == {body.name for body in bodies}
     assert texts(light) == [[words for (words,) in texts(full)]]
-    robots = len(mission.agents)
-    assert light.data[-robots:] == full.data[-robots:]
-    assert [trace.name for trace in light.data if trace.type == "scatter3d" and trace.mode == "lines"][-robots:] == [
-        *mission.agents
-    ]
+    paths, robots = light.data[-2:]
+    assert list(robots.customdata) == [*mission.agents]
+    starts = np.array([agent.start for agent in mission.agents.values()])
+    assert np.array_equal(np.stack([robots.x, robots.y, robots.z], axis=-1), starts)
+    for name in mission.agents:
+        own = [value for value, whose in zip(paths.x, paths.customdata, strict=True) if whose == name]
+        apart = next(trace for trace in full.data if trace.type == "scatter3d" and trace.name == name)
+        assert own == [*apart.x, None], "a gap ends each robot's path"
+    assert len(paths.x) == len(paths.line.color)
 
 
 def test_charts_of_many_rows_are_folded() -> None:
