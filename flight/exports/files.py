@@ -142,7 +142,8 @@ def make_product(
     ends, said = _brakings(mission.model_copy(update={"margin": float(cert.margin)}), ordered, target)
     ordered, placed = team_in_laboratory(mission, ordered)
     ends, _ = team_in_laboratory(mission, ends)
-    request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options, ends)
+    apart = float(getattr(cert, "clock_error", 0.0))
+    request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options, ends, apart)
     product = target.make(request)
     notes = (*([WARNING] if anyway else []), *([placed] if placed else []), *product.notes, *said)
     files = {**product.files, NOTE: readme(request, target, notes).encode()}

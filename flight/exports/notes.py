@@ -7,10 +7,15 @@ from flight.exports.target import ExportTarget, Request
 _LAPS = "laps follow one another by each robot's own clock, which must keep to the others' as certified until the last one ends"
 _VOIDS = (
     "changing any number of these files, or flying them on another airframe than the one named here",
-    "starting further than the margin from the planned start, or any robot's clock running late or early",
+    "starting further than the margin from the planned start, or robots' clocks further apart than is said here",
     "a tracking error that reaches the margin at any time",
 )
 """What voids a certificate in every target."""
+
+
+def _clocks(error: float) -> str:
+    """Say how far apart clocks may be."""
+    return f"those of any two robots are at most {error:g} s apart at every moment" if error else "one for all robots"
 
 
 def readme(request: Request, target: ExportTarget, notes: tuple[str, ...]) -> str:
@@ -42,6 +47,7 @@ def readme(request: Request, target: ExportTarget, notes: tuple[str, ...]) -> st
         f"certificate: {request.digest}",
         *airframes,
         f"margin: {request.margin:g} m",
+        *([f"clocks: {_clocks(request.clock_error)}"] if len(mission.agents) > 1 else []),
         *([f"laps of the cycle: {request.laps}"] if any(path.cycle is not None for path in request.team.values()) else []),
         *([_LAPS] if len(mission.agents) > 1 and mission.spec.trace == "infinite" else []),
         "",

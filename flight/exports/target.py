@@ -32,6 +32,7 @@ class Request:
         digest: The certificate's.
         options: What the caller passed for this target; only options that it has.
         braked: All laps of those that brake behind their last one, with the braking.
+        clock_error: How far apart the robots' clocks may be by the certificate, s.
     """
 
     mission: Mission
@@ -41,6 +42,7 @@ class Request:
     digest: str
     options: Mapping[str, Any]  # of any type that the target reads
     braked: Mapping[str, Trajectory] = field(default_factory=lambda: MappingProxyType({}))
+    clock_error: float = 0.0
 
     @property
     def flown(self) -> dict[str, Trajectory]:

@@ -88,7 +88,7 @@ def command(
 
     from ltlplan.commands.shared.progress import progress_bar
     from ltlplan.commands.shared.terminal import print_json
-    from ltlplan.report.summary import claim_lines, soft_sentences
+    from ltlplan.report.summary import claim_lines, soft_sentences, with_clocks
     from verify import certify
     from verify.data.storage.folders import PROOF
     from verify.data.storage.single_files import replace_listed
@@ -105,8 +105,9 @@ def command(
         return
     for line in (*claim_lines(certificate), *soft_sentences(certificate)):
         typer.echo(line)
-    clocks = f", clocks up to {certificate.clock_error:g} s apart" if certificate.clock_error else ""
-    typer.echo(f"certified at margin {certificate.margin:g} m{below_asked(certificate)}{clocks}; wrote {written}")
+    typer.echo(
+        f"certified at margin {certificate.margin:g} m{below_asked(certificate)}{with_clocks(certificate)}; wrote {written}"
+    )
 
 
 def _clock_error_before(folder: Path) -> float | None:

@@ -14,7 +14,7 @@ def command(folder: FolderArgument, json: JsonOption = False) -> None:
 
     from ltlplan.commands.shared.progress import progress_bar
     from ltlplan.commands.shared.terminal import print_json
-    from ltlplan.report.summary import claim_lines, soft_sentences
+    from ltlplan.report.summary import claim_lines, soft_sentences, with_clocks
     from verify import recheck
 
     with progress_bar(quiet=json) as progress:
@@ -25,5 +25,5 @@ def command(folder: FolderArgument, json: JsonOption = False) -> None:
         return
     for line in (*claim_lines(certificate), *soft_sentences(certificate)):
         typer.echo(line)
-    margin = f"{certificate.margin:g} m{below_asked(certificate)}"
+    margin = f"{certificate.margin:g} m{below_asked(certificate)}{with_clocks(certificate)}"
     typer.echo(f"{folder}: every claim is proved again at margin {margin}, from the files alone")

@@ -155,6 +155,7 @@ def _facts(result: Result, end: float) -> list[tuple[str, str, str]]:
     if apart:
         nearest = min(apart, key=lambda claim: claim.bound or 0.0)
         facts.append(("Closest two robots", f"{nearest.bound:.3f} m", f"{nearest.limit:.3g} m needed"))
+        facts.append(("Clocks", f"{1000 * certificate.clock_error:g} ms", "apart at most, at every moment"))
     alike = ", ".join(f"{name} {weight:g}" for name, weight in mission.planner.cost.items() if weight)
     weights = objective_text(mission) or alike
     facts.append(("Cost", f"{result.plan.cost:.3f}", f"{weights}; {result.plan.method}"))

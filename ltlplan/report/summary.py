@@ -142,14 +142,23 @@ def summary_lines(result: Result) -> list[str]:
 
 
 def certified_sentence(result: Result) -> str:
-    """Return for which times a run is certified, and at which margin."""
+    """Return for which times a run is certified, at which margin, and with clocks how far apart."""
     certificate = result.certificate
     (first, *_others) = result.team.values()
     times = f"for all t in [0, {certificate.duration:.2f} s]"
     if first.cycle is not None:
         begins = float(first.knots[first.cycle])
         times = f"for all t in [0, {begins:.2f} s] and a cycle of {certificate.duration - begins:.2f} s that repeats for ever"
-    return f"Certified {times}, at margin {certificate.margin:g} m"
+    return f"Certified {times}, at margin {certificate.margin:g} m{with_clocks(certificate)}"
+
+
+def with_clocks(certificate: Certificate) -> str:
+    """Say how far apart the robots' clocks may be; nothing where they are one.
+
+    Args:
+        certificate: Of a flight.
+    """
+    return f", with clocks up to {certificate.clock_error:g} s apart" if certificate.clock_error else ""
 
 
 def soft_data(certificate: Certificate) -> list[dict[str, object]]:
@@ -221,6 +230,7 @@ def summary_data(result: Result) -> dict[str, object]:
         "visits": {name: [v.region + (v.direction or "") for v in robot.visits] for name, robot in result.plan.robots.items()},
         "margin": certificate.margin,
         "largest_margin": certificate.largest_margin,
+        "clock_error": certificate.clock_error,
         "duration": certificate.duration,
         "claims": [
             {

@@ -14,7 +14,7 @@ import numpy as np
 
 from flight.exports.braking import at_most
 from flight.exports.crazyflies.fits import require_crazyflie, require_float32
-from flight.exports.crazyflies.inventory import Item, read_inventory
+from flight.exports.crazyflies.inventory import Item, read_inventory, require_radios
 from flight.exports.crazyflies.parameters import sentence
 from flight.exports.crazyflies.swarm_script import script
 from flight.exports.crazyflies.swarm_settings import configuration, weights_said
@@ -89,7 +89,9 @@ def _items(request: Request) -> dict[str, Item]:
         raise BadInput(f"uris names '{unknown[0]}', which is not a robot of the mission: {', '.join(request.team)}.")
     inventory = request.options.get("inventory")
     items = {} if inventory is None else read_inventory(inventory, tuple(request.team))
-    return {**items, **{name: replace(items.get(name, Item()), uri=uri) for name, uri in uris.items()}}
+    found = {**items, **{name: replace(items.get(name, Item()), uri=uri) for name, uri in uris.items()}}
+    require_radios(request.mission, found)
+    return found
 
 
 CRAZYSWARM2 = ExportTarget(

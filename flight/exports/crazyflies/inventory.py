@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ from typing import Any
 
 from ruamel.yaml import YAML, YAMLError
 
-from verify.data import BadInput, DoesNotFit, Vehicle
+from verify.data import BadInput, DoesNotFit, Mission, Vehicle
 from verify.data.errors import did_you_mean
 from verify.data.events import unknown
 from verify.data.storage.reading import read_text
@@ -27,6 +28,8 @@ KEYS = ("uri", "mass")
 """What is read of a robot."""
 _CRAZYSWARM2 = ("enabled", "initial_position", "type", "firmware_params", "firmware_logging", "reference_frame")
 """What crazyswarm2 reads of a robot, and we do not."""
+_RADIO = re.compile(r"radio://([^/]+)")
+"""Of an address, which radio on this machine."""
 _MOST = 1_000_000
 """Bytes of an inventory."""
 
@@ -74,6 +77,24 @@ def read_capture(path: Path) -> CaptureSystem | None:
             f"{path}: motion_capture must be a table such as {{type: optitrack, hostname: 192.168.1.2}}, not {table!r:.60}."
         )
     return CaptureSystem(kind, {str(key): str(value) for key, value in table.items() if key != "type"})
+
+
+def require_radios(mission: Mission, items: Mapping[str, Item]) -> None:
+    """Refuse addresses of more radios than a certificate's skew of the start was reckoned for: they start robots one after the other.
+
+    Args:
+        mission: Which says what clocks may be apart, or by how many radios robots are started.
+        items: What is known of the robots.
+
+    Raises:
+        BadInput: As said.
+    """
+    radios = {match[1] for item in items.values() if item.uri is not None and (match := _RADIO.match(item.uri))}
+    if mission.clock_error is None and len(radios) > (mission.radios or 1):
+        raise BadInput(
+            f"the addresses are those of {len(radios)} radios, which start their robots one after the other; the certificate counts on "
+            f"{mission.radios or 1}. Write `radios: {len(radios)}` in the mission, or the `clock_error` that you know of, and run it again."
+        )
 
 
 def read_inventory(

@@ -68,6 +68,15 @@ def test_a_bad_inventory_is_refused_with_its_place(certified, tmp_path, text, sa
     assert not (tmp_path / "out").exists()
 
 
+def test_addresses_of_more_radios_than_the_skew_was_reckoned_for_are_refused(certified, tmp_path) -> None:
+    team, cert = certified
+    uris = {"quad0": "radio://0/80/2M/E7E7E7E701", "quad1": "radio://1/80/2M/E7E7E7E702"}
+    with pytest.raises(BadInput, match=r"those of 2 radios.*counts on 1"):
+        flight.export(team, cert, tmp_path, uris=uris, anyway=True)
+    flight.export(team, cert, tmp_path, uris={**uris, "quad1": "radio://0/80/2M/E7E7E7E702"}, anyway=True)
+    assert (tmp_path / "README.txt").exists()
+
+
 def test_a_robot_that_weighs_much_more_is_another_airframe(certified, tmp_path) -> None:
     with pytest.raises(DoesNotFit, match=r"quad0 weighs 40\.0 g, and was certified as 33\.0 g"):
         flight.export(*certified, tmp_path, inventory={"quad0": {"mass": 0.040}}, anyway=True)

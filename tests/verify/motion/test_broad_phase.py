@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.flights import plan_of, small_mission
-from verify.claims.distance_claims import separation_claims, separation_holds
+from verify.claims.distance_claims import Clocks, separation_claims, separation_holds
 from verify.claims.evidence import Evidence
 from verify.data import Mission, Trajectory
 from verify.motion.paths import read_team
@@ -93,15 +93,18 @@ def test_the_answer_alone_is_that_of_all_pairs_claims() -> None:
         mission, team = random_team(rng, int(rng.integers(2, 11)), 3)
         evidence = Evidence.of(plan_of(mission, {}), team)
         drifts = {name: Fraction(float(rng.choice([0.0, 0.02, 0.3]))) for name in team}
+        clocks = Clocks(Fraction(float(rng.choice([0.0, 0.02, 0.3]))), drifts)
         least = min(near.low for near in evidence.minimum_distances)
         turns = max((least - mission.separation) / 2, 0.0)
         for margin in (Fraction(0), Fraction(turns / 2), Fraction(turns), Fraction(turns) + Fraction(1, 10**6), Fraction(3)):
-            claims = separation_claims(evidence, margin, drifts)
+            claims = separation_claims(evidence, margin, clocks)
             answers.append(all(claim.outcome == "holds" for claim in claims))
-            assert separation_holds(evidence, margin, drifts) == answers[-1]
+            assert separation_holds(evidence, margin, clocks) == answers[-1]
     assert {True, False} <= set(answers)
 
 
 def test_one_robot_alone_keeps_apart() -> None:
     mission, team = random_team(np.random.default_rng(2), 1, 2)
-    assert separation_holds(Evidence.of(plan_of(mission, {}), team), Fraction(1), dict.fromkeys(team, Fraction(0)))
+    assert separation_holds(
+        Evidence.of(plan_of(mission, {}), team), Fraction(1), Clocks(Fraction(0), dict.fromkeys(team, Fraction(0)))
+    )

@@ -10,9 +10,9 @@ from fractions import Fraction
 from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory
 
-START_SKEW = 0.0
+START_SKEW = 0.02
 """s between the first robot that a radio's broadcast starts and the last one, where a vehicle's profile does not say."""
-CLOCK_DRIFT = 0.0
+CLOCK_DRIFT = 1e-4
 """Share of the time since the last common start by which two clocks drift apart, where a vehicle's profile does not say."""
 
 _STEP = 10_000
