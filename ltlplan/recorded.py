@@ -90,7 +90,7 @@ def judge_flight(
     if _is_our_log(recording):
         samples, begins = _our_log(recording, asked.mission, told)
     else:
-        samples, begins = _others(recording, asked.mission, told)
+        samples, begins = _others(recording, asked, told)
     (progress or silent)("judging the recording", 0.0)
     verdict = check_flight(samples, asked, max_speed=max_speed, error=error, start=begins)
     return Recorded(asked.mission.name, verdict, samples, asked)
@@ -113,14 +113,18 @@ def _our_log(recording: str | os.PathLike[str], mission: Mission, told: Told) ->
     return load_flight_log(recording, mission), (begin - told.start_error, begin + told.start_error)
 
 
-def _others(recording: str | os.PathLike[str], mission: Mission, told: Told) -> tuple[Samples, _Begins]:
+def _others(recording: str | os.PathLike[str], asked: Asked, told: Told) -> tuple[Samples, _Begins]:
     """Read what others recorded, brought to the mission's frame, 0 where the flight began as far as that is told."""
     from flight import read_flown
-    from flight.logs.units import require_metres
+    from flight.logs.units import require_metres, require_seconds
     from verify.recordings.flight_log import Samples
 
+    mission = asked.mission
     found = read_flown(recording, tuple(mission.agents), told)
     require_metres(found.position, mission)
+    if asked.team is not None:
+        longest = max(path.flattened(mission.spec.repeat).duration for path in asked.team.values())
+        require_seconds(found.times, longest)
     position = found.position if mission.frame is None else mission.frame.to_mission(found.position)
     framed = (
         () if mission.frame is None else (f"The recording's frame is the laboratory's: {mission.frame.sentence} (`frame`).",)

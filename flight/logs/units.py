@@ -10,6 +10,9 @@ from verify.data import BadInput, Mission
 _FAR = 50.0
 """Times the workspace's reach that no robot was measured at."""
 
+_LONG, _SLOW = 200.0, 1.0
+"""Times the flight's length, and s between samples: a recording that is longer with samples further apart is none in s."""
+
 
 def require_metres(position: Floats, mission: Mission) -> None:
     """Refuse positions that are far too large to be metres in a mission's workspace.
@@ -26,4 +29,23 @@ def require_metres(position: Floats, mission: Mission) -> None:
     if farthest > _FAR * reach:
         raise BadInput(
             f"positions reach {farthest:g} where the workspace ends at {reach:g} m; are they in millimetres? Give them in m."
+        )
+
+
+def require_seconds(times: Floats, duration: float) -> None:
+    """Refuse times that are far too far apart to be seconds of a flight.
+
+    Args:
+        times: s. Shape (n,), n >= 1.
+        duration: Of the flight, s.
+
+    Raises:
+        BadInput: As said.
+    """
+    step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    span = float(times[-1] - times[0])
+    if step > max(duration, _SLOW) or (step > _SLOW and span > _LONG * duration):
+        raise BadInput(
+            f"samples are {step:g} s apart where the flight lasts {duration:.4g} s; are the times in ms or us? Name their column so "
+            "(--called time_ms=t)."
         )

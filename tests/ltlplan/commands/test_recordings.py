@@ -109,6 +109,7 @@ HOSTILE = {
     "back.csv": (_table("t,quad0.x,quad0.y,quad0.z\n9,0,0,1\n8,0,0,1\n"), "go forward"),
     "named.csv": (_table("t,Quad0.x,Quad0.y,Quad0.z\n9,0,0,1\n10,0,0,1\n"), "--called"),
     "mm.csv": (_table("t,quad0.x,quad0.y,quad0.z\n9,-800,0,1000\n10,-790,0,1000\n"), "millimetres"),
+    "ms.csv": (_table("t,quad0.x,quad0.y,quad0.z\n9,-0.8,0,1\n19,-0.8,0,1\n29,-0.8,0,1\n"), "--called time_ms=t"),
     "two.csv": (
         _table("Timestamp,stateEstimate.x,stateEstimate.y,stateEstimate.z,kalman.stateX\n9000,0,0,1,0\n"),
         "--called x=",
