@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 
 from flight.exports.crazyflies.memory import Entry
 from flight.link.crazyflie.reports import State
-from flight.link.crazyflie.setting import set_on
+from flight.link.crazyflie.setting import differing, set_on
 from flight.link.crazyflie.vehicle import Vehicle
 from flight.link.link import LinkLost
 from verify.data import DoesNotFit
@@ -51,6 +51,9 @@ def connect(vehicles: Collection[Vehicle], values: Mapping[str, Mapping[str, flo
     if lacking:
         raise LinkLost(f"{'; '.join(lacking)}: flash a newer one, or take another controller in the vehicle's profile.")
     until(vehicles, lambda vehicle: ready[vehicle.name](), "did not confirm its parameters", sleep, 2 * ANSWER)
+    wrong = [found for vehicle in vehicles for found in differing(vehicle, values[vehicle.name])]
+    if wrong:
+        raise LinkLost(f"{'; '.join(wrong)}: look whether the firmware takes them, and whether another program sets them.")
     until(vehicles, lambda vehicle: vehicle.reports.watched, "does not say where it is and how", sleep)
 
 

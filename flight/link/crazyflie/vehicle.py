@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import functools
 import math
-import struct
 import threading
 from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
 
 from flight.exports.crazyflies.memory import Entry
+from flight.link.crazyflie import packets
 from flight.link.crazyflie.reports import Reports, State
 from flight.link.link import Pose
 from verify.data import MissingEngine
@@ -24,15 +24,6 @@ EBUSY = 16
 """What the high-level commander answers while the supervisor lets nothing fly."""
 _FULL = 200
 """Commands that wait for the radio before nothing that comes again and again is added."""
-
-_STOP, _GO_TO, _START, _DEFINE, _LAND = 3, 12, 13, 6, 8
-"""Commands of the high-level commander, as its answers name them; older firmware answers `_OLDER`."""
-_OLDER = {_GO_TO: 4, _START: 5}
-_COMMANDER, _SUPERVISOR, _PLATFORM, _LOCALIZATION = 8, 9, 13, 6
-"""Ports of CRTP."""
-_OWN_PORT = 12
-"""Protocol version from which on the supervisor has a port of its own."""
-_ARM, _EMERGENCY, _WATCHDOG = 1, 3, 4
 
 
 @functools.cache
@@ -96,7 +87,7 @@ class Vehicle:
         self._cf.connection_failed.add_callback(self._fail)
         self._cf.connection_lost.add_callback(self._fail)
         self._cf.packet_received.add_callback(self._hear)
-        self._cf.add_port_callback(_COMMANDER, self._answer)
+        self._cf.add_port_callback(packets.COMMANDER, self._answer)
         self._cf.param.all_update_callback.add_callback(self._read)
         self._worker = threading.Thread(target=self._work, name=f"commands to {name}", daemon=True)
         self._worker.start()
@@ -207,7 +198,9 @@ class Vehicle:
         """Have it know where a trajectory lies; return whether it has acknowledged that."""
         define = self._cf.high_level_commander.define_trajectory
         arguments = (entry.trajectory_id, entry.offset, entry.pieces, entry.kind)
-        return self._ask(("define", entry.trajectory_id, entry.offset, entry.pieces), _DEFINE, lambda: define(*arguments))
+        return self._ask(
+            ("define", entry.trajectory_id, entry.offset, entry.pieces), packets.DEFINE, lambda: define(*arguments)
+        )
 
     def _trajectory_memories(self) -> Any:
         from cflib.crazyflie.mem import MemoryElement
@@ -219,23 +212,23 @@ class Vehicle:
     def go_to(self, place: tuple[float, float, float, float], seconds: float) -> bool:
         """Have it go to x, y, z in m with a heading in rad; return whether it has acknowledged that."""
         go_to = self._cf.high_level_commander.go_to
-        return self._ask(("go to", *place, seconds), _GO_TO, lambda: go_to(*place, seconds))
+        return self._ask(("go to", *place, seconds), packets.GO_TO, lambda: go_to(*place, seconds))
 
     def land(self, height: float, seconds: float) -> bool:
         """Have it sink to a height in m; return whether it has acknowledged that."""
         land = self._cf.high_level_commander.land
-        return self._ask(("land", height, seconds), _LAND, lambda: land(height, seconds, yaw=None))
+        return self._ask(("land", height, seconds), packets.LAND, lambda: land(height, seconds, yaw=None))
 
     def stop(self) -> bool:
         """Have it stop its motors; return whether it has acknowledged that, or its supervisor lets no motor turn."""
-        done = self._ask(("stop",), _STOP, self._cf.high_level_commander.stop)
+        done = self._ask(("stop",), packets.STOP, self._cf.high_level_commander.stop)
         state = self.reports.state
         return done or (state is not None and State.CAN_FLY not in state and self.reports.state_at > self._asked_at)
 
     def expect_start(self) -> None:
         """Take the next answer to a start for that of the start that comes now."""
         self._asked = ("start",)
-        self._answers.pop(_START, None)
+        self._answers.pop(packets.START, None)
 
     def start(self, number: int) -> None:
         """Have it start a stored trajectory."""
@@ -244,30 +237,24 @@ class Vehicle:
     @property
     def started(self) -> int | None:
         """What it answered to the start that was expected: 0 where it flies; None before it has."""
-        return self._answers.get(_START)
+        return self._answers.get(packets.START)
 
-    def start_packet(self, number: int) -> Any:
+    def start_packet(self, number: int) -> Any:  # cflib's packets have no types
         """Return the packet that starts a stored trajectory, as all vehicles of a channel understand it."""
-        from cflib.crtp.crtpstack import CRTPPacket
-
-        if self._cf.platform.get_protocol_version() < 10:
-            data = struct.pack("<BBBBBf", _OLDER[_START], 0, 0, 0, number, 1.0)
-        else:
-            data = struct.pack("<BBBBBBf", _START, 0, 0, 0, 0, number, 1.0)
-        return _packet(CRTPPacket, _COMMANDER, 0, data)
+        return packets.start(self._version, number)
 
     def arm(self) -> None:
         """Ask it to arm."""
-        self._supervise((_ARM, 1), (_PLATFORM, 0, (1, 1)))
+        self._supervise(packets.ARM)
 
     def emergency(self) -> None:
         """Have it stop its motors whatever it does; it has to be switched off and on then."""
-        self._supervise((_EMERGENCY,), (_LOCALIZATION, 1, (3,)))
+        self._supervise(packets.EMERGENCY)
 
     def alive(self) -> None:
         """Say that somebody is here: from the first time on it stops its motors 1 s after the last."""
         if self._calls.qsize() < _FULL:
-            self._supervise((_WATCHDOG,), (_LOCALIZATION, 1, (4,)))
+            self._supervise(packets.WATCHDOG)
 
     def show(self, position: tuple[float, float, float], attitude: tuple[float, float, float, float]) -> None:
         """Send it where motion capture sees it.
@@ -279,14 +266,12 @@ class Vehicle:
         if self._calls.qsize() < _FULL:
             self.send(lambda: self._cf.extpos.send_extpose(*position, *attitude))
 
-    def _supervise(self, data: tuple[int, ...], older: tuple[int, int, tuple[int, ...]]) -> None:
-        """Send to the supervisor's port, or where older firmware has the same: port, channel and data."""
-        from cflib.crtp.crtpstack import CRTPPacket
+    @property
+    def _version(self) -> int:
+        return self._cf.platform.get_protocol_version()
 
-        own = self._cf.platform.get_protocol_version() >= _OWN_PORT
-        port, channel, content = (_SUPERVISOR, 1, data) if own else older
-        packet = _packet(CRTPPacket, port, channel, bytes(content))
-        self.send(lambda: self._cf.send_packet(packet))
+    def _supervise(self, command: tuple[int, ...]) -> None:
+        self.send(lambda: self._cf.send_packet(packets.supervise(self._version, command)))
 
     def _ask(self, what: tuple[object, ...], code: int, send: Callable[[], object]) -> bool:
         """Send a command until it is answered; return whether it was acknowledged."""
@@ -303,14 +288,5 @@ class Vehicle:
 
     def _answer(self, packet: Any) -> None:
         """Take in the commander's answer: the command, two of its bytes, and 0 or why not."""
-        data = bytes(packet.data)
-        if len(data) >= 4:
-            code = next((code for code, older in _OLDER.items() if older == data[0]), data[0])
-            self._answers[code] = data[3]
-
-
-def _packet(make: Any, port: int, channel: int, data: bytes) -> Any:  # cflib's packets have no types
-    packet = make()
-    packet.set_header(port, channel)
-    packet.data = data
-    return packet
+        if (answer := packets.answered(packet)) is not None:
+            self._answers[answer[0]] = answer[1]

@@ -119,6 +119,12 @@ class Said:
     latency: float | None
     mass: float | None
 
+    @property
+    def anything(self) -> bool:
+        """Whether they say anything."""
+        said = (self.wind, self.noise, self.controller, self.estimator, self.latency, self.mass)
+        return self.model != FULL or any(option is not None for option in said)
+
     def require_sense(self) -> None:
         """Refuse what makes no sense for any mission, before one is planned.
 

@@ -65,7 +65,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
     from flight.link.live import fly_live
     from ltlplan.live import stages
 
-    _require_sense(asked)
+    _require_sense(asked, said)
     with simulating(out, FILES, quiet=json) as progress:
         plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
         stand = _places(asked.places, plan.mission, team)
@@ -103,7 +103,11 @@ def _abort(kind: str, flown: tuple[Stage, ...]) -> str:
     return " ".join(refused) or next(iter(verdicts.values())).sentence
 
 
-def _require_sense(asked: Asked) -> None:
+def _require_sense(asked: Asked, said: Said) -> None:
+    if asked.kind != "simulated" and said.anything:
+        raise BadInput(
+            f"--wind, --noise, --model, --controller, --estimator, --latency and --mass go with simulated robots; {asked.kind} is real."
+        )
     if asked.kind == "simulated" and asked.addresses:
         raise BadInput("--address goes with --link crazyflie and mavlink, not simulated.")
     if asked.kind != "crazyflie" and asked.inventory:

@@ -102,6 +102,8 @@ def test_without_a_radio_one_sentence_says_so(run: Path, tmp_path: Path) -> None
         (("--link", "simulated", "--inventory", "lab.yaml"), "--inventory goes with --link crazyflie, not simulated"),
         (("--link", "simulated", "--address", "one=radio://0/80"), "--address goes with --link crazyflie and mavlink"),
         (("--link", "crazyflie", "--real-time"), "--real-time goes with --link simulated"),
+        (("--link", "crazyflie", "--wind", "0.2"), r"--wind, .* go with simulated robots; crazyflie is real"),
+        (("--link", "mavlink", "--noise", "0.001"), r"--wind, .* go with simulated robots; mavlink is real"),
         (("--inventory", "lab.yaml"), "go with --link"),
     ],
 )
