@@ -106,4 +106,6 @@ def _said(zeros: Mapping[str, Fraction], told: Told) -> tuple[str, ...]:
         return ()
     at = ", ".join(f"{float(zero):g} s of {robot}'s" for robot, zero in zeros.items())
     off = f", each within {told.start_error:g} s" if told.start_error else ""
-    return (f"Robots have clocks of their own: {at} are one and the same instant, when the flight began, as was told{off}.",)
+    return (
+        f"Robots have clocks of their own, taken to run at one rate: {at} are one and the same instant, when the flight began, as was told{off}.",
+    )

@@ -2,13 +2,14 @@
 
 Each flight is flown in its own wind, by one of several controllers, late and with noise, so that many leave their tubes. What is
 recorded of it is off by at most what the judge is told: in position (also leant towards the plan, which hides most), in time, with
-frames and whole stretches lost, with climb and landing around it or without. Truth is looked at by plain means of its own.
+frames and whole stretches lost, with climb and landing around it or without, on one clock or on each robot's own, from starts that are off. Truth is looked at by plain means of its own.
 """
 
 from __future__ import annotations
 
 import csv
 import io
+import tempfile
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cache
@@ -17,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import flight
-from flight import read_recording
+from flight import Told, read_flown
 from flight.closed_loop import Setup, steps
 from flight.model.airframe import airframes_of
 from flight.model.disturbances import Wind
@@ -26,6 +27,7 @@ from flight.model.sensing import MotionCapture
 from flight.model.timing import CONTROL_STEP, SUBSTEPS
 from flight.monitoring.formula_state import FormulaState
 from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.foreign_logs import crazyflie
 from tests.helpers.recordings import fires, gates
 from verify import Asked, Certificate, FlightVerdict, Samples, certify, check_flight
 from verify.data import Mission, Plan, Trajectory
@@ -190,8 +192,8 @@ def _satisfied(made: Made, places: dict[str, np.ndarray], times: np.ndarray) -> 
 class Tape:
     """A recording, and what the judge is told of it."""
 
-    text: str
-    start: float | None
+    files: dict[str, str]
+    told: Told
     error: float
     speed: float
 
@@ -229,8 +231,24 @@ def record(truth: Truth, plans: dict[str, np.ndarray], end: float, rng: np.rando
         hidden[0] = False
         seen[hidden] = np.nan
         rows[name] = seen
-    text = _written(stamps[kept], {name: row[kept] for name, row in rows.items()}, shift, long=bool(rng.random() < 0.5))
-    return Tape(text, shift if known else None, bound + speed * late * 1.0001, speed)
+    seen = {name: row[kept] for name, row in rows.items()}
+    off = float(rng.choice([0.0, 0.0, 0.002, 0.01])) if known else 0.0
+    error = bound + speed * late * 1.0001
+    if known and rng.random() < 0.3:
+        return Tape(*_by_themselves(stamps[kept], seen, off, rng), error, speed)
+    start = shift + float(rng.uniform(-off, off)) if known else None
+    text = _written(stamps[kept], seen, shift, long=bool(rng.random() < 0.5))
+    return Tape({"recording.csv": text}, Told(start=start, start_error=off * 1.0001 + (1e-6 if off else 0.0)), error, speed)
+
+
+def _by_themselves(
+    times: np.ndarray, rows: dict[str, np.ndarray], off: float, rng: np.random.Generator
+) -> tuple[dict[str, str], Told]:
+    """Return a log of each robot's own, on a clock of its own, and what is told of them: starts that are off."""
+    boots = {name: float(rng.integers(10, 900)) for name in rows}
+    files = {f"{name}.csv": crazyflie(times, row, booted=boots[name]) for name, row in rows.items()}
+    starts = {name: round(boot + float(rng.uniform(-off, off)), 6) for name, boot in boots.items()}
+    return files, Told(start=starts, start_error=off * 1.0001 + (1e-6 if off else 0.0))
 
 
 def _with_ways(truth: Truth) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -290,12 +308,17 @@ def _written(times: np.ndarray, rows: dict[str, np.ndarray], shift: float, *, lo
 def judge_tape(made: Made, tape: Tape, folder: Path) -> FlightVerdict:
     """Judge a recording as `certify --flight` does, but for the certificate, which was proved once."""
     plan, team, certificate = made
-    path = folder / "recording.csv"
-    path.write_text(tape.text)
-    table = read_recording(path, tuple(plan.mission.agents), start=tape.start)
-    samples = Samples(table.times, {name: table.position[:, j] for j, name in enumerate(table.robots)}, rounding=table.rounding)
-    asked = Asked.of_certificate(certificate, team, plan)
-    return check_flight(samples, asked, max_speed=tape.speed, error=tape.error, start=None if tape.start is None else 0.0)
+    with tempfile.TemporaryDirectory(dir=folder) as place:
+        for name, text in tape.files.items():
+            (Path(place) / name).write_text(text)
+        path = Path(place) / "recording.csv" if "recording.csv" in tape.files else Path(place)
+        found = read_flown(path, tuple(plan.mission.agents), tape.told)
+    samples = Samples(found.times, {name: found.position[:, j] for j, name in enumerate(found.robots)}, rounding=found.rounding)
+    off = 0.0 if isinstance(tape.told.start, dict) else tape.told.start_error
+    begins = None if tape.told.start is None else (0.0 - off, off)
+    return check_flight(
+        samples, Asked.of_certificate(certificate, team, plan), max_speed=tape.speed, error=tape.error, start=begins
+    )
 
 
 def disagreements(verdict: FlightVerdict, broken: set[str]) -> list[str]:

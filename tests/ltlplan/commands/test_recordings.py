@@ -52,9 +52,6 @@ def test_a_motion_capture_export_with_climb_and_landing_is_judged_and_shown(run,
     text = page.read_text()
     assert "Satisfied: all" in text
     assert "Distance from the plan" in text
-    again = judge(run, tmp_path / "vicon.csv", "--start", f"{5.01 + BEFORE:g}", "--start-error", "0.005", "--report", str(page))
-    assert again.exit_code == 0
-    assert page.read_text() == text
 
 
 def test_without_a_start_a_climb_breaks_nothing_and_proves_nothing(run, tmp_path):
@@ -68,15 +65,14 @@ def test_without_a_start_a_climb_breaks_nothing_and_proves_nothing(run, tmp_path
     assert proposed == pytest.approx(5.01 + BEFORE, abs=0.05)
 
 
-def test_a_flight_that_left_its_tube_is_told_with_a_page(run, tmp_path):
+def test_a_flight_that_left_its_tube_is_told(run, tmp_path):
     times, places = flown()
     away = {name: place + 0.08 * np.exp(-(((times - 2.0) / 0.4) ** 2))[:, None] * [0, 0, 1] for name, place in places.items()}
     (tmp_path / "qtm.tsv").write_text(foreign_logs.qualisys(times, away))
-    page = tmp_path / "flown.html"
-    done = judge(run, tmp_path / "qtm.tsv", "--start", f"{times[0] * -1:g}", "--report", str(page))
+    done = judge(run, tmp_path / "qtm.tsv", "--start", f"{times[0] * -1:g}")
     assert done.exit_code == 5
+    assert "Violated, whatever happened between the samples (tube)." in done.output
     assert "from its plan" in done.output
-    assert "Violated" in page.read_text()
 
 
 def _cut(path: Path) -> None:
@@ -91,9 +87,9 @@ def _nothing(path: Path) -> None:
 
 
 def _bomb(path: Path) -> None:
-    """An MCAP file whose one chunk says that it holds little, and holds a gigabyte of zeros."""
+    """An MCAP file whose one chunk says that it holds little, and holds a hundred megabytes of zeros."""
     zstandard = pytest.importorskip("zstandard", reason="zstandard is not installed")
-    packed = zstandard.ZstdCompressor().compress(bytes(1_000_000_000))
+    packed = zstandard.ZstdCompressor().compress(bytes(100_000_000))
     chunk = struct.pack("<QQQI", 0, 1, 1000, 0) + struct.pack("<I", 4) + b"zstd" + struct.pack("<Q", len(packed)) + packed
     path.write_bytes(b"\x89MCAP0\r\n" + b"\x06" + struct.pack("<Q", len(chunk)) + chunk + b"\x89MCAP0\r\n")
 
