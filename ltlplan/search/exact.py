@@ -25,7 +25,7 @@ from ltlplan.search.counts.planning import plan_counts, plan_hovering
 from ltlplan.search.counts.refusals import no_counted_plan
 from ltlplan.search.counts.team_classes import CountedTeam, Rooms
 from ltlplan.search.endurance import over_endurance, require_endurance
-from ltlplan.search.interleavings.ordered_plans import MOST_STATES, OrderedPlan, plan_ordered
+from ltlplan.search.interleavings.ordered_plans import MOST_STATES, OrderedPlan, plan_ordered, plan_ordered_for_dearest
 from ltlplan.search.itineraries import itinerary, word_along
 from ltlplan.search.joint.team_words import plan_joint, plan_joint_makespan
 from ltlplan.search.lassos.laps import assign_lasso, assign_team_laps
@@ -249,8 +249,9 @@ def _assign_ordered(
 
     def search(worlds: Sequence[TransitionSystem]) -> LeastSum[OrderedPlan] | None:
         found = plan_ordered(worlds, automata, known, joint=mission.spec.team == "joint", most=most)
-        if found is None:
-            return None
+        return None if found is None else costed(found)
+
+    def costed(found: OrderedPlan) -> LeastSum[OrderedPlan]:
         costs = tuple(itinerary(system, path).cost for system, path in zip(each, found.paths, strict=True))
         return LeastSum(found, costs, found.paths, max(0.0, found.cost - TIES))
 
@@ -260,6 +261,12 @@ def _assign_ordered(
     longest, bound = mission.planner.objective == "longest", best.least
     if longest:
         best, bound = lower_the_dearest(each, best, search)
+        dearest = max(best.costs)
+        if bound is None or dearest > bound + 2 * TIES:
+            joint = mission.spec.team == "joint"
+            plan, least = plan_ordered_for_dearest(each, automata, known, joint=joint, most=most, below=dearest - TIES)
+            bound = max(bound or 0.0, least - TIES)  # what breaks ties counts in `least`
+            best = best if plan is None else costed(plan)
     found = best.plan
     robots = {name: itinerary(system, path) for name, system, path in zip(mission.agents, each, found.paths, strict=True)}
     notes = [
@@ -271,7 +278,7 @@ def _assign_ordered(
         least, complete = max(0.0, total - TIES), True
     else:
         total, least = max(best.costs), bound or 0.0
-        complete = total <= least + 2 * TIES
+        complete = total <= least + 3 * TIES
         if not complete:
             notes.append(BY_WEIGHTED_SUMS)
     said = (*notes, *systems.unclear())

@@ -48,6 +48,8 @@ def test_laps_of_published_cases_are_shared(case: str, cost: float, complete: bo
     _, plan = planned(case)
     assert plan.cost == pytest.approx(cost, abs=1e-3)
     assert plan.complete == complete
+    assert plan.lower_bound is not None
+    assert 0.8 * plan.cost <= plan.lower_bound <= plan.cost
     assert all(robot.cycle_visit is not None for robot in plan.robots.values())
 
 

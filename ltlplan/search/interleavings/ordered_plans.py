@@ -13,7 +13,7 @@ from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import TooLarge
 from ltlplan.search.counts.marks import Marks
 from ltlplan.search.interleavings.abstraction import alike_merged
-from ltlplan.search.interleavings.courses import Course, cheapest_course, is_event
+from ltlplan.search.interleavings.courses import Course, cheapest_course, course_of_least_dearest, is_event
 from ltlplan.search.interleavings.event_names import Names
 from ltlplan.search.interleavings.linearisations import Event, Linearisations
 from ltlplan.search.interleavings.needed_orders import needed_orders
@@ -85,6 +85,40 @@ def plan_ordered(
             "in its visit, or one of a visit that lasts to the end."
         )
     return None
+
+
+def plan_ordered_for_dearest(  # as `plan_ordered`, and the limit
+    systems: Sequence[TransitionSystem],
+    automata: Sequence[Automaton],
+    atoms: dict[str, Atom],
+    *,
+    joint: bool,
+    most: int,
+    below: float,
+) -> tuple[OrderedPlan | None, float]:
+    """Return a plan under precedences whose dearest robot costs least, if that is below a limit, and what it costs at the least.
+
+    Args:
+        systems: One for each robot.
+        automata: One for each conjunct.
+        atoms: The formula's propositions of the whole team, where it counts.
+        joint: Whether it reads the letter of the whole team.
+        most: Ways that may be gone on with.
+        below: What the dearest robot of another plan costs.
+
+    Returns:
+        None where no such plan is found. The bound holds for all plans, and is the limit where none is below it.
+    """
+    marks = Marks(automata, atoms)
+    found = course_of_least_dearest(systems, shown_by(marks, systems), Reading(marks, joint=joint), most, below)
+    bound = min(found.bound, below)
+    if found.course is None:
+        return None, bound
+    kept = _precedences(marks, systems, found.course, joint=joint)
+    if kept is None:  # an action that nobody can wait for
+        return None, bound
+    course = found.course
+    return OrderedPlan(_paths(systems, course), kept, course.cost, course.reached), bound
 
 
 def _leaving_after_actions(system: TransitionSystem) -> TransitionSystem:

@@ -72,14 +72,19 @@ def plan_team_lasso(mission: Mission, each: Sequence[TransitionSystem], asked: F
     course = staged(system, readers, course, joint=mission.spec.team == "joint")
     cost = run.prefix_cost + mission.spec.repeat * run.cycle_cost
     ways = [_ways(len(each), part) for part in (prefix, cycle)]
-    least = _least(mission, each, asked, budget) if all(reader.closes for reader in readers) else None
+    least = _least(mission, each, asked, budget)
     return TeamLasso(ways[0], ways[1], course, least, found.whole and run.bound >= cost - 1e-6, len(system.places))
 
 
 def _least(mission: Mission, each: Sequence[TransitionSystem], asked: Formula, budget: Budget) -> float | None:
-    """Return what laps cost at the least in which several robots may be on their way; None where that takes too many states."""
+    """Return what laps cost at the least in which several robots may be on their way; None where that takes too many states, or is not known.
+
+    Counted are conjuncts that are back in their states after every lap, whose laps are rounds of the product; the others may ask for more.
+    """
     system = TeamSystem(each, together=True)
-    readers = team_readers(mission, asked, system.letters, budget)
+    readers = [reader for reader in team_readers(mission, asked, system.letters, budget) if reader.closes]
+    if not readers:
+        return None
     budget = replace(budget, lasso=min(budget.lasso, MOST_TOGETHER))
     try:
         run = cheapest_lasso(system, readers, weight=mission.spec.repeat, budget=budget)
