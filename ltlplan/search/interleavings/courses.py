@@ -140,7 +140,9 @@ def course_of_least_dearest(  # as `cheapest_course`, and the limit
         expanded += 1
         if expanded > most:
             return DearestCourse(None, dearest)
-        following = [(after, _paying(paid, robot, cost)) for robot, cost, after in walk.steps(place)]
+        following: list[tuple[Place | None, tuple[float, ...]]] = [
+            (after, _paying(paid, robot, cost)) for robot, cost, after in walk.steps(place)
+        ]
         ends = walk.ends(place)
         if ends is not None:
             following.append((None, tuple(a + b for a, b in zip(paid, ends, strict=True))))

@@ -57,9 +57,7 @@ def agrees(seed: int) -> bool:
     """Hold a plan under precedences against all short words; False where there is none."""
     rng = Random(seed)
     parts, may_enter, team = rng.sample(PARTS, rng.randint(2, 4)), rng.choice(TEAMS[:3]), rng.choice(["own", "joint"])
-    mission = own_places(
-        " & ".join(f"({part})" for part in parts), may_enter, team=team, extra="planner: {objective: longest}"
-    )
+    mission = own_places(" & ".join(f"({part})" for part in parts), may_enter, team=team, extra="planner: {objective: longest}")
     try:
         found = assign(mission, explained=False)
     except Unsatisfiable:
