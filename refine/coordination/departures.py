@@ -49,7 +49,7 @@ class ScheduledPath:
         earliest: Least departure, s.
         arrives: When it has come to each visit's place, or deep into its region where it flies on, s after departure; only for meetings.
         sets_out: When it sets out for visits for which it waits for others to arrive, s after departure.
-        inside: For each visit from when to when it is inside for sure, s after departure; only where precedences ask for it.
+        inside: For each visit from when to when it is inside for sure at first, s after departure; only where precedences ask for it.
         acts: For each visit with actions, when it makes the first and the last of them, s after departure; likewise.
         shares: For each visit with actions, by how much the first one comes later where it departs 1 s later: where it starts in the
             region its stay is longer then, over which actions are spread.

@@ -94,7 +94,7 @@ def flight_of(plan: Plan, robot: RobotFlight) -> ScheduledPath:
     if any((wait.done, wait.due) != ("left", "enters") for wait in plan.precedences):
         deep = stays(robot.path, plan.mission.all_regions, -plan.mission.margin)
         sure = [_surely(stay, deep) for stay in found]
-        inside = tuple((those[0].start, those[-1].end) for those in sure)
+        inside = tuple((those[0].start, those[0].end) for those in sure)
         acts = {
             index: _acting(max(sure[index], key=lambda stay: stay.end - stay.start), len(visit.actions))
             for index, visit in enumerate(robot.plan.visits[: len(sure)])

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from refine.bodies import Ball, Disc, GrownRegion, blocking, grown_ellipsoid, keep_out
 from refine.corridor.legs import CLEARANCE, bodies_of, leads_to
+from refine.corridor.outside import left_last, moved_outside, part_outside
 from refine.corridor.planned import DEEP
 from refine.corridor.roadmap import way_around
 from refine.obstacles import SolidBody
@@ -26,8 +27,6 @@ _WIDER = (0.25, 0.1, 0.0)
 """m beyond what robots keep that places to meet at lie apart, where there is so much room: others fly between."""
 _FORBIDDEN = 1e9
 """m^2; more than any ways."""
-_AROUND = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
-"""Ways out of a region."""
 _UNIT_BOX = np.array(list(itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3)))
 _UNIT_BALL = np.array([p for p in itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3) if np.linalg.norm(p) <= 1.0])
 
@@ -75,8 +74,8 @@ def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
     """Return the plan with points of visits moved that lie too near another robot's last hover.
 
     A robot that never leaves its start is there for every visit; one that ends its flight is there when another one ends its
-    own. Robots that do not move have the first say, then flights whose last point may not be moved; the others follow in the
-    plan's order. What cannot be moved stays.
+    own. Robots that do not move have the first say, then flights whose last point may not be moved, then those that end just outside a
+    region that they have left; the others follow in the plan's order. What cannot be moved stays.
 
     Args:
         plan: A finite one, or one robot's.
@@ -87,6 +86,7 @@ def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
     still = [name for name, robot in robots.items() if robot.still]
     firm = [name for name, robot in robots.items() if not movable(mission, robot, robot.waypoints[-1])]
     ends: dict[str, Ball] = {}
+    firm.sort(key=lambda name: left_last(mission, robots[name]) is not None)
     for name in dict.fromkeys((*still, *firm, *robots)):
         robot = robots[name]
         hovering = tuple(ends[other] for other in ends if other in still)
@@ -96,6 +96,9 @@ def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
             meets = any(place.signed_distance(np.array(waypoint.position)) <= 0.0 for place in taken)
             if name not in still and meets and movable(mission, robot, waypoint):
                 waypoints[index] = _moved(mission, name, robot, waypoint, taken) or waypoint
+            elif meets and index == len(waypoints) - 1 and (left := left_last(mission, robot)) is not None:
+                leg = waypoints[index - 1], waypoint
+                waypoints[index] = moved_outside(mission, name, left, leg, tuple(ends.values())) or waypoint
         robots[name] = robot.model_copy(update={"waypoints": tuple(waypoints)})
         ends[name] = keep_out(name, np.array(waypoints[-1].position), distance, z_scale)
     return plan.model_copy(update={"robots": {name: robots[name] for name in plan.robots}})
@@ -143,44 +146,9 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float, *, nearest: bool 
         else:
             _refuse_what_is_too_small(plan, region, guests, (distance, z_scale))
     for region in mission.regions if plan.precedences else ():  # robots may wait for each other just outside regions
-        _part_outside(plan, region, moved, (distance, z_scale))
+        part_outside(plan, region, moved, (distance, z_scale))
     robots = {name: robot.model_copy(update={"waypoints": tuple(moved[name])}) for name, robot in plan.robots.items()}
     return plan.model_copy(update={"robots": robots})
-
-
-def _part_outside(plan: Plan, region: str, moved: Mapping[str, list[Waypoint]], kept: tuple[float, float]) -> None:
-    """Move the points just outside a region, to which robots leave it before they come back, apart from each other and from who is in it."""
-    mission, (distance, z_scale) = plan.mission, kept
-    body, middle = mission.regions[region], np.array(mission.regions[region].center)
-    inside = {
-        name: [np.array(w.position) for w in points if w.region == region and w.role == "centre"]
-        for name, points in moved.items()
-    }
-    outside: dict[str, list[Floats]] = {name: [] for name in moved}
-    for name, points in moved.items():
-        for index, point in enumerate(points):
-            around = points[index - 1 : index + 2]
-            if point.role != "via" or [w.region for w in around] != [region] * 3 or around[0].role != "centre":
-                continue
-            reach = float(np.sqrt(body.level(np.array(point.position))))
-            ways = np.concatenate([[np.array(point.position) - middle, np.array(around[0].position) - middle], _AROUND])
-            ways = ways[np.linalg.norm(ways, axis=1) > 0.0]
-            places = middle + ways * (reach / np.sqrt(body.level(middle + ways)))[:, None]
-            bodies = bodies_of(mission, name, CLEARANCE)
-            grow = mission.margin + CLEARANCE
-            free = np.all(
-                (places >= np.array(mission.workspace.min) + grow) & (places <= np.array(mission.workspace.max) - grow), axis=1
-            )
-            others = [at for each in (inside, outside) for other, found in each.items() if other != name for at in found]
-            taken = [keep_out(name, at, distance, z_scale) for at in others]
-            solid = [other for which, other in bodies.regions.items() if which != region]
-            for each in (*taken, *solid, *bodies.rings.values(), *bodies.solids):
-                free &= each.signed_distance(places) > 0.0
-            if free.any():
-                away = np.linalg.norm(places - np.array(around[0].position), axis=1)
-                place = places[int(np.argmin(np.where(free, away, np.inf)))]
-                points[index] = point.model_copy(update={"position": tuple(place.tolist())})
-            outside[name].append(np.array(points[index].position))
 
 
 def _visits_within(mission: Mission, region: str, waypoints: Mapping[str, list[Waypoint]]) -> dict[str, list[Floats]]:

@@ -56,6 +56,37 @@ def test_robots_that_meet_exchange_their_places_so_that_ways_are_short() -> None
     assert squares[1] < squares[0]
 
 
+@pytest.mark.parametrize("robots", [2, 3])
+def test_robots_that_end_just_outside_a_region_end_apart_and_outside(robots: int) -> None:
+    plan = leaving(robots)
+    body = plan.mission.regions["goal"]
+    last = [robot.waypoints[-1] for robot in moved_apart(plan, 0.5, 1.0).robots.values()]
+    assert last[0] == plan.robots["a"].waypoints[-1]
+    assert all(math.dist(one.position, other.position) >= 0.5 for one, other in itertools.combinations(last, 2))
+    assert all(body.level(np.array(each.position)) == pytest.approx(body.level(np.array(last[0].position))) for each in last)
+
+
+def test_who_ends_outside_keeps_clear_of_other_regions() -> None:
+    plan = leaving(2)
+    near = {"near": ball(1.0, 0.9, 0.35), "far": ball(1.0, -0.9, 0.35)}
+    mission = plan.mission.model_copy(update={"regions": {**plan.mission.regions, **near}})
+    moved = moved_apart(plan.model_copy(update={"mission": mission}), 0.5, 1.0)
+    place = np.array(moved.robots["b"].waypoints[-1].position)
+    assert place.tolist() != list(plan.robots["b"].waypoints[-1].position)
+    assert all(region.level(place) > 1.0 for region in mission.regions.values())
+
+
+def leaving(robots: int) -> Plan:
+    """Robots that visit one point of a region and leave it for one point just outside, where all would hover in the end."""
+    starts = {name: (-1.5, 0.6 - 0.6 * i, 1.0) for i, name in enumerate("abc"[:robots])}
+    mission = room({"goal": ball(1.0, 0.0, 0.5)}, {name: Agent(start=start) for name, start in starts.items()})
+    flights = {name: straight(start, (1.0, 0.0, 1.0), (1.7, 0.0, 1.0), visits={1: "goal"}) for name, start in starts.items()}
+    for name, robot in flights.items():
+        last = robot.waypoints[-1].model_copy(update={"region": "goal", "role": "via"})
+        flights[name] = robot.model_copy(update={"waypoints": (*robot.waypoints[:-1], last)})
+    return Plan(mission=mission, robots=flights)
+
+
 @pytest.mark.parametrize("order", list(itertools.permutations(("idle", "guest", "other"))))
 def test_a_visit_keeps_clear_of_a_robot_that_never_moves(order: tuple[str, ...]) -> None:
     starts = {"idle": (1.0, 0.35, 1.0), "guest": (-1.5, 0.0, 1.0), "other": (-1.5, 1.5, 1.0)}

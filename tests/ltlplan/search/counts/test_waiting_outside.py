@@ -39,6 +39,12 @@ def test_robots_that_are_to_be_outside_together_wait_there(formula: str, robots:
     assert certified_team(made).certificate.holds
 
 
+@pytest.mark.slow
+def test_robots_that_are_outside_together_in_the_end_rest_apart_there() -> None:
+    made = plan(world("F(all(a) & F free)"))
+    assert certified_team(made).certificate.holds
+
+
 @pytest.mark.slow  # half a minute: many small teams, each searched twice where there is no plan
 @pytest.mark.parametrize("seed", range(60))
 def test_no_plan_is_called_impossible_that_precedences_allow(seed: int) -> None:

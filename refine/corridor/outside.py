@@ -1,0 +1,88 @@
+"""Places just outside regions, where robots hover that have left them: apart from each other, and from whom else is there."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refine.bodies import Ball, keep_out
+from refine.corridor.legs import CLEARANCE, bodies_of
+from verify.data import Mission, Plan, RobotPlan, Waypoint
+
+Floats = NDArray[np.float64]
+
+_AROUND = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
+"""Ways out of a region."""
+
+
+def left_last(mission: Mission, robot: RobotPlan) -> str | None:
+    """Return the region just outside of which a robot ends its flight, which it has left for that; None where it ends elsewhere.
+
+    Args:
+        mission: Gives the regions.
+        robot: Its plan.
+    """
+    if len(robot.waypoints) < 2:
+        return None
+    before, last = robot.waypoints[-2:]
+    left = last.role == "via" and before.role == "centre" and before.region == last.region
+    return last.region if left and last.region in mission.regions else None
+
+
+def moved_outside(
+    mission: Mission, name: str, region: str, leg: tuple[Waypoint, Waypoint], taken: Sequence[Ball]
+) -> Waypoint | None:
+    """Return the last point of a leg out of a region as far outside in another direction, not taken and near; None where there is none.
+
+    Args:
+        mission: Gives regions, rings, obstacles, margin and workspace.
+        name: The robot's.
+        region: The region that is left.
+        leg: Its last point inside, and the one outside.
+        taken: Where others hover.
+    """
+    before, point = (np.array(each.position) for each in leg)
+    body, middle = mission.regions[region], np.array(mission.regions[region].center)
+    ways = np.concatenate([[point - middle, before - middle], _AROUND])
+    ways = ways[np.linalg.norm(ways, axis=1) > 0.0]
+    reach = float(np.sqrt(body.level(point)))
+    places = middle + ways * (reach / np.sqrt(body.level(middle + ways)))[:, None]
+    bodies, grow = bodies_of(mission, name, CLEARANCE), mission.margin + CLEARANCE
+    low, high = np.array(mission.workspace.min) + grow, np.array(mission.workspace.max) - grow
+    free = np.all((places >= low) & (places <= high), axis=1)
+    solid = [other for which, other in bodies.regions.items() if which != region]
+    for each in (*taken, *solid, *bodies.rings.values(), *bodies.solids):
+        free &= each.signed_distance(places) > 0.0
+    if not free.any():
+        return None
+    nearest = np.argmin(np.where(free, np.linalg.norm(places - before, axis=1), np.inf))
+    return leg[1].model_copy(update={"position": tuple(places[int(nearest)].tolist())})
+
+
+def part_outside(plan: Plan, region: str, moved: Mapping[str, list[Waypoint]], kept: tuple[float, float]) -> None:
+    """Move the points just outside a region, to which robots leave it before they come back, apart from each other and from who is in it.
+
+    Args:
+        plan: Whose robots wait there.
+        region: Which region.
+        moved: Each robot's waypoints, which are changed.
+        kept: m that robots keep, and how many times distances in z count.
+    """
+    mission, (distance, z_scale) = plan.mission, kept
+    inside = {
+        name: [np.array(w.position) for w in points if w.region == region and w.role == "centre"]
+        for name, points in moved.items()
+    }
+    outside: dict[str, list[Floats]] = {name: [] for name in moved}
+    for name, points in moved.items():
+        for index, point in enumerate(points):
+            around = points[index - 1 : index + 2]
+            if point.role != "via" or [w.region for w in around] != [region] * 3 or around[0].role != "centre":
+                continue
+            others = [at for each in (inside, outside) for other, found in each.items() if other != name for at in found]
+            taken = [keep_out(name, at, distance, z_scale) for at in others]
+            points[index] = moved_outside(mission, name, region, (around[0], point), taken) or point
+            outside[name].append(np.array(points[index].position))
