@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +21,7 @@ from refine.feedback import Feedback, feedback_of
 from refine.parts import from_rest_to_rest, longer_than_held
 from refine.single.values import RefinementOptions
 from refine.stretches import end_of
-from verify.data import Mission, Plan, RobotPlan, Trajectory, Visit, Witness
+from verify.data import Infeasible, Mission, Plan, RobotPlan, Trajectory, Visit, Witness
 from verify.data.laps import Rest, before_laps, one_lap, rest_after
 from verify.data.plan import Meeting
 from verify.data.progress import Progress, part_of
@@ -42,7 +43,21 @@ def team_laps(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOpt
         DoesNotFit: A part is too long, and does not keep its limits where it is slowed down to rest.
         SolverTimeout: An engine's seconds ran out.
     """
-    plan = _with_own_places(plan, feedback_of(plan, witnesses))
+    feedback = feedback_of(plan, witnesses)
+    placed, nearer = (_with_own_places(plan, feedback, nearest=nearest) for nearest in (False, True))
+    try:
+        return _laps(placed, witnesses, options, tell)
+    except Infeasible:
+        if placed.robots == nearer.robots:
+            raise
+        with suppress(Infeasible):
+            tell("letting robots rest where each is nearest", 0.0)
+            return _laps(nearer, witnesses, options, tell)
+        raise
+
+
+def _laps(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOptions, tell: Progress) -> dict[str, Trajectory]:
+    """Return prefix and lap of robots that rest at places of their own."""
     rests = {name: rest_after(plan.mission, name, robot) for name, robot in plan.robots.items()}
     once = from_rest_to_rest(_prefix(plan), witnesses, options, part_of(tell, 0.0, 0.5))
     ends = {name: end_of(pieces) for name, pieces in once.pieces.items() if pieces.durations}
@@ -65,13 +80,13 @@ def team_laps(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOpt
     return {name: Trajectory(p.durations, p.coefficients, cycle=p.cycle, cuts=cuts[name]) for name, p in laps.items()}
 
 
-def _with_own_places(plan: Plan, feedback: Feedback) -> Plan:
+def _with_own_places(plan: Plan, feedback: Feedback, *, nearest: bool) -> Plan:
     """Give robots places of their own in the regions in which they rest while others come there too."""
     finite = plan.model_copy(update={"mission": before_laps(plan.mission)})
     if not plan.mission.written.counts and not _shared(plan):
         return plan
     kept = spacing_for(finite, feedback)
-    moved = moved_to_meet(finite, kept.distance + HOVERING, kept.z_scale)
+    moved = moved_to_meet(finite, kept.distance + HOVERING, kept.z_scale, nearest=nearest)
     return moved.model_copy(update={"mission": plan.mission})
 
 

@@ -204,8 +204,9 @@ def too_near(conflict: DepartureConflict, distance: float) -> Infeasible:
             f"No departure times of {a} keep every planned precedence: it would have to wait in the middle of its flight."
         )
         return Infeasible(sentence, Witness(claim="formula", sentence=sentence, robot=a))
+    least = max(conflict.distance, 0.0)  # a lower bound, which may be below zero
     sentence = (
-        f"No departure times keep {a} and {b} apart, and no giving way does: they come within {conflict.distance:.3f} m at {conflict.time:.2f} s, "
+        f"No departure times keep {a} and {b} apart, and no giving way does: they come within {least:.3f} m at {conflict.time:.2f} s, "
         f"{distance:.3f} m is needed (separation and twice the margin)."
     )
     witness = Witness(
