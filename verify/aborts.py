@@ -47,7 +47,7 @@ class AbortVerdict:
 
     Attributes:
         length: s that braking takes.
-        share: Share of the braking around which it is refused; None where it is certified.
+        share: Share of the braking around which it is refused; None where it is certified, or was not judged.
         refused: Claims that do not hold there; times are of the instant at which braking begins.
     """
 
@@ -61,6 +61,8 @@ class AbortVerdict:
     @property
     def sentence(self) -> str:
         """What is said of it."""
+        if self.share is None and self.refused:
+            return f"Abort not certified: {self.refused[0].sentence}"
         if self.share is None:
             return f"Abort certified: from every instant all robots brake to a hover within {self.length:g} s, apart and clear of everything."
         times = "" if self.refused[0].time is None else " (braking that begins at the time said)"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -36,7 +37,8 @@ def command(
 ) -> None:
     """Rehearse a certified mission: which controllers stay in the tube, with what mass, latency and wind.
 
-    Four controllers, three masses, three latencies and three winds unless options say otherwise; * marks what left the tube.
+    Four controllers, three masses, three latencies and three winds unless options say otherwise; * marks what left the tube. Of a run's
+    folder the report gets the table.
     """
     from flight import rehearse
     from flight.rehearsal.rehearse import USUAL, Combinations
@@ -55,7 +57,23 @@ def command(
             workers=workers, progress=part_of(progress, 0.3, 1.0),
         )  # fmt: skip
         files = written(out, lambda folder: write_rehearsal(plan, found, folder))
-    Outcome(_lines(found), found.to_dict(), None).show(files, as_json=json)
+    page, note = _into_report(Path(source), found)
+    Outcome([*_lines(found), *note], found.to_dict(), None).show((*files, *page), as_json=json)
+
+
+def _into_report(run: Path, found: Rehearsal) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+    """Add what was found to the report of a run's folder, where there is one that is as we left it; return it, or why not."""
+    from ltlplan.report.rehearsal import with_rehearsal
+    from verify.data import BadInput
+    from verify.data.storage.single_files import replace_listed
+
+    report = run / "report.html"
+    if not report.is_file():
+        return (), ()
+    try:
+        return (replace_listed(run, report.name, with_rehearsal(report.read_text(encoding="utf-8"), found)),), ()
+    except (BadInput, OSError, UnicodeError) as error:
+        return (), (f"The report does not show it: {error}",)
 
 
 def _lines(found: Rehearsal) -> list[str]:

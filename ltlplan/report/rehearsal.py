@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ltlplan.report.page import listed, page_html, section, table
+from ltlplan.report.page import folded, listed, page_html, section, table
 
 if TYPE_CHECKING:
     from flight.rehearsal.table import Rehearsal
@@ -15,13 +15,45 @@ _NOTE = (
 )
 
 
+_BEGIN, _END = "<!-- rehearsal -->", "<!-- end of rehearsal -->"
+
+
 def rehearsal_html(found: Rehearsal) -> str:
     """Return one self-contained page for a rehearsal."""
-    header, *rows = found.rows()
-    flights = f"{len(found.cells)} cells of {found.runs} flight{'s' * (found.runs != 1)}"
     return page_html(
-        f"{found.mission}: rehearsal of {flights}",
-        header=listed([sentence[:1].upper() + sentence[1:] for sentence in found.sentences]),
-        sections=[section("Cells", table(header, rows, numbers=range(1, len(header))), note=_NOTE)],
+        f"{found.mission}: {_title(found)}",
+        header=listed(_sentences(found)),
+        sections=[section("Cells", _cells(found), note=_NOTE)],
         figures={},
     )
+
+
+def with_rehearsal(page: str, found: Rehearsal) -> str:
+    """Return a run's page with a section on a rehearsal of it as its last one, in place of an earlier rehearsal's.
+
+    Args:
+        page: The run's page.
+        found: The rehearsal.
+    """
+    shown, scripts, data = page.partition('<script id="plotly"')
+    before, begin, rest = shown.partition(_BEGIN)
+    if begin:
+        shown = before + rest.partition(_END)[2].removeprefix("\n")
+    above, main, below = shown.rpartition("</main>")
+    heading = _title(found)
+    made = section(heading[:1].upper() + heading[1:], listed(_sentences(found)) + _cells(found), note=_NOTE)
+    return f"{above}{_BEGIN}{made}{_END}\n{main}{below}{scripts}{data}"
+
+
+def _title(found: Rehearsal) -> str:
+    cells = len(found.cells)
+    return f"rehearsal of {cells} cell{'s' * (cells != 1)} of {found.runs} flight{'s' * (found.runs != 1)}"
+
+
+def _sentences(found: Rehearsal) -> list[str]:
+    return [sentence[:1].upper() + sentence[1:] for sentence in found.sentences]
+
+
+def _cells(found: Rehearsal) -> str:
+    header, *rows = found.rows()
+    return folded(table(header, rows, numbers=range(1, len(header))), len(rows), "rows")

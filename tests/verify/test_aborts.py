@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from flight.link.on_board import Commander
 from flight.monitoring.reaction import braking_length
+from ltlplan.result import MOST_TOGETHER, aborts_of
 from tests.helpers.stand_ins import hover, minimum_snap, rest_to_rest
 from verify.aborts import judge_aborts
 from verify.data import BadInput, Mission, Trajectory, parse_mission
@@ -163,3 +165,17 @@ def test_the_verdict_agrees_with_dense_sampling_on_random_flights() -> None:
             assert sampled < asked + 0.03, "it refuses nothing that is clear by more than its intervals are wide"
     assert certified > 5
     assert refused > 5
+
+
+def test_large_teams_are_said_to_be_not_judged_with_a_run() -> None:
+    names = [f"q{k}" for k in range(MOST_TOGETHER + 1)]
+    team = {name: hover(place=(0.4 * k - 2.0, 0.0, 1.0)) for k, name in enumerate(names)}
+    agents = {
+        name: mission().agents["one"].model_copy(update={"start": (0.4 * k - 2.0, 0.0, 1.0)}) for k, name in enumerate(names)
+    }
+    many, cert = mission(agents=agents), SimpleNamespace(margin=0.03, clock_error=0.0)
+    verdict = aborts_of(many, team, cert)
+    assert not verdict
+    assert verdict.sentence.startswith("Abort not certified: it is judged of 8 robots at most, and these are 9")
+    fewer = many.model_copy(update={"agents": {name: agents[name] for name in names[1:]}})
+    assert aborts_of(fewer, {name: team[name] for name in names[1:]}, cert)

@@ -125,6 +125,26 @@ def test_fly_once_and_many_times(folder: Path, small: Path, tmp_path: Path) -> N
     assert "<html" in (tmp_path / "many" / "campaign.html").read_text()
 
 
+@pytest.mark.slow
+def test_a_rehearsal_of_a_run_stands_in_its_report(folder: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "run"
+    shutil.copytree(folder, copy)
+    before = (copy / "report.html").read_text()
+    few = ("--runs", "1", "--controller", "geometric", "--mass", "1", "--latency", "0.01", "--wind", "0")
+    assert f"wrote {copy / 'report.html'}" in ok("rehearse", str(copy), *few)
+    page = (copy / "report.html").read_text()
+    assert "<h2>Rehearsal of 1 cell of 1 flight</h2>" in page
+    assert page.split("</section><!-- end of rehearsal -->\n</main>")[1] == before.split("</main>")[1]
+    ok("rehearse", str(copy), *few[2:], "--runs", "2")
+    again = (copy / "report.html").read_text()
+    assert "of 1 flight</h2>" not in again
+    assert again.count("Rehearsal of") == 1
+    ok("recheck", str(copy))
+    (copy / "report.html").write_text(before + "mine")
+    assert "The report does not show it: " in ok("rehearse", str(copy), *few)
+    assert (copy / "report.html").read_text() == before + "mine"
+
+
 def test_a_live_flight_over_the_simulated_link_is_watched_and_judged(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "live"
     text = ok("fly", str(folder), "--link", "simulated", "--out", str(out))
