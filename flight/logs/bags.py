@@ -103,11 +103,14 @@ def _topics(topics: Mapping[str, str], names: Mapping[str, str], source: str) ->
     chosen: dict[str, str] = {}
     for robot, name in names.items():
         if name.startswith("/"):
+            if topics.get(name) == NAMED:
+                raise BadInput(
+                    f"{source}: {name} holds poses with names; say what {robot} is called there: --called {robot}=NAME."
+                )
             if topics.get(name) not in POSES:
                 what = f"is a {topics[name]}" if name in topics else "is not there"
-                raise BadInput(
-                    f"{source}: the topic {name} {what}; poses are {', '.join(sorted(POSES))}.{did_you_mean(name, topics)}"
-                )
+                near = "" if name in topics else did_you_mean(name, topics)
+                raise BadInput(f"{source}: the topic {name} {what}; poses are {', '.join(sorted(POSES))}.{near}")
             chosen[robot] = name
             continue
         own = sorted(topic for topic, kind in topics.items() if kind in POSES and name in topic.split("/"))

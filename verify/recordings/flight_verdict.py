@@ -22,7 +22,7 @@ from verify.recordings.actions import Action, action_claim, internal_changes, lo
 from verify.recordings.alignment import Alignment, fitted, given
 from verify.recordings.asked import Asked, World
 from verify.recordings.flight_log import Samples
-from verify.recordings.measurement import LARGEST, require_error, require_speed, with_rounding
+from verify.recordings.measurement import LARGEST, require_error, require_speed, unseen_sentence, with_rounding
 from verify.recordings.planned_paths import PlannedPath, planned_paths
 from verify.recordings.recorded_visits import passage_claim, visit_claim, widened
 from verify.recordings.samples import MAX_SAMPLES
@@ -291,6 +291,9 @@ class _Judge:
             yield f"No robot is ever accelerated by more than {self.bounds.acceleration:g} m/s^2."
         yield f"No measured position is off by more than {self.bounds.error:g} m, the digits that it was written with included."
         yield from self.samples.notes
+        for robot, one in self.tracks.items():
+            if unseen := unseen_sentence(robot, one.times[one.real], one.start, one.stop):
+                yield unseen
         if self.asked.mission.internal_propositions:
             if self.samples.internal is not None:
                 yield "Internal states are those of the log; an action counts where the samples allow it at its place."

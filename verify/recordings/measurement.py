@@ -14,6 +14,9 @@ Floats = NDArray[np.float64]
 _MOST = 1e9
 """Greatest speed (m/s) and error (m) that are taken for meant; beyond them, floats would overflow and prove nothing."""
 
+_BLIND = 0.25
+"""s; who was not seen for longer is named."""
+
 LARGEST = 1e12
 """Greatest coordinate (m) and time (s), likewise."""
 
@@ -67,6 +70,22 @@ def require_speed(max_speed: float | None) -> float:
             f"max_speed must be a speed in m/s, from {1 / _MOST:g} (so above 0) to {_MOST:g}, not {str(max_speed)[:40]}."
         )
     return float(max_speed)
+
+
+def unseen_sentence(robot: str, times: Floats, start: float, stop: float) -> str:
+    """Say for how long a robot was not seen at the most; nothing where that is too short to be told.
+
+    Args:
+        robot: Name.
+        times: When it was seen, s. Shape (n,).
+        start: From when on it is judged, s.
+        stop: Until when, s.
+    """
+    seen = times[(times > start) & (times < stop)]
+    ends = np.concatenate([[start], seen, [stop]])
+    longest = int(np.argmax(np.diff(ends)))
+    gap = float(ends[longest + 1] - ends[longest])
+    return f"{robot} was not seen for {gap:.2f} s, from {ends[longest]:.2f} s on." if gap > _BLIND else ""
 
 
 def longest_gaps(times: Floats) -> Floats:

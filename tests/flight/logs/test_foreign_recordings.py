@@ -181,6 +181,10 @@ def test_topics_and_frames_of_a_bag_are_not_chosen_between(tmp_path):
         flight.read_flown(tmp_path / "bag", ("quad5",), Told())
     with pytest.raises(BadInput, match="is not there"):
         flight.read_flown(tmp_path / "bag", ("quad1",), Told(called={"quad1": "/quad1/odom"}))
+    foreign_logs.bag(tmp_path / "array", TIMES[:9], {"cf1": places()["quad1"][:9]}, kind="NamedPoseArray", mcap=False)
+    with pytest.raises(BadInput, match="/poses holds poses with names; say what quad1 is called there"):
+        flight.read_flown(tmp_path / "array", ("quad1",), Told(called={"quad1": "/poses"}))
+    assert len(flight.read_flown(tmp_path / "array", ("quad1",), Told(called={"quad1": "cf1"})).times) == 9
     with pytest.raises(BadInput, match="a bag has no columns"):
         flight.read_flown(tmp_path / "bag", ("quad1",), Told(called={"t": "stamp"}))
 

@@ -75,6 +75,18 @@ def test_a_flight_that_left_its_tube_is_told(run, tmp_path):
     assert "from its plan" in done.output
 
 
+def test_a_log_that_starts_late_proves_nothing_and_says_for_how_long_nobody_was_seen(run, tmp_path):
+    times, places = flown()
+    late = times > 1.5
+    text = foreign_logs.qualisys(times[late], {name: place[late] for name, place in places.items()})
+    (tmp_path / "qtm.tsv").write_text(text)
+    done = judge(run, tmp_path / "qtm.tsv", "--start", "0")
+    assert done.exit_code == 5
+    assert "cannot tell" in done.output
+    assert "violated" not in done.output
+    assert "quad0 was not seen for 1.51 s, from 0.00 s on." in done.output
+
+
 def _cut(path: Path) -> None:
     times, places = flown()
     data = foreign_logs.ulog(times, places["quad0"], booted=20.0)
