@@ -17,27 +17,26 @@ from verify.behaviour.apart.breaking_words import BreakingWords
 from verify.behaviour.apart.mattering import letters_of
 from verify.behaviour.apart.single_flights import broken_apart
 from verify.behaviour.apart.team_answers import Question
+from verify.behaviour.counterexamples import Counterexamples
 from verify.behaviour.inclusion import DEFAULT_BUDGET, Broken, find_broken, holds_for_all, holds_loosely
-from verify.behaviour.lassos import BrokenRun, find_broken_run, search_run
-from verify.behaviour.mending_waits import mending_waits
-from verify.behaviour.reading_times import all_read, when, when_read
+from verify.behaviour.lassos import BrokenRun, find_broken_run
+from verify.behaviour.reading_times import all_read
 from verify.behaviour.robot_letters import RobotBehaviour, cut_timeline, from_timeline, merged
 from verify.behaviour.summed_timelines import summed
 from verify.behaviour.team_graph import JointGraph, Observation, OwnGraph, WithOthers
 from verify.behaviour.team_laps import Lap, TeamWords, alone, require_common_laps, team_words
 from verify.behaviour.timeline import Relations, Timeline
 from verify.behaviour.transitions import judge_transitions
+from verify.behaviour.vacuous_parts import vacuous_parts
 from verify.data.errors import BadInput, InternalError
-from verify.data.language.counting import Atom, atoms, written_out
-from verify.data.language.formula import FALSE, FREE, Formula
-from verify.data.language.word import Letter, Word, show_letter
+from verify.data.language.counting import Atom, atoms
+from verify.data.language.formula import FALSE, Formula
+from verify.data.language.word import Letter
 from verify.data.mission import Mission
-from verify.logic.explanation import Reason, Where, explain, show
+from verify.logic.explanation import show
 from verify.logic.normal_form import Normal, conjuncts, normal_form, to_formula
 from verify.logic.progression import OutOfBudget
-from verify.logic.semantics import satisfies
 from verify.logic.team_letters import TeamLetters, Together
-from verify.logic.vacuity import implications
 from verify.logic.verdict import TEAM, Verdict
 
 __all__ = ["judge_formula", "judge_transitions"]
@@ -155,7 +154,7 @@ class _Judge:
             return doubts[0]
         if self.detail == "answer":
             return Verdict("holds", "")
-        vacuous = self._vacuous(formula)
+        vacuous = vacuous_parts(formula, self.timelines.values(), self.relations, self.budget)
         note = f" But {vacuous[0][0].lower()}{vacuous[0][1:]}" if vacuous else ""
         return Verdict("holds", f"Every team word satisfies `{show(formula)}`.{note}", vacuous=vacuous)
 
@@ -181,7 +180,11 @@ class _Judge:
             read = self._readings(followed, part)
         except OutOfBudget as error:
             return Verdict("undecided", f"`{show(to_formula(part))}` could not be decided: {error}.")
-        return self._failure(followed, all_read(robots, followed, read), part)
+        return self._counterexamples.of_flight(followed, all_read(robots, followed, read), part)
+
+    @property
+    def _counterexamples(self) -> Counterexamples:
+        return Counterexamples(self.mission, self.atoms, self.timelines, waits=self.detail == "waits")
 
     @property
     def _many_together(self) -> bool:
@@ -206,7 +209,7 @@ class _Judge:
             return Verdict("holds", "")
         if self.detail == "answer":
             return Verdict("fails", "")
-        return self._failure(followed, [(TEAM, observation) for observation in broken.observations], part)
+        return self._counterexamples.of_flight(followed, [(TEAM, observation) for observation in broken.observations], part)
 
     def _of_laps(self, part: Normal, *, counts: bool) -> Verdict:
         """Decide a conjunct of a team that flies laps: first on what it sees of the letters, then, but for counts, on whole ones."""
@@ -221,7 +224,7 @@ class _Judge:
             words, run = self._lap_run(robots, part, letters if counts else None)
         if run is None:
             return Verdict("holds", "")
-        return Verdict("fails", "") if self.detail == "answer" else self._run_failure(words, run, part)
+        return Verdict("fails", "") if self.detail == "answer" else self._counterexamples.of_laps(words, run, part)
 
     def _lap_run(
         self, robots: Sequence[RobotBehaviour], part: Normal, counted: TeamLetters | None
@@ -324,8 +327,8 @@ class _Judge:
         if self.detail == "answer":
             return Verdict("fails", "")
         if isinstance(broken, BrokenRun):
-            return self._run_failure(alone(robots[0]), broken, part)
-        return self._failure(followed, all_read(robots, followed, broken.observations), part)
+            return self._counterexamples.of_laps(alone(robots[0]), broken, part)
+        return self._counterexamples.of_flight(followed, all_read(robots, followed, broken.observations), part)
 
     def _that_show(self, robots: list[RobotBehaviour], part: Normal) -> list[RobotBehaviour]:
         """Keep one of the robots that show one thing all the time; of unions, those that can show something of a part.
@@ -364,105 +367,6 @@ class _Judge:
         if self.mission.spec.team == "joint":
             return JointGraph(robots, timed=timed, clock_error=self.clock_error)
         return OwnGraph(robots, timed=timed, clock_error=self.clock_error)
-
-    def _run_failure(self, words: TeamWords, run: BrokenRun, part: Normal) -> Verdict:
-        read = [words.readings[node] for node in run.nodes]
-        names = [words.names[reading.robot] if reading.robot is not None else TEAM for reading in read]
-
-        def where(position: int) -> str:
-            name, shown = names[position], self._said(run.word.letters[position])
-            return f"{'the team' if name == TEAM else name}'s {shown} ({when(read[position].span)})"
-
-        reason = explain(to_formula(part), run.word, where) if self.atoms else self._explain(run.word, where)
-        at = reason.position
-        return Verdict(
-            "fails",
-            reason.sentence,
-            run.word,
-            None if at is None else float(read[at].span[0]),
-            robot=words.names[0] if len(self.timelines) == 1 else None if at is None or names[at] == TEAM else names[at],
-            region=self._region(reason, None if at is None else run.word.letters[at]),
-            times=tuple((float(reading.span[0]), float(reading.span[1])) for reading in read),
-        )
-
-    def _failure(self, robots: Sequence[RobotBehaviour], read: Sequence[tuple[str, Observation]], part: Normal) -> Verdict:
-        word = Word(tuple(observation.letter for _, observation in read))
-        spans = when_read(robots, [observation for _, observation in read])
-
-        def where(position: int) -> str:
-            name, observation = read[position]
-            shown = self._said(observation.letter)
-            return f"{'the team' if name == TEAM else name}'s {shown} ({when(spans[position])})"
-
-        reason = explain(to_formula(part), word, where) if self.atoms else self._explain(word, where)
-        at = reason.position
-        mends = self.detail == "waits" and len(self.timelines) > 1
-        return Verdict(
-            "fails",
-            reason.sentence,
-            tuple((name, observation.letter) for name, observation in read),
-            None if at is None else float(spans[at][0]),
-            robot=None if at is None or read[at][0] == TEAM else read[at][0],
-            region=self._region(reason, None if at is None else word.letters[at]),
-            times=tuple((float(low), float(high)) for low, high in spans),
-            order=mending_waits(self.mission.formula, self.mission.spec.team, self.timelines) if mends else (),
-        )
-
-    def _said(self, letter: Letter) -> str:
-        """Return a letter for a person: plain names as they are, of each count how many robots there are at least."""
-        if not self.atoms:
-            return show_letter(letter)
-        most: dict[str, int] = {}
-        for text in letter & self.atoms.keys():
-            atom = self.atoms[text]
-            if not atom.robot:
-                most[str(atom.counted)] = max(atom.least, most.get(str(atom.counted), 0))
-        counted = [
-            f"{least} or more robots {'in' if name in self.mission.all_regions else 'with'} {name}"
-            for name, least in sorted(most.items())
-        ]
-        plain = letter - {text for text in letter if text in self.atoms and not self.atoms[text].robot}
-        return " with ".join([show_letter(plain), *([" and ".join(counted)] if counted else [])])
-
-    def _region(self, reason: Reason, letter: Letter | None) -> str | None:
-        """Return the one region that a broken part is about: of the letter that breaks it, or at all; None where several are."""
-        named = reason.part.names() & self.mission.all_regions.keys()
-        held = named if letter is None else named & letter
-        return next(iter(held)) if len(held) == 1 else None
-
-    def _explain(self, word: Word, where: Where) -> Reason:
-        """Explain with the formula as it was written, counts aside: `free` is a name again."""
-        if satisfies(self.mission.formula, word):
-            raise InternalError("A counterexample satisfies the formula after all. This is a bug of ltlplan's.")
-        written = written_out(self.mission.written, tuple(self.mission.agents))
-        regions = self.mission.all_regions.keys()
-
-        def with_free(letters: tuple[Letter, ...]) -> tuple[Letter, ...]:
-            return tuple(letter if letter & regions else letter | {FREE} for letter in letters)
-
-        shown = Word(with_free(word.prefix), None if word.cycle is None else with_free(word.cycle))
-        return explain(written, shown, where)
-
-    def _vacuous(self, formula: Formula) -> tuple[str, ...]:
-        """Name the implications whose left side is false at every position of every robot's word."""
-        found: list[str] = []
-        for implication, left in implications(formula):
-            if left.counts:
-                continue  # of one robot alone it says nothing
-            never = conjuncts(normal_form(Formula("G", (Formula("!", (left,)),))))
-            try:
-                if all(self._alone(timeline, part) for timeline in self.timelines.values() for part in never):
-                    found.append(f"`{show(implication)}` holds only because `{show(left)}` never happens.")
-            except OutOfBudget:
-                continue  # a warning less; no claim rests on it
-        return tuple(dict.fromkeys(found))
-
-    def _alone(self, timeline: Timeline, part: Normal) -> bool:
-        """Tell whether every word of one robot by itself satisfies a conjunct (no claim: asked of ourselves only)."""
-        robot = from_timeline(cut_timeline(timeline, part.propositions), self.relations)
-        if robot.laps:
-            return search_run(robot, part, self.budget) is None
-        return find_broken(JointGraph([robot], timed=False), part, self.budget) is None
 
 
 def _marked(name: str, robot: RobotBehaviour, letters: TeamLetters) -> RobotBehaviour:
