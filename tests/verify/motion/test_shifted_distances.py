@@ -5,8 +5,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tests.helpers.flights import legs
+from tests.helpers.flights import legs, plan_of, small_mission
 from tests.verify.motion.test_separation import pair_mission, started, still
+from verify import judge
 from verify.motion.paths import read_team
 from verify.motion.separation import minimum_distances, pairwise_distances
 from verify.motion.shifted_distances import ShiftedDistances
@@ -29,7 +30,7 @@ def sampled(team, error, weight, laps=1):
     return least
 
 
-@pytest.mark.parametrize("cases", [5, pytest.param(150, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("cases", [2, pytest.param(60, marks=pytest.mark.slow)])
 def test_proved_distances_against_dense_samples_of_all_shifts(cases):
     rng = np.random.default_rng(cases)
     for _ in range(cases):
@@ -64,3 +65,44 @@ def test_whoever_hovers_is_as_near_as_at_one_time():
     near = found(started(pair_mission(), team), team, 0.5)
     assert near.low == pytest.approx(0.5, abs=1e-4)
     assert near.low <= 0.5
+
+
+@pytest.mark.parametrize("cases", [2, pytest.param(30, marks=pytest.mark.slow)])
+def test_teams_whose_clocks_differ_by_the_default_keep_what_is_certified_and_are_refused_where_they_do_not(cases):
+    """Each robot flies by its own clock, off by any two's claimed difference: random offsets, and the ends of the range."""
+    rng = np.random.default_rng(cases + 1)
+    verdicts = {}
+    for _ in range(cases):
+        ways = rng.uniform([-1, -1, 0.8], [1, 1, 1.4], (3, 3, 3))
+        ways[:, 0, 0] = [-0.8, 0.0, 0.8]
+        team = {f"r{i}": legs(way, speed=float(rng.uniform(0.5, 2))) for i, way in enumerate(ways)}
+        least = min(near.low for near in minimum_distances(pairwise_distances(read_team(trio(team, 0.15), team))))
+        mission = trio(team, max(least - float(rng.uniform(-0.005, 0.04)), 0.15))
+        certificate = judge(plan_of(mission, {}), team, margin=0.0, largest=False)
+        separation = [claim for claim in certificate.claims if claim.name == "separation"]
+        assert certificate.clock_error >= 0.02
+        times = np.linspace(-0.1, certificate.duration + 0.1, 1501)
+        offsets = [np.zeros(3), *(np.eye(3) * certificate.clock_error), *rng.uniform(0, certificate.clock_error, (12, 3))]
+        for claim in separation:
+            a, b = (int(name[1]) for name in (claim.robot, claim.other))
+            flown = min(
+                float(np.linalg.norm(np.subtract(*(at(team[f"r{i}"], times + offset[i]) for i in (a, b))), axis=1).min())
+                for offset in offsets
+            )
+            asked = mission.separation
+            assert claim.outcome != "holds" or flown >= asked - 1e-7
+            assert claim.outcome != "fails" or flown <= asked + 5e-3
+            verdicts.setdefault(claim.outcome, []).append(flown < asked)
+    assert not any(verdicts["holds"])
+    assert any(verdicts["fails"])
+
+
+def trio(team, separation):
+    """Three robots that start where they fly, and keep so much."""
+    mission = small_mission(regions="", starts=[path.coefficients[0, :3, 0].tolist() for path in team.values()])
+    small = mission.vehicle.changed(radius=0.05)
+    return mission.model_copy(update={"vehicle": small, "separation": separation})
+
+
+def at(path, times):
+    return path.evaluate(np.clip(times, 0, path.duration))[:, :3]
