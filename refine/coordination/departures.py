@@ -91,7 +91,7 @@ class ScheduledPath:
 
 @dataclass(frozen=True, eq=False)
 class DepartureConflict:
-    """No departures were found; `pair` names two robots that stay too near each other, at `distance` m."""
+    """No departures were found; `pair` names two robots that come too near each other: at `distance` m, at the worst of clocks."""
 
     pair: tuple[str, str]
     distance: float
@@ -284,7 +284,7 @@ class _Pairs:
         """Return how near two robots come to each other, and when."""
         gap, _, _ = self._gaps(name, other, round(departure / STEP) - round(departed / STEP), 1)
         nearest = int(np.argmin(gap))
-        return DepartureConflict((name, other), float(gap[nearest]), nearest * STEP + min(departure, departed))
+        return DepartureConflict((name, other), max(float(gap[nearest]), 0.0), nearest * STEP + min(departure, departed))
 
     def _are_apart(self, name: str, other: str, late: int) -> bool:
         """Tell whether two robots keep the distance; a coarse look settles most cases."""

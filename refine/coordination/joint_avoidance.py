@@ -131,7 +131,7 @@ def _meetings(problem: Problem, robots: Mapping[str, RobotFlight], starts: Mappi
     for index in np.lexsort((pairs[:, 1], pairs[:, 0], sizes)):
         first, second = sorted(pairs[index].tolist())
         pair = names[first // len(times)], names[second // len(times)]
-        met.setdefault(pair, DepartureConflict(pair, float(sizes[index]), float(times[first % len(times)])))
+        met.setdefault(pair, DepartureConflict(pair, max(float(sizes[index]), 0.0), float(times[first % len(times)])))
     return list(met.values())
 
 
@@ -159,7 +159,7 @@ def _parted(problem: Problem, robots: dict[str, RobotFlight], starts: dict[str, 
         bent = bend_apart(movers, problem.spacing, way.beginning)
         names = list(robots)
         nearest = names[bent.nearest[0]], names[bent.nearest[1]]
-        conflict = DepartureConflict(nearest, bent.least, bent.time)
+        conflict = DepartureConflict(nearest, max(bent.least, 0.0), bent.time)
         if bent.least < problem.spacing.distance:
             continue
         try:
