@@ -44,13 +44,13 @@ def split(trajectory: Trajectory, max_pieces: int = PIECES) -> tuple[Trajectory,
         raise BadInput("a lasso has no end to be split at; flatten it to a number of laps first.")
     if max_pieces < 2:
         raise BadInput(f"max_pieces must be at least 2, not {max_pieces}.")
-    cuts = cuts_at_rests(trajectory, max_pieces)
+    cuts = _cuts_at_rests(trajectory, max_pieces)
     if not cuts:
         return (trajectory,)
     return tuple(_part(trajectory, begin, end) for begin, end in itertools.pairwise((0, *cuts, len(trajectory))))
 
 
-def cuts_at_rests(trajectory: Trajectory, max_pieces: int) -> tuple[int, ...]:
+def _cuts_at_rests(trajectory: Trajectory, max_pieces: int) -> tuple[int, ...]:
     """Return the pieces with which parts begin, so that each fits; none where the flight fits whole.
 
     Args:
