@@ -12,7 +12,7 @@ from ltlplan.search.refusals.most_weight import Parts
 from verify.data import Infeasible, Mission, Unsatisfiable
 
 _COUNTED = "count(free) >= 0"  # holds always
-_STATES = {"own": 30_000, "joint": 100_000}  # of one search; `joint` spends a tenth
+_STATES = {"own": 30_000, "joint": 60_000}  # of one search; `joint` spends a tenth
 _COURSES = {"own": 4_000, "joint": 1_200}
 _LEAST = 16  # by how much later searches are cut down at most
 

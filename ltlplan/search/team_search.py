@@ -26,7 +26,7 @@ from ltlplan.search.team_states import SearchStates, TeamStates
 
 GREEDY = (1.5, 3.0)  # how much the rest counts where any run will do; with the first, runs are nearer the cheapest
 _COMPLETE = 1 << 62  # taken off the key of a state at which a path is complete: of equal bounds these come first
-_ALONE = 4  # how much more may be spent on one robot by itself than on two
+_ALONE = 6  # how much more may be spent on one robot by itself than on two
 _ROUNDING = 1e-9  # by which sums of the same costs may differ
 MAX_SINGLES = 20  # robots up to which each is tried as the only one that flies
 
@@ -207,7 +207,7 @@ def _any_run(  # as many as the search has that was stopped
     assert stopped.stopped is not None
     third = replace(budget, states=max(1, budget.states // 3))
     few = replace(budget, states=max(1, third.states // robots))
-    some = replace(budget, states=max(1, min(third.states, _ALONE * few.states)))
+    some = replace(budget, states=min(budget.states, _ALONE * few.states))
 
     def cheapest(flying: Collection[int], limit: Budget, weight: float, kept: set[int]) -> TeamRun | None:
         among = space(flying)

@@ -1,6 +1,7 @@
-"""Times of missions with eight soft parts: which of them to keep, and the plan that keeps them.
+"""Times of missions with soft parts: which of them to keep, and the plan that keeps them.
 
-Run `python tests/benchmarks/soft_parts.py [SEEDS]`. Times are CPU seconds of this process, of `ltlplan.plan` from the mission on.
+Run `OMP_NUM_THREADS=1 python tests/benchmarks/soft_parts.py [SEEDS] [FAMILY]`, where a family is `families`, `drawn` or `sequences`; all without it. Times are CPU
+seconds of this process, of `ltlplan.plan` from the mission on.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import ltlplan
 from tests.helpers.worlds import world
-from verify.data import Mission
+from verify.data import Mission, Plan
 
 EIGHT = {f"p{i}": (float(3 * i % 8), 1.3 * i - 4.0) for i in range(8)}
 FIVE = {"a": (0.0, 0.0), "b": (2.0, 0.0), "c": (2.0, 1.5), "d": (-1.5, 2.0), "e": (3.5, -1.5)}
@@ -53,23 +54,62 @@ def drawn(seed: int, robots: int, team: str) -> Mission:
     return wishing(draw.choice(["F a", "F(a | b)", "true"]), parts, FIVE, robots, team)
 
 
-def planned(mission: Mission) -> tuple[float, str]:
-    """Return the CPU time of planning, s, and what is said of the weight that is kept."""
+def sequences(seed: int, count: int, robots: int, team: str) -> Mission:
+    """Return a mission with soft sequences of three places each, in orders that are drawn."""
+    draw = random.Random(seed)
+    shape = "F({} & F({} & F {}))"
+    parts = [(shape.format(*draw.sample(list(EIGHT), 3)), draw.choice([1.0, 2.0, 3.0])) for _ in range(count)]
+    return wishing("true", parts, EIGHT, robots, team)
+
+
+def planned(mission: Mission) -> tuple[float, Plan]:
+    """Return the CPU time of planning, s, and the plan."""
     begin = time.process_time()
     made = ltlplan.plan(mission)
-    seconds = time.process_time() - begin
-    said = [note for note in made.notes if note.startswith(("Planned words keep", "Not all choices"))]
-    return seconds, " ".join(said)
+    return time.process_time() - begin, made
 
 
-def main(seeds: int = 20) -> None:
+def said(made: Plan) -> str:
+    """Return what is said of the weight that is kept."""
+    return " ".join(note for note in made.notes if note.startswith(("Planned words keep", "Not all choices")))
+
+
+def main(seeds: int = 20, only: str | None = None) -> None:
     """Print a line for each family and team, and what drawn ones take."""
+    for each in (families, drawn_ones, all_sequences):
+        if only is None or each.__name__.startswith((only, f"all_{only}")):
+            each(seeds)
+
+
+def all_sequences(seeds: int) -> None:
+    """Print, for more and more sequences, times, how many plans are proved cheapest, and how far bounds are from the others' costs."""
+    for robots, team in TEAMS:
+        for count in (2, 4, 6, 8, 10):
+            made = [planned(sequences(seed, count, robots, team)) for seed in range(seeds)]
+            seconds = [taken for taken, _ in made]
+            gaps = [
+                1.0 - plan.lower_bound / plan.cost for _, plan in made if not plan.complete and plan.lower_bound is not None
+            ]
+            most = f", {statistics.median(gaps):.0%} between bound and cost of the others in the middle" if gaps else ""
+            print(
+                f"{count} sequences, {robots} robots, {team}: {statistics.median(seconds):.2f} s in the middle, {max(seconds):.2f} s "
+                f"at most; {sum(plan.complete for _, plan in made)} of {seeds} proved cheapest{most}",
+                flush=True,
+            )
+
+
+def families(_: int) -> None:
+    """Print a line for each family and team."""
     for name, parts in FAMILIES.items():
         for robots, team in TEAMS:
             if team == "own" and (name == "counts" or name.startswith("meetings")):
                 continue
-            seconds, said = planned(wishing("true", parts, EIGHT, robots, team))
-            print(f"{name}, {robots} robots, {team}: {seconds:.2f} s. {said}", flush=True)
+            seconds, made = planned(wishing("true", parts, EIGHT, robots, team))
+            print(f"{name}, {robots} robots, {team}: {seconds:.2f} s. {said(made)}", flush=True)
+
+
+def drawn_ones(seeds: int) -> None:
+    """Print what missions with drawn parts take."""
     for robots, team in TEAMS:
         taken = [planned(drawn(seed, robots, team))[0] for seed in range(seeds)]
         middle, most = statistics.median(taken), max(taken)
@@ -77,4 +117,4 @@ def main(seeds: int = 20) -> None:
 
 
 if __name__ == "__main__":
-    main(*(int(argument) for argument in sys.argv[1:]))
+    main(*map(int, sys.argv[1:2]), *sys.argv[2:3])
