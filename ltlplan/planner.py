@@ -96,7 +96,8 @@ def make_plan(
     nominal = nominal_paths(mission, lambda blocked: allocation(blocked) if blocked else first, lay=lay, progress=say)
     if laps:
         return plan_of(mission, nominal.allocation, nominal.paths, method=name)
-    if mission.written.counts and len(mission.agents) > 1 and not mission.hoops:
+    waits = mission.written.counts or bool(nominal.allocation.meetings)
+    if waits and len(mission.agents) > 1 and not mission.hoops:
         return plan_of(mission, nominal.allocation, nominal.paths, method=name)  # refinement gives each robot places of its own
     return plan_of(mission, nominal.allocation, _improved(mission, nominal.paths, rng, say, workers), method=name)
 

@@ -154,7 +154,7 @@ def _assign(mission: Mission, cost: Cost | None, metre: Mapping[str, float] | No
         else:
             found = plan_team(team, task, budget)
     if found.run is None:
-        ordered = None if len(each) == 1 else _assign_ordered(mission, systems, each, automata, atoms(asked), budget)
+        ordered = None if len(each) == 1 else _assign_in_order(mission, systems, each, automata, asked, budget)
         if ordered is not None:
             require_endurance(mission, systems, ordered.robots)
             return ordered
@@ -234,6 +234,24 @@ def _assign_hovering(
         )
         return Assignment(robots, total, None, False, 1, (note, *systems.unclear()), precedences=tuple(waits))
     return None
+
+
+def _assign_in_order(
+    mission: Mission,
+    systems: Systems,
+    each: list[TransitionSystem],
+    automata: Sequence[Automaton],
+    asked: Formula,
+    budget: Budget,
+) -> Assignment | None:
+    """Plan words that hold under precedences, or where these would wait for actions that nobody can wait for, stage by stage."""
+    try:
+        return _assign_ordered(mission, systems, each, automata, atoms(asked), budget)
+    except Infeasible:
+        if mission.spec.team == "joint":
+            with contextlib.suppress(TooLarge, NoWords, HoversOutside):
+                return _assign_counted(mission, systems, each, asked, atoms(asked), budget)
+        raise
 
 
 def _assign_ordered(

@@ -94,7 +94,10 @@ def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: 
     """Return the team's robots and their departures, waiting for each other as the plan says."""
     spacing = spacing_for(plan, feedback)
     if len(plan.robots) > 1:
-        if plan.mission.written.counts:
+        mission = plan.mission
+        if mission.written.counts or (
+            plan.meetings and mission.spec.formula
+        ):  # of laps, without a formula here, places are chosen already
             plan = moved_to_meet(plan, spacing.distance + HOVERING, spacing.z_scale, nearest=nearest)
         plan = moved_apart(plan, spacing.distance + HOVERING, spacing.z_scale)
         _refuse_what_no_flight_mends(plan)

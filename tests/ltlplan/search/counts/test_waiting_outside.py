@@ -45,6 +45,28 @@ def test_robots_that_are_outside_together_in_the_end_rest_apart_there() -> None:
     assert certified_team(made).certificate.holds
 
 
+LAMPS = """format: 1
+name: lamps
+spec: {formula: "F(!dark & F !light)", team: joint}
+regions: {home: {center: [0.0, 0.0, 1.0], radii: [0.7, 0.7, 0.5]}}
+robot:
+  initial: off
+  states: {off: [dark], lit: [light]}
+  actions: [{from: off, to: lit, at: home}, {from: lit, to: off, at: home}]
+agents: {quad0: {start: [-1.5, -1.0, 1.0]}, quad1: {start: [1.5, -1.0, 1.0]}}
+vehicle: crazyflie-2.1
+limits: {speed: 1.0}
+workspace: {min: [-2.6, -2.0, 0.2], max: [2.6, 2.0, 1.9]}
+"""
+
+
+@pytest.mark.slow
+def test_opposite_actions_of_a_visit_that_is_the_last_are_made_in_stages() -> None:
+    made = plan(parse_mission(LAMPS))
+    assert made.meetings
+    assert certified_team(made).certificate.holds
+
+
 @pytest.mark.slow  # half a minute: many small teams, each searched twice where there is no plan
 @pytest.mark.parametrize("seed", range(60))
 def test_no_plan_is_called_impossible_that_precedences_allow(seed: int) -> None:
