@@ -73,6 +73,19 @@ def test_random_soft_parts_against_every_subset(seed: int) -> None:
     assert_best(wishing(draw.choice(["F a", "F(a | b)", "true"]), *soft, robots=robots, team=team))
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100, 108))
+def test_random_soft_sequences_against_every_subset(seed: int) -> None:
+    draw = random.Random(seed)
+    shapes = ("F({} & F({} & F {}))", "F({} & F({} & F {}))", "!{} U {}", "G !{}", "F({} & {})")
+    soft: list[tuple[str, float]] = []
+    for _ in range(4):
+        shape = draw.choice(shapes)
+        soft.append((shape.format(*(draw.choice("abc") for _ in range(shape.count("{}")))), draw.choice([0.1, 0.3, 1.0])))
+    robots, team = draw.choice([(1, "own"), (2, "own"), (2, "joint"), (3, "joint")])
+    assert_best(wishing(draw.choice(["F a", "true"]), *soft, robots=robots, team=team))
+
+
 def test_a_soft_part_that_holds_anyway_changes_nothing() -> None:
     plain = world("F b & F c", robots=2, regions=SMALL)
     without, beside = ltlplan.plan(plain), ltlplan.plan(wishing("F b & F c", ("F b", 3.0), ("F c | F a", 1.0), robots=2))
