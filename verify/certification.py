@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -269,14 +270,14 @@ def _clocks(evidence: Evidence, clock_error: Fraction) -> Clocks:
     if clock_error == 0:
         return Clocks(clock_error, dict.fromkeys(evidence.paths.robots, Fraction(0)))
     speeds = {e.robot: e.bound for e in evidence.extremes if e.name == "speed"}
+    steps = Counter(segment.robot for segment in evidence.paths.segments if segment.kind == "step")
     drifts: dict[str, Fraction] = {}
     for index, robot in enumerate(evidence.paths.robots):
         jump = evidence.pairwise_distances.jumps[index]
         if not evidence.paths.trajectories[index].coefficients[:, :3, 1:].any() and jump == 0:
             drifts[robot] = Fraction(0)  # it never moves
         elif math.isfinite(speeds[robot]) and math.isfinite(jump):
-            steps = sum(1 for s in evidence.paths.segments if s.robot == index and s.kind == "step")
-            drifts[robot] = Fraction(speeds[robot]) * clock_error + steps * Fraction(jump)
+            drifts[robot] = Fraction(speeds[robot]) * clock_error + steps[index] * Fraction(jump)
         else:
             drifts[robot] = _ANYWHERE
     return Clocks(clock_error, drifts)

@@ -96,11 +96,12 @@ def constants(values: Floats | float, error: Floats | float = 0.0) -> Balls:
 
 def nearest(value: Fraction) -> tuple[float, float]:
     """Return the float nearest to a rational and a bound on how far off it is (infinite where it overflows)."""
+    ratio = value.as_integer_ratio()
     try:
-        number = float(value)
+        number = ratio[0] / ratio[1]  # of whole numbers: rounded once
     except OverflowError:
         return math.inf, math.inf
-    return number, 0.0 if Fraction(number) == value else abs(number) * _U + _TINY
+    return number, 0.0 if number.as_integer_ratio() == ratio else abs(number) * _U + _TINY
 
 
 def from_power(coefficients: Floats, lengths: Floats) -> Balls:
@@ -162,8 +163,14 @@ def restricted(a: Balls, starts: Sequence[Fraction], stops: Sequence[Fraction]) 
         stops: Exact, each above its start and at most 1.
     """
     ahead = _parameters(starts, a)
-    share = _parameters([(stop - start) / (1 - start) for start, stop in zip(starts, stops, strict=True)], a)
+    share = _parameters([_share(start, stop) for start, stop in zip(starts, stops, strict=True)], a)
     return restricted_by(a, ahead, share)
+
+
+def _share(start: Fraction, stop: Fraction) -> Fraction:
+    """Return (stop - start) / (1 - start), as one quotient of whole numbers."""
+    (p, q), (r, s) = start.as_integer_ratio(), stop.as_integer_ratio()
+    return Fraction(r * q - p * s, s * (q - p))
 
 
 def restricted_by(a: Balls, ahead: Balls, share: Balls) -> Balls:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import cached_property
 from itertools import combinations
 from typing import Literal
 
@@ -271,7 +272,7 @@ class _Judge:
         if (self.mission.spec.team == "joint" and len(self.timelines) > 1) or self.mission.spec.trace == "infinite":
             return None
         names = part.propositions
-        seen = [t for t in self.timelines.values() if not names.isdisjoint(_shown(t))]
+        seen = [t for t in self.timelines.values() if not names.isdisjoint(self._shown[t.robot])]
         others = len(seen) < len(self.timelines)
         try:
             robots = [from_timeline(cut_timeline(timeline, names), self.relations) for timeline in seen]
@@ -289,6 +290,11 @@ class _Judge:
             return self._is_broken(question, whole)
         except OutOfBudget:
             return None
+
+    @cached_property
+    def _shown(self) -> Mapping[str, frozenset[str]]:
+        """All that each robot may show at some time."""
+        return {timeline.robot: _shown(timeline) for timeline in self.timelines.values()}
 
     def _is_broken(self, question: Question, robots: Sequence[RobotBehaviour]) -> bool:
         timed = self.times == "timed"

@@ -12,7 +12,8 @@ roundings, for which `_SLACK` is far more than enough.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -66,25 +67,33 @@ def lanes_in_boxes(paths: TeamPaths, weight: Fraction) -> list[Lane]:
     up, down = np.nextafter(float(weight), np.inf), np.nextafter(float(weight), -np.inf)
     low[..., 2] = np.nextafter(np.where(low[..., 2] > 0, low[..., 2] * down, low[..., 2] * up), -np.inf)
     high[..., 2] = np.nextafter(np.where(high[..., 2] > 0, high[..., 2] * up, high[..., 2] * down), np.inf)
-    rows: list[tuple[Indices, list[Fraction]]] = []
-    for robot in range(len(paths.robots)):
-        own = np.array([i for i in np.flatnonzero(paths.owner == robot) if paths.segments[i].kind != "step"], dtype=np.intp)
-        times = [
-            segment.start + (segment.stop - segment.start) * Fraction(part, parts)
-            for segment in (paths.segments[i] for i in own)
-            for part in range(parts)
-        ]
-        rows.append((own, [*times, paths.end]))
-    rank = {time: i for i, time in enumerate(sorted({time for _, times in rows for time in times}))}
-    return [
-        Lane(
-            np.repeat(own, parts),
-            np.array([rank[time] for time in times], dtype=np.intp),
-            low[own].reshape(-1, 3),
-            high[own].reshape(-1, 3),
-        )
-        for own, times in rows
+    lanes = [
+        np.array([i for i in np.flatnonzero(paths.owner == robot) if paths.segments[i].kind != "step"], dtype=np.intp)
+        for robot in range(len(paths.robots))
     ]
+    ranks = _ranks(paths, lanes, parts)
+    return [
+        Lane(np.repeat(own, parts), knots, low[own].reshape(-1, 3), high[own].reshape(-1, 3))
+        for own, knots in zip(lanes, ranks, strict=True)
+    ]
+
+
+def _ranks(paths: TeamPaths, lanes: Sequence[Indices], parts: int) -> list[Indices]:
+    """Return the ranks of the times at which parts begin, and of the end: exact, for times are whole numbers of one small unit."""
+    unit = math.lcm(*(time.denominator for s in paths.segments for time in (s.start, s.stop)), paths.end.denominator) * parts
+
+    def whole(time: Fraction) -> int:
+        return time.numerator * (unit // time.denominator)
+
+    times: list[int] = []
+    for own in lanes:
+        for segment in (paths.segments[i] for i in own):
+            start, stop = whole(segment.start), whole(segment.stop)
+            times.extend(start + (stop - start) // parts * part for part in range(parts))
+        times.append(whole(paths.end))
+    rank = {time: i for i, time in enumerate(sorted(set(times)))}
+    found = np.fromiter(map(rank.__getitem__, times), dtype=np.intp, count=len(times))
+    return np.split(found, np.cumsum([len(own) * parts + 1 for own in lanes])[:-1])
 
 
 def _reversed_bits(number: int, parts: int) -> int:
@@ -102,7 +111,7 @@ def near_segments(first: Lane, second: Lane) -> Iterator[tuple[int, int]]:
         first: One robot's flight.
         second: The other's, over the same time.
     """
-    starts = np.union1d(first.knots[:-1], second.knots[:-1])
+    starts = np.sort(np.concatenate([first.knots[:-1], second.knots[:-1]]))
     a = np.searchsorted(first.knots, starts, side="right") - 1
     b = np.searchsorted(second.knots, starts, side="right") - 1
     gap = np.maximum(np.nextafter(np.maximum(first.low[a] - second.high[b], second.low[b] - first.high[a]), -np.inf), 0.0)
