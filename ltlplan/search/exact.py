@@ -209,7 +209,7 @@ def _assign_counted(
             f"Robots wait for each other: the plan has {len(found.stages)} stages, each begun when the one before has ended."
         )
     said = (*notes, *systems.unclear())
-    return Assignment(robots, total, found.bound, complete, 1, said, tuple(waits), tuple(precedences))
+    return Assignment(robots, total, min(found.bound, total), complete, 1, said, tuple(waits), tuple(precedences))
 
 
 def _assign_hovering(
