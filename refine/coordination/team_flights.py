@@ -3,7 +3,7 @@
 Of many robots those that meet swerve, all at once, so that nobody waits. Few depart one after the other, and swerve where that would
 take much longer. In this order, until one succeeds: departures; paths that also keep clear of where the others hover; the plan's own shares of
 time instead of even ones; other places for visits within their regions; giving way to each other; waits at every point. Robots that
-meet then fly one at a time between meetings, and exchange their places.
+meet then fly one at a time between meetings, by name or the last ones first, and exchange their places.
 """
 
 from __future__ import annotations
@@ -74,14 +74,16 @@ def together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: P
             return _together(plan, feedback, options, tell, nearest=True)
         if not plan.meetings:
             raise
-        apart = plan.model_copy(update={"meetings": one_at_a_time(plan)})
         waits = tuple(wait for wait in feedback.precedences if isinstance(wait, Precedence))
-        kept = replace(feedback, precedences=(*waits, *apart.meetings))
-        for sentence, other, asked, nearest in (
-            ("letting one robot fly at a time between meetings", apart, kept, False),
-            ("letting robots meet where each is nearest", plan, feedback, True),
-            ("letting one robot fly at a time to where it is nearest", apart, kept, True),
+        in_turn, backwards = (one_at_a_time(plan, last_first=last_first) for last_first in (False, True))
+        for sentence, meetings, nearest in (
+            ("letting one robot fly at a time between meetings", in_turn, False),
+            ("letting robots meet where each is nearest", None, True),
+            ("letting one robot fly at a time to where it is nearest", in_turn, True),
+            ("letting one robot fly at a time, the last ones first", backwards, False),
         ):
+            other = plan if meetings is None else plan.model_copy(update={"meetings": meetings})
+            asked = feedback if meetings is None else replace(feedback, precedences=(*waits, *meetings))
             try:
                 tell(sentence, 0.0)
                 return _together(other, asked, options, tell, nearest=nearest)
