@@ -31,14 +31,15 @@ from ltlplan.mtac.admissible_heuristic import TeamModel
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.counted.tasks import is_shared_at_once, share_counted
-from ltlplan.mtac.optimality_gap import optimality_gap, straight_line_costs
+from ltlplan.mtac.optimality_gap import best_known, straight_cost, straight_line_costs
 from ltlplan.mtac.priced_paths import PricedPaths
 from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.mtac.task_reader import Reader
 from ltlplan.mtac.tours.many_tasks import many_tasks, share_many
 from ltlplan.paths.costs import team_cost
 from ltlplan.paths.improvement import ImprovedPath
-from verify.data import BadInput, Mission
+from ltlplan.search.assignment import TIES, Assignment
+from verify.data import BadInput, Infeasible, Mission, Visit
 from verify.data.language.counting import require_plain
 from verify.data.progress import Progress, silent
 
@@ -57,6 +58,7 @@ class Shared:
         stops: Of each robot, as in an itinerary.
         tried: How many paths were optimised.
         consulted: The costs compared at each step: (robot, region) and the cost of the robot's path up to it.
+        prices: What paths cost, for more of them.
         least: Of many tasks: no assignment costs less, by straight lines or ways around obstacles.
     """
 
@@ -65,8 +67,14 @@ class Shared:
     cost: float
     stops: dict[str, tuple[int, ...]]
     tried: int
+    prices: PricedPaths
     consulted: tuple[dict[tuple[str, str], float], ...] = ()
     least: float | None = None
+
+    @property
+    def flown(self) -> dict[str, tuple[Visit, ...]]:
+        """The visits of each robot that are stops."""
+        return {name: tuple(path.plan.visits[k] for k in self.stops[name]) for name, path in self.paths.items()}
 
 
 def mtac_e(mission: Mission, context: Context, *, options: Options | None = None) -> Allocation:
@@ -92,18 +100,18 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
     found = None if context.blocked else share_tasks(mission, rng=context.rng, progress=context.progress, options=chosen)
     if found is None:
         return _exact(mission, context)
+    known = best_known(mission, least=found.least) if chosen.optimality_gap else None
+    if known is not None and known.exact is not None and found.least is not None:
+        found = _cheaper(mission, found, known.exact)
     plans = {name: path.plan for name, path in found.paths.items()}
     notes = [f"MTAC-E optimised {found.tried} paths; handed over in the order {', '.join(found.order) or 'of nobody'}."]
-    bound = None
-    if chosen.optimality_gap:
-        flown = {name: tuple(plans[name].visits[k] for k in found.stops[name]) for name in plans}
-        gap, bound = optimality_gap(mission, flown, least=found.least)
-        notes.append(gap)
+    if known is not None:
+        notes.append(known.gap(found.flown))
     return Allocation(
         robots={
             name: Itinerary(plan.visits, plan.word, plan.cycle_visit, plan.cost, found.stops[name]) for name, plan in plans.items()
         },
-        cost=found.cost, order=found.order, paths=plans, lower_bound=bound, notes=tuple(notes),
+        cost=found.cost, order=found.order, paths=plans, lower_bound=None if known is None else known.bound, notes=tuple(notes),
     )  # fmt: skip
 
 
@@ -113,6 +121,19 @@ def _exact(mission: Mission, context: Context) -> Allocation:
 
     answer = exact(mission, context)
     return replace(answer, notes=("MTAC-E finished no words; these are the exact search's.", *answer.notes))
+
+
+def _cheaper(mission: Mission, found: Shared, exact: Assignment) -> Shared:
+    """Return what was found, or the exact search's words where they cost less by straight lines and by their very paths."""
+    ordered = exact.meetings or exact.precedences  # which paths of their own do not keep
+    if ordered or exact.cost >= straight_cost(mission, found.flown) - TIES:
+        return found
+    order = tuple(robot for robot, does in exact.robots.items() if does.visits)
+    try:
+        other = _shared(mission, found.prices, exact.robots, order, least=found.least)
+    except Infeasible:
+        return found
+    return other if other.cost < found.cost else found
 
 
 def share_tasks(
@@ -183,4 +204,4 @@ def _shared(
     found = {robot: paths.best(robot, own) for robot, own in does.items()}
     stops = {robot: own.stops or () for robot, own in does.items()}
     cost = team_cost(mission, [path.plan.cost for path in found.values()])
-    return Shared(found, order, cost, stops, len(paths.tried), tuple(consulted), least)
+    return Shared(found, order, cost, stops, len(paths.tried), paths, tuple(consulted), least)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,7 +17,10 @@ from ltlplan.systems.region_labels import Layout
 from verify.data import Mission, Visit
 from verify.data.shapes.inequalities import Point
 
-_STATES_FOR_MANY = 20_000
+if TYPE_CHECKING:
+    from ltlplan.search.assignment import Assignment
+
+_STATES_FOR_MANY = 60_000
 
 
 def straight_line_costs(mission: Mission) -> Callable[[str, Point, str], float]:
@@ -68,20 +73,51 @@ class _Ways:
         return self._known[key]
 
 
-def optimality_gap(
-    mission: Mission, visits: Mapping[str, Sequence[Visit]], *, least: float | None = None
-) -> tuple[str, float | None]:
-    """Compare an assignment with the exact one by straight lines, or by shortest ways around obstacles.
+@dataclass(frozen=True, slots=True)
+class BestKnown:
+    """What is known of a mission's best assignment, by straight lines or by shortest ways around obstacles.
 
-    Where costs are not counted leg by leg, only the bound is told.
+    Attributes:
+        mission: What is asked.
+        exact: The best assignment, or the best that was found where the search was stopped; None where it found none.
+        bound: No assignment costs less; None where that is not known.
+    """
+
+    mission: Mission
+    exact: Assignment | None
+    bound: float | None
+
+    def gap(self, visits: Mapping[str, Sequence[Visit]]) -> str:
+        """Return how near an assignment is to it, as a sentence for a person.
+
+        Args:
+            visits: The regions to whose middles each robot flies, in order, one that it starts in first.
+        """
+        if not is_counted_by_legs(self.mission):
+            return (
+                "No lower bound on the costs was found."
+                if self.bound is None
+                else f"No assignment costs less than {self.bound:.3f}."
+            )
+        ours, exact, bound = straight_cost(self.mission, visits), self.exact, self.bound
+        lines = "shortest ways around obstacles" if self.mission.obstacles else "straight lines"
+        costs = f"By {lines} this assignment costs {ours:.3f}"
+        if exact is not None and (exact.complete or bound is None):
+            gap = 100.0 * (ours / exact.cost - 1.0) if exact.cost > 0 else 0.0
+            best = "best" if exact.complete else "best known"
+            return f"{costs}, the {best} one {exact.cost:.3f}: a gap of {round(gap, 1) + 0.0:.1f} %."
+        if bound is None or bound <= 0:
+            return f"{costs}; no lower bound was found."
+        most = max(0.0, 100.0 * (ours / bound - 1.0))
+        return f"{costs}, and none costs less than {bound:.3f}: a gap of at most {most:.1f} %."
+
+
+def best_known(mission: Mission, *, least: float | None = None) -> BestKnown:
+    """Ask the exact search for the best assignment; where costs are not counted leg by leg, only for a bound.
 
     Args:
         mission: What is asked.
-        visits: The regions to whose middles each robot flies, in order, one that it starts in first.
         least: Of many tasks: no assignment costs less by straight lines. The exact search is asked for a few states only then.
-
-    Returns:
-        A sentence for a person, and a lower bound on the objective where one is known.
 
     Raises:
         Unsatisfiable: There is no exact assignment.
@@ -91,35 +127,17 @@ def optimality_gap(
     if not is_counted_by_legs(mission):
         from ltlplan.paths.priced_words import lower_bound
 
-        bound = lower_bound(mission, budget=budget)
-        return (
-            "No lower bound on the costs was found." if bound is None else f"No assignment costs less than {bound:.3f}.",
-            bound,
-        )
+        return BestKnown(mission, None, lower_bound(mission, budget=budget))
     from ltlplan.search.exact import assign
 
-    ours = straight_cost(mission, visits)
-    lines = "shortest ways around obstacles" if mission.obstacles else "straight lines"
-    costs = f"By {lines} this assignment costs {ours:.3f}"
     try:
         exact = assign(mission, budget=budget, explained=least is None)
     except TooLarge:
         if least is None:
             raise
-        return _at_most(costs, ours, least), least
-    if least is not None and not exact.complete:
-        bound = max(least, exact.lower_bound or 0.0)
-        return _at_most(costs, ours, bound), bound
-    gap = 100.0 * (ours / exact.cost - 1.0) if exact.cost > 0 else 0.0
-    best = "best" if exact.complete else "best known"
-    return f"{costs}, the {best} one {exact.cost:.3f}: a gap of {gap:.1f} %.", exact.lower_bound
-
-
-def _at_most(costs: str, ours: float, least: float) -> str:
-    """Return the sentence where no exact assignment is known."""
-    if least <= 0:
-        return f"{costs}; no lower bound was found."
-    return f"{costs}, and none costs less than {least:.3f}: a gap of at most {max(0.0, 100.0 * (ours / least - 1.0)):.1f} %."
+        return BestKnown(mission, None, least)
+    known = [bound for bound in (least, exact.lower_bound) if bound is not None]
+    return BestKnown(mission, exact, max(known, default=None))
 
 
 def straight_cost(mission: Mission, visits: Mapping[str, Sequence[Visit]]) -> float:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.allocation import Allocation, Context, Itinerary
-from ltlplan.mtac.optimality_gap import optimality_gap
+from ltlplan.mtac.optimality_gap import best_known
 from ltlplan.paths.costs import Sampling, WeightedCost, cost_of, plan_cost, team_cost
 from ltlplan.paths.hoops import route_itinerary
 from ltlplan.paths.path_result import candidate_plans
@@ -161,10 +161,11 @@ def _allocation(
         stops[name] = track.log.stops if team.world.overlaps else tuple(range(len(track.log.visits)))
         plans[name], note = _robot_plan(mission, name, track, Itinerary(track.sided(mission), words[name], stops=stops[name]))
         notes += note
-    gap, bound = optimality_gap(mission, {name: tuple(plans[name].visits[k] for k in stops[name]) for name in plans})
+    known = best_known(mission)
+    gap = known.gap({name: tuple(plans[name].visits[k] for k in stops[name]) for name in plans})
     return Allocation(
         robots={name: Itinerary(plan.visits, plan.word, plan.cycle_visit, plan.cost, stops[name]) for name, plan in plans.items()},
-        cost=team_cost(mission, [plan.cost for plan in plans.values()]), paths=plans, lower_bound=bound, notes=(*notes, gap),
+        cost=team_cost(mission, [plan.cost for plan in plans.values()]), paths=plans, lower_bound=known.bound, notes=(*notes, gap),
     )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from typing import Literal
 
 import numpy as np
 
@@ -63,3 +64,23 @@ def random_formula(names: str, rng: np.random.Generator) -> str:
             case _:
                 pass
     return " & ".join(parts)
+
+
+MANY_TASKS = {
+    "visits": "F a & F b & F c & F d & F e & F f & F g",
+    "orders": "F a & F b & F c & F d & F e & F f & (!b U a) & (!d W c)",
+    "responses": "F a & F b & F c & F d & F e & F f & G(a -> F b) & G !h",
+    "sequences": "F(a & F b) & F(c & F d) & F e & F f & F(g | h) & F(h & F a)",
+}
+"""Formulas of many tasks, by what is in them."""
+
+
+def mission_of_many_tasks(
+    seed: int, formula: str, *, objective: Literal["sum", "longest"] = "sum", robots: int = 3, regions: int = 8
+) -> Mission:
+    """Return a formula in a random world, its paths improved in a hurry."""
+    mission = random_mission(seed, robots=robots, regions=regions, samples=20, rounds=2)
+    spec = mission.spec.model_copy(update={"formula": formula})
+    planner = mission.planner.model_copy(update={"objective": objective})
+    parts = {name: getattr(mission, name) for name in Mission.model_fields}
+    return Mission.model_validate({**parts, "spec": spec, "planner": planner})

@@ -8,30 +8,15 @@ import pytest
 
 from ltlplan.mtac.beam_search import Options
 from ltlplan.mtac.offline import mtac_e, share_tasks
-from ltlplan.mtac.optimality_gap import optimality_gap, straight_cost
+from ltlplan.mtac.optimality_gap import best_known, straight_cost
 from ltlplan.mtac.tours.many_tasks import many_tasks
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
-from tests.helpers.random_missions import random_mission
+from tests.helpers.random_missions import MANY_TASKS, mission_of_many_tasks
 from verify import check_team
-from verify.data import Mission, parse_mission
+from verify.data import parse_mission
 
 QUICK = Options(optimality_gap=False)
-
-PARTS = {
-    "visits": "F a & F b & F c & F d & F e & F f & F g",
-    "orders": "F a & F b & F c & F d & F e & F f & (!b U a) & (!d W c)",
-    "responses": "F a & F b & F c & F d & F e & F f & G(a -> F b) & G !h",
-    "sequences": "F(a & F b) & F(c & F d) & F e & F f & F(g | h) & F(h & F a)",
-}
-
-
-def many(seed: int, formula: str, *, objective: str = "sum", robots: int = 3, regions: int = 8) -> Mission:
-    mission = random_mission(seed, robots=robots, regions=regions, samples=20, rounds=2)
-    spec = mission.spec.model_copy(update={"formula": formula})
-    planner = mission.planner.model_copy(update={"objective": objective})
-    parts = {name: getattr(mission, name) for name in Mission.model_fields}
-    return Mission.model_validate({**parts, "spec": spec, "planner": planner})
 
 
 def shared(mission, seed=0):
@@ -42,14 +27,14 @@ def shared(mission, seed=0):
 
 
 QUICKLY_DONE = [("orders", 0, "longest"), ("responses", 0, "sum"), ("sequences", 0, "sum")]
-OTHERS = sorted(set(product(PARTS, (0, 1, 3, 5, 6), ("sum", "longest"))) - set(QUICKLY_DONE))
+OTHERS = sorted(set(product(MANY_TASKS, (0, 1, 3, 5, 6), ("sum", "longest"))) - set(QUICKLY_DONE))
 
 
 @pytest.mark.parametrize(
     ("kind", "seed", "objective"), [*QUICKLY_DONE, *(pytest.param(*case, marks=pytest.mark.slow) for case in OTHERS)]
 )
 def test_tours_are_near_the_exact_assignment(kind, seed, objective):
-    mission = many(seed, PARTS[kind], objective=objective)
+    mission = mission_of_many_tasks(seed, MANY_TASKS[kind], objective=objective)
     assert many_tasks(mission) is not None
     found, visits = shared(mission, seed)
     exact = assign(mission)
@@ -58,14 +43,14 @@ def test_tours_are_near_the_exact_assignment(kind, seed, objective):
 
 
 def test_conjuncts_are_sorted_by_what_others_can_do_to_them():
-    asked = many_tasks(many(0, "F a & F b & F c & F d & F e & F(f & F g) & (!b U a) & (!d W c) & G !h"))
+    asked = many_tasks(mission_of_many_tasks(0, "F a & F b & F c & F d & F e & F(f & F g) & (!b U a) & (!d W c) & G !h"))
     kinds = asked.kinds()
     assert (len(kinds.free), len(kinds.own), len(kinds.kept)) == (6, 1, 2)
     assert set(asked.kinds(frozenset({kinds.free[0]})).own) == {kinds.free[0], *kinds.own}
 
 
 def test_an_order_that_others_can_lose_is_left_to_one_robot():
-    mission = many(1, "F c & F d & F e & F f & F g & F h & F b & (!b U a)")
+    mission = mission_of_many_tasks(1, "F c & F d & F e & F f & F g & F h & F b & (!b U a)")
     _, visits = shared(mission, 1)
     at = [(name, k) for name, own in visits.items() for k, visit in enumerate(own) if visit.region in "ab"]
     assert len({name for name, _ in at}) == 1
@@ -73,12 +58,12 @@ def test_an_order_that_others_can_lose_is_left_to_one_robot():
 
 
 def test_few_tasks_are_walked_as_the_paper_says():
-    assert many_tasks(many(0, "F a & F b & F c")) is None
-    assert many_tasks(many(0, "F a & F b & F c", objective="longest")) is not None
+    assert many_tasks(mission_of_many_tasks(0, "F a & F b & F c")) is None
+    assert many_tasks(mission_of_many_tasks(0, "F a & F b & F c", objective="longest")) is not None
 
 
 def test_the_same_seed_gives_the_same_bytes_and_the_gap_is_told():
-    mission = many(2, PARTS["visits"], objective="longest")
+    mission = mission_of_many_tasks(2, MANY_TASKS["visits"], objective="longest")
     plan = make_plan(mission, method="mtac-e", seed=4)
     again = make_plan(mission, method=partial(mtac_e, options=QUICK), seed=4)
     assert again.robots == plan.robots
@@ -86,11 +71,20 @@ def test_the_same_seed_gives_the_same_bytes_and_the_gap_is_told():
     assert plan.lower_bound is not None
 
 
+def test_words_of_the_exact_search_are_taken_where_their_paths_cost_less():
+    mission = mission_of_many_tasks(4, MANY_TASKS["sequences"], objective="longest")
+    kept = make_plan(mission, method=partial(mtac_e, options=QUICK), seed=4)
+    plan = make_plan(mission, method="mtac-e", seed=4)
+    assert plan.cost < kept.cost
+    assert plan.notes[1].endswith("a gap of 0.0 %.")
+
+
 def test_where_no_exact_assignment_is_found_the_gap_is_an_upper_bound(monkeypatch):
-    mission = many(2, PARTS["sequences"], robots=4)
+    mission = mission_of_many_tasks(2, MANY_TASKS["sequences"], robots=4)
     found, visits = shared(mission, 2)
     monkeypatch.setattr("ltlplan.mtac.optimality_gap._STATES_FOR_MANY", 3)
-    sentence, bound = optimality_gap(mission, visits, least=found.least)
+    known = best_known(mission, least=found.least)
+    sentence, bound = known.gap(visits), known.bound
     assert "a gap of at most" in sentence
     assert found.least <= bound <= straight_cost(mission, visits) + 1e-6
 
