@@ -2,7 +2,8 @@
 
 Braking is that of `verify.motion.braking`: every robot comes to rest within one length, from the state that was planned for the instant.
 The share of the braking is cut into intervals; on each, one path in the middle is judged as a flight is, at a margin that is larger by how far
-the others are from it at most. Where that is not proved the interval is halved, until the middle itself is refused or nothing is left to halve.
+the others are from it at most. Where that is not proved the interval is cut, until the middle itself is refused or nothing is left to cut: into
+halves, or into more at once where the distances that were found say that halves would not do.
 
 Nothing is claimed of words: an abort may break the formula. What is proved is of robots that are in their tubes when the braking begins,
 and follow it within the margin, too.
@@ -38,7 +39,11 @@ _TOO_LARGE = "These coefficients are too large to tell where braking leads."
 KINDS = ("limits", "workspace", "rims", "obstacles", "separation", "regions")
 """What is judged."""
 FINEST = Fraction(1, 256)
-"""Share of the braking below which an interval is not halved."""
+"""Share of the braking below which an interval is not cut."""
+MOST = 8
+"""Intervals that one is cut into at most."""
+_ROUNDED = 1.1
+"""How much more than a power of two the intervals that seem to be needed may be before the next one is taken."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,13 +104,13 @@ def judge_aborts(
     open_ = [_Part(Fraction(k, FIRST), Fraction(k + 1, FIRST), KINDS) for k in reversed(range(FIRST))]
     while open_:
         part = open_.pop()
-        refused, sure = asking.judge(part)
-        if refused and (sure or part.end - part.begin <= FINEST):
+        refused, spread = asking.judge(part)
+        if refused and (spread is None or part.end - part.begin <= FINEST):
             (claims, *_) = refused.values()
             return AbortVerdict(length, float(part.middle), claims)
-        if refused:  # what was proved of the whole holds of its halves
-            kinds = tuple(refused)
-            open_ += [_Part(part.middle, part.end, kinds), _Part(part.begin, part.middle, kinds)]
+        counts = {kind: _count(claims, spread or 0.0) for kind, claims in refused.items()}
+        for count in sorted(set(counts.values())):  # what was proved of the whole holds of what it is cut into
+            open_ += part.cut(count, [kind for kind in counts if counts[kind] == count])
     return AbortVerdict(length)
 
 
@@ -121,6 +126,23 @@ class _Part:
     def middle(self) -> Fraction:
         return (self.begin + self.end) / 2
 
+    def cut(self, count: int, kinds: Sequence[str]) -> list[_Part]:
+        """Return as many equal parts, none below the finest, the last one first."""
+        width = max((self.end - self.begin) / count, FINEST)
+        begins = [self.begin + k * width for k in range(int((self.end - self.begin) / width))]
+        return [_Part(begin, begin + width, tuple(kinds)) for begin in reversed(begins)]
+
+
+def _count(claims: Iterable[Claim], spread: float) -> int:
+    """Return how many intervals seem to be needed: margins grow by the spread, and may grow by what is left in the middle. A guess; each is judged."""
+    needed = 2.0
+    for claim in claims:
+        if claim.bound is not None and claim.limit is not None:
+            grown = spread * (2 if claim.name == "separation" else 1)
+            left = claim.bound - (claim.limit - grown)
+            needed = max(needed, grown / left if left > 0 else math.inf)
+    return next((count for count in (2, 4) if needed <= _ROUNDED * count), MOST)
+
 
 @dataclass(frozen=True, slots=True)
 class _Asking:
@@ -133,13 +155,13 @@ class _Asking:
     margin: Fraction
     clock_error: Fraction
 
-    def judge(self, part: _Part) -> tuple[dict[str, tuple[Claim, ...]], bool]:
-        """Return by kind what is not proved of a part of the braking, and whether halving it would not help."""
+    def judge(self, part: _Part) -> tuple[dict[str, tuple[Claim, ...]], float | None]:
+        """Return by kind what is not proved of a part of the braking, and by how much margins grew, m; None where the middle itself is refused."""
         at, kinds = weights_at(self.length, part.middle), [kind for kind in part.kinds if kind != "limits"]
         limits = tuple(claim for claim in self._limits(part) if claim.outcome != "holds") if "limits" in part.kinds else ()
         found = {"limits": limits} if limits else {}
         if not kinds:
-            return found, False
+            return found, 0.0
         middle, rounded = self._paths_at(at)
         away = [(a - at[0], b - at[1], c - at[2]) for a, b, c in weights(self.length, part.begin, part.end)]
         spread = float((greatest(self.paths, away) + left_over(self.paths, at)).max()) + rounded
@@ -148,7 +170,7 @@ class _Asking:
         open_ = self._distances(middle, kinds, self.margin + Fraction(math.nextafter(spread, math.inf)))
         itself = self._distances(middle, list(open_), self.margin) if open_ else {}
         broken = {kind: claims for kind, claims in itself.items() if claims[0].outcome == "fails"}
-        return (broken, True) if broken else ({**found, **open_}, False)
+        return (broken, None) if broken else ({**found, **open_}, spread)
 
     def _paths_at(self, at: Weights) -> tuple[Evidence, float]:
         """Return what is known of where robots are at a share of the braking, and how far off rounding is at most, m."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -122,6 +123,37 @@ def test_laps_and_clocks_that_differ_are_judged() -> None:
     assert judge_aborts(flown, team, length=LENGTH)
     assert judge_aborts(flown, team, length=LENGTH, clock_error=0.05)
     assert not judge_aborts(flown, team, length=LENGTH, clock_error=1.5)
+
+
+def circling(radius: float, period: float, pieces: int = 16) -> Trajectory:
+    """A lap around (-1, 0, 1) that is never at rest, by Taylor polynomials of sine and cosine."""
+    coefficients, rate = np.zeros((pieces, 4, 8)), 2 * np.pi / period
+    for piece, angle in enumerate(2 * np.pi * np.arange(pieces) / pieces):
+        for power in range(8):
+            size = radius * rate**power / math.factorial(power)
+            coefficients[piece, :2, power] = size * np.array(
+                [np.cos(angle + power * np.pi / 2), np.sin(angle + power * np.pi / 2)]
+            )
+    coefficients[:, :3, 0] += (-1.0, 0.0, 1.0)
+    return Trajectory(np.full(pieces, period / pieces), coefficients, cycle=0)
+
+
+@pytest.mark.parametrize(("clear", "certified"), [(0.005, True), (-0.005, False)])
+def test_laps_that_are_never_at_rest_brake_as_far_as_sampled(clear: float, certified: bool) -> None:
+    lap = circling(0.5, 8.0)
+    farthest = float(brakes(lap, np.linspace(0.0, 7.999, 400), np.linspace(0.0, 1.0, 40))[..., 1].max())
+    assert farthest > 0.506, "further out than the circle"
+    wall = farthest + clear + mission().margin
+    agent = mission().agents["one"].model_copy(update={"start": (-0.5, 0.0, 1.0)})
+    flown = mission(
+        spec=mission().spec.model_copy(update={"trace": "infinite"}),
+        workspace=mission().workspace.model_copy(update={"max": (3.0, wall, 3.0)}),
+        obstacles=None,
+        agents={"one": agent},
+    )
+    verdict = judge_aborts(flown, {"one": lap}, length=LENGTH)
+    assert bool(verdict) == certified, verdict.sentence
+    assert certified or {claim.name for claim in verdict.refused} == {"workspace"}
 
 
 def test_bad_input_is_refused() -> None:

@@ -121,7 +121,12 @@ def greatest(paths: TeamPaths, rows: Sequence[Weights], *, gravity: bool = False
 
 
 def left_over(paths: TeamPaths, at: Weights) -> Floats:
-    """Bound how far braking would lead from the ends of finite paths, where robots rest but for rounding. Shape (robots,)."""
+    """Bound how far braking would lead from the ends of finite paths, where robots rest but for rounding. Shape (robots,).
+
+    Laps have no end: what follows is the step to the cycle's start, braking there.
+    """
+    if paths.mission.spec.trace == "infinite":
+        return np.zeros(len(paths.robots))
     found = _sum(paths, at)
     last = np.array([np.flatnonzero(paths.piece_owner == robot)[-1] for robot in range(len(paths.robots))])
     return np.sum(np.abs(found.mid[last, :, -1]) + found.rad[last, :, -1], axis=1) * (1 + 1e-12)
