@@ -25,9 +25,9 @@ def require_addresses(
     for name in addresses:
         if name not in mission.agents:
             raise BadInput(unknown(name, "robot of the mission", mission.agents))
+    if missing := [name for name in mission.agents if not addresses.get(name)]:
+        raise BadInput(f"no address of {', '.join(missing)}; write {missing[0]}={example}.")
     of: dict[str, str] = {}
     for name in mission.agents:
-        if not addresses.get(name):
-            raise BadInput(f"no address of {name}; write {name}={example}.")
         if (other := of.setdefault(reached(addresses[name]), name)) != name:
             raise BadInput(f"{other} and {name} have one address, {addresses[name]}.")
