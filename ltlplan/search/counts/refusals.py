@@ -84,15 +84,37 @@ def _too_small(
     """Name counts that ask for more robots at once than there is room for, and what would do."""
     known: set[str] = set()
     counts = {text: atom for part in core for text, atom in atoms(part).items() if not atom.robot}
-    for atom in sorted(counts.values(), key=lambda atom: atom.least):
+    signed = {pair for part in core for pair in _signed_counts(part)}
+    for text, atom in sorted(counts.items(), key=lambda item: item[1].least):
         every_other = Formula("!", (atom.counted,)), len(systems) - atom.least + 1
-        for counted, least in ((atom.counted, atom.least), every_other):
+        asked_for = ((atom.counted, atom.least), True), (every_other, False)  # that fewer do is that all others do not
+        for counted, least in (asked for asked, sign in asked_for if (text, sign) in signed):
             found = most_that_show(counted, systems, rooms)
             if found is not None and least > found[0] and str(_plain(counted)) not in known:
                 known.add(str(_plain(counted)))
                 asked = str(Formula("count", (_plain(counted),), bound=(">=", least)))
                 places = " or ".join(f"'{name}' (room for {rooms[name] or 'none'})" for name in found[1])
                 yield f"`{asked}` asks for {least} robots in {places}: {_kept(mission)} {_what_would_do(mission, found[1], least)}"
+
+
+def _signed_counts(formula: Formula) -> set[tuple[str, bool]]:
+    """Return the counts of a written-out formula by their texts, with whether they are asked for or ruled out; of some both."""
+    found, stack = set[tuple[str, bool]](), [(formula, True)]
+    seen = set[tuple[int, bool]]()
+    while stack:
+        node, sign = stack.pop()
+        if (id(node), sign) in seen:
+            continue
+        seen.add((id(node), sign))
+        if node.operator == "count":
+            found.add((node.atom, sign))
+            continue
+        for place, argument in enumerate(node.arguments):
+            turned = node.operator == "!" or (node.operator == "->" and place == 0)
+            stack.append((argument, sign != turned))
+            if node.operator in ("xor", "<->"):
+                stack.append((argument, not sign))
+    return found
 
 
 def _plain(counted: Formula) -> Formula:

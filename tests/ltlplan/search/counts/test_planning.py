@@ -282,6 +282,10 @@ def test_all_of_a_team_in_a_region_for_fewer_gets_that_reason():
         assign(world("F b & F all(a)", robots=2, regions=PLACES, team="joint"))
     with pytest.raises(NoPlan, match=r"asks for 3 robots in 'a' \(room for 1\) or 'b' \(room for 1\).*Make one of them larger"):
         assign(world("F(count(a | b) >= 3)", robots=3, regions=PLACES, team="joint"))
+    with pytest.raises(NoPlan) as error:
+        assign(world("F(count(a) == 2 & F(count(b) == 1))", robots=3, regions=PLACES, team="joint"))
+    assert "2 robots in 'a' (room for 1)" in str(error.value)
+    assert "'b'" not in str(error.value), "one robot has room there"
     with pytest.raises(NoPlan) as error:  # one robot is in no more than one place, however large
         assign(world("F(all(a & b))", robots=2, regions=PLACES, team="joint"))
     assert "room for" not in str(error.value)
