@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flight.link.checks import FRESH, Check, at_start, before_take_off
-from flight.link.link import Link, LinkLost
+from flight.link.link import Link, LinkLost, Pose
 from flight.link.reaction import PATIENCE, end_safely, told
 from flight.link.record import Record
 from flight.link.stages import Stage
@@ -174,8 +174,13 @@ def _fly(link: Link, number: int, stage: Stage, record: Record, show: Callable[[
     """
     monitor, robots = stage.monitor(link.accuracy), tuple(stage.paths)
     worst = record.worst[stage.name] = dict.fromkeys(robots, 0.0)
+    before = [link.pose(robot) for robot in robots]
     begin = record.starts[stage.name] = link.start(number)
+    hovering = [
+        pose if (pose := link.pose(robot)) and pose.time <= begin else old for robot, old in zip(robots, before, strict=True)
+    ]
     watch = _Watch(link, stage, monitor, begin, record, worst)
+    watch.see_hovering(hovering)
     while link.now() - begin < stage.duration:
         link.sleep(STEP)
         look = watch.look()
@@ -198,6 +203,19 @@ class _Watch:
         self._record, self._worst, self._said = record, worst, 0
         self._last = dict.fromkeys(stage.paths, begin)
         self._outside = ""
+
+    def see_hovering(self, poses: Sequence[Pose | None]) -> None:
+        """Show the monitor where robots hovered last before they set off, that the time up to the first look is not left open.
+
+        Args:
+            poses: One a robot; nothing is shown where one is missing, stale, or of the stage itself.
+        """
+        kept = [pose for pose in poses if pose is not None and self._begin - FRESH <= pose.time <= self._begin]
+        if len(kept) < len(poses):
+            return
+        measured = np.array([pose.position for pose in kept]).T
+        planned = np.stack([path.evaluate(0.0)[:3] for path in self._stage.paths.values()], axis=1)
+        self._monitor.see(min(pose.time for pose in kept) - self._begin, measured, planned)
 
     def look(self) -> Look:
         """Take in what was measured since."""
