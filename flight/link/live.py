@@ -231,7 +231,10 @@ class _Watch:
             errors[index] = np.linalg.norm(measured[:, index] - wanted)
             self._worst[robot] = max(self._worst[robot], float(errors[index]))
             if not errors[index] + self._link.accuracy < self._stage.margin:
-                self._outside = f"{robot} is {errors[index]:.3f} m from its plan; the margin is {self._stage.margin:g} m."
+                self._outside = (
+                    f"{robot} is {errors[index]:.3f} m from its plan; the margin is {self._stage.margin:g} m, "
+                    f"and its measurement may be off by {self._link.accuracy:.3g} m."
+                )
             self._record.poses.append((pose.time, robot, *pose.position))
             x, y, z = wanted.tolist()
             self._record.setpoints.append((pose.time, robot, x, y, z))
