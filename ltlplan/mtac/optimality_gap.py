@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
+from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.paths.costs import cost_of, team_cost
 from ltlplan.systems.objective import is_counted_by_legs
 from ltlplan.systems.region_graph import RegionGraph
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from ltlplan.search.assignment import Assignment
 
 _STATES_FOR_MANY = 60_000
+"""Of eight tasks; of more it falls with their square, as what looking at one state takes grows."""
 
 
 def straight_line_costs(mission: Mission) -> Callable[[str, Point, str], float]:
@@ -123,7 +125,7 @@ def best_known(mission: Mission, *, least: float | None = None) -> BestKnown:
         Unsatisfiable: There is no exact assignment.
         TooLarge: A budget was used up before one was found.
     """
-    budget = DEFAULT_BUDGET if least is None else Budget(states=_STATES_FOR_MANY)
+    budget = DEFAULT_BUDGET if least is None else Budget(states=_states_for(len(conjunct_automata(mission.formula, "finite"))))
     if not is_counted_by_legs(mission):
         from ltlplan.paths.priced_words import lower_bound
 
@@ -138,6 +140,11 @@ def best_known(mission: Mission, *, least: float | None = None) -> BestKnown:
         return BestKnown(mission, None, least)
     known = [bound for bound in (least, exact.lower_bound) if bound is not None]
     return BestKnown(mission, exact, max(known, default=None))
+
+
+def _states_for(tasks: int) -> int:
+    """Return how many states the exact search of many tasks is asked for."""
+    return max(1, _STATES_FOR_MANY * 64 // max(8, tasks) ** 2)
 
 
 def straight_cost(mission: Mission, visits: Mapping[str, Sequence[Visit]]) -> float:
