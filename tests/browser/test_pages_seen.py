@@ -18,8 +18,9 @@ Desk = Callable[[str], Tab]
 Narrow = Callable[[str, bool], Tab]
 
 PAGES = ("report", "show", "campaign", "online")
+SHOW = pytest.param("show", marks=pytest.mark.slow)
 ONLINE = pytest.param("online", marks=pytest.mark.slow)
-"""A page like the report's, which takes long to open."""
+"""Pages like the report's, which take long to open."""
 RECORDED = pytest.param("recorded", marks=pytest.mark.slow)
 
 BOXES = """
@@ -112,6 +113,7 @@ def test_scenes_are_to_scale(desk: Desk, name: str) -> None:
         assert max(abs(part) for corner in scene["corners"] for part in corner) < ROOM, "axes are clipped"
 
 
+@pytest.mark.slow  # opens the page of a mission
 def test_scenes_far_down_the_page_are_drawn_when_they_come_near(desk: Desk) -> None:
     tab = desk("show")
     names = tab.run("Array.from(document.querySelectorAll('.figure')).map(f => f.id)")

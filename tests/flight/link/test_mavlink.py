@@ -53,6 +53,7 @@ def vehicle(place, manner: Manner | None = None):
         peer.join()
 
 
+@pytest.mark.slow
 def test_a_flight_is_streamed_and_the_vehicle_disarmed_on_the_ground(ready) -> None:
     mission, done = ready
     stage = Stage("flight", done.plan, done.team, done.certificate)

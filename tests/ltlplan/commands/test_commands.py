@@ -145,6 +145,7 @@ def test_a_rehearsal_of_a_run_stands_in_its_report(folder: Path, tmp_path: Path)
     assert (copy / "report.html").read_text() == before + "mine"
 
 
+@pytest.mark.slow
 def test_a_live_flight_over_the_simulated_link_is_watched_and_judged(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "live"
     text = ok("fly", str(folder), "--link", "simulated", "--out", str(out))

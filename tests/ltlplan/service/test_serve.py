@@ -80,6 +80,7 @@ def test_data_lies_where_programs_keep_it(monkeypatch: pytest.MonkeyPatch) -> No
     assert default_data() == Path("/somewhere/ltlplan")
 
 
+@pytest.mark.slow
 def test_a_service_with_tokens_stops_in_order_and_goes_on(tmp_path: Path) -> None:
     token = Tokens(_made(tmp_path / "data")).new("alice")
     process, served = start(tmp_path / "data", names=["plan.lab"])

@@ -113,6 +113,7 @@ def test_so_is_one_that_comes_later(machines: LocalCluster) -> None:
             cluster.submit(work.add, 1, 2).result(PATIENCE)
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_costs_its_own_work_only(machines: LocalCluster, cluster: Cluster, tmp_path: Path) -> None:
     """The other's goes on; what was lost is done again by a worker that is there."""
     marks = [tmp_path / "one", tmp_path / "other"]
