@@ -25,7 +25,7 @@ from ltlplan.search.counts.planning import plan_counts, plan_hovering
 from ltlplan.search.counts.refusals import no_counted_plan
 from ltlplan.search.counts.team_classes import CountedTeam, Rooms
 from ltlplan.search.endurance import over_endurance, require_endurance
-from ltlplan.search.interleavings.ordered_plans import MOST_STATES, OrderedPlan, plan_ordered, plan_ordered_for_dearest
+from ltlplan.search.interleavings.ordered_assignment import assign_ordered
 from ltlplan.search.itineraries import itinerary, word_along
 from ltlplan.search.joint.team_words import plan_joint, plan_joint_makespan
 from ltlplan.search.lassos.laps import assign_lasso, assign_team_laps
@@ -33,7 +33,6 @@ from ltlplan.search.makespan import Rule, plan_makespan
 from ltlplan.search.reduced_graph import Team
 from ltlplan.search.relevant_places import places_that_matter
 from ltlplan.search.team_search import PlanningOutcome, plan_team
-from ltlplan.search.weighted_sums import BY_WEIGHTED_SUMS, LeastSum, lower_the_dearest
 from ltlplan.systems.region_labels import Layout
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import Cost, TransitionSystem
@@ -97,7 +96,7 @@ def assign_under_precedences(
     each = [systems.of(name) for name in mission.agents]
     asked = asked_of(mission, each)
     automata = conjunct_automata(asked, "finite", budget=budget)
-    found = _assign_ordered(mission, systems, each, automata, atoms(asked), budget)
+    found = assign_ordered(mission, systems, each, automata, atoms(asked), budget)
     if found is None:
         return None
     require_endurance(mission, systems, found.robots)
@@ -188,7 +187,7 @@ def _assign_counted(
         waits, precedences = waits_of(each, found)
     except HoversOutside:  # but flights may be timed so that nobody has to, or it waits there
         with contextlib.suppress(TooLarge, Infeasible):
-            ordered = _assign_ordered(mission, systems, each, automata, known, budget)
+            ordered = assign_ordered(mission, systems, each, automata, known, budget)
             if ordered is not None:
                 return ordered
         events = precedences_of(each, found)
@@ -224,7 +223,7 @@ def _assign_hovering(
             return None
         waits = precedences_of(each, found)
         if waits is None:
-            return _assign_ordered(mission, systems, each, automata, known, budget)
+            return assign_ordered(mission, systems, each, automata, known, budget)
         robots = {name: itinerary(system, path) for name, system, path in zip(mission.agents, each, found.paths, strict=True)}
         costs = [robot.cost for robot in robots.values()]
         total = sum(costs) if mission.planner.objective == "sum" else max(costs)
@@ -246,61 +245,12 @@ def _assign_in_order(
 ) -> Assignment | None:
     """Plan words that hold under precedences, or where these would wait for actions that nobody can wait for, stage by stage."""
     try:
-        return _assign_ordered(mission, systems, each, automata, atoms(asked), budget)
+        return assign_ordered(mission, systems, each, automata, atoms(asked), budget)
     except Infeasible:
         if mission.spec.team == "joint":
             with contextlib.suppress(TooLarge, NoWords, HoversOutside):
                 return _assign_counted(mission, systems, each, asked, atoms(asked), budget)
         raise
-
-
-def _assign_ordered(
-    mission: Mission,
-    systems: Systems,
-    each: list[TransitionSystem],
-    automata: Sequence[Automaton],
-    known: dict[str, Atom],
-    budget: Budget,
-) -> Assignment | None:
-    """Plan words that hold under precedences between events, where none hold in every order of the robots; None where none do."""
-    most = min(MOST_STATES, budget.states // 50 if budget.courses is None else budget.courses)
-
-    def search(worlds: Sequence[TransitionSystem]) -> LeastSum[OrderedPlan] | None:
-        found = plan_ordered(worlds, automata, known, joint=mission.spec.team == "joint", most=most)
-        return None if found is None else costed(found)
-
-    def costed(found: OrderedPlan) -> LeastSum[OrderedPlan]:
-        costs = tuple(itinerary(system, path).cost for system, path in zip(each, found.paths, strict=True))
-        return LeastSum(found, costs, found.paths, max(0.0, found.cost - TIES))
-
-    best = search(each)
-    if best is None:
-        return None
-    longest, bound = mission.planner.objective == "longest", best.least
-    if longest:
-        best, bound = lower_the_dearest(each, best, search)
-        dearest = max(best.costs)
-        if bound is None or dearest > bound + 2 * TIES:
-            joint = mission.spec.team == "joint"
-            plan, least = plan_ordered_for_dearest(each, automata, known, joint=joint, most=most, below=dearest - TIES)
-            bound = max(bound or 0.0, least - TIES)  # what breaks ties counts in `least`
-            best = best if plan is None else costed(plan)
-    found = best.plan
-    robots = {name: itinerary(system, path) for name, system, path in zip(mission.agents, each, found.paths, strict=True)}
-    notes = [
-        "No words hold in every order of the robots; these hold under the plan's precedences: every team word that keeps them satisfies "
-        f"the formula. The search reached {found.reached:,} states of all robots together."
-    ]
-    if not longest:
-        total = sum(best.costs)
-        least, complete = max(0.0, total - TIES), True
-    else:
-        total, least = max(best.costs), bound or 0.0
-        complete = total <= least + 3 * TIES
-        if not complete:
-            notes.append(BY_WEIGHTED_SUMS)
-    said = (*notes, *systems.unclear())
-    return Assignment(robots, total, least, complete, 1, said, precedences=found.precedences)
 
 
 def _sizes(systems: list[TransitionSystem], automata: Sequence[Automaton], found: PlanningOutcome) -> Iterator[str]:
