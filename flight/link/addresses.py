@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from verify.data import BadInput, Mission
 from verify.data.events import unknown
@@ -31,3 +31,17 @@ def require_addresses(
     for name in mission.agents:
         if (other := of.setdefault(reached(addresses[name]), name)) != name:
             raise BadInput(f"{other} and {name} have one address, {addresses[name]}.")
+
+
+_MANY = {"sends": "send", "does": "do", "is": "are"}
+
+
+def said_of(whom: Sequence[str], verb: str) -> str:
+    """Return who does something: `one does not answer`, `one, two do not answer`.
+
+    Args:
+        whom: One or more.
+        verb: What they do, as of one of them; it begins with the verb.
+    """
+    first, _, rest = verb.partition(" ")
+    return f"{', '.join(whom)} {first if len(whom) == 1 else _MANY.get(first, first)} {rest}"

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from flight.exports.px4 import to_ned
-from flight.link.addresses import require_addresses
+from flight.link.addresses import require_addresses, said_of
 from flight.link.link import Health, LinkLost, Pose
 from verify.data import BadInput, MissingEngine, Mission, Trajectory
 
@@ -40,6 +40,7 @@ OFFBOARD, HOLD, LAND = (6, 0), (4, 3), (4, 6)
 FAILSAFE = {"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 4}
 """What acts on board when set-points end: after so many seconds, land (4)."""
 
+_NO_SERIAL = "it is taken for a serial port, which needs pyserial (addresses in a network begin with udpin:, udpout: or tcp:)"
 _CUSTOM_MODE, _SET_MODE, _SET_INTERVAL, _ARM, _PX4, _ARMED = 1, 176, 511, 400, 12, 128
 _LOCAL_POSITION_NED, _LOCAL_NED, _INT32 = 32, 1, 6
 
@@ -116,7 +117,8 @@ class MavlinkLink:
                 link = mavutil.mavlink_connection(addresses[name], source_system=255, source_component=190, dialect="common")
             except Exception as error:  # pymavlink raises what its drivers do
                 self.close()
-                raise BadInput(f"{name} cannot be reached at {addresses[name]}: {error}.") from None
+                reason = _NO_SERIAL if isinstance(error, ImportError) else error
+                raise BadInput(f"{name} cannot be reached at {addresses[name]}: {reason}.") from None
             self._vehicles[name] = _Vehicle(name, (systems or {}).get(name, index + 1), link)
         self._begin, self._number, self._sent = 0.0, -1, -math.inf
         self._streaming, self._stays = False, math.inf
@@ -280,7 +282,7 @@ class MavlinkLink:
             if not left:
                 return
             if self.now() >= end:
-                raise LinkLost(f"{', '.join(vehicle.name for vehicle in left)} {otherwise} within {patience:g} s.")
+                raise LinkLost(f"{said_of([vehicle.name for vehicle in left], otherwise)} within {patience:g} s.")
             for vehicle in left:
                 ask(vehicle)
             self.sleep(0.02)

@@ -86,7 +86,7 @@ def test_a_flight_in_the_laboratory_is_the_certified_one_but_for_what_it_says() 
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("{rotation: 90}", r"frame\.rotation: unknown key"),
+        ("{rotation: 90}", r"frame\.rotation: unknown key\. Did you mean 'rotation_deg'\? Known here: rotation_deg, offset\."),
         ("{offset: [1, 2]}", r"frame\.offset"),
         ("{rotation_deg: .nan}", r"frame\.rotation_deg"),
     ],

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Collection, Mapping
 
 from flight.exports.crazyflies.memory import Entry
+from flight.link.addresses import said_of
 from flight.link.crazyflie.reports import State
 from flight.link.crazyflie.setting import differing, set_on
 from flight.link.crazyflie.vehicle import Vehicle
@@ -126,13 +127,15 @@ def until(
             time.sleep(_TOGETHER)  # what fails for one often fails for others, and is said once
             raise LinkLost(_unreachable(left))
         if silent := [vehicle for vehicle in left if vehicle.now() - vehicle.heard > SILENT]:
-            whom = ", ".join(f"{vehicle.name} at {vehicle.uri}" for vehicle in silent)
-            raise LinkLost(f"{whom} does not answer: switch it on, and look at its address and channel.")
+            which = "it on, and look at its address" if len(silent) == 1 else "them on, and look at their addresses"
+            raise LinkLost(f"{said_of(_places(silent), 'does not answer')}: switch {which} and channel.")
         if now >= end:
-            raise LinkLost(
-                f"{', '.join(f'{vehicle.name} at {vehicle.uri}' for vehicle in left)} {otherwise} within {patience:g} s."
-            )
+            raise LinkLost(f"{said_of(_places(left), otherwise)} within {patience:g} s.")
         sleep(0.01)
+
+
+def _places(vehicles: Collection[Vehicle]) -> list[str]:
+    return [f"{vehicle.name} at {vehicle.uri}" for vehicle in vehicles]
 
 
 def _unreachable(vehicles: Collection[Vehicle]) -> str:

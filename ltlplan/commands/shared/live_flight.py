@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -66,30 +68,34 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
     from ltlplan.live import stages
 
     _require_sense(asked, said)
-    with simulating(out, FILES, quiet=json) as progress:
-        plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
-        stand = _places(asked.places, plan.mission, team)
-        flown = stages(plan, team, certificate, stand, progress=part_of(progress, 0.5, 0.9))
-        progress("judging whether it can be broken off", 0.9)
-        abort = _abort(asked.kind, flown)
-    if not json:
-        typer.echo(abort)
-    link = _framed(asked, plan.mission, stand, said.conditions(plan.mission), plan.seed if seed is None else seed)
-    view = View(quiet=json)
-    try:
+    mission = _mission(source)
+    told, conditions = _places(asked.places, mission), said.conditions(mission)
+    with ExitStack() as opened:
+        with simulating(out, FILES, quiet=json) as progress:
+            progress("reaching the robots", 0.0)  # before what takes its time: who is not there is said at once
+            link = None if asked.kind == "simulated" else opened.enter_context(closing(_vehicles(asked, mission)))
+            plan, team, certificate = certified(source, part_of(progress, 0.1, 0.5))
+            stand = {**_below_starts(team), **told}
+            flown = stages(plan, team, certificate, stand, progress=part_of(progress, 0.5, 0.9))
+            progress("judging whether it can be broken off", 0.9)
+            abort = _abort(asked.kind, flown)
+        if not json:
+            typer.echo(abort)
+        if link is None:
+            seed = plan.seed if seed is None else seed
+            link = opened.enter_context(closing(_simulated(mission, stand, conditions, seed, real_time=asked.real_time)))
+        view = View(quiet=json)
         with interrupts_land():
             done = fly_live(link, flown, grounds={name: place[2] for name, place in stand.items()}, show=view.show)
-    finally:
-        link.close()
     view.end()
-    texts = done.record.files(plan.mission.frame)
+    texts = done.record.files(mission.frame)
 
     def write(folder: Path) -> None:
         for name, text in texts.items():
             (folder / name).write_text(text, encoding="utf-8")
 
     files = written(out, write)
-    _outcome(done, plan.mission.name, link.failsafe, abort).show(files, as_json=json)
+    _outcome(done, mission.name, link.failsafe, abort).show(files, as_json=json)
 
 
 def _abort(kind: str, flown: tuple[Stage, ...]) -> str:
@@ -116,38 +122,52 @@ def _require_sense(asked: Asked, said: Said) -> None:
         raise BadInput(f"--real-time goes with --link simulated; {asked.kind} is real.")
 
 
-def _framed(asked: Asked, mission: Mission, stand: dict[str, Place], conditions: Conditions, seed: int) -> Link:
-    """Open the link that was asked for, and speak to it in the mission's frame."""
+def _mission(source: str) -> Mission:
+    """Read the mission that is to be flown, without proving anything."""
+    from ltlplan.missions import load_mission
+    from verify.data.files.mission_file import load_mission_file
+    from verify.run_folder import MISSION_FILE
+
+    folder = Path(source)
+    return load_mission_file(folder / MISSION_FILE, installed=False, alone=True) if folder.is_dir() else load_mission(source)
+
+
+def _simulated(mission: Mission, stand: dict[str, Place], conditions: Conditions, seed: int, *, real_time: bool) -> Link:
+    """Put simulated robots into the laboratory, and speak to them in the mission's frame."""
     from flight.frames import mission_in_laboratory
-    from flight.link.framed import FramedLink
+    from flight.link.simulated import SimulatedLink
 
-    frame = mission.frame
-    if frame is None:
-        return _link(asked, mission, stand, conditions, seed)
-    there: dict[str, Place] = {}
-    for name, place in stand.items():
-        x, y, z = frame.to_laboratory(place).tolist()
-        there[name] = (x, y, z)
-    return FramedLink(_link(asked, mission_in_laboratory(mission), there, conditions, seed), frame)
+    there = stand
+    if mission.frame is not None:
+        seen = mission.frame.to_laboratory(list(stand.values())).tolist()
+        there = {name: (x, y, z) for name, (x, y, z) in zip(stand, seen, strict=True)}
+    link = SimulatedLink(mission_in_laboratory(mission), there, conditions=conditions, seed=seed, real_time=real_time)
+    return _framed(link, mission)
 
 
-def _link(asked: Asked, mission: Mission, stand: dict[str, Place], conditions: Conditions, seed: int) -> Link:
-    """Open the link that was asked for."""
-    if asked.kind == "simulated":
-        from flight.link.simulated import SimulatedLink
+def _vehicles(asked: Asked, mission: Mission) -> Link:
+    """Reach vehicles, and speak to them in the mission's frame."""
+    from flight.frames import mission_in_laboratory
 
-        return SimulatedLink(mission, stand, conditions=conditions, seed=seed, real_time=asked.real_time)
     addresses: dict[str, str] = {}
     for text in asked.addresses:
         name, _, address = text.partition("=")
         if name in addresses:
             raise BadInput(f"--address names {name} twice.")
         addresses[name] = address
+    laboratory = mission_in_laboratory(mission)
     if asked.kind == "crazyflie":
-        return _crazyflies(asked.inventory, mission, addresses)
+        return _framed(_crazyflies(asked.inventory, laboratory, addresses), mission)
     from flight.link.mavlink import MavlinkLink
 
-    return MavlinkLink(mission, addresses)
+    return _framed(MavlinkLink(laboratory, addresses), mission)
+
+
+def _framed(link: Link, mission: Mission) -> Link:
+    """Return a link to the laboratory that is spoken to in the mission's frame."""
+    from flight.link.framed import FramedLink
+
+    return link if mission.frame is None else FramedLink(link, mission.frame)
 
 
 def _crazyflies(inventory: Path | None, mission: Mission, addresses: dict[str, str]) -> Link:
@@ -164,24 +184,31 @@ def _crazyflies(inventory: Path | None, mission: Mission, addresses: dict[str, s
     return CrazyflieLink(mission, {**known, **addresses}, masses=masses, capture=capture)
 
 
-def _places(texts: tuple[str, ...], mission: Mission, team: dict[str, Trajectory]) -> dict[str, Place]:
-    """Return where robots stand: as said, or at z = 0 below their starts."""
+def _places(texts: tuple[str, ...], mission: Mission) -> dict[str, Place]:
+    """Return where robots are said to stand, in the mission's frame."""
     found: dict[str, Place] = {}
-    for name, path in team.items():
-        x, y, _ = path.evaluate(0.0)[:3].tolist()
-        found[name] = (x, y, 0.0)
     for text in texts:
         name, _, numbers = text.partition("=")
         if name not in mission.agents:
             raise BadInput(f"--place {text}: {unknown(name, 'robot of the mission', mission.agents)}")
+        if name in found:
+            raise BadInput(f"--place names {name} twice.")
         try:
             x, y, z = (float(part) for part in numbers.split(","))
         except ValueError:
             raise BadInput(f"--place {text}: write NAME=x,y,z in m, such as {name}=0.5,-1,0.") from None
+        if not all(map(math.isfinite, (x, y, z))):
+            raise BadInput(f"--place {text}: a place is finite.")
         if mission.frame is not None:
             x, y, z = mission.frame.to_mission((x, y, z)).tolist()
         found[name] = (x, y, z)
     return found
+
+
+def _below_starts(team: dict[str, Trajectory]) -> dict[str, Place]:
+    """Return the places at z = 0 below a team's starts."""
+    starts = {name: path.evaluate(0.0).tolist() for name, path in team.items()}
+    return {name: (start[0], start[1], 0.0) for name, start in starts.items()}
 
 
 def _outcome(done: LiveFlight, mission: str, failsafe: str, abort: str) -> Outcome:

@@ -76,6 +76,10 @@ def test_vehicles_that_cannot_fly_are_named_before_anything_spins(mission, manne
         ({"r1": "radio://0/80/2M/E7E7E7E702", "r2": "radio://0/80/2M/E7E7E7E703"}, "no address of r0; write r0=radio://"),
         ({"r0": "radio://0/80/2M/E7E7E7E701", "r1": "radio://1/80/2M/e7e7e7e701", "r2": "x"}, "r0 and r1 have one address"),
         ({"r0": "radio://0/80", "r1": "radio://0/80/2M/E7E7E7E7E7", "r2": "x"}, "r0 and r1 have one address"),
+        ({"r0": "radio://0/080/2M/E7E7E7E7E7/", "r1": "radio://ABC/80/1M?rate_limit=100", "r2": "x"}, "r0 and r1 have one address"),
+        ({"r0": "radio://0/80/2M/E7E7E7E70111", "r1": "x", "r2": "y"}, "radio://0/80/2M/E7E7E7E70111 is no address: write radio://"),
+        ({"r0": "radio://0/126/2M/E7E7E7E701", "r1": "x", "r2": "y"}, "a channel of 0 to 125"),
+        ({"r0": "radio://0/80/2m/E7E7E7E701", "r1": "x", "r2": "y"}, "a rate of 250K, 1M or 2M"),
         ({"r7": "radio://0/80/2M/E7E7E7E702"}, "r7"),
     ],
 )  # fmt: skip

@@ -120,6 +120,9 @@ def test_vehicles_that_are_not_there_are_named_in_one_sentence(ready, monkeypatc
     monkeypatch.setattr("flight.link.mavlink.CONNECT", 0.2)
     with pytest.raises(LinkLost, match="one sends no PX4 heartbeat and position within"):
         MavlinkLink(mission, {"one": f"udpin:127.0.0.1:{free_port()}"})
+    two = mission.changed(agents={**mission.agents, "two": mission.agents["one"].changed(start=(0.0, 0.5, 0.3))})
+    with pytest.raises(LinkLost, match="one, two send no PX4 heartbeat and position within"):
+        MavlinkLink(two, {name: f"udpin:127.0.0.1:{free_port()}" for name in two.agents})
     with pytest.raises(BadInput, match="no address of one"):
         MavlinkLink(mission, {})
     with pytest.raises(BadInput, match="two"):

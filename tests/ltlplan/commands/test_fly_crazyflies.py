@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ import ltlplan
 from ltlplan.cli import app
 from tests.helpers.commands import ROOT
 from verify.data import BadInput
+from verify.data.errors import LtlplanError
 
 pytest.importorskip("cflib", reason="cflib is not installed")
 
@@ -44,6 +46,42 @@ def run(tmp_path_factory) -> Path:
 def started(run: Path, out: Path) -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "tests.helpers.crazyflie_process", str(run), str(out)]
     return subprocess.Popen(command, cwd=ROOT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+@pytest.fixture
+def unproved(tmp_path: Path) -> Path:
+    """A folder with a mission and nothing that proves it: what is refused of it is refused before anything is proved."""
+    folder = tmp_path / "unproved"
+    folder.mkdir()
+    (folder / "mission.yaml").write_text(MISSION)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ("crazyflie", "no address of one, two; write one=radio://"),
+        ("mavlink", "no address of one, two; write one=udpin:"),
+        ("mavlink --address one=udpin:127.0.0.1:1 --address one=udpin:127.0.0.1:2", "--address names one twice"),
+        ("mavlink --address one=udpin:127.0.0.1:1 --address two=udpin:127.0.0.1:1", "one and two have one address"),
+        ("mavlink --address onr=udpin:127.0.0.1:1", "'onr' is not a robot of the mission. Did you mean 'one'?"),
+        ("mavlink --address one=/no/such --address two=udpin:127.0.0.1:1", "one cannot be reached at /no/such"),
+        ("crazyflie --address one=radio://0/80/2M/E7E7E7E701 --address two=radio://0/80/2M/E7E7E7E7013", "is no address"),
+        (
+            "crazyflie --address one=radio://0/80/2M/E7E7E7E701 --address two=radio://0/80/2M/E7E7E7E702",
+            "Cannot find a Crazyradio",
+        ),
+        ("crazyflie --inventory nowhere.yaml", "nowhere.yaml"),
+        ("mavlink --place one=1,2", "write NAME=x,y,z in m"),
+        ("simulated --place one=nan,0,0", "a place is finite"),
+        ("simulated --place one=0,0,0 --place one=0,0,0", "--place names one twice"),
+        ("simulated --place three=0,0,0", "'three' is not a robot of the mission"),
+    ],
+)
+def test_what_cannot_be_reached_is_said_before_anything_is_proved(unproved: Path, arguments, says) -> None:
+    with pytest.raises(LtlplanError, match=re.escape(says)) as refused:
+        CliRunner().invoke(app, ["fly", str(unproved), "--link", *arguments.split()], catch_exceptions=False)
+    assert refused.value.exit_code == 2
 
 
 @pytest.mark.slow

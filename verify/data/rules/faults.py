@@ -13,7 +13,8 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
 from verify.data.errors import BadInput, did_you_mean
-from verify.data.sections import Action, Agent, Box, Edge, Environment, LegLimits, Limits, Planner, Robot, Spec
+from verify.data.frame import Frame
+from verify.data.sections import Action, Agent, Box, Edge, Environment, LegLimits, Limits, Planner, Robot, SoftPart, Spec
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.placed_body import PlacedBody
 from verify.data.shapes.region import Hoop, Region
@@ -29,6 +30,7 @@ MOST_OBSTACLES = 1000
 
 _SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
     ("spec",): Spec,
+    ("spec", "soft", "*"): SoftPart,
     ("hoops", "*"): Hoop,
     ("regions", "*"): Region,
     ("obstacles", "*"): Obstacle,
@@ -46,6 +48,7 @@ _SECTIONS: dict[tuple[str, ...], type[BaseModel]] = {
     ("limits",): Limits,
     ("limits", "legs", "*"): LegLimits,
     ("workspace",): Box,
+    ("frame",): Frame,
     ("planner",): Planner,
 }
 

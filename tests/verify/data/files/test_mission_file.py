@@ -68,6 +68,7 @@ def test_a_resolved_mission_reads_back_as_itself(name: str) -> None:
             5,
             "hoops.a.raduis: unknown key. Did you mean 'radii'?",
         ),
+        ("F a & G !b", "F a, soft: [{formula: F b, wieght: 2}]", 3, "soft.0.wieght: unknown key. Did you mean 'weight'?"),
         ("radii: [0.2, 0.2, 0.2], opening", "opening", 5, "hoops.a.radii: missing"),
         ("[0.2, 0.2, 0.2]", "[0.2, 0.2]", 5, "hoops.a.radii"),
         ("[0.2, 0.2, 0.2]", "[0,2, 0,2]", 5, "must have 3 entries, not 4: [0, 2, 0, 2]."),
