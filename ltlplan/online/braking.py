@@ -11,9 +11,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +44,27 @@ LATER = 0.1
 
 TRIES = 30
 """Ways to come to rest together that are judged."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Stop:
+    """How may a team come to rest? A question that can be asked of another process.
+
+    Attributes:
+        mission: The world as it is now; its agents are the robots in the air, with the starts of their trajectories.
+        team: What they fly, from rest to rest.
+        now: From when that is judged in this world, on the trajectories' clocks, exact, in s.
+        braking: They are slowing down already: what they fly comes first.
+        ways: When they are on their way to which regions; the limits of a leg hold for slowing down on it as well.
+        reaction: s after `now` before which nobody slows down.
+    """
+
+    mission: Mission
+    team: Mapping[str, Trajectory]
+    now: Fraction
+    braking: bool
+    ways: Ways = field(default_factory=dict[str, tuple[Way, ...]])
+    reaction: float = REACTION
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,41 +127,30 @@ class _Surroundings:
         return True
 
 
-def come_to_rest(
-    mission: Mission,
-    team: Mapping[str, Trajectory],
-    now: Fraction,
-    *,
-    braking: bool,
-    ways: Ways = MappingProxyType({}),
-) -> StoppingManoeuvre:
+def come_to_rest(stop: Stop) -> StoppingManoeuvre:
     """Find trajectories by which a team comes to rest soon, and prove them.
 
     Args:
-        mission: The world as it is now; its agents are the robots in the air, with the starts of their trajectories.
-        team: What they fly, from rest to rest.
-        now: Time on the trajectories' clocks, s.
-        braking: They are slowing down already: what they fly comes first.
-        ways: When they are on their way to which regions; the limits of a leg hold for slowing down on it as well.
+        stop: The question.
 
     Returns:
         The first that the judge accepts; where there is none the soonest of all, with what was said against the first try.
     """
-    stops = {
-        name: list(_stops(_Surroundings.of(mission, name, float(now)), trajectory, braking, ways.get(name, ())))
+    team, ways, now = stop.team, stop.ways, float(stop.now)
+    others = {
+        name: _stops(stop, _Surroundings.of(stop.mission, name, now), trajectory, ways.get(name, ()))
         for name, trajectory in team.items()
     }
-    chosen = dict.fromkeys(team, 0)
+    tried = {name: next(ways_to_rest) for name, ways_to_rest in others.items()}
     objections: tuple[Claim, ...] = ()
     for _ in range(TRIES):
-        tried = {name: stops[name][index] for name, index in chosen.items()}
         towards: dict[str, tuple[Fraction, *tuple[str, ...]]] = {}
         for name, trajectory in tried.items():
             begin = _slows(trajectory)
             regions = _regions_ahead(ways.get(name, ()), begin)
             if trajectory is not team[name] and regions:
                 towards[name] = (begin, *regions)
-        refused = tuple(claim for claim in judge_stop(mission, tried, now, towards) if claim.outcome != "holds")
+        refused = tuple(claim for claim in judge_stop(stop.mission, tried, stop.now, towards) if claim.outcome != "holds")
         if not refused:
             cut_short = {
                 name: (*(way for way in ways[name] if way[0] <= begin), *((begin, math.inf, region) for region in regions))
@@ -149,9 +158,9 @@ def come_to_rest(
             }
             return StoppingManoeuvre(tried, (), {**ways, **cut_short})
         objections = objections or refused
-        if not _other_stops(chosen, stops, refused):
+        if not _other_stops(tried, others, refused):
             break
-    return StoppingManoeuvre({name: _at_once(trajectory, float(now)) for name, trajectory in team.items()}, objections, ways)
+    return StoppingManoeuvre({name: _at_once(trajectory, now) for name, trajectory in team.items()}, objections, ways)
 
 
 def _slows(trajectory: Trajectory) -> Fraction:
@@ -173,19 +182,19 @@ def _at_once(trajectory: Trajectory, now: float) -> Trajectory:
     return trajectory if slowed is None or slowed.duration >= trajectory.duration else slowed
 
 
-def _other_stops(chosen: dict[str, int], stops: Mapping[str, list[Trajectory]], refused: tuple[Claim, ...]) -> bool:
+def _other_stops(tried: dict[str, Trajectory], others: Mapping[str, Iterator[Trajectory]], refused: tuple[Claim, ...]) -> bool:
     """Let robots that something was said against try their next way; return whether there is one."""
     moved = False
     for claim in refused:
         for robot in (claim.robot, claim.other):
-            if robot is not None and chosen[robot] + 1 < len(stops[robot]):
-                chosen[robot] += 1
+            if robot is not None and (other := next(others[robot], None)) is not None:
+                tried[robot] = other
                 moved = True
                 break
     return moved
 
 
-def _stops(around: _Surroundings, trajectory: Trajectory, braking: bool, ways: tuple[Way, ...]) -> Iterator[Trajectory]:
+def _stops(stop: Stop, around: _Surroundings, trajectory: Trajectory, ways: tuple[Way, ...]) -> Iterator[Trajectory]:
     """Yield ways to come to rest that look clear at sampled instants, soonest rest first; what is flown is one.
 
     Those that end outside all regions come before those that end inside: from within a ring there is no easy way on.
@@ -194,9 +203,9 @@ def _stops(around: _Surroundings, trajectory: Trajectory, braking: bool, ways: t
     if now >= trajectory.duration:
         yield trajectory
         return
-    if braking:
+    if stop.braking:
         yield trajectory
-    begin = np.arange(now + REACTION, trajectory.duration, LATER)
+    begin = np.arange(now + stop.reaction, trajectory.duration, LATER)
     pairs = sorted(((float(at), length) for at in begin for length in LENGTHS), key=sum)
     inside: list[Trajectory] = []
     for at, length in pairs:
@@ -211,7 +220,7 @@ def _stops(around: _Surroundings, trajectory: Trajectory, braking: bool, ways: t
             inside.append(slowed)
         else:
             yield slowed
-    if not braking:
+    if not stop.braking:
         yield trajectory
     yield from inside
 

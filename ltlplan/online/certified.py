@@ -26,16 +26,15 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.online.braking import Ways, come_to_rest
-from ltlplan.pipeline import Certified, certified_team, plan
+from ltlplan.online.braking import Stop, StoppingManoeuvre, Ways, come_to_rest
+from ltlplan.online.next_piece import Found, Left, WholeFlight, find_piece, piece_of, require_proved, with_endurance_left
 from ltlplan.sharing.gliding_path import ORDERS
 from ltlplan.sharing.team_in_flight import PERIOD, Desired, LocatedRobot, TeamInFlight
 from verify.data import LtlplanError, Mission, NotCertified, Plan, Trajectory
 from verify.data.events import WorldEvent
-from verify.data.mission import check_mission
-from verify.data.sections import Action, Agent, Limits
+from verify.data.sections import Action, Agent
 from verify.data.shapes.inequalities import Point
-from verify.pieces import Piece, approaches, judge_pieces
+from verify.pieces import Piece
 
 Floats = NDArray[np.float64]
 
@@ -106,35 +105,68 @@ class CertifiedTeam(TeamInFlight[LocatedRobot]):
             NotCertified: A proof was refused, or what was flown is not certified itself.
         """
         try:
-            if self.lost is not None:
-                raise NotCertified(self.lost)
-            left = _with_what_is_left(self.left(), float(self._now)) if self.steps else self.mission
-            proved = certified_team(plan(check_mission(left), seed=self.seed))
-            present = self._proved(left, proved)
+            left = self.what_is_left(self._now)
+            answer = find_piece(left)
+            flight = self.with_next(left, answer, self._now)
+            require_proved(flight)
         except LtlplanError as error:
-            self.holding = f"No certified pieces for what is left, so the robots hold their positions: {error}"
+            self.refuse(error)
             raise
-        self.pieces, self.present = self.all_pieces, present
-        self._acted, self._braking = dict.fromkeys(self.pilots, 0), False
-        limited = any(left.leg_limits_of(name) for name in left.agents)
-        self._ways = approaches(proved.plan, proved.team) if limited else {}
-        self.certificates = (*self.certificates, proved.certificate.digest())
-        self.holding = None
-        self.plan = proved.plan
+        self.take_over(flight.last, answer)
 
-    def _proved(self, left: Mission, proved: Certified) -> Piece:
-        """Return a new piece after it was judged together with all that was flown before.
+    def what_is_left(self, latest: Fraction) -> Left:
+        """Return what is left to be flown from where robots hover, as a question that can be asked elsewhere.
+
+        Args:
+            latest: Flight time at which its answer is flown at the latest, exact, in s.
 
         Raises:
-            NotCertified: The whole formula is not proved.
+            Unsatisfiable: Nothing that comes can make the formula true.
+            NotCertified: What was flown is not certified itself.
         """
-        actions = {name: timeline.actions for name, timeline in proved.certificate.timelines.items()}
-        new = Piece(self._now, self._now, left, proved.team, actions)
-        if self.all_pieces:
-            for verdict in judge_pieces(self.mission, (*self.all_pieces, new)):
-                if verdict.outcome != "holds":
-                    raise NotCertified(f"with what was flown before: {verdict.sentence}", [verdict.witness()])
-        return new
+        if self.lost is not None:
+            raise NotCertified(self.lost)
+        left = with_endurance_left(self.left(), latest) if self.steps else self.mission
+        return Left(left, self.seed, latest)
+
+    def with_next(self, left: Left, answer: Found, start: Fraction) -> WholeFlight:
+        """Return all that was flown with what was found behind it, to be judged.
+
+        Args:
+            left: The question.
+            answer: What was found.
+            start: Flight time at which it is to begin, exact, in s.
+
+        Raises:
+            NotCertified: That is later than was said when it was asked.
+        """
+        if start > left.latest:
+            raise NotCertified(
+                f"what is left was certified to begin by {float(left.latest):.2f} s, not at {float(start):.2f} s."
+            )
+        return WholeFlight(self.mission, (*self.all_pieces, piece_of(left.mission, answer.certified, start)))
+
+    def take_over(self, piece: Piece, answer: Found) -> None:
+        """Fly a piece from now on that was judged together with all that was flown before.
+
+        Args:
+            piece: It begins where everybody hovers.
+            answer: What it was made of.
+        """
+        self.pieces, self.present = self.all_pieces, piece
+        self._acted, self._braking = dict.fromkeys(self.pilots, 0), False
+        self._ways = answer.ways
+        self.certificates = (*self.certificates, answer.certified.certificate.digest())
+        self.holding = None
+        self.plan = answer.certified.plan
+
+    def refuse(self, error: LtlplanError) -> None:
+        """Hold positions, as there is nothing certified to fly.
+
+        Args:
+            error: Why.
+        """
+        self.holding = f"No certified pieces for what is left, so the robots hold their positions: {error}"
 
     def step(self, now: float, positions: Mapping[str, Point]) -> Desired:
         """Go on along the certified trajectories, or hover at their ends."""
@@ -155,38 +187,58 @@ class CertifiedTeam(TeamInFlight[LocatedRobot]):
     def change(self, event: WorldEvent, now: float) -> None:
         """Take note of a change in the world: come to rest in a proved way, then share what is left again."""
         self._now = _exact(now)
-        super().change(event, now)
+        self.close_piece(event, self._now)
+        if (stop := self.stop()) is not None:
+            self.take_stop(come_to_rest(stop))
+
+    def close_piece(self, event: WorldEvent, since: Fraction) -> None:
+        """Take note of a change in the world; robots go on as before in a piece of its own, of which nothing is proved yet.
+
+        Args:
+            event: What changes.
+            since: Flight time from which it counts, exact, in s.
+        """
+        super().change(event, float(since))
+        start = self._now if self.present is None else self.present.start
         if self.present is not None:
             done = {name: actions[: self._acted.get(name, 0)] for name, actions in self.present.actions.items()}
             self.pieces = (*self.pieces, replace(self.present, actions=done))
-        self.present = self._coming_to_rest()
-        self._acted, self._braking = {}, True
-
-    def _coming_to_rest(self) -> Piece | None:
-        """Let everybody come to rest; remember where that could not be proved."""
-        if not self.pilots:
-            return None
-        start = self._now if self.present is None else self.present.start
         tracks = {name: self._tracks.get(name) or _hovering(pilot.where.position, self.mission.agents[name])
                   for name, pilot in self.pilots.items()}  # fmt: skip
-        # where and how each one hovered when its present trajectory began: that is where continuity is judged from
+        self.present = Piece(start, since, self._world_of(tracks), tracks) if self.pilots else None
+        self._acted, self._braking = {}, self._braking or not self.pilots
+
+    def _world_of(self, tracks: Mapping[str, Trajectory]) -> Mission:
+        """Return the world with where and how each one hovered when its trajectory began: that is where continuity is judged from."""
         agents = {
             name: self.mission.agents[name].model_copy(
                 update={"start": _point(track.coefficients[0, :3, 0]), "yaw_deg": math.degrees(track.coefficients[0, 3, 0])}
             )
             for name, track in tracks.items()
         }
-        world = self.mission.model_copy(update={"agents": agents})
-        stop = come_to_rest(world, tracks, self._now - start, braking=self._braking, ways=self._ways)
-        self._ways = stop.ways
-        if stop.refused and self._proved_count is None:
+        return self.mission.model_copy(update={"agents": agents})
+
+    def stop(self) -> Stop | None:
+        """Return how everybody may come to rest, as a question that can be asked elsewhere; None where nobody is in the air."""
+        if self.present is None:
+            return None
+        return Stop(self.present.mission, self.present.team, self.present.since - self.present.start, self._braking, self._ways)
+
+    def take_stop(self, how: StoppingManoeuvre) -> None:
+        """Come to rest as was found; remember where that could not be proved.
+
+        Args:
+            how: Trajectories that are the same as the present ones so far.
+        """
+        assert self.present is not None, "somebody is in the air"
+        self._ways, self._braking = how.ways, True
+        if how.refused and self._proved_count is None:
             self._proved_count = len(self.pieces)
-        if stop.refused and self.lost is None:
-            said = stop.refused[0].sentence
-            self.lost = (
-                f"At {float(self._now):.2f} s the robots stopped in a way that is not certified (times from then): {said}"
-            )
-        return Piece(start, self._now, world, stop.team)
+        if how.refused and self.lost is None:
+            said = how.refused[0].sentence
+            since = float(self.present.since)
+            self.lost = f"At {since:.2f} s the robots stopped in a way that is not certified (times from then): {said}"
+        self.present = replace(self.present, team=how.team)
 
     @property
     def _time(self) -> float:
@@ -253,16 +305,3 @@ def _hovering(position: Point, agent: Agent) -> Trajectory:
 def _point(values: Floats) -> Point:
     x, y, z = (float(value) for value in values)
     return (x, y, z)
-
-
-def _with_what_is_left(mission: Mission, flown: float) -> Mission:
-    """Return the mission with endurances that are shorter by what was flown, s: a piece is proved to end before they do."""
-    if mission.longest_flight is None:
-        return mission
-    agents = dict(mission.agents)
-    for name, agent in mission.agents.items():
-        endurance = mission.limits_of(name).endurance
-        if endurance is not None:
-            own = (agent.limits or Limits()).model_copy(update={"endurance": endurance - flown})
-            agents[name] = agent.model_copy(update={"limits": own})
-    return mission.model_copy(update={"agents": agents})

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from ltlplan.online.braking import come_to_rest
+from ltlplan.online.braking import Stop, come_to_rest
 from ltlplan.online.flight import fly_online
 from ltlplan.systems.region_labels import Layout
 from refine import refine
@@ -52,7 +52,7 @@ def test_slowing_down_beside_a_wall_is_proved_and_stays_clear_of_it() -> None:
     team = refine(along(mission, (0.2 - 0.025 - NEED - 0.002, 0.6 + NEED, 1), (0.2 + 0.025 + NEED + 0.002, 0.6 + NEED, 1)))
     length = team["q"].duration
     for share in (0.3, 0.45, 0.55, 0.7):
-        stop = come_to_rest(mission, team, Fraction(share * length).limit_denominator(50), braking=False)
+        stop = come_to_rest(Stop(mission, team, Fraction(share * length).limit_denominator(50), braking=False))
         assert stop.refused == ()
         assert stop.team["q"].duration <= length
         assert from_boxes(sampled(stop.team["q"]), END) >= NEED
