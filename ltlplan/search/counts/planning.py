@@ -154,7 +154,8 @@ def _with_cheapest_dearest(
     for classes in variants:
         apart = classes.told_apart()
         search = NumberSearch(apart.made())
-        most = max(_STATES_DEAREST // sum(map(len, search.ways)), _FEW_DEAREST)
+        ways = max(1, sum(map(len, search.ways)))  # none, where nobody shows anything else that matters
+        most = max(_STATES_DEAREST // ways, _FEW_DEAREST)
         found = cheapest_dearest(search, apart.start, plan.cost, most)
         bounds.append(found.bound)
         if found.course is not None:

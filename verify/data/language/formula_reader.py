@@ -239,7 +239,9 @@ class _Parser:
         number = self.tokens[self.index] if self.index < len(self.tokens) else None
         if number is None or not re.fullmatch(r"-?\d{1,9}", number.text):
             end = len(self.text) if number is None else number.position
-            raise FormulaError(self.text, [(end, f"After `{sign.text}` a whole number of robots is expected, such as 2.")])
+            many = number is not None and number.text.isdecimal()
+            what = f"a whole number of robots is expected, {'of nine digits at the most' if many else 'such as 2'}."
+            raise FormulaError(self.text, [(end, f"After `{sign.text}` {what}")])
         self.index += 1
         return sign.text, int(number.text)  # type: ignore[return-value]  # the tokeniser knows no other signs
 

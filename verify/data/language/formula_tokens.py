@@ -118,4 +118,6 @@ def unreadable(text: str, position: int) -> str:
     hint = " Equal numbers of robots are written `==`." if text[position] == "=" else ""
     if text[max(0, position - 1) : position + 1] == "!=":
         hint = " Other numbers of robots are written `!(count(...) == 2)`."
+    if re.match(r"\d+\s*[<>=]", text[position:]):
+        hint = " The count stands first: `count(...) >= 2`."
     return f"`{text[position]}` is not part of a formula.{hint}"

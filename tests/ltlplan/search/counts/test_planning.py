@@ -191,6 +191,12 @@ def test_with_counts_too_the_dearest_robot_may_be_what_counts():
     assert check_team(written_out(parse_formula(formula), NAMES), words, reading="joint").sequential
 
 
+def test_where_nobody_has_anything_to_fly_for_the_dearest_robot_costs_nothing():
+    found = assign(world("F(count(a) >= 1) | true", robots=2, regions=PLACES, team="joint", objective="longest"))
+    assert found.complete
+    assert found.cost == 0.0
+
+
 def test_counts_beyond_the_team_cannot_be_kept_and_are_said_to_be():
     with pytest.raises(NoPlan, match=r"`count\(a\) >= 3` asks for more robots than the mission has: 2"):
         assign(world("F(count(a) >= 3) & F b", robots=2, regions=PLACES, team="joint"))

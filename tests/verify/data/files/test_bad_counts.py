@@ -50,6 +50,8 @@ def test_under_own_what_is_said_of_several_robots_is_refused_with_the_reason(for
         ("F(count(dock) != 2)", "Other numbers of robots are written `!(count(...) == 2)`"),
         ("F(count(dock) >= -1)", "it is never below 0"),
         ("F(count(dock) >= two)", "a whole number of robots is expected, such as 2"),
+        ("F(count(dock) >= 10000000000)", "a whole number of robots is expected, of nine digits at the most"),
+        ("F(2 <= count(dock))", "The count stands first: `count(...) >= 2`"),
         ("F(count() >= 2)", "`)` stands where a proposition is expected"),
     ],
 )
