@@ -1,6 +1,7 @@
 """Flight, measured: tracking on `hoop6` beside rotorpy's controller, and the time of a campaign beside rotorpy's for one run.
 
-Run as `python tests/benchmarks/flight.py [--runs 1000] [--workers 2]`; rotorpy comes with the `benchmark` extra.
+Run as `python tests/benchmarks/flight.py [--runs 1000] [--workers 2]`; rotorpy comes with the `benchmark` extra. With `--on-board` only
+the campaign of flights of 30 s with Mellinger's controller and the filter on board is flown and timed.
 """
 
 from __future__ import annotations
@@ -136,11 +137,32 @@ def _cpu() -> float:
     return sum(usage.ru_utime + usage.ru_stime for usage in used)
 
 
+def timed_campaign(team: dict[str, Trajectory], plan: Plan, options: argparse.Namespace, **conditions) -> flight.Campaign:
+    """Fly a campaign of the options' runs on the options' processes, say what it took, and return what it found."""
+    begin, cpu = time.perf_counter(), _cpu()
+    found = flight.campaign(plan, team, runs=options.runs, workers=options.workers, **conditions)
+    elapsed, cpu = time.perf_counter() - begin, _cpu() - cpu
+    print(f"{options.runs} runs on {options.workers} processes: {elapsed:.1f} s; {cpu:.1f} s of processor time")
+    return found
+
+
+def on_board(options: argparse.Namespace) -> None:
+    """Time flights of `FLIGHT_TIME` with the controller and the estimator of common firmware, and print what they found."""
+    plan, team = firefighting()
+    conditions = flight.conditions_of(plan.mission).changed(controller="mellinger")
+    print(f"firefighting, {len(team)} robots, {FLIGHT_TIME:g} s of flight, 500 Hz; {conditions.sentence}")
+    print(*timed_campaign(team, plan, options, conditions=conditions).sentences, sep="\n")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=1000)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--on-board", action="store_true")
     options = parser.parse_args()
+    if options.on_board:
+        on_board(options)
+        return
     print("hoop6, errors in mm                                        1 m/s RMS  worst   0.45 m/s RMS  worst")
     reference = {speed: sample_reference({"quad0": hoop6(speed)}, CONTROL_STEP, SUBSTEPS) for speed in (1.0, 0.45)}
 
@@ -177,14 +199,11 @@ def main() -> None:
     cert = StandIn(plan.mission, {name: path.digest() for name, path in team.items()})
     log = flight.fly(plan, team, cert, **conditions)
     single = time.perf_counter() - begin
-    begin, cpu = time.perf_counter(), _cpu()
-    found = flight.campaign(plan, team, runs=options.runs, workers=options.workers, **conditions)
-    elapsed, cpu = time.perf_counter() - begin, _cpu() - cpu
     print(
         f"\nfirefighting, {len(team)} robots, {FLIGHT_TIME:g} s of flight, 500 Hz dynamics, 50 Hz control, wind, gusts, motion capture"
     )
     print(f"one flight with monitor and log: {single:.1f} s ({len(log)} entries)")
-    print(f"{options.runs} runs on {options.workers} processes: {elapsed:.1f} s; {cpu:.1f} s of processor time")
+    found = timed_campaign(team, plan, options, **conditions)
     print(
         f"rotorpy, one robot, one run of {FLIGHT_TIME:g} s at 500 Hz: {peer:.1f} s; {len(team)} robots: {len(team) * peer:.1f} s"
     )
