@@ -1,7 +1,8 @@
 """Flight, measured: tracking on `hoop6` beside rotorpy's controller, and the time of a campaign beside rotorpy's for one run.
 
 Run as `python tests/benchmarks/flight.py [--runs 1000] [--workers 2]`; rotorpy comes with the `benchmark` extra. With `--on-board` only
-the campaign of flights of 30 s with Mellinger's controller and the filter on board is flown and timed.
+the campaign of flights of 30 s with Mellinger's controller and the filter on board is flown and timed; with `--firmware` only what the
+compiled firmware gave on a flight is held against what is simulated of it.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from flight.closed_loop import Setup, steps
 from flight.model.airframe import Airframe, airframe_of
 from flight.model.reference import sample_reference
 from flight.model.timing import CONTROL_STEP, SUBSTEPS
+from tests.helpers.firmware_flights import flown_here
 from tests.helpers.stand_ins import StandIn, hoop6
 from verify.data import Plan, Trajectory, load_vehicle
 
@@ -154,12 +156,23 @@ def on_board(options: argparse.Namespace) -> None:
     print(*timed_campaign(team, plan, options, conditions=conditions).sentences, sep="\n")
 
 
+def against_firmware() -> None:
+    """Print RMS and worst error of the firmware's flights, the firmware's first."""
+    print(f"{'hoops-sequence, RMS and worst error in mm':<56} {'firmware':>10} {'here':>14}")
+    for one, rms, worst in flown_here():
+        print(f"{one.name:<56} {one.rms:4g}, {one.worst:4g} {rms:7.1f}, {worst:5.1f}")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=1000)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--on-board", action="store_true")
+    parser.add_argument("--firmware", action="store_true")
     options = parser.parse_args()
+    if options.firmware:
+        against_firmware()
+        return
     if options.on_board:
         on_board(options)
         return
