@@ -16,7 +16,6 @@ from verify.data import Mission, Plan, Trajectory, mission_to_yaml
 from verify.data.files.trajectory_csv import write_csv
 from verify.data.progress import Progress, part_of, silent
 from verify.data.storage.folders import PROOF, write_folder
-from verify.data.trajectory import PIECES
 
 if TYPE_CHECKING:
     from flight import Campaign, ExportTarget, FlightLog, Rehearsal
@@ -43,8 +42,8 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     """Write everything that a run makes.
 
     Files: `mission.yaml` (resolved), `plan.json`, `<robot>.csv`, `certificate.json`, `flight.csv`, `report.html`, a folder
-    `crazyswarm2` ready for that system (of a mixed team, with the Crazyflies among them; left out where the mission says that they hold
-    more than their memory does, and where something does not hold, the simulated flight in its tube for instance), and the manifest.
+    `crazyswarm2` ready for that system (of a mixed team, with the Crazyflies among them; left out where their memory
+    does not hold the flight or its parts, and where something does not hold, the simulated flight in its tube for instance), and the manifest.
     """
     import flight
     from flight.logs.large_logs import run_csv
@@ -55,7 +54,7 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
         write_plan_files(result.plan, folder)
         write_trajectories(result.plan, result.team, folder)
         robots = () if shortfall(result) else _exported(result.mission)
-        if robots and not any(_too_long(result.team[name], result.mission.spec.repeat) for name in robots):
+        if robots and not any(_too_long(result.mission, name, result.team[name]) for name in robots):
             flight.export(
                 result.team, result.certificate, folder / _EXPORT, format="crazyswarm2", robots=robots, flight=result.log
             )
@@ -66,9 +65,12 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     return write_folder(target, write)
 
 
-def _too_long(path: Trajectory, laps: int) -> bool:
-    """Tell whether a Crazyflie's memory cannot hold a flight, or one of its parts."""
-    return max(end - begin for begin, end in path.parts) > PIECES if path.cuts else len(path.flattened(laps)) > PIECES
+def _too_long(mission: Mission, name: str, path: Trajectory) -> bool:
+    """Tell whether a robot's memory, by the mission or as Crazyflies have it, cannot hold a flight or one of its parts."""
+    from flight.exports.crazyflies.fits import held_at_once
+
+    uploaded = (end - begin for begin, end in path.parts) if path.cuts else (len(path.flattened(mission.spec.repeat)),)
+    return max(uploaded) > held_at_once(mission, name)
 
 
 def _exported(mission: Mission) -> tuple[str, ...]:

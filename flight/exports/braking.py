@@ -45,6 +45,32 @@ class Braked:
     more: int
 
 
+@dataclass(frozen=True, slots=True)
+class AtMost:
+    """Puts pieces together as they are, up to a number: a `Join`.
+
+    Attributes:
+        pieces: What the target holds; None for any number.
+    """
+
+    pieces: int | None = PIECES
+
+    def __call__(self, name: str, flown: Trajectory, last: Trajectory) -> Trajectory | None:
+        """Return a flight with its last piece behind it; None where there is no room for it.
+
+        Args:
+            name: The robot's; it is all the same here.
+            flown: The flight.
+            last: The piece.
+        """
+        del name
+        if self.pieces is not None and len(flown) + len(last) > self.pieces:
+            return None
+        return Trajectory(
+            np.concatenate([flown.durations, last.durations]), np.concatenate([flown.coefficients, last.coefficients])
+        )
+
+
 def ends_in_flight(path: Trajectory) -> bool:
     """Tell whether a robot still moves where its last lap ends.
 
@@ -79,23 +105,6 @@ def braked(mission: Mission, name: str, path: Trajectory, join: Join) -> Braked 
             if all(claim.outcome == "holds" for claim in claims):
                 return Braked(flown, float(since), more)
     return None
-
-
-def at_most(pieces: int | None = PIECES) -> Join:
-    """Return a way to put pieces together as they are, up to a number.
-
-    Args:
-        pieces: What the target holds; None for any number.
-    """
-
-    def join(_name: str, flown: Trajectory, last: Trajectory) -> Trajectory | None:
-        if pieces is not None and len(flown) + len(last) > pieces:
-            return None
-        return Trajectory(
-            np.concatenate([flown.durations, last.durations]), np.concatenate([flown.coefficients, last.coefficients])
-        )
-
-    return join
 
 
 def _longer(path: Trajectory, laps: Trajectory) -> Iterator[tuple[int, Trajectory]]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from flight.certified import certified_mission
-from flight.exports.braking import at_most, braked, ends_in_flight
+from flight.exports.braking import AtMost, braked, ends_in_flight
 from flight.exports.flown import WARNING, require_flight, warned
 from flight.exports.notes import readme
 from flight.exports.target import EXPORT_TARGETS, NOTE, ExportTarget, Product, Request
@@ -173,7 +173,10 @@ def _brakings(
     for name, path in team.items():
         if len(mission.agents) > 1 or not ends_in_flight(path):
             continue
-        found = braked(mission, name, path, target.join or at_most(None))
+        join = target.join or AtMost(None)
+        if isinstance(join, AtMost) and join.pieces is not None:
+            join = AtMost(min(join.pieces, mission.limits_of(name).pieces or join.pieces))
+        found = braked(mission, name, path, join)
         if found is None:
             speed = float(np.linalg.norm(path.evaluate(path.duration, 1)[:3]))
             said.append(

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flight.exports.braking import at_most
-from flight.exports.crazyflies.fits import require_crazyflie
-from flight.exports.crazyflies.memory import Entry, poly4d_bytes, side_by_side
+from flight.exports.braking import AtMost
+from flight.exports.crazyflies.fits import held_at_once, require_crazyflie, require_held
+from flight.exports.crazyflies.memory import MEMORY, PIECE, Entry, poly4d_bytes, side_by_side
 from flight.exports.parts import notes_on, order_of, parts_of
 from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, LtlplanError, MissingEngine, Trajectory
@@ -59,7 +59,9 @@ def upload_files(request: Request, encode: Callable[[str, Trajectory], tuple[byt
         for name, path in part.paths.items():
             data, pieces = encode(name, path)
             trajectory_id = ids.get(name, 0)
-            (entry,) = side_by_side({trajectory_id: (name, data, pieces)}, kind, begin)
+            held = held_at_once(request.mission, name)
+            size = MEMORY if held == PIECES else PIECE * held
+            (entry,) = side_by_side({trajectory_id: (name, data, pieces)}, kind, begin, size)
             files[f"{name}{part.ending}.bin"] = entry.data
             rows[name].append(
                 {
@@ -210,7 +212,11 @@ def _send(item: Uploaded) -> None:
 
 
 def _product(request: Request) -> Product:
-    return upload_files(request, lambda name, path: (poly4d_bytes(name, path), len(path)), _POLY4D)
+    def encode(name: str, path: Trajectory) -> tuple[bytes, int]:
+        require_held(request.mission, name, path)
+        return poly4d_bytes(name, path), len(path)
+
+    return upload_files(request, encode, _POLY4D)
 
 
 OPTIONS = {"trajectory_ids": "robot to the trajectory's id, 0 to 30", "offset": "bytes from the memory's start"}
@@ -220,5 +226,5 @@ VOIDS = (
     "writing another trajectory over the same part of the memory",
 )
 CRAZYFLIE = ExportTarget(
-    name="crazyflie", make=_product, options=OPTIONS, voids=VOIDS, send=upload, in_parts=True, join=at_most(PIECES)
+    name="crazyflie", make=_product, options=OPTIONS, voids=VOIDS, send=upload, in_parts=True, join=AtMost(PIECES)
 )

@@ -12,8 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from flight.exports.braking import at_most
-from flight.exports.crazyflies.fits import require_crazyflie, require_float32
+from flight.exports.braking import AtMost
+from flight.exports.crazyflies.fits import require_crazyflie, require_float32, require_held
 from flight.exports.crazyflies.inventory import Item, read_inventory, require_radios
 from flight.exports.crazyflies.parameters import sentence
 from flight.exports.crazyflies.swarm_script import script
@@ -42,11 +42,7 @@ def _product(request: Request) -> Product:
     for part in parts:
         for name, path in part.paths.items():
             require_float32(name, path)
-            if len(path) > PIECES:
-                raise DoesNotFit(
-                    f"{name}{part.ending} has {len(path)} pieces; the vehicle's memory holds {PIECES}. Plan it for that many (`pieces` of the "
-                    "vehicle's profile or of `limits`), so that it is cut into parts, or stream it."
-                )
+            require_held(request.mission, name, path, part.ending)
             if len(path) == 1:
                 raise DoesNotFit(
                     f"{name} has one piece, and crazyswarm2's loader fails on such files; certify `flight.with_hovers(team)` and "
@@ -105,5 +101,5 @@ CRAZYSWARM2 = ExportTarget(
     ),
     prepare=with_hovers,
     in_parts=True,
-    join=at_most(PIECES),
+    join=AtMost(PIECES),
 )

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from flight.exports.target import Request
 from verify.data import DoesNotFit, Mission, Trajectory
+from verify.data.trajectory import PIECES
 from verify.data.vehicle import LIGHT
 
 
@@ -44,3 +45,36 @@ def require_float32(name: str, path: Trajectory) -> None:
     """
     if not path.is_float32:
         raise DoesNotFit(f"{name}'s trajectory does not survive the vehicle's float32; round it before it is certified.")
+
+
+def held_at_once(mission: Mission, name: str) -> int:
+    """Return how many uncompressed pieces a robot's trajectory memory holds, or fewer where the mission says so (`pieces`).
+
+    Args:
+        mission: Says what it flies.
+        name: The robot's.
+    """
+    return min(PIECES, mission.limits_of(name).pieces or PIECES)
+
+
+def require_held(mission: Mission, name: str, path: Trajectory, part: str = "") -> None:
+    """Refuse more pieces than are held at once.
+
+    Args:
+        mission: Says what the robot flies.
+        name: The robot's.
+        path: What is uploaded at once.
+        part: What its file is called behind the robot's name.
+
+    Raises:
+        DoesNotFit: As said.
+    """
+    held = held_at_once(mission, name)
+    if len(path) <= held:
+        return
+    holds = f"{name}{part} has {len(path)} pieces; the vehicle's memory holds {held}"
+    if held == PIECES:
+        raise DoesNotFit(
+            f"{holds}. Plan it for that many (`pieces` of the vehicle's profile or of `limits`), so that it is cut into parts, or stream it."
+        )
+    raise DoesNotFit(f"{holds} by the mission's `pieces`. Stream it (px4, ros2), or write how many pieces it does hold.")

@@ -65,13 +65,16 @@ def poly4d_trajectory(data: bytes) -> Trajectory:
     return Trajectory(table[:, 32], table[:, :32].reshape(-1, 4, 8))
 
 
-def side_by_side(parts: Mapping[int, tuple[str, bytes, int]], kind: int, begin: int = 0) -> tuple[Entry, ...]:
+def side_by_side(
+    parts: Mapping[int, tuple[str, bytes, int]], kind: int, begin: int = 0, size: int = MEMORY
+) -> tuple[Entry, ...]:
     """Lay trajectories one behind the other, each at an offset that the firmware takes.
 
     Args:
         parts: Trajectory id to (name for messages, bytes, pieces), in the order in which they are laid.
         kind: 0 for Poly4D, 1 for compressed.
         begin: Offset of the first, so that what lies before it is not overwritten.
+        size: Bytes of the memory.
 
     Raises:
         DoesNotFit: An id or offset is out of range, or the memory is too small.
@@ -83,12 +86,12 @@ def side_by_side(parts: Mapping[int, tuple[str, bytes, int]], kind: int, begin: 
     for trajectory_id, (name, data, pieces) in parts.items():
         if not 0 <= trajectory_id < IDS:
             raise DoesNotFit(f"{name}: trajectory id {trajectory_id} is out of range; the vehicle knows 0 to {IDS - 1}.")
-        if offset + len(data) > MEMORY:
-            room = max(MEMORY - offset, 0)
+        if offset + len(data) > size:
+            room = max(size - offset, 0)
             hint = f" ({room // PIECE} pieces)" if kind == 0 else ""
             raise DoesNotFit(
                 f"{name} takes {len(data)} bytes ({pieces} pieces) at offset {offset}; the vehicle's trajectory memory of "
-                f"{MEMORY} bytes has {room} left{hint}. Fly fewer laps, compress, or stream it."
+                f"{size} bytes has {room} left{hint}. Fly fewer laps, compress, or stream it."
             )
         if pieces > 255:
             raise DoesNotFit(f"{name} has {pieces} pieces; the vehicle counts them in one byte.")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flight
-from flight.exports.braking import at_most, braked, ends_in_flight
+from flight.exports.braking import AtMost, braked, ends_in_flight
 from flight.exports.crazyflies.compressed import compressed_trajectory
 from flight.exports.crazyflies.crazyflie import upload
 from flight.exports.crazyflies.memory import poly4d_trajectory
@@ -98,7 +98,7 @@ def test_every_format_of_a_crazyflie_ends_at_rest(certified, target, tmp_path) -
 def test_it_stops_before_it_shows_what_its_laps_do_not(certified) -> None:
     """Another lap comes to the north first: braking there is as its laps, braking towards a wall or another place is not."""
     plan, path, _ = certified
-    found = braked(plan.mission, "r0", path, at_most())
+    found = braked(plan.mission, "r0", path, AtMost())
     assert found is not None
     since = sum(map(Fraction, path.flattened(2).durations.tolist()), Fraction(0))
     good = judge_braking(plan.mission, "r0", path, found.flown, since)
@@ -109,7 +109,7 @@ def test_it_stops_before_it_shows_what_its_laps_do_not(certified) -> None:
     inside, laps = circle(0.0, 0.0), path.flattened(2)
     inside[0, :2] = 0.3
     last = Trajectory([2.0], hermite(circle(np.pi / 4, 1.0), inside, 2.0)[None].astype(np.float32))
-    astray = at_most()("r0", laps, last)
+    astray = AtMost()("r0", laps, last)
     assert astray is not None
     refused = {claim.name for claim in judge_braking(mission, "r0", path, astray, since) if claim.outcome != "holds"}
     assert refused == {"formula"}
@@ -118,7 +118,7 @@ def test_it_stops_before_it_shows_what_its_laps_do_not(certified) -> None:
 
 def test_other_laps_than_the_certified_ones_are_refused(certified) -> None:
     plan, path, _ = certified
-    found = braked(plan.mission, "r0", path, at_most())
+    found = braked(plan.mission, "r0", path, AtMost())
     since = sum(map(Fraction, path.flattened(2).durations.tolist()), Fraction(0))
     moved = found.flown.coefficients.copy()
     moved[2, 0, 4] += 1e-5
@@ -133,8 +133,16 @@ def test_it_needs_room_for_one_more_piece() -> None:
     hover = legs([(1.4, -0.2, 1.0)], hold=1.0).coefficients[:1]
     more = Trajectory(np.concatenate([[1.0, 1.0], path.durations]), np.concatenate([hover, hover, path.coefficients]), cycle=3)
     assert len(more.flattened(7)) == 31
-    assert braked(plan.mission, "r0", more, at_most()) is None
-    assert braked(plan.mission, "r0", path, at_most(None)) is not None
+    assert braked(plan.mission, "r0", more, AtMost()) is None
+    assert braked(plan.mission, "r0", path, AtMost(None)) is not None
+
+
+def test_it_needs_room_by_the_missions_own_pieces(certified, tmp_path) -> None:
+    plan, path, _ = certified
+    laps = len(path.flattened(2))
+    small = plan.mission.model_copy(update={"limits": plan.mission.limits.model_copy(update={"pieces": laps})})
+    said = flight.export({"r0": path}, certify(plan.changed(mission=small), {"r0": path}), tmp_path, anyway=True).notes
+    assert any("no braking behind it was proved that fits" in note for note in said)
 
 
 def test_laps_that_rest_where_they_begin_need_none() -> None:

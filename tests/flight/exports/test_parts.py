@@ -117,6 +117,25 @@ def test_parts_that_no_crazyflie_holds_are_refused(tmp_path) -> None:
         flight.export(path, cert, tmp_path, anyway=True)
 
 
+@pytest.mark.parametrize(
+    ("target", "says"),
+    [
+        ("crazyswarm2", r"r0 has 6 pieces; the vehicle's memory holds 4 by the mission's `pieces`\. Stream it"),
+        ("crazyflie", r"r0 has 6 pieces; the vehicle's memory holds 4 by the mission's `pieces`\. Stream it"),
+        ("crazyflie-compressed", r"r0 takes \d+ bytes .* the vehicle's trajectory memory of 528 bytes"),
+    ],
+)
+def test_a_flight_that_the_missions_own_pieces_do_not_hold_is_refused(target, says, tmp_path) -> None:
+    mission = small_mission("F a", regions=BALLS, margin=0.05)
+    mission = mission.model_copy(update={"limits": mission.limits.model_copy(update={"pieces": 4})})
+    path = legs([[k % 2, 0, 1] for k in range(7)])
+    team = flight.quantised({"r0": path}) if target == "crazyflie-compressed" else {"r0": path}
+    cert = certify(plan_of(mission, {"r0": [Visit(region="a")] * 3}), team)
+    with pytest.raises(DoesNotFit, match=says):
+        flight.export(team, cert, tmp_path, format=target, anyway=True)
+    assert flight.export(team, cert, tmp_path / "streamed", format="px4", anyway=True).files
+
+
 def test_a_vehicle_flies_the_parts_from_its_memory_as_certified(tmp_path) -> None:
     """40 pieces through 4096 bytes, behind cflib's own memory element: the set-points are the certified path with a pause in it."""
     pytest.importorskip("cflib", reason="cflib is not installed")
