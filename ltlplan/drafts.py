@@ -29,6 +29,8 @@ class Draft:
         reworded: How many other ways to keep the soft parts were tried, of those in `mending`.
         others: How many times other words were tried that do without legs.
         shut: The legs that these do without.
+        rooms: How many robots regions hold, where refinement found no places for more: (region, robots).
+        given_up: Why the first plan was given up for other words; None before that.
     """
 
     plan: Plan
@@ -40,6 +42,8 @@ class Draft:
     reworded: int = 0
     others: int = 0
     shut: frozenset[Leg] = frozenset()
+    rooms: tuple[tuple[str, int], ...] = ()
+    given_up: str | None = None
 
     @property
     def last_round(self) -> int:

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 from ltlplan.checked_plan import plan
 from ltlplan.drafts import Draft, Refused
+from ltlplan.flyable_words import flown_otherwise, no_other_words
 from ltlplan.planner import SEQUENCE
 from ltlplan.precedences import with_planned_waits, with_waits
-from verify.data import BadInput, Infeasible, NotCertified, Plan, Unsatisfiable
+from verify.data import BadInput, Infeasible, LtlplanError, NotCertified, Plan, Unsatisfiable
 from verify.data.choices import PLANNING_METHODS
 
 if TYPE_CHECKING:
@@ -32,9 +33,10 @@ def mended(refused: Refused) -> Draft:
     try:
         return _mended(refused)
     except NotCertified as error:
-        other = without_this_flight(replace(refused.draft, rounds=refused.rounds), str(error))
+        draft = replace(refused.draft, rounds=refused.rounds)
+        other = without_this_flight(draft, error)
         if other is None:
-            raise
+            raise no_other_words(draft, error) from error
         return other
 
 
@@ -88,18 +90,20 @@ def _with_other_words(made: Plan) -> Plan | None:
     return other.model_copy(update={"method": made.method, "notes": (*other.notes, why)})
 
 
-def without_this_flight(draft: Draft, why: str) -> Draft | None:
+def without_this_flight(draft: Draft, error: LtlplanError) -> Draft | None:
     """Return other words for the same soft parts, or for fewer of them, in the place of a plan that no flight keeps; None where there are none.
 
     Args:
         draft: The plan, and what was refused of it.
-        why: What refinement or the judge said, for the other plan's notes.
+        error: What refinement or the judge said of it.
 
     Raises:
         LtlplanError: What wishes less cannot be planned either.
     """
     made = draft.plan
-    if not made.mission.soft_parts or made.method == SEQUENCE or not PLANNING_METHODS.knows(made.method):
+    if not made.mission.soft_parts:
+        return flown_otherwise(draft, error)
+    if made.method == SEQUENCE or not PLANNING_METHODS.knows(made.method):
         return None
     other = None if draft.reworded == _WAYS or draft.fewer is not None else _other_words_for_soft_parts(made)
     if other is not None:
@@ -107,7 +111,7 @@ def without_this_flight(draft: Draft, why: str) -> Draft | None:
     elsewhere = None if draft.fewer is not None else elsewhere_for_soft_parts(draft, ())
     if elsewhere is not None:
         return replace(elsewhere, begun=draft.rounds)
-    return _with_fewer_soft_parts(draft, why)
+    return _with_fewer_soft_parts(draft, str(error))
 
 
 def _with_fewer_soft_parts(draft: Draft, why: str) -> Draft | None:

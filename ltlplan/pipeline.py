@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from ltlplan.checked_plan import Asked, as_mission, plan
 from ltlplan.drafts import MAX_ROUNDS, Certified, Draft, Refused
+from ltlplan.flyable_words import no_other_words
 from ltlplan.mending import elsewhere_for_soft_parts, keeping_soft_parts, mended, without_this_flight
 from ltlplan.result import Result
 from verify.data import DoesNotFit, Infeasible, Plan, Trajectory, check_plan
@@ -92,9 +93,9 @@ def next_round(draft: Draft, *, margin: float | None = None, progress: Progress 
             if other is None:
                 return before
         else:
-            other = without_this_flight(replace(draft, rounds=number), str(error))
+            other = without_this_flight(replace(draft, rounds=number), error)
         if other is None:
-            raise
+            raise no_other_words(draft, error) from error
         return next_round(replace(other, rounds=draft.rounds), margin=margin, progress=progress)
     say(f"proving{again}", 0.5)
     certificate = verify.judge(draft.plan, team, margin=margin)
