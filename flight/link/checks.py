@@ -44,20 +44,21 @@ class Check:
 
 
 def before_take_off(
-    link: Link, stages: Sequence[Stage], wanted: Mapping[str, Mapping[str, float]] | None = None
+    link: Link, first: Stage, lasts: float, wanted: Mapping[str, Mapping[str, float]] | None = None
 ) -> tuple[Check, ...]:
     """Look at every robot for half a second, and say what keeps it from flying.
 
     Args:
         link: To the robots.
-        stages: What is to be flown; the first begins where they stand.
+        first: What is flown first; it begins where they stand.
+        lasts: s that all is to take.
         wanted: Parameters that must be on board, by robot; None asks for none.
 
     Returns:
         All checks, passed or not.
     """
-    robots, seen = tuple(stages[0].paths), _watched(link, tuple(stages[0].paths))
-    needed = _RESERVE * sum(stage.duration for stage in stages)
+    robots, seen = tuple(first.paths), _watched(link, tuple(first.paths))
+    needed = _RESERVE * lasts
     found: list[Check] = []
 
     def say(name: str, robot: str, passed: bool, what: str, do: str) -> None:
@@ -75,9 +76,9 @@ def before_take_off(
             spread = float(np.linalg.norm(np.ptp(places, axis=0)))
             say("quiet", robot, spread <= QUIET + 2 * link.accuracy, f"{robot}'s place wanders by {spread:.3f} m",
                 "look for reflections and for two bodies that are taken for each other")  # fmt: skip
-            found.append(_place(robot, stages[0], places.mean(axis=0)))
+            found.append(_place(robot, first, places.mean(axis=0)))
             if poses[-1].heading is not None:
-                off = abs(math.remainder(poses[-1].heading - float(stages[0].paths[robot].evaluate(0.0)[3]), math.tau))
+                off = abs(math.remainder(poses[-1].heading - float(first.paths[robot].evaluate(0.0)[3]), math.tau))
                 say("heading", robot, off <= HEADING, f"{robot}'s heading is {math.degrees(off):.0f} degrees off",
                     "turn it as the mission says (`yaw_deg`)")  # fmt: skip
         health = link.health(robot)
@@ -94,7 +95,7 @@ def before_take_off(
         say("parameters", robot, not wrong, f"{robot}'s parameters are as they must be" if not wrong else f"{robot}: {'; '.join(wrong)}",
             "set them again, and look whether the firmware has them")  # fmt: skip
     found += _one_body_each(seen)
-    if frame := _frame(stages[0], seen):
+    if frame := _frame(first, seen):
         found = [check for check in found if check.passed or check.name not in ("place", "heading")]
     return (*found, *frame)
 

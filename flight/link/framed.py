@@ -43,6 +43,11 @@ class FramedLink:
         """Bound on the error of a measured position, m."""
         return self.link.accuracy
 
+    @property
+    def streams(self) -> bool:
+        """Whether set-points come from here."""
+        return self.link.streams
+
     def now(self) -> float:
         """Return the link's clock, s."""
         return self.link.now()
@@ -78,9 +83,9 @@ class FramedLink:
         """
         self.link.upload(robot, number, in_laboratory(self.frame, path)[0])
 
-    def start(self, number: int) -> float:
+    def start(self, number: int, at: float | None = None) -> float:
         """Start a stored flight of all robots at once; return when it began."""
-        return self.link.start(number)
+        return self.link.start(number, at)
 
     def hold(self, robot: str) -> bool:
         """Tell a robot to brake to a hover."""

@@ -68,6 +68,11 @@ class Link(Protocol):
         """Bound on the error of a measured position, m."""
         ...
 
+    @property
+    def streams(self) -> bool:
+        """Whether set-points come from here: what is flown may then be stored anew, the same up to now, and goes on changed."""
+        ...
+
     def now(self) -> float:
         """Return the link's clock, s; it never goes back."""
         ...
@@ -102,8 +107,13 @@ class Link(Protocol):
         """
         ...
 
-    def start(self, number: int) -> float:
-        """Start a stored flight of all robots at once, by one broadcast; return when it began, s of the link's clock."""
+    def start(self, number: int, at: float | None = None) -> float:
+        """Start a stored flight of all robots at once, by one broadcast; return when it began, s of the link's clock.
+
+        Args:
+            number: Of the flight.
+            at: When it is to begin, s of the link's clock, of links that stream; None for now.
+        """
         ...
 
     def hold(self, robot: str) -> bool:

@@ -5,46 +5,23 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from flight.link.checks import FRESH, Check, at_start, before_take_off
-from flight.link.link import Link, LinkLost, Pose
+from flight.link.checks import Check, at_start, before_take_off
+from flight.link.link import Link, LinkLost
 from flight.link.reaction import PATIENCE, end_safely, told
 from flight.link.record import Record
-from flight.link.stages import Stage
-from flight.logs.log import Event
-from flight.monitoring.monitor import Monitor
+from flight.link.stages import Stage, Watched
+from flight.link.watch import Look, Watch
 from flight.monitoring.reaction import LANDING_HEIGHT
-from verify.data import BadInput
+from verify.data import BadInput, Trajectory
 
 STEP = 0.02
 """s between two looks at all robots."""
 SETTLE = 1.0
 """s that robots hover between two stages."""
-_EMPTY = 15.0
-"""s of battery that a landing needs."""
-
-
-@dataclass(frozen=True, slots=True)
-class Look:
-    """What a person is shown of a flight as it is flown.
-
-    Attributes:
-        stage: Its name.
-        time: s into it.
-        duration: s.
-        errors: Distance of each robot from its plan, m; NaN where it is not seen.
-        margin: m.
-        events: New ones.
-    """
-
-    stage: str
-    time: float
-    duration: float
-    errors: Mapping[str, float]
-    margin: float
-    events: tuple[Event, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +43,89 @@ class LiveFlight:
     unsafe: tuple[str, ...]
 
 
-class _Alarm(Exception):
+class Alarm(Exception):
     """The flight does not go on; the message says why."""
+
+
+@dataclass(slots=True)
+class Flying:
+    """A team in the air: what more it flies is flown by this, and where that raises anything, all are brought to the ground.
+
+    Attributes:
+        link: To the robots.
+        record: What is kept.
+        robots: All that took off.
+        show: Told what a person is shown, at every look.
+        number: Under which the next flight is stored.
+    """
+
+    link: Link
+    record: Record
+    robots: tuple[str, ...]
+    show: Callable[[Look], None]
+    number: int = 0
+
+    def store(self, paths: Mapping[str, Trajectory]) -> int:
+        """Store a flight, and return its number."""
+        for robot, path in paths.items():
+            self.link.upload(robot, self.number, path)
+        self.number += 1
+        return self.number - 1
+
+    def fly(self, stage: Stage, number: int | None = None) -> None:
+        """Fly one stage from a hover to its end, and hover there.
+
+        Args:
+            stage: It begins where the robots hover.
+            number: Under which it is stored; None where it is not.
+
+        Raises:
+            Alarm: It does not go on.
+        """
+        number = self.store(stage.paths) if number is None else number
+        if number:
+            _require(at_start(self.link, stage))
+        watch = self.begin(stage.watched(self.link.accuracy), number)
+        while self.link.now() - self.record.starts[stage.name] < stage.duration:
+            self.link.sleep(STEP)
+            self.show(watch.look())
+            if reason := (watch.lost() or ("", ""))[1] or watch.alarm():
+                raise Alarm(reason)
+        self.record.ends[stage.name] = self.link.now()
+        watch.finish()
+        self.link.sleep(SETTLE)
+
+    def begin(self, watched: Watched, number: int, at: float | None = None) -> Watch:
+        """Start a stored flight, and return who watches it.
+
+        Args:
+            watched: What is flown.
+            number: Under which it is stored.
+            at: When it is to begin, s of the link's clock; None for now.
+        """
+        before = [self.link.pose(robot) for robot in watched.paths]
+        begin = self.link.start(number, at)
+        self.record.starts.setdefault(watched.name, begin)
+        hovering = [
+            pose if (pose := self.link.pose(robot)) and pose.time <= begin else old
+            for robot, old in zip(watched.paths, before, strict=True)
+        ]
+        watch = Watch(self.link, watched, begin, self.record)
+        watch.see_hovering(hovering)
+        return watch
+
+
+class Onwards(Protocol):
+    """What is flown after stages that are known before take-off."""
+
+    @property
+    def duration(self) -> float:
+        """S that a battery must last for it."""
+        ...
+
+    def fly(self, flying: Flying) -> None:
+        """Fly on, until everybody is just above the ground; raise `Alarm` where that cannot be."""
+        ...
 
 
 def fly_live(
@@ -77,6 +135,7 @@ def fly_live(
     grounds: Mapping[str, float],
     parameters: Mapping[str, Mapping[str, float]] | None = None,
     show: Callable[[Look], None] | None = None,
+    onwards: Onwards | None = None,
 ) -> LiveFlight:
     """Fly certified stages over a link, watch them, and end safely whatever happens.
 
@@ -89,6 +148,7 @@ def fly_live(
         grounds: z in m of the ground below each robot.
         parameters: What must be on board, by robot.
         show: Told what a person is shown, at every look.
+        onwards: What is flown after the stages; None where they end just above the ground.
 
     Returns:
         How it ended.
@@ -99,23 +159,22 @@ def fly_live(
     _require_joined(stages, grounds)
     record = Record()
     record.parameters.update({robot: link.parameters(robot) for robot in link.robots})
-    checks = before_take_off(link, stages, parameters)
+    lasts = sum(stage.duration for stage in stages) + (0.0 if onwards is None else onwards.duration)
+    checks = before_take_off(link, stages[0], lasts, parameters)
     for check in checks:
         record.note(link.now(), check.sentence, check.robot, "check")
     if failed := [check.sentence for check in checks if not check.passed]:
         return LiveFlight(False, "; ".join(failed), checks, record, ())
-    robots, flying, reason = tuple(stages[0].paths), False, ""
+    robots, began, reason = tuple(stages[0].paths), False, ""
+    flying = Flying(link, record, robots, show or _nobody)
     try:
-        for number, stage in enumerate(stages):
-            for robot, path in stage.paths.items():
-                link.upload(robot, number, path)
-        for number, stage in enumerate(stages):
-            if number:
-                _require(at_start(link, stage))
-            flying = True
-            _fly(link, number, stage, record, show)
-            link.sleep(SETTLE)
-    except (_Alarm, LinkLost) as alarm:
+        numbers = [flying.store(stage.paths) for stage in stages]
+        for number, stage in zip(numbers, stages, strict=True):
+            began = True
+            flying.fly(stage, number)
+        if onwards is not None:
+            onwards.fly(flying)
+    except (Alarm, LinkLost) as alarm:
         reason = str(alarm)
     except KeyboardInterrupt:
         reason = "interrupted"
@@ -123,10 +182,14 @@ def fly_live(
         reason = f"{type(error).__name__}: {error}"
     if reason:
         record.note(link.now(), reason, kind="alarm")
-        unsafe = end_safely(link, robots if flying else (), dict(grounds), record)
+        unsafe = end_safely(link, robots if began else (), dict(grounds), record)
     else:
         unsafe = _motors_off(link, robots, grounds, record)
     return LiveFlight(not reason and not unsafe, reason, checks, record, tuple(unsafe))
+
+
+def _nobody(_look: Look) -> None:
+    """Show a look to nobody."""
 
 
 def _motors_off(link: Link, robots: Sequence[str], grounds: Mapping[str, float], record: Record) -> list[str]:
@@ -163,108 +226,4 @@ def _require_joined(stages: Sequence[Stage], grounds: Mapping[str, float]) -> No
 def _require(checks: Sequence[Check]) -> None:
     failed = [check.sentence for check in checks if not check.passed]
     if failed:
-        raise _Alarm("; ".join(failed))
-
-
-def _fly(link: Link, number: int, stage: Stage, record: Record, show: Callable[[Look], None] | None) -> None:
-    """Fly one stage to its end.
-
-    Raises:
-        _Alarm: It does not go on.
-    """
-    monitor, robots = stage.monitor(link.accuracy), tuple(stage.paths)
-    worst = record.worst[stage.name] = dict.fromkeys(robots, 0.0)
-    before = [link.pose(robot) for robot in robots]
-    begin = record.starts[stage.name] = link.start(number)
-    hovering = [
-        pose if (pose := link.pose(robot)) and pose.time <= begin else old for robot, old in zip(robots, before, strict=True)
-    ]
-    watch = _Watch(link, stage, monitor, begin, record, worst)
-    watch.see_hovering(hovering)
-    while link.now() - begin < stage.duration:
-        link.sleep(STEP)
-        look = watch.look()
-        if show is not None:
-            show(look)
-        if reason := watch.alarm():
-            raise _Alarm(reason)
-    record.ends[stage.name] = link.now()
-    monitor.finish(stage.duration)
-    record.events += [Event(begin + event.time, event.robot, event.kind, event.sentence) for event in watch.unsaid()]
-
-
-class _Watch:
-    """Looks at all robots, and says when a stage must not go on."""
-
-    def __init__(
-        self, link: Link, stage: Stage, monitor: Monitor, begin: float, record: Record, worst: dict[str, float]
-    ) -> None:
-        self._link, self._stage, self._monitor, self._begin = link, stage, monitor, begin
-        self._record, self._worst, self._said = record, worst, 0
-        self._last = dict.fromkeys(stage.paths, begin)
-        self._outside = ""
-
-    def see_hovering(self, poses: Sequence[Pose | None]) -> None:
-        """Show the monitor where robots hovered last before they set off, that the time up to the first look is not left open.
-
-        Args:
-            poses: One a robot; nothing is shown where one is missing, stale, or of the stage itself.
-        """
-        kept = [pose for pose in poses if pose is not None and self._begin - FRESH <= pose.time <= self._begin]
-        if len(kept) < len(poses):
-            return
-        measured = np.array([pose.position for pose in kept]).T
-        planned = np.stack([path.evaluate(0.0)[:3] for path in self._stage.paths.values()], axis=1)
-        self._monitor.see(min(pose.time for pose in kept) - self._begin, measured, planned)
-
-    def look(self) -> Look:
-        """Take in what was measured since."""
-        now = self._link.now()
-        measured, errors = np.full((3, len(self._last)), np.nan), np.full(len(self._last), np.nan)
-        for index, (robot, path) in enumerate(self._stage.paths.items()):
-            pose = self._link.pose(robot)
-            if pose is None or pose.time <= self._last[robot]:
-                continue
-            self._last[robot] = pose.time
-            wanted = path.evaluate(min(pose.time - self._begin, path.duration))[:3]
-            measured[:, index] = pose.position
-            errors[index] = np.linalg.norm(measured[:, index] - wanted)
-            self._worst[robot] = max(self._worst[robot], float(errors[index]))
-            if not errors[index] + self._link.accuracy < self._stage.margin:
-                self._outside = (
-                    f"{robot} is {errors[index]:.3f} m from its plan; the margin is {self._stage.margin:g} m, "
-                    f"and its measurement may be off by {self._link.accuracy:.3g} m."
-                )
-            self._record.poses.append((pose.time, robot, *pose.position))
-            x, y, z = wanted.tolist()
-            self._record.setpoints.append((pose.time, robot, x, y, z))
-        self._monitor.see_errors(now - self._begin, measured, errors)
-        new = [Event(self._begin + event.time, event.robot, event.kind, event.sentence) for event in self.unsaid()]
-        self._record.events += new
-        return Look(
-            self._stage.name, now - self._begin, self._stage.duration, dict(zip(self._last, errors.tolist(), strict=True)),
-            self._stage.margin, tuple(new),
-        )  # fmt: skip
-
-    def unsaid(self) -> list[Event]:
-        """Return the monitor's events since the last time."""
-        new = self._monitor.events[self._said :]
-        self._said = len(self._monitor.events)
-        asks = self._stage.plan.mission.spec.formula != "true"
-        return [event for event in new if asks or event.kind != "formula"]
-
-    def alarm(self) -> str:
-        """Return why the stage must not go on; empty where it may."""
-        now = self._link.now()
-        for robot, time in self._last.items():
-            if now - time > FRESH:
-                return f"{robot} was not seen for {FRESH:g} s at {now - self._begin:.2f} s of the {self._stage.name}."
-            endurance = self._link.health(robot).endurance
-            if endurance is not None and endurance < _EMPTY:
-                return f"{robot}'s battery lasts {max(endurance, 0.0):.0f} s more at {now - self._begin:.2f} s of the {self._stage.name}."
-        if self._outside:
-            return self._outside
-        if self._monitor.too_close or self._monitor.formula == "violated":
-            kind = "separation" if self._monitor.too_close else "formula"
-            return [event.sentence for event in self._monitor.events if event.kind == kind][-1]
-        return ""
+        raise Alarm("; ".join(failed))

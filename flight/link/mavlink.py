@@ -138,6 +138,11 @@ class MavlinkLink:
         """What acts on board when set-points end, as it was read back."""
         return f"{FAILSAFE['COM_OF_LOSS_T']:g} s after its last set-point PX4 lands where it is (COM_OF_LOSS_T, COM_OBL_RC_ACT)"
 
+    @property
+    def streams(self) -> bool:
+        """Set-points come from here: what is stored anew while it is flown goes on changed."""
+        return True
+
     def now(self) -> float:
         """Return s of this computer's steady clock."""
         return time.monotonic()
@@ -184,11 +189,12 @@ class MavlinkLink:
         """
         self._vehicles[robot].stored[number] = path
 
-    def start(self, number: int) -> float:
+    def start(self, number: int, at: float | None = None) -> float:
         """Start a flight of all: before the first one, set-points, offboard flight and arming.
 
         Args:
             number: Of the flight.
+            at: When it is to begin, s of the link's clock; None for now.
 
         Returns:
             When it began, s of the link's clock.
@@ -206,7 +212,7 @@ class MavlinkLink:
                 "did not change to offboard flight",
             )
             self._until(lambda vehicle: vehicle.armed, lambda vehicle: vehicle.ask("arm", self.now(), _ARM, 1.0), "did not arm")
-        self._begin = self.now()
+        self._begin = self.now() if at is None else at
         return self._begin
 
     def hold(self, robot: str) -> bool:

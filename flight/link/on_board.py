@@ -55,7 +55,7 @@ class Commander:
         self._stored[number] = path
 
     def start(self, number: int, now: float) -> None:
-        """Begin a stored flight; what is not stored is not flown."""
+        """Begin a stored flight at an instant, hovering where it begins until then; what is not stored is not flown."""
         if number in self._stored:
             self.flying = number
             self.spinning, self._begin, self._brake = True, now, None
@@ -100,7 +100,7 @@ class Commander:
         if self.flying is not None:
             path = self._stored[self.flying]
             if t < path.duration:
-                return _flat(path, t)
+                return _flat(path, max(t, 0.0))
             self._from = self._to = path.evaluate(path.duration)
             self.flying = None
         if self._brake is not None and t < self._length:

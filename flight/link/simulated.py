@@ -112,6 +112,11 @@ class SimulatedLink:
         return 0.0 if self._noise is None else self._noise.bound
 
     @property
+    def streams(self) -> bool:
+        """What is stored anew while it is flown goes on changed."""
+        return True
+
+    @property
     def spinning(self) -> tuple[str, ...]:
         """Robots whose motors turn: what a test asks in the end."""
         return tuple(name for name, commander in self._fleet.commanders.items() if commander.spinning)
@@ -159,12 +164,13 @@ class SimulatedLink:
             raise LinkLost(f"{robot} does not take flight {number}: the link to it is gone; {self.failsafe}.")
         self._fleet.commanders[robot].store(number, path)
 
-    def start(self, number: int) -> float:
+    def start(self, number: int, at: float | None = None) -> float:
         """Start a stored flight of all, and return when."""
+        begin = self._time if at is None else at
         for name, commander in self._fleet.commanders.items():
             if self._reaches(name):
-                commander.start(number, self._time)
-        return self._time
+                commander.start(number, begin)
+        return begin
 
     def hold(self, robot: str) -> bool:
         """Tell a robot to brake to a hover."""

@@ -15,6 +15,30 @@ from verify.data import Plan, Trajectory, check_plan, check_trajectories
 from verify.recordings.planned_paths import PlannedPath, planned_paths
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Watched:
+    """A flight that can be watched.
+
+    Attributes:
+        name: What it is called.
+        paths: What each robot flies, finite.
+        margin: delta, m.
+        asks: Whether its formula says anything.
+        monitor: Sees it from its beginning, or from when on it is watched.
+    """
+
+    name: str
+    paths: Mapping[str, Trajectory]
+    margin: float
+    asks: bool
+    monitor: Monitor
+
+    @property
+    def duration(self) -> float:
+        """S until the last robot has finished."""
+        return max(path.duration for path in self.paths.values())
+
+
 @dataclass(frozen=True, eq=False)
 class Stage:
     """One certified flight of a team.
@@ -57,13 +81,13 @@ class Stage:
         """The paths with bounds for all times."""
         return planned_paths(self.plan.mission, self.team)
 
-    def monitor(self, accuracy: float) -> Monitor:
-        """Return a monitor of this flight.
+    def watched(self, accuracy: float) -> Watched:
+        """Return this flight as it is watched.
 
         Args:
             accuracy: Bound on a measured position's error, m.
         """
-        return Monitor(
+        monitor = Monitor(
             self.plan.mission,
             planned_actions(self.plan, self.team, self.certificate),
             margin=self.margin,
@@ -71,3 +95,4 @@ class Stage:
             planned_acceleration=max(path.acceleration for path in self.planned.values()),
             planned=self.planned,
         )
+        return Watched(self.name, self.paths, self.margin, self.plan.mission.spec.formula != "true", monitor)

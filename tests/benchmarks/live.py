@@ -43,7 +43,7 @@ def mission_of(count: int) -> Mission:
 class OnPlan:
     """A link to robots that are always where they should be."""
 
-    failsafe, accuracy = "nothing", 0.0
+    failsafe, accuracy, streams = "nothing", 0.0, True
 
     def __init__(self, stage: Stage) -> None:
         self._paths, self._time, self._begin = stage.paths, 0.0, np.inf
@@ -75,9 +75,9 @@ class OnPlan:
     def upload(self, robot: str, number: int, path: Trajectory) -> None:
         """Take a flight."""
 
-    def start(self, number: int) -> float:
+    def start(self, number: int, at: float | None = None) -> float:
         """Begin."""
-        del number
+        del number, at
         self._begin = self._time
         return self._time
 

@@ -22,7 +22,7 @@ from flight.link.link import Health, Pose
 from flight.link.on_board import Commander
 from flight.model.attitude import euler
 from flight.monitoring.reaction import braking_length
-from verify.data import Mission, Trajectory
+from verify.data import InternalError, Mission, Trajectory
 
 _ALIVE = 0.2
 """s between two signs of life; the firmware waits for 1 s."""
@@ -114,6 +114,11 @@ class CrazyflieLink:
         """What acts on board when nothing comes from here any more."""
         return _GONE if self._stops else _GOES_ON
 
+    @property
+    def streams(self) -> bool:
+        """Flights lie on board and are flown from there: none is changed while it is flown."""
+        return False
+
     def now(self) -> float:
         """Return s since the link began."""
         return time.monotonic() - self._began
@@ -172,18 +177,22 @@ class CrazyflieLink:
         if entry is not None:
             store(self._vehicles[robot], entry, self.sleep)
 
-    def start(self, number: int) -> float:
+    def start(self, number: int, at: float | None = None) -> float:
         """Start a stored flight of all at one instant.
 
         Args:
             number: Of the flight.
+            at: None: it begins when the vehicles have heard of it.
 
         Returns:
             When it began, s of the link's clock.
 
         Raises:
             LinkLost: A vehicle does not arm, does not take its flight, or did not start with the others.
+            InternalError: An instant was named.
         """
+        if at is not None:
+            raise InternalError("Crazyflies begin a flight when they have heard of it, not at an instant that is said before.")
         for name in self._vehicles:
             self._bring(name, number)
         if not self._flying:

@@ -13,7 +13,7 @@ import typer
 if TYPE_CHECKING:
     from types import FrameType
 
-    from flight.link.live import Look
+    from flight.link.watch import Look
 
 _EVERY = 1.0
 """s of flight between two lines where nobody watches a terminal."""

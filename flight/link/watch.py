@@ -1,0 +1,148 @@
+"""What is watched while a team flies over a link: each robot's distance from what it is to fly, and all that must not go on.
+
+A `Watch` is of one flight at a time: it holds measured poses against paths at the very instants of the measurements, and asks the monitor, which follows
+formula, tube and separation. What it says of a robot alone (not seen, battery) is told apart from what concerns the flight.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flight.link.checks import FRESH
+from flight.link.link import Link, Pose
+from flight.link.record import Record
+from flight.link.stages import Watched
+from flight.logs.log import Event
+
+_EMPTY = 15.0
+"""s of battery that a landing needs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What a person is shown of a flight as it is flown.
+
+    Attributes:
+        stage: Its name.
+        time: s into it.
+        duration: s.
+        errors: Distance of each robot from its plan, m; NaN where it is not seen.
+        margin: m.
+        events: New ones.
+    """
+
+    stage: str
+    time: float
+    duration: float
+    errors: Mapping[str, float]
+    margin: float
+    events: tuple[Event, ...]
+
+
+class Watch:
+    """Looks at all robots, and says when a stage must not go on."""
+
+    def __init__(self, link: Link, watched: Watched, begin: float, record: Record, *, since: float | None = None) -> None:
+        """Begin to watch a flight.
+
+        Args:
+            link: To the robots.
+            watched: What they fly.
+            begin: When that began, s of the link's clock.
+            record: Takes in what is seen.
+            since: From when on it is watched, s of the link's clock; None from its beginning.
+        """
+        self._link, self._watched, self._begin, self._record = link, watched, begin, record
+        self._since = begin if since is None else since
+        self._monitor, self._said = watched.monitor, 0
+        worst = record.worst.setdefault(watched.name, {})
+        self._worst = worst
+        worst.update({robot: worst.get(robot, 0.0) for robot in watched.paths})
+        self._last = dict.fromkeys(watched.paths, self._since)
+        self._outside = ""
+
+    def see_hovering(self, poses: Sequence[Pose | None]) -> None:
+        """Show the monitor where robots hovered last before they set off, that the time up to the first look is not left open.
+
+        Args:
+            poses: One a robot; nothing is shown where one is missing, stale, or of the stage itself.
+        """
+        kept = [pose for pose in poses if pose is not None and self._since - FRESH <= pose.time <= self._since]
+        if len(kept) < len(poses):
+            return
+        measured = np.array([pose.position for pose in kept]).T
+        planned = np.stack([path.evaluate(0.0)[:3] for path in self._watched.paths.values()], axis=1)
+        self._monitor.see(min(pose.time for pose in kept) - self._since, measured, planned)
+
+    def look(self) -> Look:
+        """Take in what was measured since."""
+        now = self._link.now()
+        measured, errors = np.full((3, len(self._last)), np.nan), np.full(len(self._last), np.nan)
+        for index, (robot, path) in enumerate(self._watched.paths.items()):
+            pose = self._link.pose(robot)
+            if pose is None or pose.time <= self._last[robot]:
+                continue
+            self._last[robot] = pose.time
+            wanted = path.evaluate(min(pose.time - self._begin, path.duration))[:3]
+            measured[:, index] = pose.position
+            errors[index] = np.linalg.norm(measured[:, index] - wanted)
+            self._worst[robot] = max(self._worst[robot], float(errors[index]))
+            if not errors[index] + self._link.accuracy < self._watched.margin:
+                self._outside = (
+                    f"{robot} is {errors[index]:.3f} m from its plan; the margin is {self._watched.margin:g} m, "
+                    f"and its measurement may be off by {self._link.accuracy:.3g} m."
+                )
+            self._record.poses.append((pose.time, robot, *pose.position))
+            x, y, z = wanted.tolist()
+            self._record.setpoints.append((pose.time, robot, x, y, z))
+        self._monitor.see_errors(now - self._since, measured, errors)
+        new = self._unsaid()
+        self._record.events += new
+        return Look(
+            self._watched.name, now - self._begin, self._watched.duration, dict(zip(self._last, errors.tolist(), strict=True)),
+            self._watched.margin, tuple(new),
+        )  # fmt: skip
+
+    def finish(self) -> None:
+        """Take the flight as flown to its end, and say how it was."""
+        self._monitor.finish(self._watched.duration + self._begin - self._since)
+        self._record.events += self._unsaid()
+
+    def _unsaid(self) -> list[Event]:
+        """Return the monitor's events since the last time, on the link's clock."""
+        new = self._monitor.events[self._said :]
+        self._said = len(self._monitor.events)
+        asks = self._watched.asks
+        return [
+            Event(self._since + event.time, event.robot, event.kind, event.sentence)
+            for event in new
+            if asks or event.kind != "formula"
+        ]
+
+    def lost(self) -> tuple[str, str] | None:
+        """Return a robot that cannot go on, and why; None where all can."""
+        now = self._link.now()
+        for robot, time in self._last.items():
+            when = f"{now - self._begin:.2f} s of the {self._watched.name}"
+            if now - time > FRESH:
+                return robot, f"{robot} was not seen for {FRESH:g} s at {when}."
+            endurance = self._link.health(robot).endurance
+            if endurance is not None and endurance < _EMPTY:
+                return robot, f"{robot}'s battery lasts {max(endurance, 0.0):.0f} s more at {when}."
+        return None
+
+    def last_seen(self, robot: str) -> float:
+        """Return when a robot was measured last, s of the link's clock."""
+        return self._last[robot]
+
+    def alarm(self) -> str:
+        """Return why the flight must not go on, though all robots could; empty where it may."""
+        if self._outside:
+            return self._outside
+        if self._monitor.too_close or self._monitor.formula == "violated":
+            kind = "separation" if self._monitor.too_close else "formula"
+            return [event.sentence for event in self._monitor.events if event.kind == kind][-1]
+        return ""
