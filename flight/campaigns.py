@@ -23,6 +23,7 @@ from flight.model.airframe import airframes_of
 from flight.model.attitude import Floats
 from flight.model.reference import flown, sample_reference
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
+from flight.monitoring.formula_state import has_formula
 from flight.monitoring.letters import planned_actions
 from flight.monitoring.tube import stray_between_steps
 from flight.processes import Processes, Workers
@@ -75,7 +76,7 @@ class Campaign:
         worst_error: Largest distance from the plan of any robot at any time, m. Shape (runs,).
         worst_robot: Index of that robot. Shape (runs,).
         inside: Whether every robot was inside its tube at every time; None without a certificate. Shape (runs,).
-        satisfied: Whether the flown path (sampled at 100 Hz) satisfies the formula. Shape (runs,).
+        satisfied: Whether the flown path (sampled at 100 Hz) satisfies the formula; None of a mission without one. Shape (runs,).
         margin: delta of the certificate, m, or None.
         times: s. Shape (samples,).
         error_over_time: Median, 95th percentile and maximum over the runs of the worst robot's error at each time, m.
@@ -91,7 +92,7 @@ class Campaign:
     worst_error: Floats
     worst_robot: NDArray[np.int64]
     inside: NDArray[np.bool_] | None
-    satisfied: NDArray[np.bool_]
+    satisfied: NDArray[np.bool_] | None
     margin: float | None
     times: Floats
     error_over_time: Floats
@@ -105,9 +106,9 @@ class Campaign:
         return None if self.inside is None else Share.make(self.inside)
 
     @property
-    def share_satisfied(self) -> Share:
-        """Share of runs whose path satisfies the formula."""
-        return Share.make(self.satisfied)
+    def share_satisfied(self) -> Share | None:
+        """Share of runs whose path satisfies the formula; None of a mission without one."""
+        return None if self.satisfied is None else Share.make(self.satisfied)
 
     @property
     def worst_seed(self) -> int:
@@ -117,7 +118,9 @@ class Campaign:
     @property
     def contradictions(self) -> tuple[int, ...]:
         """Seeds of runs inside the tube that break the formula: each is a bug of the certificate, or of this judge."""
-        return () if self.inside is None else tuple(int(seed) for seed in self.seeds[self.inside & ~self.satisfied])
+        if self.inside is None or self.satisfied is None:
+            return ()
+        return tuple(int(seed) for seed in self.seeds[self.inside & ~self.satisfied])
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -125,7 +128,8 @@ class Campaign:
         worst = int(np.argmax(self.worst_error))
         if not self.varied:
             return self._sentences_of_one()
-        found = [f"the formula was satisfied in {self.share_satisfied}."]
+        shares = self.share_satisfied
+        found = [self._without_formula if shares is None else f"the formula was satisfied in {shares}."]
         if self.share_inside is not None:
             found.insert(0, f"every robot stayed inside its tube of {self.margin:g} m in {self.share_inside}.")
         found.append(
@@ -137,6 +141,13 @@ class Campaign:
             found.append(f"BUG: {len(self.contradictions)} runs inside the tube broke the formula, with seeds {seeds}.")
         return tuple(found)
 
+    @property
+    def _without_formula(self) -> str:
+        """What is said of a mission's hoops, where it has nothing but them."""
+        if self.inside is None:
+            return "the mission has no formula; whether hoops were passed in their order was not judged."
+        return "the mission has no formula; who stayed inside the tubes passed hoops in their order, which was not judged of others."
+
     def _sentences_of_one(self) -> tuple[str, ...]:
         """What the one flight showed that stands for all, without shares and confidence: there is no chance in it."""
         runs = "1 run" if self.asked == 1 else f"{self.asked} runs"
@@ -147,7 +158,10 @@ class Campaign:
         if self.inside is not None:
             where = "every robot stayed inside" if self.inside[0] else f"{self.robots[self.worst_robot[0]]} left"
             found.append(f"{where} its tube of {self.margin:g} m.")
-        found.append(f"the formula was {'satisfied' if self.satisfied[0] else 'not satisfied'}.")
+        without = self.satisfied is None
+        found.append(
+            self._without_formula if without else f"the formula was {'satisfied' if self.satisfied[0] else 'not satisfied'}."
+        )
         found.append(f"worst error {1000 * self.worst_error[0]:.1f} mm by {self.robots[self.worst_robot[0]]}.")
         if self.contradictions:
             found.append("BUG: the run stayed inside the tube and broke the formula.")
@@ -156,12 +170,13 @@ class Campaign:
     def to_dict(self) -> dict[str, Any]:  # of any type: JSON nests
         """Return the findings as plain data, a row for each run included."""
         inside = [None] * len(self.seeds) if self.inside is None else self.inside.tolist()
+        judged = [None] * len(self.seeds) if self.satisfied is None else self.satisfied.tolist()
         rows = zip(
             self.seeds.tolist(),
             self.worst_error.tolist(),
             self.worst_robot.tolist(),
             inside,
-            self.satisfied.tolist(),
+            judged,
             strict=True,
         )
         return {
@@ -175,7 +190,7 @@ class Campaign:
             "asked": self.asked,
             "varied": self.varied,
             "share_inside": None if self.share_inside is None or not self.varied else _share(self.share_inside),
-            "share_satisfied": _share(self.share_satisfied) if self.varied else None,
+            "share_satisfied": None if self.share_satisfied is None or not self.varied else _share(self.share_satisfied),
             "worst_seed": self.worst_seed,
             "contradictions": list(self.contradictions),
         }
@@ -241,7 +256,7 @@ def campaign(
         worst_error=_frozen(worst),
         worst_robot=_frozen(np.argmax(peaks, axis=1)),
         inside=None if cert is None else _frozen(worst < float(cert.margin)),
-        satisfied=_frozen(np.concatenate([part.satisfied for part in parts])),
+        satisfied=_frozen(np.concatenate([part.satisfied for part in parts])) if has_formula(mission) else None,
         margin=None if cert is None else float(cert.margin),
         times=_frozen(np.arange(errors.shape[1]) * FRAME_STEPS * STEP),
         error_over_time=_frozen(

@@ -16,6 +16,7 @@ from flight.model.airframe import Airframe, airframes_of
 from flight.model.attitude import Floats, euler
 from flight.model.reference import Reference, flown, sample_reference
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
+from flight.monitoring.formula_state import has_formula
 from flight.monitoring.letters import PlannedAction, RegionMasks, internal_letters, planned_actions, region_letters
 from flight.monitoring.monitor import Monitor
 from flight.monitoring.reaction import LANDING_TIME, Reaction, Stop
@@ -23,6 +24,8 @@ from verify.certificate import Certificate
 from verify.data import BadInput, Mission, Plan, Trajectory, check_plan, check_trajectories
 from verify.data.progress import Progress
 from verify.recordings.planned_paths import PlannedPath, planned_paths
+
+_NOT_JUDGED = "whether hoops were passed in their order was not judged; `ltlplan certify RUN --flight` does, of the log."
 
 
 # as many parameters as `ltlplan fly` has choices: each may be made alone, by its keyword
@@ -219,12 +222,12 @@ def _log(flight: _Flight, watcher: _Watcher, entries: list[Snapshot]) -> FlightL
         peak=entries[-1].peak,
         margin=flight.margin,
         events=tuple(monitor.events),
-        satisfied={"satisfied": True, "violated": False}.get(monitor.formula),
+        satisfied={"satisfied": True, "violated": False}.get(monitor.formula) if has_formula(mission) else None,
         tube=monitor.tube,
         seed=flight.seed,
         certificate=None if flight.cert is None else flight.cert.digest(),
         controllers=tuple(flight.conditions.follower(mission.vehicle_of(robot)) for robot in reference.robots),
-        notes=flight.notes,
+        notes=flight.notes if mission.passages is None or monitor.tube == "inside" else (*flight.notes, _NOT_JUDGED),
     )
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Literal
 
-from verify.data import Formula, Letter
+from verify.data import Formula, Letter, Mission
 from verify.data.language.counting import atoms
 from verify.data.sections import TeamReading
 from verify.logic.explanation import show
@@ -25,6 +25,11 @@ MAX_TOGETHER = 8
 """Most robots whose letters may change on one sample; with more the state is undecided."""
 
 MAX_CONFIGURATIONS = 20_000
+
+
+def has_formula(mission: Mission) -> bool:
+    """Return whether a flown path can break or satisfy a mission's formula: it may fly a sequence alone, or ask for `true`."""
+    return mission.spec.formula not in (None, "true")
 
 
 class FormulaState:

@@ -13,7 +13,7 @@ import numpy as np
 
 from flight.logs.log import Event
 from flight.model.attitude import Floats
-from flight.monitoring.formula_state import FormulaState, FormulaVerdict
+from flight.monitoring.formula_state import FormulaState, FormulaVerdict, has_formula
 from flight.monitoring.letters import PlannedAction, RegionMasks, region_letters
 from flight.monitoring.tube import Tube, TubeVerdict, relative_acceleration
 from verify.data import BadInput, Mission, check_mission
@@ -90,7 +90,7 @@ class Monitor:
 
     @property
     def formula(self) -> FormulaVerdict:
-        """The formula's state on the measured path."""
+        """The formula's state on the measured path; of a mission without one, which has nothing to break, it means nothing."""
         return "open" if self._formula is None else self._formula.verdict
 
     @property
@@ -157,7 +157,7 @@ class Monitor:
                         f"cannot be ruled out, the tube is {self._margin:g} m; the certificate cannot be shown to cover this flight.",
                     )  # fmt: skip
         finite = self._mission.spec.trace == "finite"
-        if self._formula is not None and self._formula.verdict == "open":
+        if has_formula(self._mission) and self._formula is not None and self._formula.verdict == "open":
             verdict = self._formula.end(finite=finite)
             if verdict == "satisfied":
                 self._say(None, "formula", "the flown path satisfies the formula.")
@@ -217,7 +217,7 @@ class Monitor:
         else:
             return
         self._letters = letters
-        if changed:
+        if changed and has_formula(self._mission):
             self._say_formula(self._formula)
 
     def _inner(self, robot: int, time: float) -> frozenset[str]:

@@ -9,10 +9,11 @@ import pytest
 
 import flight
 from flight.closed_loop import Setup, steps
+from flight.control.mellinger import Mellinger
 from flight.model.reference import sample_reference
 from flight.model.sensing import MotionCapture
 from flight.model.timing import CONTROL_STEP, SUBSTEPS
-from tests.helpers.stand_ins import Instant, StandIn, hop, mission, rest_to_rest, stand_in
+from tests.helpers.stand_ins import Instant, StandIn, hop, mission, rest_to_rest, stand_in, through_a_hoop
 from tests.helpers.stand_ins import flight as made_flight
 from verify.data import BadInput, NotCertified, Plan, RobotPlan, Trajectory, Visit, Waypoint, Word, load_vehicle
 from verify.data.files.mission_file import parse_mission
@@ -161,3 +162,32 @@ workspace: {min: [-1.6, -1.3, 0.2], max: [1.6, 1.3, 1.8]}
 def test_absurd_winds_are_refused_without_a_warning(wind):
     with pytest.raises(BadInput, match="is a storm; speeds are in m/s, at most 50"):
         flight.Wind.parse(wind)
+
+
+def test_of_a_sequence_of_hoops_no_formula_is_called_satisfied():
+    plan, team = through_a_hoop()
+    cert = stand_in(plan, team)
+    kept = flight.fly(plan, team, cert, model="paper")
+    assert kept.tube == "inside"
+    assert kept.satisfied is None
+    assert not [event for event in kept.events if event.kind == "formula"]
+    assert not [note for note in kept.notes if "judged" in note]
+    heavy = flight.fly(plan, team, cert, controller=Mellinger(mass=2.0))
+    assert heavy.tube == "outside"
+    assert heavy.satisfied is None
+    assert (
+        heavy.notes[-1]
+        == "whether hoops were passed in their order was not judged; `ltlplan certify RUN --flight` does, of the log."
+    )
+
+
+def test_a_campaign_of_a_sequence_of_hoops_counts_tubes_alone():
+    plan, team = through_a_hoop()
+    found = flight.campaign(plan, team, stand_in(plan, team), runs=2, wind="0+0.1")
+    assert found.share_inside.value == 1.0
+    assert found.satisfied is found.share_satisfied is None
+    assert found.contradictions == ()
+    assert [row["satisfied"] for row in found.to_dict()["runs"]] == [None, None]
+    assert found.sentences[1].startswith("the mission has no formula; who stayed inside the tubes passed hoops in their order")
+    bare = flight.campaign(plan, team, runs=2)
+    assert "the mission has no formula; whether hoops were passed in their order was not judged." in bare.sentences

@@ -9,6 +9,7 @@ from fractions import Fraction
 import numpy as np
 
 from flight.logs.log import FlightLog
+from tests.helpers.hoops import small_mission
 from verify.data import Mission, Plan, RobotPlan, Trajectory, Visit, Waypoint, Word
 from verify.data.files.mission_file import parse_mission
 
@@ -175,3 +176,15 @@ def changed_log(log: FlightLog, **changes: object) -> FlightLog:
         for name in ("mission", "robots", "times", "position", "velocity", "attitude", "thrust", "rates", "error", "letters")
     }
     return FlightLog(**{**values, **changes})
+
+
+def through_a_hoop() -> tuple[Plan, dict[str, Trajectory]]:
+    """A plan for a mission that has a sequence of hoops and no formula, and a flight of two seconds for it."""
+    made = small_mission()
+    start = made.agents["quad0"].start
+    team = {"quad0": rest_to_rest([start, (1.2, 0.0, 1.0)], [2.0])}
+    waypoints = (Waypoint(position=start, role="start"), Waypoint(position=(1.2, 0.0, 1.0), role="end"))
+    robot = RobotPlan(
+        word=Word.of([[], ["h0"], []]), visits=(Visit(region="h0", direction="F"),), waypoints=waypoints, times=(0.0, 2.0)
+    )
+    return Plan(mission=made, robots={"quad0": robot}), team
