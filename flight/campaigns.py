@@ -158,10 +158,10 @@ class Campaign:
         if self.inside is not None:
             where = "every robot stayed inside" if self.inside[0] else f"{self.robots[self.worst_robot[0]]} left"
             found.append(f"{where} its tube of {self.margin:g} m.")
-        without = self.satisfied is None
-        found.append(
-            self._without_formula if without else f"the formula was {'satisfied' if self.satisfied[0] else 'not satisfied'}."
-        )
+        if self.satisfied is None:
+            found.append(self._without_formula)
+        else:
+            found.append(f"the formula was {'satisfied' if self.satisfied[0] else 'not satisfied'}.")
         found.append(f"worst error {1000 * self.worst_error[0]:.1f} mm by {self.robots[self.worst_robot[0]]}.")
         if self.contradictions:
             found.append("BUG: the run stayed inside the tube and broke the formula.")

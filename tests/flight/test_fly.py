@@ -9,7 +9,6 @@ import pytest
 
 import flight
 from flight.closed_loop import Setup, steps
-from flight.control.mellinger import Mellinger
 from flight.model.reference import sample_reference
 from flight.model.sensing import MotionCapture
 from flight.model.timing import CONTROL_STEP, SUBSTEPS
@@ -172,22 +171,19 @@ def test_of_a_sequence_of_hoops_no_formula_is_called_satisfied():
     assert kept.satisfied is None
     assert not [event for event in kept.events if event.kind == "formula"]
     assert not [note for note in kept.notes if "judged" in note]
-    heavy = flight.fly(plan, team, cert, controller=Mellinger(mass=2.0))
-    assert heavy.tube == "outside"
-    assert heavy.satisfied is None
-    assert (
-        heavy.notes[-1]
-        == "whether hoops were passed in their order was not judged; `ltlplan certify RUN --flight` does, of the log."
-    )
+    left = flight.fly(plan, team, stand_in(plan, team, margin=1e-5), model="paper")
+    assert left.tube == "outside"
+    assert left.satisfied is None
+    assert left.notes[-1].startswith("whether hoops were passed in their order was not judged; `ltlplan certify RUN --flight`")
 
 
 def test_a_campaign_of_a_sequence_of_hoops_counts_tubes_alone():
     plan, team = through_a_hoop()
-    found = flight.campaign(plan, team, stand_in(plan, team), runs=2, wind="0+0.1")
+    found = flight.campaign(plan, team, stand_in(plan, team), runs=2, wind="0+0.1", model="paper")
     assert found.share_inside.value == 1.0
     assert found.satisfied is found.share_satisfied is None
     assert found.contradictions == ()
     assert [row["satisfied"] for row in found.to_dict()["runs"]] == [None, None]
     assert found.sentences[1].startswith("the mission has no formula; who stayed inside the tubes passed hoops in their order")
-    bare = flight.campaign(plan, team, runs=2)
+    bare = flight.campaign(plan, team, runs=2, model="paper")
     assert "the mission has no formula; whether hoops were passed in their order was not judged." in bare.sentences
