@@ -49,7 +49,7 @@ _STATES = 200_000
 """Of the search over numbers of robots for conjuncts that are no tasks."""
 
 _STATES_AT_ONCE = 4_000
-"""Of that search for all conjuncts at once, where some are tasks, which can also be put in."""
+"""Of that search for all conjuncts at once, where some are tasks, which can also be put in; of more than eight it falls with their square."""
 
 _ROUNDS = 30
 """In which tasks are taken out of a course and put in anew."""
@@ -117,7 +117,7 @@ class _Counted:
     def whole(self) -> CountedPlan | None:
         """Return a plan for all conjuncts at once; None where there is none, or none within the budget."""
         tasks = sum(bool(_visited(part)) for part in self._asked)
-        found = self._planned(self._asked, _STATES_AT_ONCE if tasks else _STATES)
+        found = self._planned(self._asked, max(1, _STATES_AT_ONCE * 64 // max(8, tasks) ** 2) if tasks else _STATES)
         self._least = 0.0 if found is None else found.bound
         return found
 

@@ -133,16 +133,16 @@ def _plan(team: CountedTeam, budget: Budget, *, within: Mapping[str, int] | None
     if team.longest:
         return _with_cheapest_dearest(plan, (staying,) if needed else (staying, resting), taken)
     if not needed:
-        plan = _beside(plan, staying, min(_STATES_STAYING, 4 * plan.reached + 1_000), taken)
+        plan = _beside(plan, staying, min(_STATES_STAYING, 4 * plan.reached + 1_000, budget.states), taken)
     if plan.cost <= plan.bound + _TIES:
         return plan
-    apart = staying.told_apart()
+    apart, most = staying.told_apart(), min(_STATES_APART, budget.states)
     bound = max(plan.bound, min(plan.cost, NumberSearch(apart.made()).least()))
     if plan.cost > bound + _TIES:
-        plan = _beside(plan, apart, _STATES_APART, taken)
+        plan = _beside(plan, apart, most, taken)
         bound = max(bound, plan.bound)
     if plan.cost > bound + _TIES and not needed:
-        plan = _beside(plan, resting.told_apart(), _STATES_APART, taken)
+        plan = _beside(plan, resting.told_apart(), most, taken)
     return replace(plan, bound=bound)
 
 

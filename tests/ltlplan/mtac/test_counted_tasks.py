@@ -111,13 +111,13 @@ def test_its_flight_is_certified():
     assert certified.certificate.holds
 
 
-@pytest.mark.parametrize(("objective", "most"), [("sum", 1.15), pytest.param("longest", 1.3, marks=pytest.mark.slow)])
-def test_many_tasks_under_joint_are_put_into_a_course_in_which_nobody_moves(objective, most, monkeypatch):
+@pytest.mark.parametrize("objective", ["sum", pytest.param("longest", marks=pytest.mark.slow)])
+def test_many_tasks_under_joint_are_put_into_a_course_in_which_nobody_moves(objective, monkeypatch):
     monkeypatch.setattr("ltlplan.mtac.counted.tasks._STATES_AT_ONCE", 1)
     mission = team("F a & F b & F c & F d & F e & F f & G !(a & b)", objective=objective, regions="abcdef")
     plan = ltlplan.plan(mission, method="mtac-e")
     assert "MTAC-E priced" in plan.notes[0]
     monkeypatch.undo()
-    assert plan.cost <= most * ltlplan.plan(mission, method="exact").cost
+    assert plan.cost <= 1.15 * ltlplan.plan(mission, method="exact").cost
     alone = team("F a & F b & F c & F d & F e & F f", objective=objective, regions="abcdef")
     assert ltlplan.plan(alone, method="mtac-e").cost <= 1.15 * ltlplan.plan(alone, method="exact").cost
