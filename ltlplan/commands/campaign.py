@@ -38,7 +38,7 @@ def command(
     from flight import campaign
     from ltlplan.output import CAMPAIGN_FILES, write_campaign
 
-    conditions = flight_options.conditions(wind, noise, model, controller, estimator=estimator, latency=latency, mass=mass)
+    conditions = flight_options.Said(wind, noise, model, controller, estimator, latency, mass).by(controller)
     with simulating(out, CAMPAIGN_FILES, quiet=json) as progress:
         with nullcontext(workers or 1) if dask is None else machines.cluster_at(dask, workers) as those:
             plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))

@@ -18,24 +18,12 @@ from flight.link.simulated import SimulatedLink
 from ltlplan.live import stages
 from ltlplan.pipeline import certified_team
 from ltlplan.recorded import judge_flight
+from tests.helpers.live_missions import pair
 from tests.helpers.stand_ins import minimum_snap
 from verify.data import BadInput, DoesNotFit
 from verify.data.frame import Frame
 
-MISSION = """
-format: 1
-name: pair
-spec: {formula: F left & F right}
-regions:
-  left: {center: [-1.0, 0.4, 1.0], radii: [0.25, 0.25, 0.25]}
-  right: {center: [1.0, 0.4, 1.0], radii: [0.25, 0.25, 0.25]}
-agents:
-  one: {start: [-1.0, -0.5, 1.0]}
-  two: {start: [1.0, -0.5, 1.0]}
-vehicle: crazyflie-2.1
-workspace: {min: [-2.0, -2.0, 0.2], max: [2.0, 2.0, 2.0]}
-frame: {rotation_deg: 90.0, offset: [3.0, -1.0, 0.1]}
-"""
+MISSION = pair("[-1.0, 0.4, 1.0]", "[1.0, 0.4, 1.0]", floor=0.2, more="frame: {rotation_deg: 90.0, offset: [3.0, -1.0, 0.1]}")
 PLACES = {"one": (-1.0, -0.5, 0.0), "two": (1.0, -0.5, 0.0)}
 GROUNDS = dict.fromkeys(PLACES, 0.0)
 

@@ -10,24 +10,12 @@ import pytest
 import ltlplan
 from ltlplan.pipeline import certified_team
 from ltlplan.transfers import LANDING, Transfer, to_ground, to_starts
+from tests.helpers.live_missions import pair
 from tests.helpers.stand_ins import rest_to_rest
 from verify.data import BadInput, Trajectory
 
-MISSION = """
-format: 1
-name: pair
-spec: {formula: F left & F right}
-regions:
-  left: {center: [-1.0, 0.8, 1.0], radii: [0.25, 0.25, 0.25]}
-  right: {center: [1.0, 0.8, 1.4], radii: [0.25, 0.25, 0.25]}
-obstacles:
-  column: {center: [0.0, -0.5, 1.0], size: [0.2, 0.2, 2.0]}
-agents:
-  one: {start: [-1.0, -0.5, 1.0]}
-  two: {start: [1.0, -0.5, 1.0]}
-vehicle: crazyflie-2.1
-workspace: {min: [-2.0, -2.0, 0.3], max: [2.0, 2.0, 2.0]}
-"""
+COLUMN = "obstacles: {column: {center: [0.0, -0.5, 1.0], size: [0.2, 0.2, 2.0]}}"
+MISSION = pair("[-1.0, 0.8, 1.0]", "[1.0, 0.8, 1.4]", more=COLUMN)
 
 
 @pytest.fixture(scope="module")

@@ -56,47 +56,6 @@ FULL = ModelName("full")
 GEOMETRIC = ControllerName("geometric")
 
 
-def conditions(
-    wind: str | None,
-    noise: str | None,
-    model: str,
-    controller: str,
-    *,
-    estimator: str | None = None,
-    latency: float | None = None,
-    mass: float | None = None,
-) -> Conditions:  # as many parameters as commands have options
-    """Return the conditions that a command's options name.
-
-    Args:
-        wind: As `--wind`.
-        noise: As `--noise`.
-        model: As `--model`.
-        controller: As `--controller`.
-        estimator: As `--estimator`.
-        latency: As `--latency`.
-        mass: As `--mass`.
-
-    Raises:
-        BadInput: There are none such.
-    """
-    from flight.control.lee import Lee
-    from flight.control.mellinger import Mellinger
-    from flight.model.sensing import MotionCapture
-
-    follower = CONTROLLERS.find(controller)
-    if mass is not None:
-        if not isinstance(follower, Mellinger | Lee):
-            raise BadInput(f"--mass is what `mellinger` or `lee` is told; '{controller}' is told none.")
-        follower = replace(follower, mass=mass)
-    sensor = None if noise is None else MotionCapture.parse(noise)
-    if latency is not None:
-        if sensor is None:
-            raise BadInput("--latency is motion capture's: give --noise as well, 0 for cameras without error.")
-        sensor = replace(sensor, delay=latency)
-    return Conditions(wind, sensor, model, follower, estimator=cast("Estimator | None", estimator))
-
-
 @dataclass(frozen=True, slots=True)
 class Said:
     """What options say of a flight; None where they say nothing.
@@ -111,13 +70,13 @@ class Said:
         mass: As `--mass`.
     """
 
-    wind: str | None
-    noise: str | None
-    model: str
-    controller: str | None
-    estimator: str | None
-    latency: float | None
-    mass: float | None
+    wind: str | None = None
+    noise: str | None = None
+    model: str = FULL
+    controller: str | None = None
+    estimator: str | None = None
+    latency: float | None = None
+    mass: float | None = None
 
     @property
     def anything(self) -> bool:
@@ -132,9 +91,9 @@ class Said:
             BadInput: There are no such conditions.
         """
         if self.controller is not None:
-            self._by(self.controller)
+            self.by(self.controller)
         else:
-            replace(self, mass=None)._by(str(GEOMETRIC))
+            replace(self, mass=None).by(str(GEOMETRIC))
 
     def conditions(self, mission: Mission) -> Conditions:
         """Return what a mission is flown in: where nothing is said, as `run` flies it; else as said, by whom the profiles name if nobody is.
@@ -145,13 +104,33 @@ class Said:
         Raises:
             BadInput: There are no such conditions, or a profile names a controller that there is not.
         """
-        if self == Said(None, None, FULL, None, None, None, None):
+        if not self.anything:
             return conditions_of(mission)
         names = {controller_name(mission.vehicle_of(robot)) for robot in mission.agents}
         usual = names.pop() if len(names) == 1 else "profile"
-        return self._by(self.controller or (usual if self.model == FULL else str(GEOMETRIC)))
+        return self.by(self.controller or (usual if self.model == FULL else str(GEOMETRIC)))
 
-    def _by(self, controller: str) -> Conditions:
-        return conditions(
-            self.wind, self.noise, self.model, controller, estimator=self.estimator, latency=self.latency, mass=self.mass
-        )
+    def by(self, controller: str) -> Conditions:
+        """Return what is said, flown by a controller.
+
+        Args:
+            controller: Who follows the plan, whatever `--controller` says.
+
+        Raises:
+            BadInput: There are no such conditions.
+        """
+        from flight.control.lee import Lee
+        from flight.control.mellinger import Mellinger
+        from flight.model.sensing import MotionCapture
+
+        follower = CONTROLLERS.find(controller)
+        if self.mass is not None:
+            if not isinstance(follower, Mellinger | Lee):
+                raise BadInput(f"--mass is what `mellinger` or `lee` is told; '{controller}' is told none.")
+            follower = replace(follower, mass=self.mass)
+        sensor = None if self.noise is None else MotionCapture.parse(self.noise)
+        if self.latency is not None:
+            if sensor is None:
+                raise BadInput("--latency is motion capture's: give --noise as well, 0 for cameras without error.")
+            sensor = replace(sensor, delay=self.latency)
+        return Conditions(self.wind, sensor, self.model, follower, estimator=cast("Estimator | None", self.estimator))

@@ -239,7 +239,7 @@ async def list_exports(request: Request) -> Response:
     responses={**content(ZIP, "The export's files."), **problems(404, 409, 501)},
     response_class=Response,
     tags=["exports"],
-)
+)  # the function has as many parameters as the address: FastAPI reads each of them by its name
 async def export_job(
     request: Request,
     job: JobId,

@@ -8,7 +8,6 @@ import pytest
 from flight.exports.crazyflies.compressed import compressed_trajectory, quantised
 from flight.link.link import LinkLost
 from flight.link.live import fly_live
-from flight.link.stages import Stage
 from verify.data import BadInput, DoesNotFit, Trajectory, load_vehicle
 
 pytest.importorskip("cflib", reason="cflib is not installed")
@@ -18,18 +17,8 @@ from flight.link.crazyflie.memory import Memory
 from tests.helpers.crazyflie_firmware import Manner
 from tests.helpers.crazyflie_peer import in_the_air
 from tests.helpers.crazyflie_radio import crazyradio
-from tests.helpers.crazyflie_stages import GROUNDS, PLACES, short_flight
+from tests.helpers.crazyflie_stages import GROUNDS, PLACES
 from tests.helpers.flights import legs
-
-
-@pytest.fixture(scope="module")
-def flown() -> tuple[Stage, ...]:
-    return short_flight()
-
-
-@pytest.fixture(scope="module")
-def mission(flown):
-    return flown[0].plan.mission
 
 
 def test_parameters_are_set_and_read_back_and_health_is_reported(mission) -> None:

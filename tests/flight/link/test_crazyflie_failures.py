@@ -16,7 +16,7 @@ from flight.link.crazyflie.capture import Body
 from flight.link.crazyflie.link import CrazyflieLink
 from tests.helpers.crazyflie_firmware import Manner
 from tests.helpers.crazyflie_peer import Air, in_the_air
-from tests.helpers.crazyflie_stages import GROUNDS, PLACES, short_flight, stage
+from tests.helpers.crazyflie_stages import GROUNDS, PLACES, stage
 
 pytestmark = pytest.mark.slow
 UNSEEN = 0.7
@@ -27,16 +27,6 @@ UNSEEN = 0.7
 def patient(monkeypatch) -> None:
     for module in ("live", "checks", "reaction"):
         monkeypatch.setattr(f"flight.link.{module}.FRESH", UNSEEN)
-
-
-@pytest.fixture(scope="module")
-def flown() -> tuple[Stage, ...]:
-    return short_flight()
-
-
-@pytest.fixture(scope="module")
-def mission(flown):
-    return flown[0].plan.mission
 
 
 def flight_of(link: CrazyflieLink, stages: tuple[Stage, ...]) -> LiveFlight:

@@ -16,22 +16,11 @@ from pathlib import Path
 import pytest
 
 import ltlplan
+from tests.helpers.live_missions import HOP
 from tests.helpers.px4_peer import LAND, OFFBOARD, Manner, Px4Peer, free_port
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
 
-MISSION = """
-format: 1
-name: hop
-spec: {formula: F ahead}
-regions:
-  ahead: {center: [0.3, 0.0, 0.3], radii: [0.2, 0.2, 0.2]}
-agents:
-  one: {start: [0.0, -0.5, 0.3]}
-vehicle: crazyflie-2.1
-workspace: {min: [-2.0, -2.0, 0.2], max: [2.0, 2.0, 2.0]}
-margin: 0.09
-"""
 PHASES: dict[str, Callable[[Px4Peer], bool]] = {
     "before offboard flight": lambda peer: peer.before > 5,
     "while it climbs": lambda peer: len(peer.flown) > 60,
@@ -44,7 +33,7 @@ PHASES: dict[str, Callable[[Px4Peer], bool]] = {
 def folder(tmp_path_factory) -> Path:
     """A run's folder."""
     out = tmp_path_factory.mktemp("hop") / "run"
-    ltlplan.run(ltlplan.parse_mission(MISSION), out)
+    ltlplan.run(ltlplan.parse_mission(HOP), out)
     return out
 
 

@@ -14,21 +14,10 @@ from flight.link.simulated import Faults, SimulatedLink
 from flight.link.stages import Stage
 from ltlplan.live import stages
 from ltlplan.pipeline import certified_team
+from tests.helpers.live_missions import pair
 from verify.data import BadInput
 
-MISSION = """
-format: 1
-name: pair
-spec: {formula: F left & F right}
-regions:
-  left: {center: [-1.0, 0.4, 1.0], radii: [0.25, 0.25, 0.25]}
-  right: {center: [1.0, 0.4, 1.4], radii: [0.25, 0.25, 0.25]}
-agents:
-  one: {start: [-1.0, -0.5, 1.0]}
-  two: {start: [1.0, -0.5, 1.0]}
-vehicle: crazyflie-2.1
-workspace: {min: [-2.0, -2.0, 0.3], max: [2.0, 2.0, 2.0]}
-"""
+MISSION = pair("[-1.0, 0.4, 1.0]", "[1.0, 0.4, 1.4]")
 PLACES = {"one": (1.05, -0.5, 0.02), "two": (-1.0, -0.55, 0.0)}
 GROUNDS = {name: place[2] for name, place in PLACES.items()}
 

@@ -14,28 +14,16 @@ from flight.link.mavlink import MavlinkLink
 from flight.link.stages import Stage
 from ltlplan.live import stages
 from ltlplan.pipeline import certified_team
+from tests.helpers.live_missions import HOP
 from tests.helpers.px4_peer import HOLD, LAND, OFFBOARD, Manner, Px4Peer, free_port
 from verify.data import BadInput
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
 
-MISSION = """
-format: 1
-name: hop
-spec: {formula: F ahead}
-regions:
-  ahead: {center: [0.3, 0.0, 0.3], radii: [0.2, 0.2, 0.2]}
-agents:
-  one: {start: [0.0, -0.5, 0.3]}
-vehicle: crazyflie-2.1
-workspace: {min: [-2.0, -2.0, 0.2], max: [2.0, 2.0, 2.0]}
-margin: 0.09
-"""
-
 
 @pytest.fixture(scope="module")
 def ready():
-    mission = ltlplan.parse_mission(MISSION)
+    mission = ltlplan.parse_mission(HOP)
     return mission, certified_team(ltlplan.plan(mission))
 
 

@@ -6,18 +6,18 @@ import pytest
 
 from flight.control.lee import Lee
 from flight.control.mellinger import Mellinger
-from ltlplan.commands.shared.flight_options import conditions
+from ltlplan.commands.shared.flight_options import Said
 from verify.data import BadInput
 
 
 def test_options_become_conditions() -> None:
-    found = conditions("0.2+0.1", "0", "full", "mellinger", latency=0.015, mass=0.029)
+    found = Said("0.2+0.1", "0", latency=0.015, mass=0.029).by("mellinger")
     assert found.controller == Mellinger(mass=0.029)
     assert (found.noise.noise, found.noise.delay) == (0.0, 0.015)
     assert found.estimator == "ekf"
-    assert conditions(None, None, "full", "lee") == conditions(None, None, "full", "lee")
-    assert conditions(None, None, "full", "lee").controller == Lee()
-    assert conditions(None, "0.001", "full", "geometric", estimator="ekf").on_board
+    assert Said().by("lee") == Said().by("lee")
+    assert Said().by("lee").controller == Lee()
+    assert Said(noise="0.001", estimator="ekf").by("geometric").on_board
 
 
 @pytest.mark.parametrize(
@@ -31,4 +31,4 @@ def test_options_become_conditions() -> None:
 )
 def test_options_that_say_nothing_together_are_refused(controller: str, given: dict[str, object], said: str) -> None:
     with pytest.raises(BadInput, match=said):
-        conditions(None, None, "full", controller, **given)
+        Said(**given).by(controller)
