@@ -62,7 +62,9 @@ ROOM = 0.88
 """Share of a picture that the workspace may fill, so that the words along its axes are inside."""
 
 
-@pytest.mark.parametrize("name", ["report", SHOW, "campaign", ONLINE, RECORDED])
+@pytest.mark.parametrize(
+    "name", [*(pytest.param(name, marks=pytest.mark.slow) for name in ("report", SHOW)), "campaign", ONLINE, RECORDED]
+)
 def test_a_page_draws_from_its_file_alone_without_a_complaint(desk: Desk, name: str) -> None:
     tab = desk(name)
     assert tab.complaints() == []

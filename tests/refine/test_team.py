@@ -35,6 +35,7 @@ def test_what_comes_back_is_certified(make) -> None:
     assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
 
 
+@pytest.mark.slow
 def test_a_patrol_closes_and_may_be_time_optimised() -> None:
     plan = patrol_plan()
     slow, fast = refine(plan)["quad0"], refine(plan, pace="time")["quad0"]

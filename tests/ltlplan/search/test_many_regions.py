@@ -112,6 +112,7 @@ def test_pairs_that_are_told_apart_at_a_glance_are_apart() -> None:
         assert (b not in neighbours[a]) == apart(one, other)
 
 
+@pytest.mark.slow
 def test_a_thousand_regions_do_not_take_long() -> None:
     """Compared with a tenth of them: no more than time in proportion, and some (all pairs of them would be a hundred times)."""
     seconds = []

@@ -53,6 +53,7 @@ def test_recordings_are_judged(client: Client, done: Submitted, tmp_path: Path) 
         client.judge_flight(done.id, tmp_path / "flown.csv")
 
 
+@pytest.mark.slow
 def test_exports_are_written_as_the_library_writes_them(client: Client, done: Submitted, tmp_path: Path) -> None:
     assert "px4" in client.exports()
     written = client.export(done, tmp_path / "out", "crazyflie")
