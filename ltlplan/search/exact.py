@@ -34,7 +34,7 @@ from ltlplan.search.reduced_graph import Team
 from ltlplan.search.relevant_places import places_that_matter
 from ltlplan.search.team_search import PlanningOutcome, plan_team
 from ltlplan.systems.region_labels import Layout
-from ltlplan.systems.robot_systems import Systems
+from ltlplan.systems.robot_systems import Systems, interchangeable
 from ltlplan.systems.transition_systems import Cost, TransitionSystem
 from verify.data import Formula, Infeasible, Mission, Unsatisfiable, Word
 from verify.data.language.counting import Atom, atoms
@@ -172,7 +172,7 @@ def _assign_counted(
     budget: Budget,
 ) -> Assignment:
     """Plan a formula that counts robots or names them: words, and who waits for whom."""
-    kinds = [mission.alike_as(name) for name in mission.agents]
+    kinds = list(interchangeable(mission).values())
     automata = conjunct_automata(asked, "finite", budget=budget)
     longest = mission.planner.objective == "longest" and len(each) > 1
     found = plan_counts(each, kinds, automata, known, budget, rooms=small_rooms(mission, each), longest=longest)
@@ -216,7 +216,7 @@ def _assign_hovering(
 ) -> Assignment | None:
     """Plan counts with robots that also wait just outside regions; None where no such plan is found."""
     budget, rooms = Budget(states=_HOVERING_STATES), Rooms(small_rooms(mission, each), passing=True)
-    kinds = tuple(mission.alike_as(name) for name in mission.agents)
+    kinds = tuple(interchangeable(mission).values())
     with contextlib.suppress(TooLarge):
         found = plan_hovering(CountedTeam(tuple(each), kinds, Marks(automata, known), rooms, skips=True), budget)
         if found is None:

@@ -289,6 +289,15 @@ def weighted_metres(mission: Mission) -> dict[str, float]:
     return found
 
 
+def interchangeable(mission: Mission) -> dict[str, str]:
+    """Return for each robot a key that robots have in common which can do the same from the same place, and at the same costs.
+
+    Args:
+        mission: Gives robots and their weights.
+    """
+    return {robot: f"{mission.alike_as(robot)} {sorted(mission.weights_of(robot).items())}" for robot in mission.agents}
+
+
 def unit_cost(mission: Mission) -> float:
     """Return what a search's unit is worth in the mission's own: more or less than 1 only where a metre costs all robots the same.
 

@@ -41,7 +41,7 @@ from ltlplan.search.itineraries import itinerary
 from ltlplan.search.relevant_places import places_that_matter
 from ltlplan.systems.objective import is_counted_by_legs
 from ltlplan.systems.region_labels import Layout
-from ltlplan.systems.robot_systems import Systems, unit_cost
+from ltlplan.systems.robot_systems import Systems, interchangeable, unit_cost
 from verify.data import Formula, Infeasible, Letter, Mission
 from verify.data.language.counting import atoms
 
@@ -141,7 +141,7 @@ class _Counted:
 
     def _planned(self, parts: Sequence[Formula], states: int) -> CountedPlan | None:
         automata: list[Automaton] = [conjunct_automaton(part) for part in parts]
-        kinds = [self.mission.alike_as(name) for name in self.mission.agents]
+        kinds = list(interchangeable(self.mission).values())
         with suppress(TooLarge):
             return plan_counts(self.systems, kinds, automata, self._atoms, Budget(states=states), rooms=self._rooms)
         return None

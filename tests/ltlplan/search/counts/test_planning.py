@@ -311,6 +311,20 @@ def test_robots_change_places_in_rooms_for_one():
     assert [[visit.region for visit in robot.visits] for robot in found.robots.values()] == [["a", "b"], ["b", "a"]]
 
 
+@pytest.mark.parametrize("method", ["exact", "mtac-e"])
+def test_robots_that_cost_differently_are_told_apart_wherever_they_are(method):
+    mission = world(
+        "F(count(a) >= 1 & F(count(b) >= 1))", robots=2, regions=PLACES, starts=((-1.0, 0.0), (-1.5, 0.0)), team="joint"
+    )
+    agents = {
+        name: agent.model_copy(update={"cost": {"length": weight}})
+        for (name, agent), weight in zip(mission.agents.items(), (10.0, 1.0), strict=True)
+    }
+    made = plan(mission.model_copy(update={"agents": agents}), method=method)
+    assert [[visit.region for visit in robot.visits] for robot in made.robots.values()] == [[], ["a", "b"]]
+    assert made.lower_bound == pytest.approx(3.5, abs=1e-5)
+
+
 @pytest.mark.slow
 def test_two_that_met_meet_again_elsewhere():
     more = "  quad2: {start: [1.1, -1.6, 1.0]}\nvehicle:"

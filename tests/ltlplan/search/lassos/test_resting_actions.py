@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from ltlplan.search.exact import assign
@@ -36,3 +38,12 @@ def test_a_rest_after_the_last_action_is_a_rest() -> None:
     robot = assign(mission).robots["quad0"]
     assert robot.word.cycle == (frozenset({"a", "wet"}),)
     assert robot.cycle_visit == len(robot.visits)
+
+
+def test_a_lap_that_is_flown_in_part_before_the_first_one_is_not_said_to_be_the_cheapest() -> None:
+    once = "robot: {initial: dry, states: {dry: [], wet: [wet]}, actions: [{from: dry, to: wet, at: a}]}"
+    plan = assign(world("G F(a & wet) & G F free", regions={"a": (0.0, 0.0)}, trace="infinite", extra=once))
+    there, again = math.sqrt(2.0), 2 * 0.2
+    assert plan.cost == pytest.approx(there + 2 * again)
+    assert not plan.complete
+    assert plan.lower_bound == pytest.approx(there + again, abs=1e-5)
