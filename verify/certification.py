@@ -173,7 +173,7 @@ class _Tube:
 
 def _margin_free_claims(evidence: Evidence) -> tuple[Claim, ...]:
     return (
-        *continuity_claims(evidence),
+        *continuity_claims(evidence.jumps),
         *part_claims(evidence),
         *limit_claims(evidence),
         *endurance_claims(evidence),

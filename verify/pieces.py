@@ -10,7 +10,7 @@ before up to the cut; nothing here rests on measured positions.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from types import MappingProxyType
@@ -32,6 +32,7 @@ from verify.data.plan import Plan
 from verify.data.sections import Agent
 from verify.data.trajectory import Trajectory
 from verify.logic.verdict import Verdict
+from verify.motion.continuity import jumps
 from verify.motion.cutting import SHIFT, cut
 from verify.motion.leg_windows import ways
 from verify.motion.membership.bodies import Mark, Span
@@ -124,6 +125,8 @@ def judge_stop(
     team: Mapping[str, Trajectory],
     since: Fraction,
     towards: Mapping[str, tuple[Fraction, *tuple[str, ...]]] = MappingProxyType({}),
+    *,
+    seams: Collection[int] = (),
 ) -> tuple[Claim, ...]:
     """Judge trajectories by which a team comes to rest, whatever it had planned: all that is claimed but words.
 
@@ -137,6 +140,7 @@ def judge_stop(
         since: Time on the trajectories' clocks, exact, in s.
         towards: For each robot that slows down: when it begins to, and the regions that it is on its way to; the limits of those
             legs are judged from then on. What was flown of a leg before was judged with the leg.
+        seams: Pieces with which laps begin anew, where headings may turn fully.
 
     Raises:
         BadInput: Coefficients are so large that a trajectory cannot be cut.
@@ -149,7 +153,7 @@ def judge_stop(
     margin = Fraction(mission.margin) + Fraction(SHIFT)
     still = Clocks(Fraction(0), dict.fromkeys(agents, Fraction(0)))
     return (
-        *continuity_claims(whole),
+        *continuity_claims(jumps(whole.paths, seams=seams)),
         *limit_claims(whole),
         *braking_claims(whole, towards),
         *rim_claims(ahead, margin),
@@ -185,9 +189,12 @@ def judge_braking(mission: Mission, robot: str, laps: Trajectory, flown: Traject
     agents = {robot: mission.agents[robot].model_copy(update={"end": None})}
     world = mission.model_copy(update={"spec": spec, "agents": agents})
     more = laps.flattened(mission.spec.repeat + 1)
+    first = laps.cycle or 0
+    lap = len(laps) - first
+    seams = range(first + lap, min(first + lap * mission.spec.repeat, len(flown) - 1) + 1, lap)
     return (
         _laps_claim(robot, more, flown, since),
-        *judge_stop(world, {robot: flown}, since, {robot: (since, *mission.leg_limits_of(robot))}),
+        *judge_stop(world, {robot: flown}, since, {robot: (since, *mission.leg_limits_of(robot))}, seams=seams),
         _as_a_lap_claim(world, robot, more, flown, since),
         *endurance_claims(_evidence(world, agents, {robot: flown})),
     )

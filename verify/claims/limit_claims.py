@@ -11,6 +11,7 @@ from verify.claims.evidence import Evidence
 from verify.claims.part_claims import pauses
 from verify.data.trajectory import PAUSE
 from verify.data.vehicle import CLIMB_AND_LANDING
+from verify.motion.continuity import Jump
 from verify.motion.leg_windows import ways
 from verify.motion.limits import UNITS, Extreme, leg_extremes
 from verify.motion.visits import Matching
@@ -125,9 +126,9 @@ def _limit_claim(extreme: Extreme, region: str | None = None, visit: int | None 
     )  # fmt: skip
 
 
-def continuity_claims(evidence: Evidence) -> Iterable[Claim]:
+def continuity_claims(jumps: Iterable[Jump]) -> Iterable[Claim]:
     """Jumps between pieces, at the start and at the end."""
-    for jump in evidence.jumps:
+    for jump in jumps:
         verdict: Outcome = "holds" if jump.share <= 1 else "fails" if jump.sure > 1 else "undecided"
         sentence = f"{jump.robot}: the {jump.what} jumps by at most {jump.size:.3g}; {jump.allowed:g} is allowed."
         yield claim_of(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -42,12 +43,13 @@ class Jump:
 
 
 @np.errstate(all="ignore")
-def jumps(paths: TeamPaths, *, ends: bool = True) -> list[Jump]:
+def jumps(paths: TeamPaths, *, ends: bool = True, seams: Collection[int] = ()) -> list[Jump]:
     """Bound every jump of every robot, the seam of a cycle included; laps of a team begin and end at rest.
 
     Args:
         paths: The team.
         ends: Whether the hovers before the start and after the end count as pieces; without them only joints are judged.
+        seams: Pieces with which laps begin anew that are written one after another: there headings may turn fully, as at a cycle's seam.
     """
     derivatives = [paths.derivative(order) for order in range(4)]
     result: list[Jump] = []
@@ -81,7 +83,7 @@ def jumps(paths: TeamPaths, *, ends: bool = True) -> list[Jump]:
             right, right_error = np.concatenate([after, goal]), np.concatenate([after_error, goal_error])
             gap = np.abs(right - left)
             if order == 0:  # a heading may be written with full turns more, and turn them in a lap
-                for joint in (0, -1):
+                for joint in (0, *seams, -1):
                     gap[joint, 3] = _modulo_turns(float(gap[joint, 3]))
             error = (left_error + right_error + 1e-15 * (np.abs(left) + np.abs(right))) * (1 + 2.0**-40) + 1e-290
             if not ends:

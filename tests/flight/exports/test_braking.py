@@ -42,12 +42,14 @@ def circle(turn: float, speed: float) -> np.ndarray:
     return state
 
 
-def patrol(speed: float = 1.0, repeat: int = 2):
-    """A robot that speeds up to the north-east and goes round and round, past east and north."""
+def patrol(speed: float = 1.0, repeat: int = 2, *, ahead: bool = False):
+    """A robot that speeds up to the north-east and goes round and round, past east and north; looking ahead, it turns around once a lap."""
     begin = np.zeros((4, 4))
     begin[0, :3] = (1.4, -0.2, 1.0)
     turns = np.pi / 4 + np.pi / 2 * np.arange(5)
     states = [begin, *(circle(turn, speed) for turn in turns)]
+    for turn, state in zip(turns, states[1:], strict=True):
+        state[:2, 3] = (turn + np.pi / 2, speed) if ahead else 0.0
     lengths = np.array([2.0, *[np.pi / 2 / speed] * 4]).astype(np.float32).astype(np.float64)
     pieces = np.array([hermite(a, b, t) for a, b, t in zip(states, states[1:], lengths, strict=False)])
     path = Trajectory(lengths, pieces.astype(np.float32), cycle=1)
@@ -93,6 +95,18 @@ def test_every_format_of_a_crazyflie_ends_at_rest(certified, target, tmp_path) -
     flown, laps = read(item.data), team["r0"].flattened(2)
     assert flown.part(0, len(laps)) == laps
     assert np.abs(flown.evaluate(flown.duration, 1)).max() < 1e-3
+
+
+def test_a_heading_that_turns_around_once_a_lap_begins_anew_with_each_and_not_where_it_brakes() -> None:
+    plan, path = patrol(repeat=3, ahead=True)
+    found = braked(plan.mission, "r0", path, AtMost())
+    assert found is not None
+    claims = judge_braking(plan.mission, "r0", path, found.flown, Fraction(found.since))
+    assert {claim.outcome for claim in claims} == {"holds"}
+    turned = found.flown.coefficients.copy()
+    turned[2, 3, 0] += 2 * np.pi
+    refused = judge_braking(plan.mission, "r0", path, Trajectory(found.flown.durations, turned), Fraction(found.since))
+    assert {claim.name for claim in refused if claim.outcome != "holds"} == {"laps", "continuity"}
 
 
 def test_it_stops_before_it_shows_what_its_laps_do_not(certified) -> None:
