@@ -46,8 +46,10 @@ class Robot:
     """One vehicle: its link, its setpoints, and what it last said of itself."""
 
     def __init__(self, name: str, entry: dict[str, Any], folder: Path, address: str) -> None:  # of any type: JSON
-        from pymavlink import mavutil
-
+        try:
+            from pymavlink import mavutil
+        except ImportError:
+            raise Refused("pymavlink is not installed here: pip install pymavlink") from None
         self.name, self.system = name, entry["system"]
         self.setpoints = read_setpoints((folder / entry["file"]).read_bytes())
         try:

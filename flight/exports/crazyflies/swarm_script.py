@@ -25,9 +25,12 @@ Ctrl-C stops all motors. Climb and landing are not certified: watch them.
 import signal
 from pathlib import Path
 
-import numpy as np
-from crazyflie_py import Crazyswarm
-from crazyflie_py.uav_trajectory import Trajectory
+try:
+    import numpy as np
+    from crazyflie_py import Crazyswarm
+    from crazyflie_py.uav_trajectory import Trajectory
+except ImportError as missing:
+    raise SystemExit(f"{missing.name} is not here: install crazyswarm2, and source its workspace (install/setup.bash) first") from None
 
 PARTS = PARTS_HERE  # each part: how its files' names end, s that it lasts, and where robots begin it: x, y, z in m, heading in rad
 ORDER = ORDER_HERE  # parts as they are flown; robots hover between them, while the next one is uploaded

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import runpy
 import signal
+import sys
 
 import numpy as np
 import pytest
 
+import flight
 from tests.helpers.crazyswarm_peer import World
 
 
@@ -38,6 +41,13 @@ def test_it_flies_the_mission_and_lands(world_and_script, capsys) -> None:
     assert world.commands("all")[-4:] == ["land"] * 3 + ["disarm"]
     assert not any(robot.spinning for robot in world.robots.values())
     assert "flown and landed" in capsys.readouterr().out
+
+
+def test_where_crazyswarm2_is_not_one_sentence_says_so(certified, tmp_path, monkeypatch) -> None:
+    flight.export(*certified, tmp_path, anyway=True)
+    monkeypatch.setitem(sys.modules, "crazyflie_py", None)
+    with pytest.raises(SystemExit, match="crazyflie_py is not here: install crazyswarm2, and source its workspace"):
+        runpy.run_path(str(tmp_path / "fly_mission.py"), run_name="__main__")
 
 
 @pytest.mark.parametrize(("off", "starts"), [(0.03, True), (0.06, False)])
