@@ -32,6 +32,7 @@ class Look:
         errors: Distance of each robot from its plan, m; NaN where it is not seen.
         margin: m.
         events: New ones.
+        to_do: Parts of the formula that are still to be done.
     """
 
     stage: str
@@ -40,6 +41,7 @@ class Look:
     errors: Mapping[str, float]
     margin: float
     events: tuple[Event, ...]
+    to_do: tuple[str, ...] = ()
 
 
 class Watch:
@@ -103,7 +105,7 @@ class Watch:
         self._record.events += new
         return Look(
             self._watched.name, now - self._begin, self._watched.duration, dict(zip(self._last, errors.tolist(), strict=True)),
-            self._watched.margin, tuple(new),
+            self._watched.margin, tuple(new), self._monitor.to_do,
         )  # fmt: skip
 
     def finish(self) -> None:

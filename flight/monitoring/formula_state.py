@@ -55,6 +55,7 @@ class FormulaState:
         self.verdict: FormulaVerdict = "open"
         self.broken: str | None = None
         self._letters = held
+        self._to_do: tuple[str, ...] | None = None
         try:
             normals = conjuncts(normal_form(formula))
             known = atoms(formula)
@@ -73,6 +74,7 @@ class FormulaState:
     def change(self, letters: Mapping[int, Letter]) -> FormulaVerdict:
         """Take the new letters of those robots (by index) that changed at one time; return the verdict."""
         changed = {robot: letter for robot, letter in letters.items() if letter != self._letters[robot]}
+        self._to_do = None
         if len(changed) > MAX_TOGETHER and self.verdict == "open":
             self.verdict = "undecided"
         if changed and self.verdict == "open":
@@ -85,6 +87,14 @@ class FormulaState:
             self._letters[robot] = letter
         self._judge()
         return self.verdict
+
+    @property
+    def to_do(self) -> tuple[str, ...]:
+        """The parts that would not hold if the flight ended now: what is still to be done."""
+        if self._to_do is None:
+            left = (part.text for part in self._parts if not part.settled and not part.ends_well())
+            self._to_do = tuple(left) if self.verdict == "open" else ()
+        return self._to_do
 
     def end(self, *, finite: bool) -> FormulaVerdict:
         """Return the verdict when the flight is over; over infinite traces what is open stays open."""

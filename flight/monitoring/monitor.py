@@ -94,6 +94,11 @@ class Monitor:
         return "open" if self._formula is None else self._formula.verdict
 
     @property
+    def to_do(self) -> tuple[str, ...]:
+        """The formula's parts that would not hold if the flight ended now; none before anything was seen."""
+        return () if self._formula is None else self._formula.to_do
+
+    @property
     def tube(self) -> TubeVerdict | None:
         """The team's tube: the worst of its robots'; None without a certificate."""
         if self._margin is None:

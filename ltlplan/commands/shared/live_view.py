@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 import signal
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
 _EVERY = 1.0
 """s of flight between two lines where nobody watches a terminal."""
+_PARTS = 3
+"""Of a formula, that are named at once."""
 
 
 class View:
@@ -43,7 +46,7 @@ class View:
             self._last = look.time
             off = ", ".join(f"{name} {'unseen' if math.isnan(e) else f'{1000 * e:.0f} mm'}" for name, e in look.errors.items())
             left = max(look.duration - look.time, 0.0)
-            line = f"{look.stage} {look.time:6.1f} s, {left:.1f} s to go, of {1000 * look.margin:.0f} mm: {off}"
+            line = f"{look.stage} {look.time:6.1f} s, {left:.1f} s to go, of {1000 * look.margin:.0f} mm: {off}{_to_do(look)}"
             self._line(line, stays=not self._terminal)
 
     def end(self) -> None:
@@ -53,7 +56,18 @@ class View:
 
     def _line(self, text: str, *, stays: bool) -> None:
         erased = "\r\x1b[2K" if self._terminal else ""
-        typer.echo(f"{erased}{text}", nl=stays)
+        kept = (
+            text if stays else text[: shutil.get_terminal_size().columns - 1]
+        )  # what runs over a line's end cannot be written anew
+        typer.echo(f"{erased}{kept}", nl=stays)
+
+
+def _to_do(look: Look) -> str:
+    """Return which parts of the formula are still to be done, a few of many."""
+    if not look.to_do:
+        return ""
+    more = f" and {len(look.to_do) - _PARTS} more" if len(look.to_do) > _PARTS else ""
+    return "; still to do: " + ", ".join(f"`{part}`" for part in look.to_do[:_PARTS]) + more
 
 
 @contextmanager

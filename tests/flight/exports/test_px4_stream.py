@@ -164,7 +164,9 @@ def test_two_robots_with_one_address_are_refused(exported) -> None:
 def test_where_pymavlink_is_not_one_sentence_says_so(exported) -> None:
     folder, team = exported
     addresses = [f"{name}=udpin:127.0.0.1:{free_port()}" for name in team]
-    without = "import runpy, sys; sys.modules['pymavlink'] = None; sys.argv.pop(0); runpy.run_path(sys.argv[0], run_name='__main__')"
+    without = (
+        "import runpy, sys; sys.modules['pymavlink'] = None; sys.argv.pop(0); runpy.run_path(sys.argv[0], run_name='__main__')"
+    )
     asked = [sys.executable, "-c", without, folder / "stream_setpoints.py", *addresses]
     done = subprocess.run(asked, capture_output=True, text=True, check=False)
     assert done.returncode == 1

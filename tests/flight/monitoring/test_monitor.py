@@ -94,6 +94,21 @@ def test_a_verdict_comes_as_soon_as_nothing_can_change_it():
     assert seen.verdict in ("open", "satisfied")
 
 
+def test_what_is_still_to_do_is_what_would_break_if_the_flight_ended_now():
+    made = mission().model_copy(update={"spec": Spec(formula="F left & F right & G (left -> !right)")})
+    state = FormulaState(made.formula, "joint", [frozenset(), frozenset()], ["quad0", "quad1"])
+    assert state.to_do == ("F left", "F right")
+    state.change({1: frozenset({"left"})})
+    assert state.to_do == ("F right",)
+    state.change({1: frozenset()})
+    state.change({0: frozenset({"right"})})
+    assert state.to_do == ()
+    assert state.verdict == "open"
+    state.change({1: frozenset({"left"})})
+    assert state.verdict == "violated"
+    assert state.to_do == ()
+
+
 def test_over_infinite_traces_what_is_open_stays_open():
     state = FormulaState(mission().model_copy(update={"spec": Spec(formula="G F left")}).formula, "own", [frozenset()])
     assert state.end(finite=False) == "open"
