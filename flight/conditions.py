@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Literal, TypedDict, Unpack, get_args
 
 from flight.control.controller import CONTROLLERS, Controller
-from flight.control.on_board import OnBoardController, controller_name
+from flight.control.on_board import OnBoardController
+from flight.control.profiles import PROFILES, controller_name, controller_of
 from flight.model.airframe import Airframe
 from flight.model.disturbances import Wind
 from flight.model.full import FullModel
@@ -173,7 +174,8 @@ def conditions_of(mission: Mission) -> Conditions:
     Raises:
         BadInput: A vehicle's profile names a controller that there is not.
     """
-    names = list(dict.fromkeys(controller_name(mission.vehicle_of(robot)) for robot in mission.agents))
-    alone = CONTROLLERS.find(names[0])
-    together = len(names) > 1 or isinstance(alone, OnBoardController)
-    return Conditions(LABORATORY, CAMERAS, controller="profile" if together else alone)
+    vehicles = [mission.vehicle_of(robot) for robot in mission.agents]
+    followers = {controller_name(vehicle): controller_of(vehicle) for vehicle in vehicles}
+    alone = next(iter(followers.values()))
+    together = len(followers) > 1 or isinstance(alone, OnBoardController)
+    return Conditions(LABORATORY, CAMERAS, controller=PROFILES if together else alone)

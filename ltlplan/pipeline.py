@@ -173,12 +173,12 @@ def run(
 
     mission = as_mission(mission)
     require_tube(mission.margin)
+    conditions = conditions_of(mission)  # whom nobody knows would not be found before the flight
     target = None if out is None else check_folder(out, output.run_files(mission))
     made = plan(mission, seed=seed, progress=part_of(progress, 0.0, 0.25), workers=workers)
     done = certified_team(made, progress=part_of(progress, 0.25, 0.7))
     part_of(progress, 0.7, 0.9)("flying in simulation", 0.0)
     flying = part_of(progress, 0.7, 0.9)
-    conditions = conditions_of(done.plan.mission)
     log = flight.fly(done.plan, done.team, done.certificate, seed=made.seed, conditions=conditions, progress=flying)
     result = Result(done.plan.mission, done.plan, done.team, done.certificate, log, done.rounds)
     if target is None:

@@ -25,13 +25,13 @@ from flight.control.on_board import (
     ToldItsMass,
     along_axis,
     attitude_error,
-    autopilot_of,
     axes_towards,
     body_axes,
     column,
     mixed,
     turning_of,
 )
+from flight.control.profiles import autopilot_of
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats, cross
 from flight.model.timing import STEP

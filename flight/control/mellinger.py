@@ -25,13 +25,13 @@ from flight.control.on_board import (
     ToldItsMass,
     along_axis,
     attitude_error,
-    autopilot_of,
     axes_towards,
     body_axes,
     column,
     limited,
     mixed,
 )
+from flight.control.profiles import autopilot_of
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats
 from flight.model.timing import STEP

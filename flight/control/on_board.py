@@ -16,13 +16,10 @@ import numpy as np
 from flight.control.controller import Controller
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats
-from verify.data import GRAVITY, BadInput, Vehicle
-from verify.data.autopilot import Autopilot, load_autopilot
+from verify.data import GRAVITY, BadInput
 
 FULL_SCALE = 65535.0
 """Counts of a motor at its greatest thrust."""
-STOCK = "crazyflie-2"
-"""The autopilot that a vehicle is taken to have where its profile names none."""
 
 # Rows of a set-point.
 POSITION, VELOCITY, ACCELERATION, JERK, RATES = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12), slice(12, 15)
@@ -146,21 +143,6 @@ class ToldItsMass(OnBoardController):
             airframe: What the controller takes the vehicles for.
             mass: kg.
         """
-
-
-def controller_name(vehicle: Vehicle) -> str:
-    """Return the name of the controller that a vehicle's margin is meant for."""
-    return vehicle.controller or "geometric"
-
-
-def autopilot_of(airframe: Airframe) -> Autopilot:
-    """Return what is on board: what the vehicle's profile names, or the stock table."""
-    return autopilot_of_vehicle(airframe.vehicle)
-
-
-def autopilot_of_vehicle(vehicle: Vehicle) -> Autopilot:
-    """Return what is on board of a vehicle, as `autopilot_of` says."""
-    return vehicle.autopilot or load_autopilot(STOCK)
 
 
 def setpoint_of(flat: Floats, ahead: float) -> Floats:

@@ -19,11 +19,11 @@ from flight.control.on_board import (
     Laws,
     Moment,
     OnBoardController,
-    autopilot_of,
     column,
     limited,
     mixed,
 )
+from flight.control.profiles import autopilot_of
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats, euler
 from flight.model.timing import FRAME_STEPS, STEP

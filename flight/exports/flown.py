@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 
-from flight.control.on_board import controller_name
+from flight.control.profiles import controller_name
 from flight.logs.log import FlightLog
 from verify.certificate import Certificate
 from verify.data import Mission, NotCertified

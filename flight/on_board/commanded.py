@@ -6,18 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flight.control.controller import CONTROLLERS, Controller
-from flight.control.on_board import (
-    ATTITUDE,
-    GYRO,
-    HEADING,
-    POSITION,
-    VELOCITY,
-    Laws,
-    Moment,
-    OnBoardController,
-    controller_name,
-)
+from flight.control.controller import Controller
+from flight.control.on_board import ATTITUDE, GYRO, HEADING, POSITION, VELOCITY, Laws, Moment, OnBoardController
+from flight.control.profiles import controller_of
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats
 from flight.model.autopilot import Autopilot, Held
@@ -122,7 +113,7 @@ class Profile(OnBoardController):
         Raises:
             BadInput: There is no such controller.
         """
-        return laws_of(CONTROLLERS.find(controller_name(airframe.vehicle)), airframe)
+        return laws_of(controller_of(airframe.vehicle), airframe)
 
 
 PROFILE = Profile()

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flight.control.controller import Controller
-from flight.control.on_board import autopilot_of, setpoint_of
+from flight.control.on_board import setpoint_of
+from flight.control.profiles import autopilot_of
 from flight.model.attitude import Floats, quaternion_rate, unit
 from flight.model.ekf import SENSED, ExtendedKalman
 from flight.model.timing import FRAME_STEPS, STEP

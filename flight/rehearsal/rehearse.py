@@ -53,7 +53,8 @@ class Combinations:
             ("latencies", self.latencies),
             ("winds", self.winds),
         ):
-            if not values or len(set(values)) < len(values):
+            different = {Wind.parse(wind) for wind in self.winds} if values is self.winds else set(values)
+            if not values or len(different) < len(values):
                 raise BadInput(f"a rehearsal needs at least one of its {what}, each once, not {values!r}.")
         for name in self.controllers:
             CONTROLLERS.find(name)
@@ -63,8 +64,6 @@ class Combinations:
         for latency in self.latencies:
             if not 0.0 <= latency <= 0.2:
                 raise BadInput(f"a latency of {latency:g} s cannot be flown; latencies are 0 to 0.2 s.")
-        for wind in self.winds:
-            Wind.parse(wind)
 
 
 USUAL = Combinations()

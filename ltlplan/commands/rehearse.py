@@ -40,7 +40,7 @@ def command(
     Four controllers, three masses, three latencies and three winds unless options say otherwise; * marks what left the tube. Of a run's
     folder the report gets the table.
     """
-    from flight import rehearse
+    from flight import MotionCapture, rehearse
     from flight.rehearsal.rehearse import USUAL, Combinations
     from ltlplan.output import REHEARSAL_FILES, write_rehearsal
 
@@ -50,10 +50,11 @@ def command(
         tuple(latency or USUAL.latencies),
         tuple(wind or USUAL.winds),
     )
+    cameras = MotionCapture.parse(noise)
     with simulating(out, REHEARSAL_FILES, quiet=json) as progress:
         plan, team, certificate = certified(source, part_of(progress, 0.0, 0.3))
         found = rehearse(
-            plan, team, certificate, combinations=combinations, noise=noise, runs=runs, seed=plan.seed if seed is None else seed,
+            plan, team, certificate, combinations=combinations, noise=cameras, runs=runs, seed=plan.seed if seed is None else seed,
             workers=workers, progress=part_of(progress, 0.3, 1.0),
         )  # fmt: skip
         files = written(out, lambda folder: write_rehearsal(plan, found, folder))

@@ -10,7 +10,7 @@ import ltlplan
 from flight.control.controller import Controller
 from flight.control.lee import Lee
 from flight.control.mellinger import Mellinger
-from flight.control.on_board import autopilot_of
+from flight.control.profiles import autopilot_of
 from flight.model.sensing import MotionCapture
 from ltlplan.pipeline import certified_team
 

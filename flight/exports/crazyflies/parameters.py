@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flight.control.on_board import autopilot_of_vehicle, controller_name
+from flight.control.profiles import autopilot_of_vehicle, controller_name
 from verify.data import Vehicle
 
 _NUMBERS = {"pid": 1, "mellinger": 2, "lee": 5}

@@ -13,7 +13,7 @@ import typer
 
 from flight.conditions import ESTIMATORS, Conditions, Estimator, conditions_of
 from flight.control.controller import CONTROLLERS
-from flight.control.on_board import controller_name
+from flight.control.profiles import controller_name
 from flight.model.plant import AIRFRAME_MODELS
 from ltlplan.commands.shared.choices import choices
 from verify.data import BadInput
@@ -90,10 +90,8 @@ class Said:
         Raises:
             BadInput: There are no such conditions.
         """
-        if self.controller is not None:
-            self.by(self.controller)
-        else:
-            replace(self, mass=None).by(str(GEOMETRIC))
+        told = GEOMETRIC if self.mass is None else ControllerName("mellinger")  # somebody who is told what is said
+        self.by(self.controller or str(told))
 
     def conditions(self, mission: Mission) -> Conditions:
         """Return what a mission is flown in: where nothing is said, as `run` flies it; else as said, by whom the profiles name if nobody is.

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import flight
+import ltlplan
 from flight.closed_loop import Setup, steps
 from flight.control.controller import CONTROLLERS
 from flight.control.lee import Lee
@@ -134,9 +135,33 @@ def test_a_mission_is_flown_by_whom_its_vehicles_name():
     own = mission().model_copy(update={"vehicle": mission().vehicle.changed(name="homemade", controller=None, autopilot=None)})
     assert not flight.conditions_of(own).on_board
     assert flight.conditions_of(own).estimator == "kalman"
-    wrong = mission().model_copy(update={"vehicle": mission().vehicle.changed(controller="melinger")})
-    with pytest.raises(BadInput, match="Did you mean 'mellinger'"):
-        flight.conditions_of(wrong)
+
+
+@pytest.mark.parametrize(
+    ("controller", "said"),
+    [
+        ("melinger", "vehicle 'crazyflie-2.1': 'melinger' is not a controller. Did you mean 'mellinger'"),
+        ("", "vehicle 'crazyflie-2.1': '' is not a controller"),
+        ("profile", "its controller is 'profile', whom the vehicle's profile names. Name one: geometric, paper, mellinger"),
+    ],
+)
+def test_a_profile_that_names_nobody_is_refused_before_anything_is_planned(controller, said):
+    first, second = mission().agents
+    wrong = mission().vehicle.changed(controller=controller)
+    alone = mission().model_copy(update={"vehicle": wrong})
+    agents = {first: mission().agents[first], second: mission().agents[second].model_copy(update={"vehicle": wrong})}
+    one_of_two = mission().model_copy(update={"agents": agents})
+    sentences = []
+    for mistaken in (alone, one_of_two):
+        with pytest.raises(BadInput, match=said):
+            flight.conditions_of(mistaken)
+        with pytest.raises(BadInput, match=said):
+            ltlplan.run(mistaken, progress=lambda sentence, _: sentences.append(sentence))
+    assert not sentences
+    plan, team = hop()
+    made = plan.model_copy(update={"mission": plan.mission.model_copy(update={"vehicle": wrong})})
+    with pytest.raises(BadInput, match=said):
+        flight.fly(made, team, controller="profile")
 
 
 def test_the_profiles_controller_is_the_one_that_it_names(short):

@@ -73,6 +73,7 @@ def test_findings_are_plain_data_and_a_page(found):
         ({"masses": (1.0, 1.0)}, "each once"),
         ({"latencies": (15.0,)}, "latencies are 0 to 0.2 s"),
         ({"winds": ("breeze",)}, "is no wind"),
+        ({"winds": ("1", "1.0,0,0")}, "at least one of its winds, each once"),
     ],
 )
 def test_combinations_that_cannot_be_flown_are_refused(given, said):

@@ -32,3 +32,10 @@ def test_options_become_conditions() -> None:
 def test_options_that_say_nothing_together_are_refused(controller: str, given: dict[str, object], said: str) -> None:
     with pytest.raises(BadInput, match=said):
         Said(**given).by(controller)
+
+
+@pytest.mark.parametrize("mass", [0.0, float("nan"), 33.0e3])
+def test_a_mass_that_nothing_has_is_refused_before_anything_is_planned(mass: float) -> None:
+    with pytest.raises(BadInput, match="told a mass above 0 in kg"):
+        Said(mass=mass).require_sense()
+    Said(mass=0.03).require_sense()
