@@ -98,7 +98,10 @@ def make_plan(
         return plan_of(mission, nominal.allocation, nominal.paths, method=name)
     waits = mission.written.counts or bool(nominal.allocation.meetings)
     if waits and len(mission.agents) > 1 and not mission.hoops:
-        return plan_of(mission, nominal.allocation, nominal.paths, method=name)  # refinement gives each robot places of its own
+        from ltlplan.paths.improvement import without_swings
+
+        steady = {robot: without_swings(mission, robot, path) for robot, path in nominal.paths.items()}
+        return plan_of(mission, nominal.allocation, steady, method=name)  # refinement gives each robot places of its own
     return plan_of(mission, nominal.allocation, _improved(mission, nominal.paths, rng, say, workers), method=name)
 
 

@@ -15,13 +15,20 @@ from numpy.random import Generator
 
 from ltlplan.paths.costs import WeightedCost, cost_of, plan_cost
 from ltlplan.paths.final_hover import then_hovering, until_hover
+from ltlplan.paths.flight_times import lasts_too_long
 from ltlplan.paths.optimiser.cross_entropy import SPREAD, Search, Watch, improve, minimise, options_of
-from ltlplan.paths.path_result import candidate_plans
+from ltlplan.paths.path_result import candidate_plans, keeps
 from ltlplan.paths.sampling.path_problem import path_problem
 from verify.data import Mission, RobotPlan, Word
 
 RAMPS = (0.5, 1.0)
 """s more on the first and on the last segment that are tried."""
+_LONG_RAMPS = (*RAMPS, 2.0, 4.0)
+"""Those of paths that nothing but their times makes cheaper."""
+_SWINGS = 1.1
+"""Times as dear as with longer ramps: a path that turns back on its way."""
+_AS_CHEAP = 1.02
+"""Times the least cost at which the shortest ramps are taken."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,14 +119,42 @@ def with_ramped_times(plan: RobotPlan, cost: WeightedCost) -> RobotPlan:
     """Return a plan with more time to get going and to come to rest, where that makes its spline cheaper."""
     if len(plan.waypoints) < 3:
         return plan
-    spans = np.diff(plan.times)
     best, least = plan, plan_cost(plan, cost)
     for ramp in RAMPS:
-        longer = spans.copy()
-        longer[0] += ramp
-        longer[-1] += ramp
-        other = plan.model_copy(update={"times": (0.0, *(float(t) for t in np.cumsum(longer)))})
+        other = _ramped(plan, ramp)
         value = plan_cost(other, cost)
         if value < least * (1 - 1e-3):
             best, least = other, value
     return best
+
+
+def without_swings(mission: Mission, robot: str, nominal: RobotPlan) -> RobotPlan:
+    """Return a nominal path with more time to get going and to come to rest, where its spline swings to and fro; its points stay.
+
+    That is for paths that are flown as they are laid, as those of robots that wait for each other.
+
+    Args:
+        mission: What must be kept, and what counts.
+        robot: Whose path.
+        nominal: Its path, not a lasso's.
+    """
+    if len(nominal.waypoints) < 3:
+        return nominal
+    function = cost_of(mission, robot)
+    priced = [(plan_cost(other, function), other) for other in (_ramped(nominal, ramp) for ramp in _LONG_RAMPS)]
+    cheaper = [(cost, other) for cost, other in priced if nominal.cost > _SWINGS * cost and not lasts_too_long(mission, other)]
+    if not cheaper:
+        return nominal
+    problem = path_problem(mission.seen_by(robot), nominal, function)
+    kept = [(cost, other) for cost, other in cheaper if keeps(problem, other)]
+    least = min((cost for cost, _ in kept), default=0.0)
+    soonest = (other.model_copy(update={"cost": cost}) for cost, other in kept if cost <= _AS_CHEAP * least)
+    return next(soonest, nominal)
+
+
+def _ramped(plan: RobotPlan, ramp: float) -> RobotPlan:
+    """Return a plan whose first and last segment take longer, s."""
+    longer = np.diff(plan.times)
+    longer[0] += ramp
+    longer[-1] += ramp
+    return plan.model_copy(update={"times": (0.0, *(float(t) for t in np.cumsum(longer)))})

@@ -76,13 +76,18 @@ def candidate_plans(mission: Mission, plan: RobotPlan, problem: PathProblem, poi
                 kept.append(_Cut(float(time), "via"))
                 taken.append(at)
         candidate = _plan(where, plan, spline, points, sorted([*cuts, *kept], key=lambda cut: cut.time))
-        if candidate is not None and _keeps(problem, candidate):
+        if candidate is not None and keeps(problem, candidate):
             found.append(candidate)
     return found
 
 
-def _keeps(problem: PathProblem, plan: RobotPlan) -> bool:
-    """Tell whether the plan's own spline counts, at dense samples."""
+def keeps(problem: PathProblem, plan: RobotPlan) -> bool:
+    """Tell whether a plan's own spline counts, at dense samples.
+
+    Args:
+        problem: What is kept.
+        plan: Waypoints and times of one robot.
+    """
     sampling = Sampling(LeastSnapSpline(plan.times, plan.cycle_waypoint), max(600, int(problem.length / _STEP)))
     return bool(problem.keeps.keeps(sampling.paths([w.position for w in plan.waypoints]).axes(0))[0])
 

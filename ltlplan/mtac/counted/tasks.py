@@ -30,6 +30,7 @@ from ltlplan.mtac.counted.parts import taken_by_the_cheapest
 from ltlplan.mtac.tours.many_tasks import MANY
 from ltlplan.mtac.tours.shared_tours import Objective
 from ltlplan.paths.costs import team_cost
+from ltlplan.paths.improvement import without_swings
 from ltlplan.paths.nominal import lay_path
 from ltlplan.search.assignment import asked_of
 from ltlplan.search.counts.capacities import small_rooms
@@ -159,7 +160,7 @@ class _Counted:
             path, _ = lay_path(self.mission, name, does)
         except Infeasible:
             return math.inf
-        return path.cost  # nominal paths are flown: nobody bends his into where another one waits
+        return without_swings(self.mission, name, path).cost  # as flown: nobody bends his into where another one waits
 
     def _at_least(self) -> float:
         """Return what no plan costs less than, by straight lines: what numbers of robots cost, or how far those are who have to come."""

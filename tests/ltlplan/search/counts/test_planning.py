@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
+import math
 from functools import cache
 from random import Random
 
@@ -323,6 +324,14 @@ def test_robots_that_cost_differently_are_told_apart_wherever_they_are(method):
     made = plan(mission.model_copy(update={"agents": agents}), method=method)
     assert [[visit.region for visit in robot.visits] for robot in made.robots.values()] == [[], ["a", "b"]]
     assert made.lower_bound == pytest.approx(3.5, abs=1e-5)
+
+
+@pytest.mark.parametrize("method", ["exact", "mtac-e"])
+def test_who_flies_far_to_a_small_region_is_planned_to_fly_there_straight(method):
+    mission = world("F(count(b) >= 1)", robots=2, regions=PLACES, starts=((-2.0, 0.5), (-4.0, 0.0)), team="joint")
+    made = plan(mission, method=method)
+    assert made.cost == pytest.approx(math.hypot(4.0, 0.5), rel=0.03)
+    assert made.cost >= made.lower_bound - 1e-6
 
 
 @pytest.mark.slow
