@@ -1,7 +1,8 @@
 """Aborts: a whole team brakes to a hover at one instant, whichever it is, and stays clear of all and of one another.
 
 Braking is that of `verify.motion.braking`: every robot comes to rest within one length, from the state that was planned for the instant.
-The share of the braking is cut into intervals; on each, one path in the middle is judged as a flight is, at a margin that is larger by how far
+Robots are kept apart by branch and bound over instants and shares of the braking at once (`verify.motion.braking.pairs`). For all else the
+share of the braking is cut into intervals; on each, one path in the middle is judged as a flight is, at a margin that is larger by how far
 the others are from it at most. Where that is not proved the interval is cut, until the middle itself is refused or nothing is left to cut: into
 halves, or into more at once where the distances that were found say that halves would not do.
 
@@ -19,7 +20,7 @@ from fractions import Fraction
 import numpy as np
 
 from verify.claims.claim import Claim, claim_of
-from verify.claims.distance_claims import Clocks, rim_claims, separation_claims, workspace_claims
+from verify.claims.distance_claims import rim_claims, workspace_claims
 from verify.claims.evidence import Evidence
 from verify.claims.obstacle_claims import obstacle_claims
 from verify.claims.visit_claims import closed_region_claims
@@ -27,16 +28,17 @@ from verify.data.errors import BadInput
 from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory, check_trajectories
 from verify.data.vehicle import GRAVITY
-from verify.motion.braking import Weights, braked, greatest, left_over, weights, weights_at
+from verify.motion.braking.courses import Weights, braked, greatest, left_over, weights, weights_at
+from verify.motion.braking.pairs import Meeting, closest_braking
 from verify.motion.membership.statuses import statuses
 from verify.motion.paths import TeamPaths, read_team
-from verify.motion.separation import step_length
+from verify.motion.separation import stretch_of
 
 FIRST = 4
 """Intervals that the braking is cut into at first."""
 _TOO_LARGE = "These coefficients are too large to tell where braking leads."
 
-KINDS = ("limits", "workspace", "rims", "obstacles", "separation", "regions")
+KINDS = ("limits", "workspace", "rims", "obstacles", "regions")
 """What is judged."""
 FINEST = Fraction(1, 256)
 """Share of the braking below which an interval is not cut."""
@@ -66,7 +68,7 @@ class AbortVerdict:
     @property
     def sentence(self) -> str:
         """What is said of it."""
-        if self.share is None and self.refused:
+        if self.refused and (self.share is None or self.refused[0].name == "separation"):
             return f"Abort not certified: {self.refused[0].sentence}"
         if self.share is None:
             return f"Abort certified: from every instant all robots brake to a hover within {self.length:g} s, apart and clear of everything."
@@ -111,7 +113,12 @@ def judge_aborts(
         counts = {kind: _count(claims, spread or 0.0) for kind, claims in refused.items()}
         for count in sorted(set(counts.values())):  # what was proved of the whole holds of what it is cut into
             open_ += part.cut(count, [kind for kind in counts if counts[kind] == count])
-    return AbortVerdict(length)
+    meeting = asking.meeting()
+    return (
+        AbortVerdict(length)
+        if meeting is None
+        else AbortVerdict(length, meeting.shares[0], (asking.separation_claim(meeting),))
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,8 +199,6 @@ class _Asking:
         return found
 
     def _claims(self, kind: str, evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
-        if kind == "separation":
-            return separation_claims(evidence, margin, self._clocks(evidence.paths))
         if kind == "regions":
             return self._closed(evidence, margin)
         judged = {"rims": rim_claims, "obstacles": obstacle_claims, "workspace": workspace_claims}[kind]
@@ -204,18 +209,36 @@ class _Asking:
             for robot, spans in statuses(evidence.membership, margin).items():
                 yield from closed_region_claims(evidence, robot, spans)
 
-    def _clocks(self, paths: TeamPaths) -> Clocks:
-        """Bound how far each robot's place at a share of the braking is moved by its clock's error, steps between pieces included."""
-        if not self.clock_error:
-            return Clocks(self.clock_error, dict.fromkeys(paths.robots, Fraction(0)))
-        ways = greatest(paths, [(Fraction(1), Fraction(0), Fraction(0))]) * float(self.clock_error) * (1 + 1e-15)
-        for index, segment in enumerate(paths.segments):
-            if segment.kind == "step":
-                ways[segment.robot] = np.nextafter(ways[segment.robot] + step_length(paths, index), np.inf)
-        if not np.all(np.isfinite(ways)):
-            raise BadInput(_TOO_LARGE)
-        drifts = {robot: Fraction(float(way)) for robot, way in zip(paths.robots, ways, strict=True)}
-        return Clocks(self.clock_error, drifts)
+    def meeting(self) -> Meeting | None:
+        """Return two robots that are not proved to keep apart, whatever the instant and the share; None where all are."""
+        robots, stretch = self.paths.robots, stretch_of(self.paths)
+        asked = [
+            [Fraction(self.mission.least_distance(a, b)) + 2 * self.margin * stretch if a != b else Fraction(0) for b in robots]
+            for a in robots
+        ]
+        return closest_braking(self.paths, self.length, asked, self.clock_error)
+
+    def separation_claim(self, meeting: Meeting) -> Claim:
+        """Word what is known of two robots that are not proved to keep apart."""
+        one, other = (self.paths.robots[robot] for robot in meeting.robots)
+        least = self.mission.least_distance(one, other)
+        limit = float(Fraction(least) + 2 * self.margin * stretch_of(self.paths))
+        apart = f", with clocks up to {float(self.clock_error):g} s apart" if self.clock_error else ""
+        asked = f"{limit:.4f} m are asked (separation {least:g} m, margin {float(self.margin):g} m)"
+        begin, end = (share * float(self.length) for share in meeting.shares)
+        if meeting.fails:
+            when = f"{begin:.3f} s into braking that begins at {meeting.instants[0]:.4f} s"
+            sentence = f"{one} and {other} come within {meeting.high:.4f} m of one another {when}{apart}; {asked}."
+        else:
+            when = f"from {begin:.3f} to {end:.3f} s into braking that begins from {meeting.instants[0]:.4f} to {meeting.instants[1]:.4f} s"
+            known = f"no less than {meeting.low:.4f} m is proved" + (
+                f", and they come within {meeting.high:.4f} m" if math.isfinite(meeting.high) else ""
+            )
+            sentence = f"it could not be proved that {one} and {other} keep apart {when}{apart}: {known}; {asked}."
+        return claim_of(
+            "separation", "fails" if meeting.fails else "undecided", sentence, robot=one, other=other, unit="m", time=meeting.instants[0],
+            bound=meeting.low, limit=limit, margin=meeting.low - limit,
+        )  # fmt: skip
 
     def _limits(self, part: _Part) -> Iterator[Claim]:
         """Yield limits of speed, acceleration, thrust, tilt and rates, those of attitude by what acceleration and jerk allow at most."""

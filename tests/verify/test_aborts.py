@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from types import SimpleNamespace
 
@@ -12,6 +11,7 @@ import pytest
 from flight.link.on_board import Commander
 from flight.monitoring.reaction import braking_length
 from ltlplan.result import MOST_TOGETHER, aborts_of
+from tests.helpers.braking import brakes, closest
 from tests.helpers.stand_ins import hover, minimum_snap, rest_to_rest
 from verify.aborts import judge_aborts
 from verify.data import BadInput, Mission, Trajectory, parse_mission
@@ -33,30 +33,8 @@ margin: 0.03
 LENGTH = 1.0
 
 
-def mission(**changes) -> Mission:
+def mission(**changes: object) -> Mission:
     return parse_mission(MISSION).model_copy(update=changes)
-
-
-def states(path: Trajectory, times: np.ndarray) -> np.ndarray:
-    """Position to jerk at times; at rest after the end. Shape (4, times, 3)."""
-    return np.stack([path.evaluate(times, order)[:, :3] for order in range(4)])
-
-
-def brakes(path: Trajectory, times: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Where braking leads, by solving for the velocity's polynomial at each instant. Shape (shares, times, 3)."""
-    x, v, a, j = states(path, times)
-    t = LENGTH
-    ends = np.array([[t**3, t**4, t**5], [3 * t**2, 4 * t**3, 5 * t**4], [6 * t, 12 * t**2, 20 * t**3]])
-    left = -np.stack([v + t * a + 0.5 * t * t * j, a + t * j, j]).reshape(3, -1)
-    powers = [v, a, 0.5 * j, *np.linalg.solve(ends, left).reshape(3, *v.shape)]
-    return np.stack([x + sum(c * (s * t) ** (k + 1) / (k + 1) for k, c in enumerate(powers)) for s in shares])
-
-
-def closest(team: dict[str, Trajectory], instants: int = 1500, shares: int = 60) -> float:
-    """The least distance of two robots that brake at one instant, over a grid, m."""
-    times = np.linspace(0.0, max(path.duration for path in team.values()), instants)
-    places = {name: brakes(path, times, np.linspace(0.0, 1.0, shares)) for name, path in team.items()}
-    return min(float(np.linalg.norm(places[a] - places[b], axis=2).min()) for a, b in itertools.combinations(team, 2))
 
 
 def swerving(gap: float) -> dict[str, Trajectory]:
@@ -71,7 +49,7 @@ def test_braking_of_robots_far_apart_is_certified() -> None:
     verdict = judge_aborts(mission(), team, length=LENGTH)
     assert verdict, verdict.sentence
     assert verdict.sentence.startswith("Abort certified: from every instant all robots brake to a hover within 1 s")
-    assert closest(team) > 0.36
+    assert closest(team, LENGTH) > 0.36
 
 
 def test_robots_that_turn_off_before_they_meet_may_not_brake() -> None:
@@ -81,7 +59,7 @@ def test_robots_that_turn_off_before_they_meet_may_not_brake() -> None:
     }
     times = np.linspace(0.0, 2.4, 2000)
     apart = np.linalg.norm(team["one"].evaluate(times)[:, :3] - team["two"].evaluate(times)[:, :3], axis=1).min()
-    assert apart > 0.36 > closest(team)
+    assert apart > 0.36 > closest(team, LENGTH)
     verdict = judge_aborts(mission(), team, length=LENGTH)
     assert not verdict
     assert verdict.refused[0].name == "separation"
@@ -141,7 +119,7 @@ def circling(radius: float, period: float, pieces: int = 16) -> Trajectory:
 @pytest.mark.parametrize(("clear", "certified"), [(0.005, True), (-0.005, False)])
 def test_laps_that_are_never_at_rest_brake_as_far_as_sampled(clear: float, certified: bool) -> None:
     lap = circling(0.5, 8.0)
-    farthest = float(brakes(lap, np.linspace(0.0, 7.999, 400), np.linspace(0.0, 1.0, 40))[..., 1].max())
+    farthest = float(brakes(lap, np.linspace(0.0, 7.999, 400), np.linspace(0.0, 1.0, 40), LENGTH)[..., 1].max())
     assert farthest > 0.506, "further out than the circle"
     wall = farthest + clear + mission().margin
     agent = mission().agents["one"].model_copy(update={"start": (-0.5, 0.0, 1.0)})
@@ -175,7 +153,7 @@ def test_vehicles_that_are_told_to_hold_brake_as_it_is_judged() -> None:
         commander.start(0, 0.0)
         commander.hold(float(now))
         wanted = np.array([commander.wanted(float(now) + LENGTH * s)[0, :3] for s in shares])
-        assert np.allclose(wanted, brakes(path, np.array([now]), shares)[:, 0], atol=1e-9)
+        assert np.allclose(wanted, brakes(path, np.array([now]), shares, LENGTH)[:, 0], atol=1e-9)
 
 
 @pytest.mark.slow
@@ -187,7 +165,7 @@ def test_the_verdict_agrees_with_dense_sampling_on_random_flights() -> None:
             points = np.vstack([[x, 0.0, 1.0], rng.uniform((-1.0, -0.8, 0.7), (1.0, 0.8, 1.4), (2, 3))])
             team[name] = minimum_snap(points, rng.uniform(2.0, 3.0, 2))
         flown = mission(obstacles=None)
-        verdict, sampled = judge_aborts(flown, team, length=LENGTH), closest(team, 500, 40)
+        verdict, sampled = judge_aborts(flown, team, length=LENGTH), closest(team, LENGTH, instants=500, shares=40)
         asked = flown.separation + 2 * flown.margin
         if verdict:
             certified += 1

@@ -143,7 +143,7 @@ def raised(a: Balls, degree: int) -> Balls:
 
 def halves(a: Balls) -> Balls:
     """Return left and right halves, each as a polynomial on [0, 1] again. Shape (k, ..., n + 1) to (2 k, ...), lefts first."""
-    split = _halving(a.degree)
+    split = halving(a.degree)
     inner = a.rad + gamma(a.degree + 2) * np.abs(a.mid)
     count, *rest = a.mid.shape
 
@@ -247,8 +247,8 @@ def _product_weights(n: int, m: int, terms: int) -> Floats:
 
 
 @cache
-def _halving(degree: int) -> Floats:
-    """Matrix of both halves; its entries C(i, j) / 2^i are exact."""
+def halving(degree: int) -> Floats:
+    """Return the matrix of both halves; its entries C(i, j) / 2^i are exact. Shape (degree + 1, 2 (degree + 1)), the left half first."""
     split = np.zeros((degree + 1, 2, degree + 1))
     for i in range(degree + 1):
         for j in range(i + 1):

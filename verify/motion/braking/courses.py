@@ -109,7 +109,7 @@ def greatest(paths: TeamPaths, rows: Sequence[Weights], *, gravity: bool = False
     """
     squares: list[Balls] = []
     for row in rows:
-        found = _sum(paths, row)
+        found = weighted_sum(paths, row)
         found = with_gravity(found) if gravity else found
         squares.append(dot(found, found))
     count, all_squares = len(paths.robots), concatenate(squares)
@@ -127,13 +127,18 @@ def left_over(paths: TeamPaths, at: Weights) -> Floats:
     """
     if paths.mission.spec.trace == "infinite":
         return np.zeros(len(paths.robots))
-    found = _sum(paths, at)
+    found = weighted_sum(paths, at)
     last = np.array([np.flatnonzero(paths.piece_owner == robot)[-1] for robot in range(len(paths.robots))])
     return np.sum(np.abs(found.mid[last, :, -1]) + found.rad[last, :, -1], axis=1) * (1 + 1e-12)
 
 
-def _sum(paths: TeamPaths, row: Weights) -> Balls:
-    """Enclose the weighted sum on each piece. Shape (pieces, 3, DEGREE + 1)."""
+def weighted_sum(paths: TeamPaths, row: Weights) -> Balls:
+    """Enclose the weighted sum of velocity, acceleration and jerk on each piece. Shape (pieces, 3, DEGREE + 1).
+
+    Args:
+        paths: What is flown.
+        row: The weights.
+    """
     first, second, third = (
         raised(paths.derivative(order)[:, :3], DEGREE).scaled(*nearest(weight)) for order, weight in enumerate(row, 1)
     )
