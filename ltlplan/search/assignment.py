@@ -43,6 +43,10 @@ class Assignment:
     precedences: tuple[Precedence, ...] = ()
 
 
+Cheapest = Callable[[Mission], float | None]
+"""What the cheapest plan of a mission costs; None where there is none."""
+
+
 class NoWords(Unsatisfiable):
     """There is no plan; why is found out where it is asked.
 

@@ -28,7 +28,8 @@ from ltlplan.search.endurance import over_endurance, require_endurance
 from ltlplan.search.interleavings.ordered_assignment import assign_ordered
 from ltlplan.search.itineraries import itinerary, word_along
 from ltlplan.search.joint.team_words import plan_joint, plan_joint_makespan
-from ltlplan.search.lassos.laps import assign_lasso, assign_team_laps
+from ltlplan.search.lassos.laps import assign_lasso
+from ltlplan.search.lassos.team_laps import assign_team_laps
 from ltlplan.search.makespan import Rule, plan_makespan
 from ltlplan.search.reduced_graph import Team
 from ltlplan.search.relevant_places import places_that_matter

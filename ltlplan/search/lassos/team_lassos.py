@@ -68,12 +68,21 @@ def plan_team_lasso(mission: Mission, each: Sequence[TransitionSystem], asked: F
         return None
     run, system, readers = found.run, found.system, found.readers
     prefix, cycle = _turned(mission, system, run)
-    course = Course(system.nodes(system.initial), _moves(system, prefix), _moves(system, cycle))
-    course = staged(system, readers, course, joint=mission.spec.team == "joint")
     cost = run.prefix_cost + mission.spec.repeat * run.cycle_cost
-    ways = [_ways(len(each), part) for part in (prefix, cycle)]
-    least = _least(mission, each, asked, budget)
-    return TeamLasso(ways[0], ways[1], course, least, found.whole and run.bound >= cost - 1e-6, len(system.places))
+    least, exact = _least(mission, each, asked, budget), found.whole and run.bound >= cost - 1e-6
+    course = staged(system, readers, course_of(system, prefix, cycle), joint=mission.spec.team == "joint")
+    return TeamLasso(ways_of(len(each), prefix), ways_of(len(each), cycle), course, least, exact, len(system.places))
+
+
+def course_of(system: TeamSystem, prefix: Sequence[Nodes], cycle: Sequence[Nodes]) -> Course:
+    """Return laps of robots that fly one at a time, one move a stage.
+
+    Args:
+        system: The team's.
+        prefix: What all robots are at, one move after another, up to where the lap begins.
+        cycle: From where it begins back to there.
+    """
+    return Course(system.nodes(system.initial), _moves(system, prefix), _moves(system, cycle))
 
 
 def _least(mission: Mission, each: Sequence[TransitionSystem], asked: Formula, budget: Budget) -> float | None:
@@ -125,19 +134,25 @@ def _too_large(robots: int, error: TooLarge) -> TooLarge:
 def _turned(mission: Mission, system: TeamSystem, run: LassoRun) -> tuple[list[Nodes], list[Nodes]]:
     """Return what the team goes through before and in a lap, which begins and ends where all robots rest."""
     prefix, cycle = begun_soonest([system.nodes(place) for place in run.prefix], [system.nodes(place) for place in run.cycle])
-    turns = [turn for turn, nodes in enumerate(cycle) if _can_begin(mission, system, nodes)]
+    turns = [turn for turn, nodes in enumerate(cycle) if can_begin(mission, system, nodes)]
     if not turns:
         raise Infeasible(
             "There is no moment in the team's laps at which all robots rest, in regions without rings or at their starts, so that a lap "
             "could begin: give the robots such a region to come to."
         )
     turns = [turn for turn in turns if _all_set_out(system, cycle, turn)] or turns
-    turn = next((turn for turn in turns if _apart(mission, system, cycle[turn])), turns[0])
+    turn = next((turn for turn in turns if are_apart(mission, system, cycle[turn])), turns[0])
     return [*prefix, *cycle[: turn + 1]], [*cycle[turn:], *cycle[: turn + 1]]
 
 
-def _can_begin(mission: Mission, system: TeamSystem, nodes: Nodes) -> bool:
-    """Tell whether all robots rest where a lap may begin."""
+def can_begin(mission: Mission, system: TeamSystem, nodes: Nodes) -> bool:
+    """Tell whether all robots rest where a lap may begin.
+
+    Args:
+        mission: Says which regions have rings.
+        system: The team's.
+        nodes: What the robots are at.
+    """
     if not system.all_rest(nodes):
         return False
     return not any(s.nodes and s.nodes[n].regions & mission.hoops.keys() for s, n in zip(system.systems, nodes, strict=True))
@@ -154,7 +169,14 @@ def _all_set_out(system: TeamSystem, cycle: Sequence[Nodes], turn: int) -> bool:
     return True
 
 
-def _apart(mission: Mission, system: TeamSystem, nodes: Nodes) -> bool:
+def are_apart(mission: Mission, system: TeamSystem, nodes: Nodes) -> bool:
+    """Tell whether robots are as far from each other as they have to be at rest.
+
+    Args:
+        mission: Says where regions are, and how far robots keep apart.
+        system: The team's.
+        nodes: What the robots are at.
+    """
     places = [_place(mission, s, n) for s, n in zip(system.systems, nodes, strict=True)]
     kept = spacing_of(mission)
     return all(a is None or b is None or kept.between(a, b) >= kept.at_rest for a, b in itertools.combinations(places, 2))
@@ -167,8 +189,13 @@ def _place(mission: Mission, system: TransitionSystem, index: int) -> Point | No
     return node.position if node.position is not None else mission.all_regions[node.place].center
 
 
-def _ways(robots: int, nodes: Sequence[Nodes]) -> tuple[tuple[int, ...], ...]:
-    """Return each robot's own nodes, without those in which it stayed."""
+def ways_of(robots: int, nodes: Sequence[Nodes]) -> tuple[tuple[int, ...], ...]:
+    """Return each robot's own nodes, without those in which it stayed.
+
+    Args:
+        robots: How many there are.
+        nodes: What all are at, one move after another.
+    """
     found: list[tuple[int, ...]] = []
     for robot in range(robots):
         own = [each[robot] for each in nodes]

@@ -18,7 +18,7 @@ from ltlplan.logic.conjunction import conjuncts
 from ltlplan.logic.small_automata import small_automaton
 from ltlplan.search.counts.marks import shows
 from ltlplan.search.lassos.forgetful import closes_at_once
-from ltlplan.search.lassos.team_system import TeamLetters
+from ltlplan.search.lassos.team_system import SEAM, TeamLetters
 from verify.data import BadInput, Formula, Letter, Mission
 from verify.data.language.counting import atoms
 
@@ -119,7 +119,10 @@ class ReadingsReader:
         left = self._read(owing or runs, held, owing=True)
         if every is None or left is None:
             return ()
-        if mover >= 0 and now[mover] != held[mover]:
+        if mover == SEAM:
+            due = sum(1 << robot for robot in range(len(now)) if self._is_read(robot))
+            every, left = (frozenset((q, 0) for q, b in some if b == due) for some in (every, left))
+        elif mover >= 0 and now[mover] != held[mover]:
             every, left = (frozenset((q, b & ~(1 << mover)) for q, b in some if b >> mover & 1) for some in (every, left))
         return (self._number(every, left, now),)
 
@@ -138,12 +141,15 @@ class ReadingsReader:
                 target = self._target(q, letter)
                 if target is None:
                     return None
-                due = self._flying is None or robot in self._flying  # whoever stays shows one letter for ever
-                key = (target, bits | 1 << robot if due else bits)
+                key = (target, bits | 1 << robot if self._is_read(robot) else bits)
                 if key not in found and not (owing and target in self._automaton.accepting):
                     found.add(key)
                     stack.append(key)
         return _freest(found)
+
+    def _is_read(self, robot: int) -> bool:
+        """Tell whether it counts that a robot is read: whoever stays shows one letter for ever."""
+        return self._flying is None or robot in self._flying
 
     def _target(self, state: int, letter: Letter) -> int | None:
         key = state, letter

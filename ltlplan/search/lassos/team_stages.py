@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from ltlplan.search.lassos.components import components
 from ltlplan.search.lassos.team_readers import AnyReader, LetterReader
-from ltlplan.search.lassos.team_system import NOBODY, Nodes, TeamSystem
+from ltlplan.search.lassos.team_system import NOBODY, SEAM, Nodes, TeamSystem
 from verify.data import Letter
 
 MOST_PLACES = 20_000
@@ -50,7 +50,7 @@ class Course:
     lap: tuple[Stage, ...]
 
 
-def staged(system: TeamSystem, readers: Sequence[AnyReader], course: Course, *, joint: bool) -> Course:
+def staged(system: TeamSystem, readers: Sequence[AnyReader], course: Course, *, joint: bool, seams: bool = False) -> Course:
     """Return the course with as many moves at the same time as were found to do what is asked.
 
     Args:
@@ -58,12 +58,13 @@ def staged(system: TeamSystem, readers: Sequence[AnyReader], course: Course, *, 
         readers: The formula's conjuncts.
         course: One move a stage.
         joint: Whether changes at one instant show as one.
+        seams: Whether the course does what is asked because every robot is read in each lap, those that rest, too.
     """
     if any(reader.guesses for reader in readers):
         return course
 
     def will_do(prefix: Sequence[Stage], lap: Sequence[Stage]) -> bool:
-        return _every_order(system, readers, Course(course.begin, tuple(prefix), tuple(lap)), joint=joint)
+        return _every_order(system, readers, Course(course.begin, tuple(prefix), tuple(lap)), joint=joint, seams=seams)
 
     if will_do(_all_at_once(course.prefix), _all_at_once(course.lap)):
         return Course(course.begin, _all_at_once(course.prefix), _all_at_once(course.lap))
@@ -91,7 +92,7 @@ _Place = tuple[int, tuple[int, ...], Nodes, int, tuple[int, ...]]
 """Stage, how far each robot is in it, the robots' nodes, who moved last, and the conjuncts' states."""
 
 
-def _every_order(system: TeamSystem, readers: Sequence[AnyReader], course: Course, *, joint: bool) -> bool:
+def _every_order(system: TeamSystem, readers: Sequence[AnyReader], course: Course, *, joint: bool, seams: bool) -> bool:
     """Tell whether every order of a stage's letters, lap by lap, does what is asked."""
     stages = [_ways(stage, len(course.begin)) for stage in (*course.prefix, *course.lap)]
     first = len(course.prefix)
@@ -124,7 +125,10 @@ def _every_order(system: TeamSystem, readers: Sequence[AnyReader], course: Cours
         found: list[int] = []
         for after in _following(stages, stage, done, nodes, mover, first, joint=joint):
             to, far, now, who = after
-            further = states if (now, who) == (nodes, mover) and stage != to else read(states, label(now, who))
+            if seams and (now, who) == (nodes, mover) and to <= stage:
+                further = read(states, label(now, SEAM))
+            else:
+                further = states if (now, who) == (nodes, mover) and stage != to else read(states, label(now, who))
             if further is None:
                 return False
             place: _Place = (to, far, now, who, further)

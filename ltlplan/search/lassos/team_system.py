@@ -7,7 +7,7 @@ the same time is decided afterwards (`team_stages`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import overload
 
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -16,6 +16,8 @@ from verify.data import Letter
 Nodes = tuple[int, ...]
 NOBODY = -1
 """Who moved last where nobody has moved yet."""
+SEAM = -2
+"""Instead of a robot: a lap ends, in which each is read at least once, and the next begins."""
 
 
 class TeamLetters:
@@ -85,17 +87,20 @@ class TeamSystem:
         """Tell whether all robots can wait where they are."""
         return all(self._rests[robot][node] for robot, node in enumerate(nodes))
 
+    def moves(self, nodes: Nodes) -> Iterator[tuple[int, float, Nodes]]:
+        """Yield who can move where all robots are, what it pays, and where all are then.
+
+        Args:
+            nodes: The node of every robot.
+        """
+        flying = [robot for robot, node in enumerate(nodes) if not self._rests[robot][node]]
+        for robot in flying if flying and not self._together else range(len(nodes)):
+            for target, cost in self.systems[robot].edges[nodes[robot]]:
+                yield robot, cost * self._weights[robot], (*nodes[:robot], target, *nodes[robot + 1 :])
+
     def steps(self, place: int) -> tuple[tuple[int, float], ...]:
         """Return what can follow, with costs."""
-        nodes, _ = self.places[place]
-        flying = [robot for robot, node in enumerate(nodes) if not self._rests[robot][node]]
-        movers = flying if flying and not self._together else range(len(nodes))
-        found: list[tuple[int, float]] = []
-        for robot in movers:
-            for target, cost in self.systems[robot].edges[nodes[robot]]:
-                after = (*nodes[:robot], target, *nodes[robot + 1 :])
-                found.append((self._number(after, robot), cost * self._weights[robot]))
-        return tuple(found)
+        return tuple((self._number(after, robot), cost) for robot, cost, after in self.moves(self.places[place][0]))
 
     def _number(self, nodes: Nodes, mover: int) -> int:
         found = self._numbers.get((nodes, mover))

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from ltlplan.logic.automaton import Automaton
 from ltlplan.search.best_first import BestFirst
+from ltlplan.search.lassos.lap_effects import goes_round, image
 from ltlplan.search.lassos.lasso import LassoRun
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
@@ -90,12 +91,12 @@ class _Search:
     def prefixes(self, best: _Best) -> Iterator[tuple[float, int, _States, tuple[int, ...]]]:
         """Yield (cost, node, states after its letter, path) in the order of cost."""
         first = self.system.initial
-        start = tuple(_image(1 << a.initial, self.step(i, self.system.labels[first])) for i, a in enumerate(self.automata))
+        start = tuple(image(1 << a.initial, self.step(i, self.system.labels[first])) for i, a in enumerate(self.automata))
 
         def successors(place: tuple[int, _States]) -> Iterator[tuple[tuple[int, _States], float]]:
             for target, more in self.system.edges[place[0]]:
                 label = self.system.labels[target]
-                after = tuple(_image(mask, self.step(i, label)) for i, mask in enumerate(place[1]))
+                after = tuple(image(mask, self.step(i, label)) for i, mask in enumerate(place[1]))
                 if all(after):
                     yield (target, after), more
 
@@ -129,38 +130,11 @@ class _Search:
             rows: list[tuple[tuple[int, int], ...]] = []
             for index, row in enumerate(effect):
                 step, final = self.step(index, letter), self._final[index]
-                moved = [(_image(reach, step), _image(marked, step)) for reach, marked in row]
+                moved = [(image(reach, step), image(marked, step)) for reach, marked in row]
                 rows.append(tuple((reach, marked | (reach & final)) for reach, marked in moved))
             found = self._effects[effect, letter] = tuple(rows)
         return found
 
     def accepts(self, at: _States, effect: Effect) -> bool:
         """Tell whether repeating a lap from these states can pass accepting states for ever, in every automaton."""
-        return all(_goes_round(mask, row) for mask, row in zip(at, effect, strict=True))
-
-
-def _goes_round(mask: int, row: Sequence[tuple[int, int]]) -> bool:
-    """Tell whether from some state of the mask a cycle of laps with an accepting state in it can be reached."""
-    reach = [r for r, _ in row]
-    reachable = _closure(mask, reach)
-    for state, (_, marked) in enumerate(row):
-        if reachable >> state & 1 and marked and _closure(marked, reach) >> state & 1:
-            return True
-    return False
-
-
-def _closure(mask: int, reach: Sequence[int]) -> int:
-    while True:
-        more = mask | _image(mask, reach)
-        if more == mask:
-            return mask
-        mask = more
-
-
-def _image(mask: int, steps: Sequence[int]) -> int:
-    result = 0
-    while mask:
-        low = mask & -mask
-        result |= steps[low.bit_length() - 1]
-        mask ^= low
-    return result
+        return all(goes_round(mask, row) for mask, row in zip(at, effect, strict=True))
