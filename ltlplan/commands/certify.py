@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ltlplan.commands.shared.options import FolderArgument, JsonOption, MarginOption
-from ltlplan.commands.shared.told import told_of
+from ltlplan.told import told_of
 
 if TYPE_CHECKING:
     from flight import Told

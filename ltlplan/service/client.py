@@ -8,18 +8,22 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ltlplan.service.models import Health, Job, State
+from ltlplan.service.questions import zipped
+from ltlplan.service.recordings import ENDINGS
 from ltlplan.service.remote.submitted import Submitted
 from ltlplan.service.remote.wire import Wire, checked, job_of, segment, unpacked
+from ltlplan.told import in_words
 from verify.data import BadInput, Mission, Plan, mission_to_yaml, parse_mission
 from verify.data.progress import Progress
 from verify.data.storage.reading import read_bytes
 
 if TYPE_CHECKING:
+    from flight import Told
     from ltlplan.pipeline import Asked
     from ltlplan.result import Result
     from verify import Certificate, TeamVerdict, Verdict
@@ -28,7 +32,8 @@ if TYPE_CHECKING:
 
 PATIENCE = 60.0
 """s that an answer is waited for."""
-_RECORDING = 200_000_000
+_RECORDING = 400_000_000
+"""Bytes of a recording, all of its files together."""
 _YAML = {"content-type": "application/yaml"}
 
 
@@ -178,23 +183,31 @@ class Client:
         max_speed: float | None = None,
         error: float = 0.0,
         start: float | None = None,
-    ) -> dict[str, Any]:
+        told: Told | None = None,
+        pauses: Sequence[float] = (),
+    ) -> dict[str, Any]:  # as many parameters as `ltlplan.judge_flight` has
         """Judge a recorded flight there, claim by claim; what `ltlplan certify --flight` prints as JSON.
 
         Args:
             source: What it was to do: a job (or its id), or a run's folder here.
-            recording: The flight's file: a table of motion capture, or a log of ours.
+            recording: The flight: a file, a bag or a folder of those kinds that `flight.read_flown` reads.
             max_speed: Bound on every robot's speed, m/s.
             error: Bound on a position's error, m.
             start: When the flight began on the recording's clock, s.
+            told: More that the files do not say, `start` included.
+            pauses: How long the team hovered between the parts of a flight in parts, s each.
 
         Raises:
             LtlplanError: It cannot be judged, and why.
         """
-        flown = read_bytes(recording, most=_RECORDING, what="recording")
-        parts: list[tuple[str, tuple[str, bytes, str]]] = [("recording", (Path(recording).name, flown, "text/csv"))]
-        given = {"max_speed": max_speed, "error": error, "start": start}
-        data = {name: repr(float(value)) for name, value in given.items() if value is not None}
+        flown = _sent(Path(recording))
+        parts: list[tuple[str, tuple[str, bytes, str]]] = [
+            ("recording", (Path(recording).name, flown, "application/octet-stream"))
+        ]
+        given = {"max_speed": max_speed, "error": error, "start": start if told is None else None}
+        data: dict[str, Any] = {name: repr(float(value)) for name, value in given.items() if value is not None}
+        data |= {} if told is None else in_words(told)
+        data["pauses"] = [repr(float(pause)) for pause in pauses]
         if isinstance(source, Submitted):
             data["job"] = source.id
         elif Path(source).is_dir():
@@ -337,3 +350,11 @@ class Client:
 
     def _id(self, job: Submitted | str) -> str:
         return job.id if isinstance(job, Submitted) else job
+
+
+def _sent(recording: Path) -> bytes:
+    """Return a recording as it is sent: a file as it is, the files of a folder in a ZIP archive."""
+    if not recording.is_dir():
+        return read_bytes(recording, most=_RECORDING, what="recording")
+    files = sorted(path for path in recording.iterdir() if path.suffix in ENDINGS)
+    return zipped({path.name: read_bytes(path, most=_RECORDING, what="recording") for path in files})

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from ltlplan.service.models import ProblemFault
 from ltlplan.service.problems import NotFound, faults_of
+from ltlplan.service.recordings import RecordingAsked, put_recording
 from verify.data import BadInput, LtlplanError, Mission, MissionError, parse_mission
 from verify.data.progress import Progress
 
@@ -197,7 +198,7 @@ def export(folder: Path, files: Place, asked: ExportAsked, report: Progress) -> 
     from ltlplan.output import make_export
 
     _put(files, folder)
-    with _without_places(folder):
+    with without_places(folder):
         made = make_export(
             folder,
             asked.target,
@@ -222,7 +223,7 @@ def recheck(folder: Path, files: Place, report: Progress) -> bytes:
     from verify import recheck as prove_again
 
     _put(files, folder)
-    with _without_places(folder):
+    with without_places(folder):
         return prove_again(folder).to_json().encode()
 
 
@@ -230,7 +231,7 @@ def judge_flight(
     folder: Path,
     files: Place | dict[str, bytes],
     recording: bytes,
-    bounds: Mapping[str, float | None],
+    said: RecordingAsked,
     report: Progress,
 ) -> bytes:
     """Judge a recorded flight, claim by claim.
@@ -239,26 +240,29 @@ def judge_flight(
         folder: Empty, for use meanwhile.
         files: What it was to do: files of a job, or as they were sent.
         recording: The recorded flight.
-        bounds: `max_speed` (m/s), `error` (m) and `start` (s), where they are given.
+        said: What is said of it.
         report: Told what is done.
 
     Raises:
         NotCertified: The flight's certificate is not proved any more.
         BadInput: A file is missing or unreadable, or the recording cannot be judged.
     """
-    from ltlplan.recorded import bounds_of
     from ltlplan.recorded import judge_flight as judged_of
+    from ltlplan.told import told_of
 
-    asked, flown = folder / "run", folder / "recording.csv"
+    told = told_of(said.start, said.start_error, said.called, said.axes, said.origin)
+    asked = folder / "run"
     asked.mkdir()
     if isinstance(files, dict):
         for name, data in _fitting(files).items():
             (asked / name).write_bytes(data)
     else:
         _put(files, asked)
-    flown.write_bytes(recording)
-    with _without_places(folder):
-        judged = judged_of(asked, flown, **bounds_of(bounds), progress=report)
+    flown = put_recording(folder, recording)
+    with without_places(folder):
+        judged = judged_of(
+            asked, flown, max_speed=said.max_speed, error=said.error, told=told, pauses=said.pauses, progress=report
+        )
     return as_json({"mission": judged.mission, **judged.verdict.to_dict()})
 
 
@@ -277,8 +281,15 @@ def _fitting(files: Mapping[str, bytes]) -> dict[str, bytes]:
 
 
 @contextmanager
-def _without_places(folder: Path) -> Generator[None]:
-    """Let errors not say where on this machine files were meanwhile."""
+def without_places(folder: Path) -> Generator[None]:
+    """Let errors not say where on this machine files were meanwhile.
+
+    Args:
+        folder: Where they were.
+
+    Raises:
+        LtlplanError: What was raised within, without the folder's name.
+    """
     try:
         yield
     except LtlplanError as error:

@@ -10,12 +10,15 @@ from ltlplan.service import questions as asked
 from ltlplan.service.api.answers import FlightAnswer, WordsCheck, WordsRequest
 from ltlplan.service.api.reading import JSON, read_json, service_of
 from ltlplan.service.api.schema import json_body, problems
+from ltlplan.service.recordings import RecordingAsked
 from ltlplan.service.service import places
 from verify.data.errors import BadInput
 
 router = APIRouter(prefix="/api", tags=["judge"])
 
 _MOST_FILES = 1100
+_LONG = 20_000
+"""Characters of a field that names all robots."""
 
 
 @router.post(
@@ -38,7 +41,13 @@ async def check_words(request: Request) -> Response:
 @router.post("/flights/judge", response_model=FlightAnswer, responses=problems(404, 409, body=True))
 async def judge_flight(  # each parameter is a field of the form
     request: Request,
-    recording: Annotated[UploadFile, File(description="the flight: a table (CSV) of motion capture, or a log of ours")],
+    recording: Annotated[
+        UploadFile,
+        File(
+            description="the flight: a table of motion capture (CSV, TSV), a Crazyflie's or PX4's log, a ROS 2 bag of one file (.mcap, .db3), a log of "
+            "ours, or a ZIP archive of such files: one for each robot, named after it, or a bag's folder"
+        ),
+    ],
     job: Annotated[str | None, Form(description="id of the job whose flight it was", max_length=100)] = None,
     files: Annotated[
         list[UploadFile] | None,
@@ -46,16 +55,48 @@ async def judge_flight(  # each parameter is a field of the form
     ] = None,
     max_speed: Annotated[float | None, Form(description="bound on every robot's speed, m/s", gt=0)] = None,
     error: Annotated[float, Form(description="bound on a position's error, m", ge=0)] = 0.0,
-    start: Annotated[float | None, Form(description="when the flight began on the recording's clock, s")] = None,
+    start: Annotated[
+        str | None,
+        Form(
+            description="when the flight began, s of the recording's clock, or of each robot's own: quad0=3.2,quad1=5.7",
+            max_length=_LONG,
+        ),
+    ] = None,
+    start_error: Annotated[float, Form(description="how far start may be off, s", ge=0)] = 0.0,
+    called: Annotated[
+        list[str] | None,
+        Form(description="what the recording calls a robot or a column: quad0=cf231; once for each", max_length=_MOST_FILES),
+    ] = None,
+    axes: Annotated[
+        str | None, Form(description="the mission's x, y, z in the recording's axes: x,-z,y", max_length=100)
+    ] = None,
+    origin: Annotated[
+        list[str] | None,
+        Form(
+            description="where the recording's origin lies in the mission, m: 1.5,0,0 or quad0=1.5,0,0", max_length=_MOST_FILES
+        ),
+    ] = None,
+    pauses: Annotated[
+        list[float] | None, Form(description="s that the team hovered between parts", max_length=_MOST_FILES)
+    ] = None,
 ) -> Response:
     """Judge a recorded flight, claim by claim, for all times between its samples too."""
     service = service_of(request)
     if (job is None) == (not files):
         raise BadInput("Say what the flight was to do: either `job`, or `files` of a run's folder.")
-    bounds = {"max_speed": max_speed, "error": error, "start": start}
+    told = RecordingAsked(
+        max_speed,
+        error,
+        start or None,
+        start_error,
+        tuple(called or ()),
+        axes or None,
+        tuple(origin or ()),
+        tuple(pauses or ()),
+    )
     what = await places(service.jobs, job) if job is not None else await _sent(files or [])
-    told = await service.questions.ask_in_folder(asked.judge_flight, what, await recording.read(), bounds)
-    return Response(told, media_type=JSON)
+    answer = await service.questions.ask_in_folder(asked.judge_flight, what, await recording.read(), told)
+    return Response(answer, media_type=JSON)
 
 
 async def _sent(files: list[UploadFile]) -> dict[str, bytes]:

@@ -29,9 +29,9 @@ class _Judging:
         self.note = Words("p", "", "soft")
         with box("judging") as self.form:
             self.upload = ui.upload(
-                label="Drop a recording here (CSV)", auto_upload=True, on_upload=self.uploaded, on_rejected=self.refused,
+                label="Drop a recording here", auto_upload=True, on_upload=self.uploaded, on_rejected=self.refused,
                 max_file_size=desk.service.settings.limits.upload_bytes, max_files=1,
-            ).props('accept=".csv,text/csv" flat')  # fmt: skip
+            ).props('accept=".csv,.tsv,.ulg,.mcap,.db3,.zip" flat')  # fmt: skip
             with box("bounds"):
                 self._field("max_speed", "No robot was faster than (m/s)")
                 self._field("error", "A measured position is off by at most (m)")
@@ -54,7 +54,10 @@ class _Judging:
         ready = job is not None and job.state == "done"
         self.form.set_visibility(ready)
         self.state.set_text("")
-        said = "A recording of this job's flight: motion capture (t, robot, x, y, z ...), or a log of ours such as flight.csv."
+        said = (
+            "A recording of this job's flight: motion capture (t, robot, x, y, z ...), a Crazyflie's or PX4's log, a ROS 2 bag, a log of ours such "
+            "as flight.csv; or a ZIP archive with a file for each robot, or a bag's folder."
+        )
         self.note.set_text(
             said if ready else "Choose a job that is done under Plan; its flight is what a recording is held against."
         )
@@ -62,7 +65,9 @@ class _Judging:
     def refused(self) -> None:
         """Say that a file was not taken."""
         with self.form:
-            say("This file was not taken: a recording is one CSV file, of a size that the service reads.")
+            say(
+                "This file was not taken: a recording is one file (.csv, .tsv, .ulg, .mcap, .db3 or .zip), of a size that the service reads."
+            )
 
     async def uploaded(self, event: UploadEventArguments) -> None:
         """Judge what was dropped."""

@@ -36,14 +36,17 @@ def judged(
         BadInput: The recording cannot be judged.
     """
     from ltlplan.recorded import bounds_of, judge_flight
+    from ltlplan.service.questions import without_places
+    from ltlplan.service.recordings import put_recording
     from ltlplan.service.views.watching import claims_data
 
-    run, flown = folder / "run", folder / "recording.csv"
+    run = folder / "run"
     for name, source in files:
         (run / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, run / name)
-    flown.write_bytes(recording)
-    found = judge_flight(run, flown, **bounds_of(bounds), progress=report)
+    flown = put_recording(folder, recording)
+    with without_places(folder):
+        found = judge_flight(run, flown, **bounds_of(bounds), progress=report)
     positions = {name: np.asarray(track, dtype=float) for name, track in found.samples.positions.items()}
     return {
         "words": _WORDS[found.verdict.outcome],

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import ltlplan
 import verify
+from flight import Told
 from flight.exports.flown import WARNING
 from ltlplan import Client
 from ltlplan.service.problems import NotFound, Unreachable
 from ltlplan.service.questions import zipped
 from ltlplan.service.remote.submitted import Submitted
 from ltlplan.service.remote.wire import require_success, unpacked
+from tests.helpers import foreign_logs
 from tests.helpers.services import ONE_HOOP
 from verify.data import BadInput, DoesNotFit, FormulaError, MissionError, NotCertified, Unsatisfiable, parse_mission
+from verify.run_folder import read_folder
 
 
 def test_a_run_from_afar_is_the_library_s_own(client: Client, done: Submitted, tmp_path: Path) -> None:
@@ -51,6 +55,34 @@ def test_recordings_are_judged(client: Client, done: Submitted, tmp_path: Path) 
     assert client.judge_flight(folder, tmp_path / "flown.csv", max_speed=2.0) == expected
     with pytest.raises(BadInput, match="--max-speed"):
         client.judge_flight(done.id, tmp_path / "flown.csv")
+
+
+@pytest.mark.parametrize("kind", ["ulog", "bag", "motive", "crazyflie folder"])
+def test_recordings_of_every_kind_are_judged_as_here(client: Client, done: Submitted, tmp_path: Path, kind: str) -> None:
+    folder, flown = done.download(tmp_path / "run"), tmp_path / "flown"
+    (path,) = read_folder(folder)[1].values()
+    times = np.arange(0.0, path.duration, 0.01)
+    places = path.evaluate(times)[:, :3]
+    if kind == "ulog":
+        pytest.importorskip("pyulog", reason="pyulog is not installed")
+        flown, told = flown.with_suffix(".ulg"), Told(start=3.0)
+        flown.write_bytes(foreign_logs.ulog(times, places, booted=3.0))
+    elif kind == "bag":
+        pytest.importorskip("rosbags", reason="rosbags is not installed")
+        told = Told(start=1_700_000_000.0, start_error=0.001)
+        foreign_logs.bag(flown, times, {"quad0": places}, kind="PoseStamped", mcap=False)
+    elif kind == "motive":
+        flown, told = flown.with_suffix(".csv"), Told(start=0.0, axes="x,-z,y", origin={"": (0.0, 0.0, 0.0)})
+        flown.write_text(foreign_logs.motive(times, {"quad0": places}))
+    else:
+        flown.mkdir()
+        told = Told(start={"quad0": 2.5}, called={"quad0": "cf231"})
+        (flown / "cf231.csv").write_text(foreign_logs.crazyflie(times, places, booted=2.5))
+        (flown / "cf232.csv").write_text(foreign_logs.crazyflie(times, places, booted=9.0))
+    ours = ltlplan.judge_flight(folder, flown, max_speed=2.0, error=0.001, told=told).verdict.to_dict()
+    theirs = client.judge_flight(done, flown, max_speed=2.0, error=0.001, told=told)
+    assert [theirs[key] for key in ("outcome", "claims", "start")] == [ours[key] for key in ("outcome", "claims", "start")]
+    assert theirs["outcome"] == "holds"
 
 
 @pytest.mark.slow

@@ -1,13 +1,11 @@
 """Show files as archives: zip files from strangers, of which single members are read and nothing is ever unpacked.
 
-Every name in the archive is looked at before anything is read: one that leads out of it, a link, an encrypted or a twofold member refuses the
-whole file, whether it would be needed or not, because whoever made such a file meant no show.
+What is looked at before anything is read, `verify.data.storage.archives` says.
 """
 
 from __future__ import annotations
 
 import posixpath
-import stat
 import zipfile
 import zlib
 from collections.abc import Generator
@@ -16,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from verify.data.errors import BadInput, did_you_mean
+from verify.data.storage.archives import ArchiveBounds, checked_members, leads_out
 from verify.data.storage.reading import begins_with, parse_json
 
 MOST_MEMBERS = 200_000
@@ -25,8 +24,6 @@ MOST_IN_ALL = 8_000_000_000
 """Bytes of all members together when unpacked."""
 DEEPEST = 8
 """References that lead to each other."""
-
-_METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 
 
 class ShowArchive:
@@ -92,7 +89,7 @@ class ShowArchive:
 
     def _path(self, path: str) -> str:
         name = posixpath.normpath(path)
-        if ":" in path or _leads_out(path) or _leads_out(name):
+        if ":" in path or leads_out(path) or leads_out(name):
             raise BadInput(f"{self.source}: the reference {path[:100]!r} leads out of the file; references stay within it.")
         return name
 
@@ -129,39 +126,11 @@ def open_show(path: Path) -> Generator[ShowArchive]:
 
 
 def _checked(source: str, members: list[zipfile.ZipInfo]) -> dict[str, zipfile.ZipInfo]:
-    if len(members) > MOST_MEMBERS:
-        raise BadInput(f"{source} holds {len(members)} members; a show has at most {MOST_MEMBERS}.")
-    found: dict[str, zipfile.ZipInfo] = {}
-    total = 0
-    for member in members:
-        name = member.orig_filename
-        if _leads_out(name):
-            raise BadInput(f"{source}: the member {name[:100]!r} leads out of the file; paths stay within it, without '..'.")
-        if stat.S_ISLNK(member.external_attr >> 16):
-            raise BadInput(f"{source}: the member {name[:100]!r} is a link; a show holds its files themselves.")
-        if member.flag_bits & 0x1:
-            raise BadInput(f"{source}: the member {name[:100]!r} is encrypted; export the show without a password.")
-        if member.compress_type not in _METHODS:
-            raise BadInput(
-                f"{source}: the member {name[:100]!r} is compressed by method {member.compress_type}; shows are stored or deflated."
-            )
-        key = posixpath.normpath(name)
-        if key in found:
-            raise BadInput(f"{source} holds {name[:100]!r} twice; one of them would be judged and the other flown.")
-        total += member.file_size
+    found = checked_members(source, members, ArchiveBounds("show", MOST_MEMBERS, MOST_IN_ALL))
+    for key, member in found.items():
         if key.endswith((".json", ".yaml")) and member.file_size > MOST_BYTES:
             raise BadInput(
-                f"{source}: {name[:100]!r} unpacks to {member.file_size / 1e6:.0f} MB; at most {MOST_BYTES // 1_000_000} MB are read of one "
-                "member. Large shows keep each drone's trajectory in a member of its own."
+                f"{source}: {member.orig_filename[:100]!r} unpacks to {member.file_size / 1e6:.0f} MB; at most {MOST_BYTES // 1_000_000} MB are "
+                "read of one member. Large shows keep each drone's trajectory in a member of its own."
             )
-        if total > MOST_IN_ALL:
-            raise BadInput(f"{source} unpacks to more than {MOST_IN_ALL // 1_000_000_000} GB; that is no show.")
-        found[key] = member
     return found
-
-
-def _leads_out(name: str) -> bool:
-    parts = name.split("/")
-    return (
-        not name or "\\" in name or "\0" in name or name.startswith("/") or ".." in parts or (len(name) > 1 and name[1] == ":")
-    )

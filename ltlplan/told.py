@@ -1,8 +1,8 @@
-"""What a person tells of a recording on the command line: pairs such as `quad0=cf231`, one start or one a robot, origins."""
+"""What a person tells of a recording in words, on the command line or in a form: pairs such as `quad0=cf231`, one start or one a robot, origins."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -48,6 +48,25 @@ def told_of(start: str | None, start_error: float, called: Sequence[str], axes: 
         x, y, z = (value or 0.0 for value in place)
         places[robot.strip()] = (x, y, z)
     return Told(_start(start), start_error, names, axes or "", places)
+
+
+def in_words(told: Told) -> dict[str, list[str]]:
+    """Return what `told_of` reads: by option the words for it, one for each time that it is given.
+
+    Args:
+        told: What is told of a recording.
+    """
+    start = told.start
+    if isinstance(start, Mapping):
+        start = ",".join(f"{robot}={float(seconds)!r}" for robot, seconds in start.items())
+    places = {robot: ",".join(repr(float(x)) for x in place) for robot, place in told.origin.items()}
+    return {
+        "start": [] if start is None else [start if isinstance(start, str) else repr(float(start))],
+        "start_error": [repr(float(told.start_error))] if told.start_error else [],
+        "called": [f"{ours}={theirs}" for ours, theirs in told.called.items()],
+        "axes": [told.axes] if told.axes else [],
+        "origin": [f"{robot}={place}" if robot else place for robot, place in places.items()],
+    }
 
 
 def _start(text: str | None) -> float | dict[str, float] | None:
