@@ -71,6 +71,18 @@ def test_a_team_that_stands_the_wrong_way_round_flies_all_stages_and_lands(ready
     assert min(np.linalg.norm(np.array(row[2:]) - other[row[0]]) for row in rows if row[0] in other) > mission.separation
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("controller", "near"), [("mellinger", 3e-3), ("geometric", 5e-4)])
+def test_over_the_link_robots_are_as_far_from_their_plan_as_in_a_flight_alone(ready, controller, near) -> None:
+    """But for sums of errors that Mellinger's controller takes along from the stage before."""
+    mission, flown = ready
+    claimed = next(stage for stage in flown if stage.name == "flight")
+    alone = flight.fly(claimed.plan, claimed.team, claimed.certificate, controller=controller)
+    done = fly_live(link_to(mission, controller=controller), flown, grounds=GROUNDS)
+    assert done.flown, done.reason
+    assert {name: alone.worst_error(name) for name in alone.robots} == pytest.approx(done.record.worst["flight"], abs=near)
+
+
 @pytest.mark.parametrize(
     ("faults", "says"),
     [
