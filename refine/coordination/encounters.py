@@ -145,6 +145,23 @@ def among(problem: Problem, names: tuple[str, ...]) -> tuple[Precedence | Meetin
     return tuple(p for p in problem.feedback.precedences if p.first[0] in names and p.then[0] in names)
 
 
+def departures_of(
+    problem: Problem, robots: dict[str, RobotFlight], given: dict[str, float] | None = None
+) -> dict[str, float] | DepartureConflict:
+    """Return departures in s at which robots keep apart, waiting for each other as is asked, or who cannot be kept apart.
+
+    Args:
+        problem: What is refined.
+        robots: All or some of the team's flights.
+        given: Departures that are settled.
+    """
+    spacing, flights = problem.spacing, [flight_of(problem.plan, robot) for robot in robots.values()]
+    precedences = among(problem, tuple(robots))
+    return departures(
+        flights, distance=spacing.distance, z_scale=spacing.z_scale, skew=spacing.skew, precedences=precedences, given=given
+    )
+
+
 def mover_of(plan: Plan, robot: RobotFlight, starts: dict[str, float], until: float) -> Mover:
     """Return a robot as the encounter sees it; one that hovers is free to step aside and come back.
 

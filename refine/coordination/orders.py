@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 from verify.data import Plan
@@ -26,5 +27,15 @@ def one_at_a_time(plan: Plan, *, last_first: bool = False) -> tuple[Meeting, ...
     order.add_edges_from((meeting.first, meeting.then) for meeting in plan.meetings)
     rank = {name: -number for number, name in enumerate(plan.robots)}
     turns = list(nx.lexicographical_topological_sort(order, (lambda turn: (rank[turn[0]], turn[1])) if last_first else None))
+    return in_turn(plan, turns)
+
+
+def in_turn(plan: Plan, turns: Sequence[tuple[str, int]]) -> tuple[Meeting, ...]:
+    """Return the plan's meetings with those that let each visit be flown to when the one before has been reached.
+
+    Args:
+        plan: Whose visits they are.
+        turns: (robot, visit), in this order.
+    """
     more = [Meeting(first=first, then=then) for first, then in pairwise(turns) if first[0] != then[0]]
     return tuple(dict.fromkeys((*plan.meetings, *more)))

@@ -2,33 +2,34 @@
 
 Of many robots those that meet swerve, all at once, so that nobody waits. Few depart one after the other, and swerve where that would
 take much longer. In this order, until one succeeds: departures; paths that also keep clear of where the others hover; the plan's own shares of
-time instead of even ones; other places for visits within their regions; giving way to each other; waits at every point. Robots that
-meet then fly one at a time between meetings, by name or the last ones first, and exchange their places.
+time instead of even ones; other places for visits within their regions; giving way to each other; waits at every point. Then they take
+turns, in an order in which nobody rests where another one comes to; and robots that meet fly one at a time between meetings, by name or the
+last ones first, and exchange their places.
 """
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Literal
 
-import numpy as np
-
-from refine.bodies import Ball, keep_out
-from refine.coordination.departures import DepartureConflict, departures
-from refine.coordination.encounters import among, resolve_encounters, too_near
+from refine.bodies import Ball
+from refine.coordination.departures import DepartureConflict
+from refine.coordination.encounters import departures_of, resolve_encounters, too_near
 from refine.coordination.joint_avoidance import avoid_jointly
 from refine.coordination.midway_waits import with_waits
-from refine.coordination.orders import one_at_a_time
+from refine.coordination.orders import in_turn, one_at_a_time
+from refine.coordination.other_places import resting_teams, with_visits_relocated
 from refine.coordination.safe_intervals import schedule_safe_intervals
-from refine.coordination.spacing import firm_pairs, flight_of, hovers_of, idle_others, spacing_for
+from refine.coordination.spacing import firm_pairs, hovers_of, idle_others, spacing_for
+from refine.coordination.turns import Turns
 from refine.corridor.legs import HOVERING
-from refine.corridor.relocation import moved_apart, moved_to_meet, relocations
+from refine.corridor.relocation import moved_apart, moved_to_meet
 from refine.feedback import Feedback
 from refine.single.flight import robot_flight
 from refine.single.values import Problem, RefinementOptions, RobotFlight
 from verify.data import Infeasible, Plan, Witness
-from verify.data.plan import Precedence
+from verify.data.plan import Meeting, Precedence
 from verify.data.progress import Progress
 from verify.data.rules.spacing import Spacing, needed, spacing_of
 
@@ -41,14 +42,8 @@ _CROWD = 16
 """Robots above which departures are all that is tried where swerving does not part them, unless they have to wait on the way."""
 _LATE = 1.25
 """How much longer than the longest flight a team that waits for each other may take before swerving is tried instead."""
-_PLACES = 3
-"""Other places that each visit of a robot in conflict is tried at."""
 _MEETINGS = 40
 """Times that one robot's path is laid around where another one waits."""
-_LOOKED_AT = 4096
-_COMBINATIONS = 64
-_RESTING = 16
-"""Combinations of places that are tried with waits on the way."""
 
 
 def together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: Progress) -> Together:
@@ -67,41 +62,92 @@ def together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: P
         SolverTimeout: An engine's seconds ran out.
     """
     try:
-        return _together(plan, feedback, options, tell)
+        return _together(plan, feedback, options, tell, _Way(gives_way="to pass"))
     except Infeasible:
-        if not plan.meetings and _waits_anywhere(plan):
-            tell("letting robots wait where each is nearest", 0.0)
-            return _together(plan, feedback, options, tell, nearest=True)
-        if not plan.meetings:
-            raise
         waits = tuple(wait for wait in feedback.precedences if isinstance(wait, Precedence))
-        in_turn, backwards = (one_at_a_time(plan, last_first=last_first) for last_first in (False, True))
-        for sentence, meetings, nearest in (
-            ("letting one robot fly at a time between meetings", in_turn, False),
-            ("letting robots meet where each is nearest", None, True),
-            ("letting one robot fly at a time to where it is nearest", in_turn, True),
-            ("letting one robot fly at a time, the last ones first", backwards, False),
-        ):
-            other = plan if meetings is None else plan.model_copy(update={"meetings": meetings})
-            asked = feedback if meetings is None else replace(feedback, precedences=(*waits, *meetings))
+        for way in _other_ways(plan, feedback):
+            other = plan if way.meetings is None else plan.model_copy(update={"meetings": way.meetings})
+            asked = feedback if way.meetings is None else replace(feedback, precedences=(*waits, *way.meetings))
             try:
-                tell(sentence, 0.0)
-                return _together(other, asked, options, tell, nearest=nearest)
+                tell(way.sentence, 0.0)
+                return _together(other, asked, options, tell, way)
             except Infeasible:
                 continue
         raise
 
 
-def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: Progress, *, nearest: bool = False) -> Together:
-    """Return the team's robots and their departures, waiting for each other as the plan says."""
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """How a team flies: who waits for whose arrivals (None: as planned), and whether each robot rests where it is nearest.
+
+    Robots may be kept from giving way to each other on their ways: always, or where they share places.
+    """
+
+    sentence: str = ""
+    meetings: tuple[Meeting, ...] | None = None
+    nearest: bool = False
+    gives_way: Literal["never", "to pass", "anywhere"] = "anywhere"
+
+
+def _other_ways(plan: Plan, feedback: Feedback) -> Iterator[_Way]:
+    """Yield ways to fly that are tried where the planned one finds no flights that keep apart."""
+    if not plan.meetings and _waits_anywhere(plan):
+        yield _Way("letting robots wait where each is nearest", nearest=True)
+    in_order = []
+    if _takes_turns(plan):
+        in_order = list(_turns(plan, feedback))
+        yield from in_order
+        if _share_places(plan, spacing_for(plan, feedback)):
+            yield _Way("letting robots give way")
+    if not plan.meetings:
+        return
+    yield _Way("letting robots meet where each is nearest", nearest=True)
+    by_name, backwards = (one_at_a_time(plan, last_first=last_first) for last_first in (False, True))
+    for meetings, nearest in ((by_name, False), (by_name, True), (backwards, False)) if in_order else ():
+        yield _Way("letting one robot fly at a time between meetings", meetings, nearest)
+
+
+def _takes_turns(plan: Plan) -> bool:
+    return len(plan.robots) > 1 and bool(plan.mission.spec.formula) and plan.mission.spec.trace == "finite"
+
+
+def _turns(plan: Plan, feedback: Feedback) -> Iterator[_Way]:
+    """Yield orders in which nobody rests where another one comes to: visits that are in each other's way one after another, or all."""
     spacing = spacing_for(plan, feedback)
+    for nearest in (False, True):
+        try:
+            turns = Turns(_placed(plan, spacing, nearest=nearest, parted=True), spacing.distance + HOVERING, spacing.z_scale)
+        except Infeasible:
+            continue
+        order = turns.order()
+        if order is not None:
+            ways = dict.fromkeys((turns.meetings(order), in_turn(plan, order)))
+            yield from (_Way("letting robots take turns", meetings, nearest, gives_way="never") for meetings in ways)
+
+
+def _share_places(plan: Plan, spacing: Spacing) -> bool:
+    """Tell whether two robots make visits at places too near each other, also where they are moved apart: by turns, or not at all."""
+    try:
+        placed = _placed(plan, spacing, nearest=False, parted=True)
+    except Infeasible:
+        return False
+    return Turns(placed, spacing.distance + HOVERING, spacing.z_scale).share_places()
+
+
+def _placed(plan: Plan, spacing: Spacing, *, nearest: bool, parted: bool = False) -> Plan:
+    """Return the plan with ends apart, and where robots meet, or are to be `parted`, visits at places beside each other."""
+    mission, distance = plan.mission, spacing.distance + HOVERING
+    waits = parted or len(plan.meetings) > 0
+    if mission.written.counts or (waits and mission.spec.formula):  # of laps, without a formula here, places are chosen
+        plan = moved_to_meet(plan, distance, spacing.z_scale, nearest=nearest)
+    return moved_apart(plan, distance, spacing.z_scale)
+
+
+def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: Progress, way: _Way) -> Together:
+    """Return the team's robots and their departures, waiting for each other as the plan says."""
+    spacing, planned = spacing_for(plan, feedback), plan
     if len(plan.robots) > 1:
-        mission = plan.mission
-        if mission.written.counts or (
-            plan.meetings and mission.spec.formula
-        ):  # of laps, without a formula here, places are chosen already
-            plan = moved_to_meet(plan, spacing.distance + HOVERING, spacing.z_scale, nearest=nearest)
-        plan = moved_apart(plan, spacing.distance + HOVERING, spacing.z_scale)
+        plan = _placed(plan, spacing, nearest=way.nearest)
         _refuse_what_no_flight_mends(plan)
     problem = Problem(plan, feedback, options, spacing)
     alone = _alone(problem, tell)
@@ -115,24 +161,28 @@ def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: 
             return swerving
         if len(alone) > _CROWD and not feedback.precedences:
             tell("choosing departures", 0.75)
-            starts = _departures(problem, alone)
+            starts = departures_of(problem, alone)
             if isinstance(starts, DepartureConflict):
                 raise too_near(swerving, spacing.distance)
             return alone, starts
     met: list[tuple[dict[str, RobotFlight], DepartureConflict]] = []
     # Other shares of time bend paths otherwise; the plan's own may keep robots apart.
     uneven = replace(problem, options=replace(options, even=False))
-    for shares in (problem, uneven):
+    for shares in (problem,) if way.gives_way == "never" else (problem, uneven):
         robots = alone if shares is problem else _plans_own(uneven, alone, tell)
         if robots is not None:
             robots, starts = _departing(shares, robots)
             if not isinstance(starts, DepartureConflict):
                 return _sooner(problem, alone, (robots, starts))
             met.append((robots, starts))
+    if way.gives_way == "never":
+        raise too_near(met[0][1], spacing.distance)
     tell("trying other places for visits", 0.75)
-    moved = _with_visits_relocated(problem, alone)
+    moved = with_visits_relocated(problem, alone)
     if moved is not None:
         return moved
+    if way.gives_way == "to pass" and _takes_turns(planned) and _share_places(planned, spacing):
+        raise too_near(met[0][1], spacing.distance)
     tell("letting robots give way", 0.8)
     failures: list[Infeasible] = []
     for robots, conflict in met:
@@ -142,7 +192,7 @@ def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: 
             failures.append(error)
     if not feedback.precedences and options.pace == "nominal":  # no other pace is taken for the one that was asked for
         tell("letting robots wait on the way", 0.9)
-        resting = _resting(replace(problem, options=replace(options, rests=True)))
+        resting = resting_teams(replace(problem, options=replace(options, rests=True)))
         held = [options.held(plan.mission, name) for name in plan.robots]
         most = min((pieces for pieces in held if pieces is not None), default=None)
         for pieces in (most,) if options.too_long == "refuse" or most is None else (most, None):
@@ -220,7 +270,7 @@ def _departing(
         return _meeting(problem, robots)
     waiting = False
     while True:
-        found = _departures(problem, robots)
+        found = departures_of(problem, robots)
         if not isinstance(found, DepartureConflict):
             return robots, found
         if found.pair[0] == found.pair[1] and not waiting:
@@ -264,7 +314,7 @@ def _meeting(
 
     while True:
         held = with_waits(problem, together, kept_clear)
-        found = _departures(problem, held, given)
+        found = departures_of(problem, held, given)
         if not isinstance(found, DepartureConflict):
             return held, found
         changed = False
@@ -286,105 +336,3 @@ def _meeting(
                 continue  # the other robot's path may still move
         if not changed:
             return held, found
-
-
-def _departures(
-    problem: Problem, robots: dict[str, RobotFlight], given: dict[str, float] | None = None
-) -> dict[str, float] | DepartureConflict:
-    spacing, flights = problem.spacing, [flight_of(problem.plan, robot) for robot in robots.values()]
-    precedences = among(problem, tuple(robots))
-    return departures(
-        flights, distance=spacing.distance, z_scale=spacing.z_scale, skew=spacing.skew, precedences=precedences, given=given
-    )
-
-
-def _with_visits_relocated(problem: Problem, robots: dict[str, RobotFlight]) -> Together | None:
-    """Return the team with visits of robots in conflict made elsewhere in their regions; None where that does not part them.
-
-    Combinations are tried from the planned places outwards; one in which some two robots cannot be parted even by themselves
-    is passed over.
-    """
-    apart: dict[tuple[str, int, str, int], bool] = {}
-    choices = {name: [robot] for name, robot in robots.items()}
-
-    def parted(one: str, i: int, other: str, j: int) -> bool:
-        key = (one, i, other, j)
-        if key not in apart:
-            pair = {one: choices[one][i], other: choices[other][j]}
-            apart[key] = not isinstance(_departures(problem, pair), DepartureConflict)
-        return apart[key]
-
-    pairs = list(itertools.combinations(robots, 2))
-    met = {name for one, other in pairs if not parted(one, 0, other, 0) for name in (one, other)}
-    for name in (name for name in robots if name in met or not met):
-        choices[name] += _relocated(problem, name)
-    worth_trying = (
-        at
-        for at in itertools.islice(_combined(choices), 1, _LOOKED_AT)
-        if all(parted(one, at[one], other, at[other]) for one, other in pairs)
-    )
-    for at in itertools.islice(worth_trying, _COMBINATIONS):
-        team = {name: choices[name][index] for name, index in at.items()}
-        found = _departures(problem, team)
-        if not isinstance(found, DepartureConflict):
-            return team, found
-    return None
-
-
-def _relocated(problem: Problem, name: str) -> list[RobotFlight]:
-    """Return flights of one robot whose visits are made at other places of their regions."""
-    plan, idle = problem.plan, idle_others(problem, name)
-    ways = [place for other in plan.robots if other != name for place in _passages(plan, other, problem.spacing)]
-    flights = []
-    for relocated in relocations(plan.mission, name, plan.robots[name], idle, (*idle, *ways), _PLACES):
-        changed = plan.model_copy(update={"robots": {**plan.robots, name: relocated}})
-        try:
-            flights.append(robot_flight(replace(problem, plan=changed), name, idle))
-        except Infeasible:
-            continue  # the other places may do
-    return flights
-
-
-def _combined(choices: dict[str, list[RobotFlight]]) -> Iterator[dict[str, int]]:
-    """Yield combinations of choices, those nearest to everyone's first one first."""
-    sizes = [len(each) for each in choices.values()]
-    for total in range(sum(sizes) - len(sizes) + 1):
-        for choice in _summing_to(total, sizes):
-            yield dict(zip(choices, choice, strict=True))
-
-
-def _summing_to(total: int, sizes: list[int]) -> Iterator[tuple[int, ...]]:
-    """Yield tuples of indices below these sizes with a given sum, in order."""
-    if not sizes:
-        yield from [()] if total == 0 else []
-        return
-    for first in range(min(total, sizes[0] - 1) + 1):
-        for others in _summing_to(total - first, sizes[1:]):
-            yield (first, *others)
-
-
-def _resting(problem: Problem) -> list[dict[str, RobotFlight]]:
-    """Return teams whose robots rest at every point, with visits at the planned places and at others."""
-    choices: dict[str, list[RobotFlight]] = {}
-    for name in problem.plan.robots:
-        choices[name] = _relocated(problem, name)
-        try:
-            choices[name].insert(0, robot_flight(problem, name, idle_others(problem, name)))
-        except Infeasible:
-            continue  # the other places may do
-    return [{name: choices[name][index] for name, index in at.items()} for at in itertools.islice(_combined(choices), _RESTING)]
-
-
-def _passages(plan: Plan, name: str, spacing: Spacing) -> list[Ball]:
-    """Return the places that a robot cannot but fly through: where it passes hoops."""
-    points = plan.robots[name].waypoints
-    through = [
-        (np.array(a.position), np.array(b.position))
-        for a, b in itertools.pairwise(points)
-        if a.visit is not None and a.visit == b.visit and a.region in plan.mission.hoops
-    ]
-    return [
-        keep_out(f"the passage of {name}", a + share * (b - a), spacing.distance + HOVERING, spacing.z_scale)
-        for a, b in through
-        for share in (0.0, 0.5, 1.0)
-    ]
