@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from flight.link.stages import Stage
-from ltlplan.transfers import Place, Transfer, to_ground, to_starts
+from flight.link.stages import FLIGHT, Stage
+from ltlplan.transfers import Place, to_ground, to_starts
 from verify.certificate import Certificate
 from verify.data import Plan, Trajectory
 from verify.data.progress import Progress, part_of
-
-FLIGHT = "flight"
-"""Name of the stage that the claim is about."""
 
 
 def stages(
@@ -38,9 +35,5 @@ def stages(
     """
     before = to_starts(plan.mission, team, places, progress=part_of(progress, 0.0, 0.5))
     after = to_ground(plan.mission, team, places, progress=part_of(progress, 0.5, 1.0))
-    return (*map(_stage, before), Stage(FLIGHT, plan, team, cert), *map(_stage, after))
-
-
-def _stage(transfer: Transfer) -> Stage:
-    done = transfer.certified
-    return Stage(transfer.name, done.plan, done.team, done.certificate)
+    flown = Stage(FLIGHT, plan, team, cert)
+    return (*(transfer.stage for transfer in before), flown, *(transfer.stage for transfer in after))

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flight.link.stages import Stage
 from ltlplan.pipeline import Certified, certified_team, plan
 from verify.data import BadInput, Infeasible, Mission, NotCertified, Trajectory, check_trajectories
 from verify.data.events import unknown
@@ -53,6 +54,11 @@ class Transfer:
     def team(self) -> dict[str, Trajectory]:
         """One trajectory a robot."""
         return self.certified.team
+
+    @property
+    def stage(self) -> Stage:
+        """The flight as a link flies it."""
+        return Stage(self.name, self.certified.plan, self.certified.team, self.certified.certificate)
 
 
 def to_starts(

@@ -111,7 +111,7 @@ class Flying:
             for robot, old in zip(watched.paths, before, strict=True)
         ]
         watch = Watch(self.link, watched, begin, self.record)
-        watch.see_hovering(hovering)
+        watch.see_before(hovering)
         return watch
 
 

@@ -6,7 +6,7 @@ second explicit command. What nobody answers to is said, with what acts on board
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from flight.link.checks import FRESH
 from flight.link.link import Link
@@ -76,14 +76,24 @@ def land(link: Link, robots: Sequence[str], grounds: dict[str, float], record: R
     """
     record.note(link.now(), "all robots land.", kind="reaction")
     targets = {robot: grounds[robot] + LANDING_HEIGHT for robot in robots}
-    heights = {robot: pose.position[2] for robot in robots if (pose := link.pose(robot)) is not None}
-    drop = max((heights.get(robot, targets[robot] + 2.0) - targets[robot] for robot in robots), default=0.0)
-    seconds = max(1.0, drop / LANDING_SPEED)
+    seconds = time_to_land(link, targets)
     left = told(link, robots, lambda robot: link.land(robot, targets[robot], seconds))
     end = link.now() + seconds + PATIENCE
     while link.now() < end and not all(_down(link, robot, targets[robot]) for robot in robots if robot not in left):
         link.sleep(AGAIN)
     return _stopped(link, robots, record)
+
+
+def time_to_land(link: Link, targets: Mapping[str, float]) -> float:
+    """Return how long robots take that sink together, s.
+
+    Args:
+        link: To them; who is not seen is taken to be 2 m up.
+        targets: z in m where each one's landing ends.
+    """
+    heights = {robot: pose.position[2] for robot in targets if (pose := link.pose(robot)) is not None}
+    drop = max((heights.get(robot, target + 2.0) - target for robot, target in targets.items()), default=0.0)
+    return max(1.0, drop / LANDING_SPEED)
 
 
 def _stopped(link: Link, robots: Sequence[str], record: Record) -> list[str]:

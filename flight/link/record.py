@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from flight.link.stages import FLIGHT
 from flight.logs.log import Event
 from verify.data.frame import Frame
 
@@ -84,6 +85,6 @@ class Record:
             "setpoints.csv": self.table(self.setpoints, frame=frame),
             "live.json": json.dumps(data, indent=1, allow_nan=False) + "\n",
         }
-        if "flight" in self.starts:
-            found["live.csv"] = self.table(self.poses, self.starts["flight"], self.ends.get("flight", float("inf")), frame)
+        if FLIGHT in self.starts:
+            found["live.csv"] = self.table(self.poses, self.starts[FLIGHT], self.ends.get(FLIGHT, float("inf")), frame)
         return found

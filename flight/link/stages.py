@@ -14,6 +14,9 @@ from verify.certificate import Certificate
 from verify.data import Plan, Trajectory, check_plan, check_trajectories
 from verify.recordings.planned_paths import PlannedPath, planned_paths
 
+FLIGHT = "flight"
+"""Name of the stage that the claim is about."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Watched:

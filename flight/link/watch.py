@@ -66,8 +66,8 @@ class Watch:
         self._last = dict.fromkeys(watched.paths, self._since)
         self._outside = ""
 
-    def see_hovering(self, poses: Sequence[Pose | None]) -> None:
-        """Show the monitor where robots hovered last before they set off, that the time up to the first look is not left open.
+    def see_before(self, poses: Sequence[Pose | None]) -> None:
+        """Show the monitor where robots were just before they are watched, that the time up to the first look is not left open.
 
         Args:
             poses: One a robot; nothing is shown where one is missing, stale, or of the stage itself.
@@ -76,7 +76,9 @@ class Watch:
         if len(kept) < len(poses):
             return
         measured = np.array([pose.position for pose in kept]).T
-        planned = np.stack([path.evaluate(0.0)[:3] for path in self._watched.paths.values()], axis=1)
+        paths = self._watched.paths.values()
+        at = [max(pose.time - self._begin, 0.0) for pose in kept]  # before it began they hovered there
+        planned = np.stack([path.evaluate(min(time, path.duration))[:3] for path, time in zip(paths, at, strict=True)], axis=1)
         self._monitor.see(min(pose.time for pose in kept) - self._since, measured, planned)
 
     def look(self) -> Look:

@@ -28,9 +28,11 @@ from numpy.typing import NDArray
 
 from ltlplan.online.braking import Stop, StoppingManoeuvre, Ways, come_to_rest
 from ltlplan.online.next_piece import Found, Left, WholeFlight, find_piece, piece_of, require_proved, with_endurance_left
+from ltlplan.pipeline import Certified
 from ltlplan.sharing.gliding_path import ORDERS
 from ltlplan.sharing.team_in_flight import PERIOD, Desired, LocatedRobot, TeamInFlight
-from verify.data import LtlplanError, Mission, NotCertified, Plan, Trajectory
+from verify.behaviour.timeline import InternalChange
+from verify.data import LtlplanError, Mission, NotCertified, Trajectory
 from verify.data.events import WorldEvent
 from verify.data.sections import Action, Agent
 from verify.data.shapes.inequalities import Point
@@ -39,13 +41,17 @@ from verify.pieces import Piece
 Floats = NDArray[np.float64]
 
 
+_FORESEEN = 0.04
+"""s between the places on nominal paths where it is foreseen what robots will show."""
+
+
 class CertifiedTeam(TeamInFlight[LocatedRobot]):
     """A team that flies certified trajectories and holds position whenever it has none.
 
     Attributes:
         pieces: What was flown before the present piece.
         present: What is flown now; None where nobody is in the air.
-        plan: What was planned last.
+        certified: What was certified last, with its plan.
         certificates: Digests of all certificates that were flown, in order.
         lost: Why the flight is not certified in all its parts any more, or None.
     """
@@ -67,7 +73,7 @@ class CertifiedTeam(TeamInFlight[LocatedRobot]):
         self.seed = seed
         self.pieces: tuple[Piece, ...] = ()
         self.present: Piece | None = None
-        self.plan: Plan | None = None
+        self.certified: Certified | None = None
         self.certificates: tuple[str, ...] = ()
         self.lost: str | None = None
         self._now = Fraction(0)
@@ -126,8 +132,39 @@ class CertifiedTeam(TeamInFlight[LocatedRobot]):
         """
         if self.lost is not None:
             raise NotCertified(self.lost)
-        left = with_endurance_left(self.left(), latest) if self.steps else self.mission
+        left = with_endurance_left(self.left(), latest) if self.certificates else self.mission
         return Left(left, self.seed, latest)
+
+    def what_will_be_left(self, latest: Fraction) -> Left:
+        """Return what will be left when everybody has come to rest, if until then is shown what nominal paths show.
+
+        It may be asked while robots slow down. Whatever they show then, a piece that comes of it is judged with all that they may have shown.
+
+        Args:
+            latest: As for `what_is_left`.
+
+        Raises:
+            Unsatisfiable: As for `what_is_left`.
+            NotCertified: As for `what_is_left`.
+        """
+        belief, shown = self.belief, self.shown
+        where = {name: pilot.where for name, pilot in self.pilots.items()}
+        begin, end = (0.0, 0.0) if self.present is None else (float(self.present.start), float(self.present.end))
+        self.shown = [*shown]
+        try:
+            for time in np.arange(float(self._now), end, _FORESEEN):
+                self._show(
+                    float(time),
+                    {name: _point(track.evaluate(max(time - begin, 0.0))[:3]) for name, track in self._tracks.items()},
+                )
+            for pilot in self.pilots.values():
+                self.root(pilot, end)
+            self._show(end, {name: pilot.where.position for name, pilot in self.pilots.items()})
+            return self.what_is_left(latest)
+        finally:
+            self.belief, self.shown = belief, shown
+            for name, pilot in self.pilots.items():
+                pilot.where = where[name]
 
     def with_next(self, left: Left, answer: Found, start: Fraction) -> WholeFlight:
         """Return all that was flown with what was found behind it, to be judged.
@@ -158,7 +195,7 @@ class CertifiedTeam(TeamInFlight[LocatedRobot]):
         self._ways = answer.ways
         self.certificates = (*self.certificates, answer.certified.certificate.digest())
         self.holding = None
-        self.plan = answer.certified.plan
+        self.certified = answer.certified
 
     def refuse(self, error: LtlplanError) -> None:
         """Hold positions, as there is nothing certified to fly.
@@ -172,7 +209,7 @@ class CertifiedTeam(TeamInFlight[LocatedRobot]):
         """Go on along the certified trajectories, or hover at their ends."""
         self._now = _exact(now)
         self._keep_watch(positions)
-        self._see(now, positions)
+        self.observe(now, positions)
         self.share_again(now)
         flat = np.zeros((ORDERS, 4, len(self.pilots)))
         for j, name in enumerate(self.pilots):
@@ -181,8 +218,24 @@ class CertifiedTeam(TeamInFlight[LocatedRobot]):
                 flat[order, :, j] = track.evaluate(time, order)
         self.steps += 1
         satisfied = self.belief.accepts()
-        ended = all(self._time >= track.duration for track in self._tracks.values())
-        return Desired(flat, satisfied, satisfied and self.holding is None and ended, self.holding)
+        return Desired(flat, satisfied, satisfied and self.holding is None and self.ended, self.holding)
+
+    def observe(self, now: float, positions: Mapping[str, Point]) -> None:
+        """Take note of what robots show and of actions that are due; nothing else happens.
+
+        Args:
+            now: Flight time, s.
+            positions: Measured position of each robot in the air, m.
+        """
+        self._now = _exact(now)
+        if self.present is not None and self.holding is None:
+            self._act()
+        self._show(now, positions)
+
+    @property
+    def ended(self) -> bool:
+        """Whether everybody has come to the end of what is flown."""
+        return all(self._time >= track.duration for track in self._tracks.values())
 
     def change(self, event: WorldEvent, now: float) -> None:
         """Take note of a change in the world: come to rest in a proved way, then share what is left again."""
@@ -200,13 +253,17 @@ class CertifiedTeam(TeamInFlight[LocatedRobot]):
         """
         super().change(event, float(since))
         start = self._now if self.present is None else self.present.start
+        later: dict[str, tuple[InternalChange, ...]] = {}
         if self.present is not None:
             done = {name: actions[: self._acted.get(name, 0)] for name, actions in self.present.actions.items()}
+            later = {name: tuple(a for a in actions if start + a.time > since) for name, actions in done.items()}
             self.pieces = (*self.pieces, replace(self.present, actions=done))
         tracks = {name: self._tracks.get(name) or _hovering(pilot.where.position, self.mission.agents[name])
                   for name, pilot in self.pilots.items()}  # fmt: skip
-        self.present = Piece(start, since, self._world_of(tracks), tracks) if self.pilots else None
-        self._acted, self._braking = {}, self._braking or not self.pilots
+        actions = {name: later[name] for name in tracks if later.get(name)}
+        self.present = Piece(start, since, self._world_of(tracks), tracks, actions) if self.pilots else None
+        self._acted = {name: len(made) for name, made in actions.items()}
+        self._braking = self._braking or not self.pilots
 
     def _world_of(self, tracks: Mapping[str, Trajectory]) -> Mission:
         """Return the world with where and how each one hovered when its trajectory began: that is where continuity is judged from."""
@@ -255,14 +312,16 @@ class CertifiedTeam(TeamInFlight[LocatedRobot]):
                     f"{self.mission.margin:g} m."
                 )
 
-    def _see(self, now: float, positions: Mapping[str, Point]) -> None:
-        if self.present is not None and self.holding is None:
-            for name, pilot in self.pilots.items():
-                due, done = self.present.actions.get(name, ()), self._acted.get(name, 0)
-                # the planned instant lies where the robot is in its region for sure, while it is inside its tube
-                if done < len(due) and self._time >= due[done].time:
-                    pilot.where = replace(pilot.where, internal=due[done].target)
-                    self._acted[name] = done + 1
+    def _act(self) -> None:
+        assert self.present is not None, "actions are of what is flown"
+        for name, pilot in self.pilots.items():
+            due, done = self.present.actions.get(name, ()), self._acted.get(name, 0)
+            # the planned instant lies where the robot is in its region for sure, while it is inside its tube
+            if done < len(due) and self._time >= due[done].time:
+                pilot.where = replace(pilot.where, internal=due[done].target)
+                self._acted[name] = done + 1
+
+    def _show(self, now: float, positions: Mapping[str, Point]) -> None:
         events, inside = self.labelled(positions)
         for name in events:
             self.pilots[name].where = self.pilots[name].where.seen_in(inside[name])

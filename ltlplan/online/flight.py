@@ -11,7 +11,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from typing import Unpack
 
 import numpy as np
@@ -26,12 +25,13 @@ from flight.model.attitude import euler
 from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
 from ltlplan.online.certified import CertifiedTeam
 from ltlplan.online.online_flight import CERTIFIED, NOT_ALL_CERTIFIED, NOT_CERTIFIED, OnlineFlight
+from ltlplan.online.seen import on_grid, seen_timeline
 from ltlplan.planner import with_seed
 from ltlplan.sharing.events import falls_on, in_order
 from ltlplan.sharing.sharing_out import NEEDS_WAITS
 from ltlplan.sharing.team import OnlineTeam
 from ltlplan.sharing.team_in_flight import PERIOD, Desired
-from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
+from verify.behaviour.timeline import InternalChange, Relations
 from verify.behaviour.word_claims import judge_formula
 from verify.data import BadInput, InternalError, Letter, Mission, Unsatisfiable, check_mission
 from verify.data.events import ObstacleAppears, RobotJoins, RobotLeaves, WorldEvent
@@ -216,7 +216,7 @@ class _Loop:
         region = next((a.at for a in system.actions if (a.source, a.target) == (source, target) and a.at in inside), "")
         propositions = frozenset(system.states[target])
         done = self.actions.setdefault(name, [])
-        done.append(InternalChange(_exact(self.now), source, target, region, len(done), propositions))
+        done.append(InternalChange(on_grid(self.now), source, target, region, len(done), propositions))
 
     def _system(self, name: str) -> Robot:
         """Return the internal states of a robot that flies, or is to join."""
@@ -270,7 +270,10 @@ class _Loop:
     def _result(self, seed: int) -> OnlineFlight:
         mission = self.team.mission
         times = np.array([entry.step for entry in self.entries]) * STEP
-        timelines = {name: self._timeline(name, times) for name in mission.agents}
+        timelines = {
+            name: seen_timeline(mission, name, times, [row[name] for row in self.letters], self.actions.get(name, ()))
+            for name in mission.agents
+        }
         verdict = judge_formula(mission, timelines, Relations())[0]
         frames = np.minimum((np.array([e.step for e in self.entries]) // SUBSTEPS), len(self.desired) - 1)
         position = np.array([entry.position for entry in self.entries]).transpose(0, 2, 1)
@@ -307,28 +310,6 @@ class _Loop:
             () if proved is None else proved.certificates, () if proved is None else proved.all_pieces, tuple(self.earlier),
             tuple(self.happened),
         )  # fmt: skip
-
-    def _timeline(self, name: str, times: Floats) -> Timeline:
-        """Return the label timeline of what was seen: a change lies between the two entries around it."""
-        mission = self.team.mission
-        regions = tuple(mission.all_regions)
-        shown = [frozenset(row[name]) & frozenset(regions) for row in self.letters]
-        initial: dict[str, Status] = {region: "must" if region in shown[0] else "no" for region in regions}
-        changes = []
-        for i in range(1, len(shown)):
-            for region in shown[i] ^ shown[i - 1]:
-                low, high = _exact(float(times[i - 1])) + _GRAIN, _exact(float(times[i]))
-                changes.append(Change(Enclosure(low, high), region, "must" if region in shown[i] else "no"))
-        first = mission.initial_letter(name)
-        return Timeline(name, initial, tuple(changes), _exact(float(times[-1])), first, tuple(self.actions.get(name, ())))
-
-
-_GRAIN = Fraction(1, 10**9)
-
-
-def _exact(seconds: float) -> Fraction:
-    """Return a time on the simulation's grid as an exact number."""
-    return Fraction(round(seconds / STEP), round(1 / STEP))
 
 
 def _rows(values: list[Floats | None]) -> Floats:

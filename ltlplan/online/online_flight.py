@@ -29,6 +29,13 @@ NOT_ALL_CERTIFIED = (
     "Flown online, in simulation only, in certified pieces, but not all of the flight is certified, and it cannot be exported."
 )
 
+LIVE = (
+    "Flown online over a link, in pieces, each certified for what was left of the formula, with all that was flown before and with the "
+    "slowing down after changes of the world, and watched in its tube."
+)
+
+LIVE_NOT_ALL_CERTIFIED = "Flown online over a link, in certified pieces, but not all of the flight is certified:"
+
 
 @dataclass(frozen=True, eq=False)
 class OnlineFlight:
@@ -49,6 +56,7 @@ class OnlineFlight:
         pieces: What was proved to be flown, where the flight was a certified one.
         earlier: The mission as it was before each change of the world, with the time in s of that change.
         events: What changed, each with the time at which the team came to know of it.
+        measured: Whether it was measured over a link, and not simulated from within.
     """
 
     mission: Mission
@@ -65,6 +73,7 @@ class OnlineFlight:
     pieces: tuple[Piece, ...] = ()
     earlier: tuple[tuple[float, Mission], ...] = ()
     events: tuple[WorldEvent, ...] = ()
+    measured: bool = False
 
     @property
     def asked(self) -> Mission:

@@ -1,6 +1,6 @@
 """The page of a flight flown online: what it is not, the checker's verdict, flown paths, labels and sub-formulas.
 
-Everything on it was seen in simulation, 100 times a second; nothing is a claim for all times.
+Everything on it was seen, in simulation 100 times a second or as a link measured it; nothing is a claim for all times.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ THIN = 5
 """Every so many entries of the log are drawn: 20 a second."""
 
 _SCENE = (
-    "Where the robots were in simulation, from their starts; hoops and regions as they were at the time. Drag to turn, scroll to "
+    "Where the robots {were}, from their starts; hoops and regions as they were at the time. Drag to turn, scroll to "
     "zoom; a click on a name hides that robot."
 )
 _LABELS = "The region that a robot was seen in, in the world as it then was. Grey: propositions of its internal state."
@@ -51,7 +51,8 @@ def online_html(flown: OnlineFlight) -> str:
     label = (
         f"Moving 3-D picture of the hoops and of where {', '.join(mission.agents)} were; the bars below say what they showed."
     )
-    drawn, note = scene(mission, playing.paths, earlier=flown.earlier), _SCENE
+    drawn = scene(mission, playing.paths, earlier=flown.earlier)
+    note = _SCENE.format(were="were measured" if flown.measured else "were in simulation")
     if len(mission.agents) > MANY:
         drawn, note = lightened(drawn), CROWD
     return page_html(

@@ -36,6 +36,14 @@ def wrong_mission(_report: Progress) -> None:
     raise MissionError("mission", [Fault(("hoops", "a"), 3, "there is no such hoop.")])
 
 
+def wrong_question(_question: object, report: Progress) -> None:
+    wrong_mission(report)
+
+
+def own_process(_question: object, _report: Progress) -> int:
+    return os.getpid()
+
+
 def bug(_report: Progress) -> float:
     return 1 / int("0")
 

@@ -18,9 +18,6 @@ from typing import Any
 from ltlplan.service.computing.bounds import MEGABYTE, Bounds
 from verify.data import InternalError, LtlplanError
 
-NICE = 5
-"""How much workers give way to the service, whose readers wait for milliseconds."""
-
 _PDEATHSIG = 1
 _LEAST_BETWEEN = 0.1
 """s between two sentences of progress that are sent."""
@@ -45,7 +42,7 @@ def do_and_answer(
     _die_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    os.nice(NICE)
+    os.nice(bounds.nice)
     _limit(bounds)
     last = 0.0
 

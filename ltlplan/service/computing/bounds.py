@@ -9,6 +9,9 @@ from verify.data import InternalError, LtlplanError
 MEGABYTE = 1_000_000
 """Bytes."""
 
+NICE = 5
+"""How much workers give way to the service, whose readers wait for milliseconds."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bounds:
@@ -18,11 +21,13 @@ class Bounds:
         seconds: s of processor time, of the process and of all that it starts.
         megabytes: MB of memory, likewise.
         wall: s on the clock, whoever else is computing.
+        nice: How far it gives way to others.
     """
 
     seconds: float = 3600.0
     megabytes: int = 4096
     wall: float = 86_400.0
+    nice: int = NICE
 
 
 class LimitReached(LtlplanError):

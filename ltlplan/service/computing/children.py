@@ -113,17 +113,28 @@ class Child:
             )
             with _free_to_have_children(), _without_main():
                 self._process.start()
+            self._pid = self._process.pid or 0
             far.close()
+
+    @property
+    def pid(self) -> int:
+        """The process's number."""
+        return self._pid
 
     @property
     def alive(self) -> bool:
         """Whether the process is there."""
         return self._process.is_alive()
 
-    def look(self, progress: Progress | None = None) -> bool:
-        """Wait for news for at most `TICK`, pass progress on, hold it to its bounds, and return whether it has ended."""
+    def look(self, progress: Progress | None = None, *, wait: float = TICK) -> bool:
+        """Wait for news, pass progress on, hold it to its bounds, and return whether it has ended.
+
+        Args:
+            progress: Told a sentence and the share done, 0 to 1.
+            wait: s to wait at most.
+        """
         try:
-            if self._connection.poll(TICK):
+            if self._connection.poll(wait):
                 message = self._connection.recv()
                 if message[0] != "progress":
                     self._answer = message

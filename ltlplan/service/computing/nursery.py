@@ -21,6 +21,7 @@ for _name in (
     "scipy.optimize",
     "ltlplan.service.computing.at_work",
     "ltlplan.service.computing.stages",
+    "ltlplan.online.asking",
     "ltlplan.pipeline",
     "ltlplan.search.exact",
     "ltlplan.search.method",

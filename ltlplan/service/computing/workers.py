@@ -17,8 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from ltlplan.service.computing.at_work import NICE
-from ltlplan.service.computing.bounds import Bounds, WorkerDied
+from ltlplan.service.computing.bounds import NICE, Bounds, WorkerDied
 from ltlplan.service.computing.children import Child
 from verify.data import BadInput, LtlplanError
 from verify.data.progress import Progress

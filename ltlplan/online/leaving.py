@@ -1,0 +1,58 @@
+"""A robot that leaves a team in flight: it lands where it is and stops its motors, told until it has acknowledged that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flight.link.link import Link
+from flight.link.live import Alarm
+from flight.link.reaction import AGAIN, PATIENCE, time_to_land
+from flight.link.record import Record
+from flight.monitoring.reaction import LANDING_HEIGHT
+
+
+@dataclass(slots=True)
+class Leaving:
+    """How far a robot that leaves has come.
+
+    Attributes:
+        robot: Its name.
+        ground: z in m below it.
+        asked: When it was first told, s of the link's clock; None where it was not yet.
+        down: When it is on the ground, s of the link's clock; None before it has acknowledged that it lands.
+        stopped: Whether it has acknowledged that its motors stop, or was told for long enough.
+    """
+
+    robot: str
+    ground: float
+    asked: float | None = None
+    down: float | None = None
+    stopped: bool = False
+    _told: float = float("-inf")
+
+    def go_on(self, link: Link, record: Record) -> None:
+        """Tell it what is next, once more where it has not acknowledged that.
+
+        Args:
+            link: To it.
+            record: Takes in what is done.
+
+        Raises:
+            Alarm: It does not acknowledge that it lands.
+        """
+        now = link.now()
+        if self.stopped or now - self._told < AGAIN:
+            return
+        self._told = now
+        if self.asked is None:
+            self.asked = now
+            record.note(now, f"{self.robot} lands where it is.", self.robot, "reaction")
+        if self.down is None:
+            target = self.ground + LANDING_HEIGHT
+            seconds = time_to_land(link, {self.robot: target})
+            if link.land(self.robot, target, seconds):
+                self.down = now + seconds
+            elif now - self.asked > PATIENCE:
+                raise Alarm(f"{self.robot} does not acknowledge that it lands.")
+        elif now >= self.down:
+            self.stopped = link.stop(self.robot) or now - self.down > 3 * PATIENCE
