@@ -18,9 +18,7 @@ if TYPE_CHECKING:
     from flight import FlightLog
 
     ReactionName = Reaction
-    LinkName = str
 else:
-    LinkName = choices("LinkName", ("simulated", "crazyflie", "mavlink"))
     ReactionName = choices("ReactionName", get_args(Reaction))
 
 
@@ -41,7 +39,7 @@ def command(
         typer.Option("--reaction", help="What the team does after an alarm, instead of the mission's choice."),
     ] = None,
     link: Annotated[
-        LinkName | None,
+        flight_options.LinkName | None,
         typer.Option(
             "--link",
             help="Fly live over a link: checks, certified climb, way to the starts, flight and landing, watched, with a way out "
@@ -49,21 +47,8 @@ def command(
             "`mavlink`: PX4, by --address.",
         ),
     ] = None,
-    place: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--place",
-            help="With --link: NAME=x,y,z in m, where the laboratory sees a robot stand (default: at z = 0 below its start).",
-        ),
-    ] = None,
-    address: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--address",
-            help="With --link crazyflie or mavlink: NAME=ADDRESS, such as quad0=radio://0/80/2M/E7E7E7E701 or "
-            "quad0=udpin:0.0.0.0:14540, once a robot.",
-        ),
-    ] = None,
+    place: flight_options.PlaceOption = None,
+    address: flight_options.AddressOption = None,
     inventory: Annotated[
         Path | None,
         typer.Option(

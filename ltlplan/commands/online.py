@@ -1,4 +1,4 @@
-"""`ltlplan online`: tasks shared among the robots while they fly, in simulation."""
+"""`ltlplan online`: tasks shared among the robots while they fly, in simulation or over a link."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import typer
 
 from ltlplan.commands.shared import flight_options, options
 from ltlplan.commands.shared.simulation import Outcome, simulating, written
+from verify.data import BadInput
 
 if TYPE_CHECKING:
     from ltlplan.online.online_flight import OnlineFlight
@@ -29,14 +30,49 @@ def command(
     noise: flight_options.NoiseOption = None,
     model: flight_options.ModelOption = flight_options.FULL,
     controller: flight_options.ControllerOption = flight_options.GEOMETRIC,
+    link: Annotated[
+        flight_options.LinkName | None,
+        typer.Option(
+            "--link",
+            help="Fly live over a link and in real time, with --certified: checks, certified climb and way to the starts, pieces as they are "
+            "proved, and a certified landing. `simulated`: our simulation behind the same interface; `mavlink`: PX4, by --address.",
+        ),
+    ] = None,
+    place: flight_options.PlaceOption = None,
+    address: flight_options.AddressOption = None,
+    follow: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--follow",
+            help="With --link: events as they are told, a line each as in --event, at once where no time is written: a file that grows, a "
+            "named pipe, or - for the keyboard (again for more).",
+        ),
+    ] = None,
     json: options.JsonOption = False,
 ) -> None:
-    """Share tasks while flying, in simulation only; exit code 5 where the flown words do not keep the formula.
+    """Share tasks while flying; exit code 5 where the flown words do not keep the formula, or a live flight was ended.
 
-    Nothing is certified in advance; with --certified each piece is, before it is flown. There is nothing to export.
+    With --certified each piece is certified before it is flown, and with --link it is flown over a link: computing takes the time that it
+    takes, while robots fly on or hover. There is nothing to export.
     """
-    from flight import Conditions
     from ltlplan.commands.shared.events import parse_events
+
+    if link is not None:
+        from ltlplan.commands.shared.live_flight import Asked
+        from ltlplan.commands.shared.live_online import Happening, online_over_link
+        from ltlplan.planner import with_seed
+
+        if not certified:
+            raise BadInput("over a link only certified pieces are flown: add --certified.")
+        follower = None if controller == flight_options.GEOMETRIC else controller
+        said = flight_options.Said(wind, noise, model, follower, None, None, None)
+        kind = Asked(str(link), tuple(place or ()), tuple(address or ()), None, False)
+        asked = with_seed(options.read_mission(mission), seed)
+        online_over_link(asked, out, kind, said, Happening(tuple(event or ()), tuple(follow or ())), json=json)
+        return
+    if place or address or follow:
+        raise BadInput("--place, --address and --follow go with --link.")
+    from flight import Conditions
     from ltlplan.online.files import ONLINE_FILES, write_online
     from ltlplan.online.flight import fly_online
 

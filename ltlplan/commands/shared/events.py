@@ -31,6 +31,23 @@ def parse_events(texts: Sequence[str]) -> tuple[WorldEvent, ...]:
     return tuple(_event(text) for text in texts)
 
 
+def event_told(line: str) -> WorldEvent:
+    """Read an event that is told in flight: its time may be left out, and is 0 then.
+
+    Args:
+        line: Such as `quad1 fails`.
+
+    Raises:
+        BadInput: It is no event; the message says how one is written.
+    """
+    first = line.strip().partition(" ")[0]
+    try:
+        float(first)
+    except ValueError:
+        return _event(f"0 {line.strip()}")
+    return _event(line)
+
+
 def _event(text: str) -> WorldEvent:
     from pydantic import ValidationError
 

@@ -21,12 +21,13 @@ from verify.data import BadInput
 if TYPE_CHECKING:
     from verify.data import Mission
 
-    ModelName = ControllerName = str
+    ModelName = ControllerName = LinkName = str
     EstimatorName = Estimator
 else:
     ModelName = choices("ModelName", AIRFRAME_MODELS.names())
     ControllerName = choices("ControllerName", CONTROLLERS.names())
     EstimatorName = choices("EstimatorName", ESTIMATORS)
+    LinkName = choices("LinkName", ("simulated", "crazyflie", "mavlink"))
 
 TeamArgument = Annotated[
     str, typer.Argument(help="A folder that `ltlplan run` wrote, a mission file, or a shipped mission.", show_default=False)
@@ -51,6 +52,21 @@ LatencyOption = Annotated[
 ]
 MassOption = Annotated[
     float | None, typer.Option("--mass", help="kg that a controller on board is told, instead of the vehicle's.")
+]
+PlaceOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--place",
+        help="With --link: NAME=x,y,z in m, where the laboratory sees a robot stand (default: at z = 0 below its start).",
+    ),
+]
+AddressOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--address",
+        help="With --link crazyflie or mavlink: NAME=ADDRESS, such as quad0=radio://0/80/2M/E7E7E7E701 or "
+        "quad0=udpin:0.0.0.0:14540, once a robot.",
+    ),
 ]
 FULL = ModelName("full")
 GEOMETRIC = ControllerName("geometric")

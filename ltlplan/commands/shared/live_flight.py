@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -67,15 +68,15 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
     from flight.link.live import fly_live
     from ltlplan.live import stages
 
-    _require_sense(asked, said)
+    require_sense(asked, said)
     mission = _mission(source)
-    told, conditions = _places(asked.places, mission), said.conditions(mission)
+    told, conditions = told_places(asked.places, mission), said.conditions(mission)
     with ExitStack() as opened:
         with simulating(out, FILES, quiet=json) as progress:
             progress("reaching the robots", 0.0)  # before what takes its time: who is not there is said at once
-            link = None if asked.kind == "simulated" else opened.enter_context(closing(_vehicles(asked, mission)))
+            link = None if asked.kind == "simulated" else opened.enter_context(closing(vehicles(asked, mission)))
             plan, team, certificate = certified(source, part_of(progress, 0.1, 0.5))
-            stand = {**_below_starts(team), **told}
+            stand = {**below_starts(team), **told}
             flown = stages(plan, team, certificate, stand, progress=part_of(progress, 0.5, 0.9))
             progress("judging whether it can be broken off", 0.9)
             abort = _abort(asked.kind, flown)
@@ -83,19 +84,26 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
             typer.echo(abort)
         if link is None:
             seed = plan.seed if seed is None else seed
-            link = opened.enter_context(closing(_simulated(mission, stand, conditions, seed, real_time=asked.real_time)))
+            link = opened.enter_context(closing(simulated_robots(mission, stand, conditions, seed, real_time=asked.real_time)))
         view = View(quiet=json)
         with interrupts_land():
             done = fly_live(link, flown, grounds={name: place[2] for name, place in stand.items()}, show=view.show)
     view.end()
     texts = done.record.files(mission.frame)
 
-    def write(folder: Path) -> None:
-        for name, text in texts.items():
-            (folder / name).write_text(text, encoding="utf-8")
-
-    files = written(out, write)
+    files = written(out, lambda folder: write_texts(texts, folder))
     _outcome(done, mission.name, link.failsafe, abort).show(files, as_json=json)
+
+
+def write_texts(texts: Mapping[str, str], folder: Path) -> None:
+    """Write files of a live flight.
+
+    Args:
+        texts: By name.
+        folder: Where; it exists.
+    """
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
 
 
 def _abort(kind: str, flown: tuple[Stage, ...]) -> str:
@@ -109,7 +117,16 @@ def _abort(kind: str, flown: tuple[Stage, ...]) -> str:
     return " ".join(refused) or next(iter(verdicts.values())).sentence
 
 
-def _require_sense(asked: Asked, said: Said) -> None:
+def require_sense(asked: Asked, said: Said) -> None:
+    """Refuse options that do not go with a kind of link.
+
+    Args:
+        asked: Which link, and where robots are.
+        said: What simulated robots are to fly in and with.
+
+    Raises:
+        BadInput: One does not.
+    """
     if asked.kind != "simulated" and said.anything:
         raise BadInput(
             f"--wind, --noise, --model, --controller, --estimator, --latency and --mass go with simulated robots; {asked.kind} is real."
@@ -132,8 +149,16 @@ def _mission(source: str) -> Mission:
     return load_mission_file(folder / MISSION_FILE, installed=False, alone=True) if folder.is_dir() else load_mission(source)
 
 
-def _simulated(mission: Mission, stand: dict[str, Place], conditions: Conditions, seed: int, *, real_time: bool) -> Link:
-    """Put simulated robots into the laboratory, and speak to them in the mission's frame."""
+def simulated_robots(mission: Mission, stand: dict[str, Place], conditions: Conditions, seed: int, *, real_time: bool) -> Link:
+    """Put simulated robots into the laboratory, and speak to them in the mission's frame.
+
+    Args:
+        mission: Who flies.
+        stand: Where they stand, in the mission's frame, m.
+        conditions: What they fly in and with.
+        seed: Of every random number.
+        real_time: Whether a second takes a second.
+    """
     from flight.frames import mission_in_laboratory
     from flight.link.simulated import SimulatedLink
 
@@ -145,8 +170,17 @@ def _simulated(mission: Mission, stand: dict[str, Place], conditions: Conditions
     return _framed(link, mission)
 
 
-def _vehicles(asked: Asked, mission: Mission) -> Link:
-    """Reach vehicles, and speak to them in the mission's frame."""
+def vehicles(asked: Asked, mission: Mission) -> Link:
+    """Reach vehicles, and speak to them in the mission's frame.
+
+    Args:
+        asked: Which link, and their addresses.
+        mission: Who flies.
+
+    Raises:
+        BadInput: An address makes no sense.
+        LinkLost: A robot cannot be reached.
+    """
     from flight.frames import mission_in_laboratory
 
     addresses: dict[str, str] = {}
@@ -184,8 +218,16 @@ def _crazyflies(inventory: Path | None, mission: Mission, addresses: dict[str, s
     return CrazyflieLink(mission, {**known, **addresses}, masses=masses, capture=capture)
 
 
-def _places(texts: tuple[str, ...], mission: Mission) -> dict[str, Place]:
-    """Return where robots are said to stand, in the mission's frame."""
+def told_places(texts: tuple[str, ...], mission: Mission) -> dict[str, Place]:
+    """Return where robots are said to stand, in the mission's frame.
+
+    Args:
+        texts: `NAME=x,y,z`, in the laboratory's frame.
+        mission: Whose robots.
+
+    Raises:
+        BadInput: A text names no robot, one twice, or no place.
+    """
     found: dict[str, Place] = {}
     for text in texts:
         name, _, numbers = text.partition("=")
@@ -205,27 +247,56 @@ def _places(texts: tuple[str, ...], mission: Mission) -> dict[str, Place]:
     return found
 
 
-def _below_starts(team: dict[str, Trajectory]) -> dict[str, Place]:
-    """Return the places at z = 0 below a team's starts."""
+def below_starts(team: Mapping[str, Trajectory]) -> dict[str, Place]:
+    """Return the places at z = 0 below a team's starts.
+
+    Args:
+        team: Its trajectories.
+    """
     starts = {name: path.evaluate(0.0).tolist() for name, path in team.items()}
     return {name: (start[0], start[1], 0.0) for name, start in starts.items()}
 
 
 def _outcome(done: LiveFlight, mission: str, failsafe: str, abort: str) -> Outcome:
     lines = [
+        *worst_lines(done),
+        *(event.sentence for event in done.record.events if event.kind in ("alarm", "reaction")),
+        f"On board when the link is gone: {failsafe}.",
+    ]
+    return Outcome(lines, {"mission": mission, "abort": abort, **data_of(done)}, refusal_of(done))
+
+
+def worst_lines(done: LiveFlight) -> list[str]:
+    """Return how far robots were from their plans at most, a line a stage.
+
+    Args:
+        done: The flight.
+    """
+    return [
         f"{stage}: " + ", ".join(f"{robot} at most {1000 * off:.1f} mm from its plan" for robot, off in worst.items())
         for stage, worst in done.record.worst.items()
     ]
-    lines += [event.sentence for event in done.record.events if event.kind in ("alarm", "reaction")]
-    lines.append(f"On board when the link is gone: {failsafe}.")
-    refusal = None if done.flown else f"The flight was ended: {done.reason or 'not every robot is known to stand still'}"
-    data = {
-        "mission": mission,
-        "abort": abort,
+
+
+def refusal_of(done: LiveFlight) -> str | None:
+    """Return why a flight was ended; None where it was flown to its end.
+
+    Args:
+        done: The flight.
+    """
+    return None if done.flown else f"The flight was ended: {done.reason or 'not every robot is known to stand still'}"
+
+
+def data_of(done: LiveFlight) -> dict[str, Any]:
+    """Return how a live flight ended as plain data.
+
+    Args:
+        done: The flight.
+    """
+    return {
         "flown": done.flown,
         "reason": done.reason,
         "unsafe": list(done.unsafe),
         "worst": done.record.worst,
         "checks": [{"name": c.name, "robot": c.robot, "passed": c.passed, "sentence": c.sentence} for c in done.checks],
     }
-    return Outcome(lines, data, refusal)

@@ -1,0 +1,169 @@
+"""`ltlplan online --link`: tasks shared while a team flies over a link, in real time."""
+
+from __future__ import annotations
+
+import json as json_text
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ltlplan.commands.shared.events import parse_events
+from ltlplan.commands.shared.followed import Followed
+from ltlplan.commands.shared.live_flight import (
+    FILES,
+    Asked,
+    below_starts,
+    data_of,
+    refusal_of,
+    require_sense,
+    simulated_robots,
+    told_places,
+    vehicles,
+    worst_lines,
+    write_texts,
+)
+from ltlplan.commands.shared.live_view import View, interrupts_land
+from ltlplan.commands.shared.simulation import Outcome, simulating, written
+from verify.data import BadInput
+from verify.data.progress import part_of
+
+if TYPE_CHECKING:
+    from flight.link.live import LiveFlight
+    from ltlplan.commands.shared.flight_options import Said
+    from ltlplan.online.live import OnlineCourse
+    from ltlplan.online.online_flight import OnlineFlight
+    from verify.data import Mission
+
+NOT_STREAMED = (
+    "flights lie on board of Crazyflies and are flown from there, so that none can be changed while it is flown, as an event may ask for: fly "
+    "online with --link simulated or mavlink, or a plan that is made before with `ltlplan fly --link crazyflie`."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Happening:
+    """What happens in an online flight.
+
+    Attributes:
+        events: As `--event`.
+        followed: As `--follow`.
+    """
+
+    events: tuple[str, ...]
+    followed: tuple[str, ...]
+
+
+def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Said, happening: Happening, *, json: bool) -> None:
+    """Fly a mission online over a link, and show how it ended.
+
+    Args:
+        mission: What is asked, with its seed.
+        out: Folder for what was measured, asked and proved; None writes nothing.
+        asked: Which link, and where robots are.
+        said: What simulated robots fly in and with.
+        happening: What happens.
+        json: One JSON document instead of text.
+
+    Raises:
+        NotCertified: The flight was ended, or what was flown does not keep the formula.
+        BadInput: A place, an address or an event makes no sense, or the link's flights cannot be changed in flight.
+        LinkLost: A robot cannot be reached.
+    """
+    from flight.certified import require_tube
+    from flight.link.live import fly_live
+    from ltlplan.online.certified import CertifiedTeam
+    from ltlplan.online.files import ONLINE_FILES
+    from ltlplan.online.live import OnlineCourse, checked_events
+    from ltlplan.service.computing.beside import Beside
+    from ltlplan.transfers import to_starts
+
+    require_sense(asked, said)
+    if asked.kind == "crazyflie":
+        raise BadInput(NOT_STREAMED)
+    require_tube(mission.margin)
+    told, events = told_places(asked.places, mission), checked_events(mission, parse_events(happening.events))
+    with ExitStack() as opened:
+        news = [opened.enter_context(closing(Followed(name))) for name in happening.followed]
+        with simulating(out, (*ONLINE_FILES, *FILES), quiet=json) as progress:
+            progress("reaching the robots", 0.0)
+            link = None if asked.kind == "simulated" else opened.enter_context(closing(vehicles(asked, mission)))
+            progress("planning and proving what is asked", 0.1)
+            team = CertifiedTeam(mission, seed=mission.planner.seed)
+            assert team.present is not None, "it was certified"
+            stand, cost = {**below_starts(team.present.team), **told}, team.cost
+            before = to_starts(mission, team.present.team, stand, progress=part_of(progress, 0.3, 0.7))
+            progress("making ready who computes beside the flight", 0.7)
+            course = OnlineCourse(team, Beside(), stand, events, lambda: [event for each in news for event in each()])
+        if link is None:
+            robots = simulated_robots(mission, stand, said.conditions(mission), mission.planner.seed, real_time=True)
+            link = opened.enter_context(closing(robots))
+        view, grounds = View(quiet=json), {name: place[2] for name, place in stand.items()}
+        with interrupts_land():
+            done = fly_live(link, [transfer.stage for transfer in before], grounds=grounds, show=view.show, onwards=course)
+    view.end()
+    _show(course, done, cost, out, json=json)
+
+
+def _show(course: OnlineCourse, done: LiveFlight, planned_cost: float, out: Path | None, *, json: bool) -> None:
+    """Judge what was flown, write it, and show how it ended."""
+    from flight.link.stages import FLIGHT
+    from ltlplan.online.files import write_online
+    from ltlplan.online.flown_live import flown_live
+
+    mission = course.team.mission
+    flown = flown_live(course, done, planned_cost=planned_cost) if FLIGHT in done.record.starts else None
+    outcome = _outcome(course, done, flown)
+    texts = done.record.files(mission.frame)
+    texts["live.json"] = json_text.dumps({**json_text.loads(texts["live.json"]), "answers": _answers(course)}, indent=1) + "\n"
+
+    def write(folder: Path) -> None:
+        write_texts(texts, folder)
+        if flown is not None:
+            write_online(flown, outcome.lines, folder)
+
+    outcome.show(written(out, write), as_json=json)
+
+
+def _answers(course: OnlineCourse) -> list[dict[str, object]]:
+    """Return how long each event was answered in, s, as plain data."""
+    return [
+        {"event": str(a.event), "time": a.event.time, "stop": a.stop, "proved": a.proved, "begun": a.begun}
+        for a in course.answered
+    ]
+
+
+def _outcome(course: OnlineCourse, done: LiveFlight, flown: OnlineFlight | None) -> Outcome:
+    lines = worst_lines(done)
+    for entry in course.answered:
+        said = [
+            f"{what} after {seconds:.2f} s"
+            for what, seconds in (
+                ("a way to come to rest was proved", entry.stop),
+                ("the next piece", entry.proved),
+                ("it began", entry.begun),
+            )
+            if seconds is not None
+        ]
+        lines.append(f"{entry.event.time:.2f} s: {entry.event}: {', '.join(said) or 'nothing was proved'}.")
+    lines += [event.sentence for event in done.record.events if event.kind in ("alarm", "reaction")]
+    data = {"mission": course.team.mission.name, "answers": _answers(course), **data_of(done)}
+    refusal = refusal_of(done)
+    if flown is not None:
+        lines += [f"{name}: {_text(word)}" for name, word in flown.words.items()]
+        lines.append(flown.summary())
+        data |= {
+            "duration": flown.duration,
+            "satisfied_at": flown.satisfied_at,
+            "verdict": flown.verdict.outcome,
+            "sentence": flown.verdict.sentence,
+            "certified": flown.certified,
+            "certificates": list(flown.certificates),
+        }
+        if refusal is None and not flown.verdict:
+            refusal = f"The flown words do not keep the formula: {flown.verdict.sentence}"
+    return Outcome(lines, data, refusal)
+
+
+def _text(word: tuple[frozenset[str], ...]) -> str:
+    return " ".join("{" + ", ".join(sorted(letter)) + "}" for letter in word)

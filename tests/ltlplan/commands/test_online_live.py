@@ -1,0 +1,148 @@
+"""`ltlplan online --link`: what is refused, events that are told while it flies, and a flight as a person makes one."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from ltlplan.commands.shared.followed import Followed
+from tests.ltlplan.commands.test_interruptions import heed_interrupts
+from verify.data import BadInput
+from verify.data.events import HoopMoves, NewFormula, RobotLeaves
+
+ROOT = Path(__file__).parents[3]
+MISSION = """
+format: 1
+name: pair
+spec: {formula: F left & F right}
+regions:
+  left: {center: [-1.0, 0.4, 1.0], radii: [0.25, 0.25, 0.25]}
+  right: {center: [1.0, 0.4, 1.4], radii: [0.25, 0.25, 0.25]}
+agents:
+  one: {start: [-1.0, -0.5, 1.0]}
+  two: {start: [1.0, -0.5, 1.0]}
+vehicle: crazyflie-2.1
+workspace: {min: [-2.0, -2.0, 0.3], max: [2.0, 2.0, 2.0]}
+"""
+
+
+def test_a_file_that_grows_is_followed_line_by_line(tmp_path):
+    path = tmp_path / "events"
+    path.write_text("12.5 one fails\n# said\n\nleft mov")
+    followed = Followed(str(path))
+    assert followed() == [RobotLeaves(time=12.5, robot="one")]
+    assert followed() == []
+    with path.open("a") as file:
+        file.write("es 0.3,-0.7,0.9\nnonsense\nformula F left\n")
+    moved, fault, asked = followed()
+    assert moved == HoopMoves(time=0.0, region="left", center=(0.3, -0.7, 0.9))
+    assert fault.startswith("Not done: '0 nonsense' is no event")
+    assert asked == NewFormula(time=0.0, formula="F left")
+    followed.close()
+
+
+def test_a_named_pipe_is_followed_whoever_writes_into_it(tmp_path):
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    followed = Followed(str(path))
+    assert followed() == []
+    for line in ("one fails", "two leaves"):
+        with path.open("w") as file:
+            file.write(f"{line}\n")
+        (event,) = followed()
+        assert str(event) == f"{line} and lands"
+    assert followed() == []
+    followed.close()
+
+
+def test_a_line_without_an_end_does_not_fill_the_memory(tmp_path):
+    path = tmp_path / "events"
+    path.write_text("x" * 200_000)
+    followed = Followed(str(path))
+    said = [text for _ in range(5) for text in followed()]
+    assert all("too long" in text for text in said)
+    assert said
+    followed.close()
+
+
+def test_a_file_that_is_not_there_is_said_with_what_to_do(tmp_path):
+    with pytest.raises(BadInput, match="mkfifo"):
+        Followed(str(tmp_path / "nothing"))
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--link", "simulated"], "add --certified"),
+        (["--link", "crazyflie", "--certified"], "flights lie on board of Crazyflies"),
+        (["--follow", "-"], "go with --link"),
+        (["--link", "simulated", "--certified", "--follow", "nothing"], "make it before"),
+        (["--link", "simulated", "--certified", "--event", "1 three fails"], "'three' is not a robot"),
+        (["--link", "simulated", "--certified", "--event", "1 three joins 0,0,1"], "robots join a team in simulation"),
+        (["--link", "mavlink", "--certified", "--noise", "0.001"], "mavlink is real"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_anything_spins(ltlplan, tmp_path, options, said):
+    (tmp_path / "pair.yaml").write_text(MISSION)
+    done = ltlplan("online", "pair.yaml", *options, cwd=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr
+
+
+def begun(folder, *options):
+    """Begin a flight in real time that is told events through a named pipe, and return both once it flies."""
+    (folder / "pair.yaml").write_text(MISSION)
+    os.mkfifo(folder / "pipe")
+    command = [sys.executable, "-m", "ltlplan", "online", "pair.yaml", "--certified", "--link", "simulated", "--noise", "0.001"]
+    process = subprocess.Popen(
+        [*command, "--follow", "pipe", "--out", "out", *options], cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=heed_interrupts,
+    )  # fmt: skip
+    assert process.stdout is not None
+    for line in process.stdout:
+        if line.startswith("flight"):
+            return process
+    raise AssertionError("it never flew")
+
+
+def tell(folder, line):
+    with (folder / "pipe").open("w") as file:
+        file.write(f"{line}\n")
+
+
+@pytest.mark.slow
+def test_a_flight_that_is_told_another_formula_is_judged_to_the_same_verdict(ltlplan, tmp_path):
+    process = begun(tmp_path)
+    tell(tmp_path, "formula F left & F right & F(left & F right)")
+    printed, _ = process.communicate(timeout=120)
+    assert process.returncode == 0, printed
+    live = json.loads((tmp_path / "out" / "live.json").read_text())
+    (answer,) = live["answers"]
+    assert 0 < answer["stop"] < answer["proved"] < answer["begun"]
+    judged = ltlplan(
+        "certify", "out", "--flight", "out/flight.csv", "--max-speed", "1.5", "--error", "0.006", "--start", "0", cwd=tmp_path
+    )
+    assert judged.returncode == 0, judged.stdout
+    assert "satisfied" in judged.stdout
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "over a link" in page
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_lands_the_team_and_keeps_what_was_flown(tmp_path, number):
+    process = begun(tmp_path)
+    tell(tmp_path, "formula F left & F right & F(left & F right)")
+    time.sleep(0.5)
+    process.send_signal(number)
+    printed, _ = process.communicate(timeout=120)
+    assert process.returncode == 5, printed
+    assert "The flight was ended: interrupted" in printed
+    assert "all robots land." in printed
+    assert "the motors of one, two are stopped." in printed
+    assert (tmp_path / "out" / "poses.csv").exists()
