@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from refine.bodies import Ball, Disc, GrownRegion, blocking, grown_ellipsoid, keep_out
 from refine.corridor.legs import CLEARANCE, bodies_of, leads_to
 from refine.corridor.outside import left_last, moved_outside, part_outside
+from refine.corridor.packing import packed
 from refine.corridor.planned import DEEP
 from refine.corridor.roadmap import way_around
 from refine.obstacles import SolidBody
@@ -25,6 +27,9 @@ _WAYS = 12
 """Places behind something solid to which a way around it is looked for."""
 _WIDER = (0.25, 0.1, 0.0)
 """m beyond what robots keep that places to meet at lie apart, where there is so much room: others fly between."""
+_How = Literal["middle", "apart", "packed"]
+"""From the middle outwards, as far out as can be, or by trying."""
+_HOW: tuple[_How, ...] = ("middle", "apart", "packed")
 _FORBIDDEN = 1e9
 """m^2; more than any ways."""
 _UNIT_BOX = np.array(list(itertools.product(np.linspace(-1.0, 1.0, 13), repeat=3)))
@@ -75,14 +80,44 @@ def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
 
     A robot that never leaves its start is there for every visit; one that ends its flight is there when another one ends its
     own. Robots that do not move have the first say, then flights whose last point may not be moved, then those that end just outside a
-    region that they have left; the others follow in the plan's order. What cannot be moved stays.
+    region that they have left; the others follow in the plan's order, and where that leaves one without a place, those who end in
+    its region take places beside each other. What cannot be moved stays.
 
     Args:
         plan: A finite one, or one robot's.
         distance: m that robots keep.
         z_scale: Distances in z count this many times.
+
+    Raises:
+        Infeasible: More robots are to end in a region than it was found to have places for.
     """
-    mission, robots = plan.mission, dict(plan.robots)
+    moved, stuck = _moved_apart(plan, distance, z_scale)
+    for region in stuck:
+        last = {
+            name: len(robot.waypoints) - 1
+            for name, robot in moved.robots.items()
+            if robot.waypoints[-1].region == region and movable(plan.mission, robot, robot.waypoints[-1])
+        }
+        hovering = {name: [np.array(robot.waypoints[-1].position)] for name, robot in moved.robots.items() if robot.still}
+        places = _own_places(moved, region, last, (distance, z_scale), how="packed", nearby=hovering)
+        if places is None:
+            _refuse_what_is_too_small(moved, region, last, (distance, z_scale))
+            continue
+        robots = {name: _ending_at(robot, places.get(name)) for name, robot in moved.robots.items()}
+        moved = _moved_apart(moved.model_copy(update={"robots": robots}), distance, z_scale)[0]
+    return moved
+
+
+def _ending_at(robot: RobotPlan, place: tuple[float, ...] | None) -> RobotPlan:
+    if place is None:
+        return robot
+    last = robot.waypoints[-1].model_copy(update={"position": place})
+    return robot.model_copy(update={"waypoints": (*robot.waypoints[:-1], last)})
+
+
+def _moved_apart(plan: Plan, distance: float, z_scale: float) -> tuple[Plan, list[str]]:
+    """Return the plan with robots that follow moved, and the regions in which that left one at another's last hover."""
+    mission, robots, stuck = plan.mission, dict(plan.robots), list[str]()
     still = [name for name, robot in robots.items() if robot.still]
     firm = [name for name, robot in robots.items() if not movable(mission, robot, robot.waypoints[-1])]
     ends: dict[str, Ball] = {}
@@ -95,13 +130,16 @@ def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
             taken = tuple(ends.values()) if index == len(waypoints) - 1 else hovering
             meets = any(place.signed_distance(np.array(waypoint.position)) <= 0.0 for place in taken)
             if name not in still and meets and movable(mission, robot, waypoint):
-                waypoints[index] = _moved(mission, name, robot, waypoint, taken) or waypoint
+                other = _moved(mission, name, robot, waypoint, taken)
+                waypoints[index] = other or waypoint
+                if other is None and index == len(waypoints) - 1 and waypoint.region is not None:
+                    stuck.append(waypoint.region)
             elif meets and index == len(waypoints) - 1 and (left := left_last(mission, robot)) is not None:
                 leg = waypoints[index - 1], waypoint
                 waypoints[index] = moved_outside(mission, name, left, leg, tuple(ends.values())) or waypoint
         robots[name] = robot.model_copy(update={"waypoints": tuple(waypoints)})
         ends[name] = keep_out(name, np.array(waypoints[-1].position), distance, z_scale)
-    return plan.model_copy(update={"robots": {name: robots[name] for name in plan.robots}})
+    return plan.model_copy(update={"robots": {name: robots[name] for name in plan.robots}}), stuck
 
 
 def moved_to_meet(plan: Plan, distance: float, z_scale: float, *, nearest: bool = False) -> Plan:
@@ -134,9 +172,9 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float, *, nearest: bool 
         nearby = _visits_within(mission, region, moved)
         if not guests or len({*guests, *nearby}) < 2:
             continue
-        for wider, apart in itertools.product(_WIDER, (False, True)):
+        for wider, how in itertools.product(_WIDER, _HOW):
             kept = distance + wider, z_scale
-            places = _own_places(plan, region, guests, kept, apart=apart, nearby=nearby)
+            places = _own_places(plan, region, guests, kept, how=how, nearby=nearby)
             if places is not None:
                 places = _exchanged(plan, guests, places) if nearest else places
                 for name, place in places.items():
@@ -170,7 +208,7 @@ def _visits_within(mission: Mission, region: str, waypoints: Mapping[str, list[W
 def _refuse_what_is_too_small(plan: Plan, region: str, guests: Mapping[str, int], kept: tuple[float, float]) -> None:
     """Raise where robots that end in a region, and so are in it together, find no places there that lie far enough apart."""
     last = {name: index for name, index in guests.items() if plan.robots[name].waypoints[-1].region == region}
-    if len(last) < 2 or any(_own_places(plan, region, last, kept, apart=apart) is not None for apart in (False, True)):
+    if len(last) < 2 or any(_own_places(plan, region, last, kept, how=how) is not None for how in _HOW):
         return
     sentence = (
         f"'{region}' is too small: {len(last)} robots are to be in it together ({', '.join(last)}), and no {len(last)} places {kept[0]:.3f} m "
@@ -185,7 +223,7 @@ def _own_places(
     guests: Mapping[str, int],
     kept: tuple[float, float],
     *,
-    apart: bool,
+    how: _How,
     nearby: Mapping[str, list[Floats]] | None = None,
 ) -> dict[str, tuple[float, ...]] | None:
     """Return a place in a region for each robot that visits it (by one of its waypoints there); None where they are too few.
@@ -196,15 +234,24 @@ def _own_places(
     taken: list[Ball] = []
     found: dict[str, tuple[float, ...]] = {}
     middle = np.array(plan.mission.regions[region].center)
-    for name, index in guests.items():
+
+    def free(name: str) -> Floats:
         others = [keep_out(o, at, distance, z_scale) for o, points in (nearby or {}).items() if o != name for at in points]
-        places = _places(plan.mission, name, plan.robots[name], plan.robots[name].waypoints[index], (*taken, *others))
+        return _places(plan.mission, name, plan.robots[name], plan.robots[name].waypoints[guests[name]], (*taken, *others))
+
+    if how == "packed":
+        packing = packed(middle, [free(name) for name in guests], distance, z_scale)
+        if packing is None:
+            return None
+        return {name: tuple(place.tolist()) for name, place in zip(guests, packing, strict=True)}
+    for name in guests:
+        places = free(name)
         if not len(places):
             return None
         away = np.linalg.norm(places - middle, axis=1)
-        if apart and taken:  # next to those who are there already, and as far out as can be
+        if how == "apart" and taken:  # next to those who are there already, and as far out as can be
             away = np.sum([place.signed_distance(places) for place in taken], axis=0)
-        chosen = places[int(np.argmax(away) if apart and not taken else np.argmin(away))]
+        chosen = places[int(np.argmax(away) if how == "apart" and not taken else np.argmin(away))]
         found[name] = tuple(chosen.tolist())
         taken.append(keep_out(name, chosen, distance, z_scale))
     return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -37,6 +38,28 @@ def test_two_robots_sent_to_one_point_end_beside_each_other() -> None:
 def test_a_region_without_room_for_two_is_refused() -> None:
     with pytest.raises(Infeasible, match="apart"):
         refine(meeting(0.15))
+
+
+@pytest.mark.parametrize(("robots", "radius"), [(2, 0.35), (3, 0.35), (4, 0.4)])
+@pytest.mark.parametrize("counted", [False, True])
+def test_those_who_end_in_a_region_take_places_beside_each_other_where_its_middle_leaves_no_room(
+    robots: int, radius: float, counted: bool
+) -> None:
+    starts = {name: (-1.5, 0.6 * i, 1.0) for i, name in enumerate("abcd"[:robots])}
+    mission = room({"goal": ball(1.0, 0.0, radius)}, {name: Agent(start=start) for name, start in starts.items()})
+    flights = {name: straight(start, (1.0, 0.0, 1.0), visits={1: "goal"}) for name, start in starts.items()}
+    moved = (moved_to_meet if counted else moved_apart)(Plan(mission=mission, robots=flights), 0.42, 1.0)
+    last = [robot.waypoints[-1].position for robot in moved.robots.values()]
+    assert all(math.dist(one, other) >= 0.42 for one, other in itertools.combinations(last, 2))
+    assert all(math.dist(place, (1.0, 0.0, 1.0)) < radius - mission.margin for place in last)
+
+
+@pytest.mark.parametrize("move", [moved_apart, moved_to_meet])
+def test_more_than_a_region_has_places_for_are_refused(move: Callable[[Plan, float, float], Plan]) -> None:
+    with pytest.raises(
+        Infeasible, match=r"'goal' is too small: 2 robots are to be in it together \(a, b\), and no 2 places 0.600 m"
+    ):
+        move(meeting(0.35), 0.6, 1.0)
 
 
 def test_robots_that_meet_exchange_their_places_so_that_ways_are_short() -> None:
