@@ -16,7 +16,7 @@ from flight.link.record import Record
 from flight.link.stages import Stage, Watched
 from flight.link.watch import Look, Watch
 from flight.monitoring.reaction import LANDING_HEIGHT
-from verify.data import BadInput, Trajectory
+from verify.data import BadInput, DoesNotFit, Trajectory
 
 STEP = 0.02
 """s between two looks at all robots."""
@@ -155,6 +155,7 @@ def fly_live(
 
     Raises:
         BadInput: There is nothing to fly, or stages are of different robots or do not join.
+        DoesNotFit: A vehicle's memory does not hold a stage; nothing spins.
     """
     _require_joined(stages, grounds)
     record = Record()
@@ -179,6 +180,8 @@ def fly_live(
     except KeyboardInterrupt:
         reason = "interrupted"
     except BaseException as error:  # whatever it was: robots are in the air
+        if isinstance(error, DoesNotFit) and not began:
+            raise
         reason = f"{type(error).__name__}: {error}"
     if reason:
         record.note(link.now(), reason, kind="alarm")

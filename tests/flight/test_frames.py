@@ -20,6 +20,7 @@ from ltlplan.pipeline import certified_team
 from ltlplan.recorded import judge_flight
 from tests.helpers.live_missions import pair
 from tests.helpers.stand_ins import minimum_snap
+from verify import certify
 from verify.data import BadInput, DoesNotFit
 from verify.data.frame import Frame
 
@@ -92,6 +93,14 @@ def test_exports_lie_in_the_laboratory_and_say_so(certified, tmp_path) -> None:
     assert first[[1, 9, 17]] == pytest.approx(mission.frame.to_laboratory(mission.agents["one"].start), abs=1e-6)
     assert first[25] == pytest.approx(math.pi / 2)
     assert any("turned by 90 degrees about z and moved by (3, -1, 0.1) m" in note for note in made.notes)
+
+
+def test_compressed_flights_are_refused_where_the_frame_leads_off_their_grid(certified, tmp_path) -> None:
+    mission, done = certified
+    plan, team = done.plan.changed(mission=mission.changed(frame=Frame(rotation_deg=30.0))), flight.quantised(done.team)
+    says = r"grid of millimetres, off which the mission's `frame` leads \(the mission turned by 30 degrees"
+    with pytest.raises(DoesNotFit, match=says):
+        flight.export(team, certify(plan, team), tmp_path / "out", format="crazyflie-compressed", anyway=True)
 
 
 @pytest.mark.slow

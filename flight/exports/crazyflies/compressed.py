@@ -42,6 +42,10 @@ _STEPS = (0.35, 0.45, 0.6, 0.8)
 Integers = NDArray[np.int64]
 
 
+class _OffGrid(DoesNotFit):
+    """A flight that rounding to what is stored would change."""
+
+
 def quantised(team: Mapping[str, Trajectory], *, step: float = 0.35) -> dict[str, Trajectory]:
     """Return paths near a team's that compressed trajectories hold exactly: the ones to certify and export.
 
@@ -168,7 +172,7 @@ def compressed_bytes(name: str, path: Trajectory) -> tuple[bytes, int]:
     """
     durations, points = _encoded(name, path)
     if _decoded(durations, points, None) != Trajectory(path.durations, path.coefficients):
-        raise DoesNotFit(
+        raise _OffGrid(
             f"{name}'s trajectory does not survive rounding to millimetres, tenths of a degree and milliseconds; "
             "certify `flight.quantised(team)` and export that."
         )
@@ -257,7 +261,15 @@ def _float32(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _product(request: Request) -> Product:
     _without_team_laps(request.team)
-    product = upload_files(request, compressed_bytes, _KIND)
+    try:
+        product = upload_files(request, compressed_bytes, _KIND)
+    except _OffGrid:
+        if request.mission.frame is None:
+            raise
+        raise DoesNotFit(
+            f"compressed flights lie on a grid of millimetres, off which the mission's `frame` leads ({request.mission.frame.sentence}). Use the format "
+            "`crazyswarm2` or `crazyflie`, or write the mission in the laboratory's frame."
+        ) from None
     if not any(path.coefficients[:, 3].any() for path in request.team.values()):
         return product
     return Product(product.files, (*product.notes, _HEADINGS))

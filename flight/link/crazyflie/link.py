@@ -13,7 +13,7 @@ import numpy as np
 from flight.link.addresses import require_addresses
 from flight.link.crazyflie.broadcast import Broadcast, heard_by
 from flight.link.crazyflie.capture import Body, Capture, Watch
-from flight.link.crazyflie.memory import Memory
+from flight.link.crazyflie.memory import Memory, encoded
 from flight.link.crazyflie.reports import State
 from flight.link.crazyflie.setting import wanted
 from flight.link.crazyflie.steps import arm, connect, store, until
@@ -159,6 +159,18 @@ class CrazyflieLink:
         """Return the parameters that matter, as they were read back."""
         board = self._vehicles[robot].board
         return {key: board[key] for key in self.wanted[robot] if key in board}
+
+    def require_room(self, team: Mapping[str, Trajectory]) -> None:
+        """Refuse flights that memories on board cannot hold, before anything is stored.
+
+        Args:
+            team: Finite, as they are flown.
+
+        Raises:
+            DoesNotFit: A robot's does not.
+        """
+        for name, path in team.items():
+            encoded(name, path, self._vehicles[name].room)
 
     def upload(self, robot: str, number: int, path: Trajectory) -> None:
         """Store a flight on board and read it from there; one that does not fit beside the others is stored when it is started.

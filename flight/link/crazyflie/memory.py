@@ -39,7 +39,7 @@ class Memory:
         """
         if not 0 <= number < IDS:
             raise DoesNotFit(f"{name}: flight {number} has no id on board; a Crazyflie knows 0 to {IDS - 1}.")
-        kept = self._kept[number] = _encoded(name, path, self._size)
+        kept = self._kept[number] = encoded(name, path, self._size)
         begin = -(-self._used // ALIGNMENT) * ALIGNMENT
         return self._laid(number, begin) if begin + len(kept[0]) <= self._size else None
 
@@ -61,8 +61,13 @@ class Memory:
         return Entry(number, offset, pieces, kind, data)
 
 
-def _encoded(name: str, path: Trajectory, size: int) -> tuple[bytes, int, int]:
+def encoded(name: str, path: Trajectory, size: int) -> tuple[bytes, int, int]:
     """Return bytes, number of pieces and kind: uncompressed, or compressed where only that fits and loses nothing.
+
+    Args:
+        name: The robot's, for messages.
+        path: Finite, as it is flown.
+        size: Bytes of its memory.
 
     Raises:
         DoesNotFit: Neither does.
@@ -75,8 +80,8 @@ def _encoded(name: str, path: Trajectory, size: int) -> tuple[bytes, int, int]:
         data, pieces = b"", 0
     if not data or len(data) > size or pieces > 255:
         raise DoesNotFit(
-            f"{name}'s flight has {len(path)} pieces, and its trajectory memory of {size} bytes holds {size // PIECE}. Certify it as the "
-            "format `crazyflie-compressed` stores it (`ltlplan export` writes such a folder), plan it with fewer pieces, or fly its parts with "
-            "the export for crazyswarm2."
+            f"{name}'s flight has {len(path)} pieces, and its trajectory memory of {size} bytes holds {size // PIECE}. Rounded to millimetres it may fit: "
+            "`ltlplan export RUN --format crazyflie-compressed --out FOLDER` certifies it so, or says that it does not fit, and FOLDER is flown in "
+            "RUN's place. Else fly its parts by the export for crazyswarm2 (`--format crazyswarm2`), or plan fewer pieces."
         )
     return data, pieces, _COMPRESSED

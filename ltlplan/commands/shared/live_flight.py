@@ -19,6 +19,7 @@ from verify.data.progress import part_of
 
 if TYPE_CHECKING:
     from flight import Conditions
+    from flight.link.crazyflie.link import CrazyflieLink
     from flight.link.link import Link
     from flight.link.live import LiveFlight
     from flight.link.stages import Stage
@@ -74,7 +75,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
     with ExitStack() as opened:
         with simulating(out, FILES, quiet=json) as progress:
             progress("reaching the robots", 0.0)  # before what takes its time: who is not there is said at once
-            link = None if asked.kind == "simulated" else opened.enter_context(closing(vehicles(asked, mission)))
+            link = None if asked.kind == "simulated" else opened.enter_context(closing(vehicles(asked, mission, source)))
             plan, team, certificate = certified(source, part_of(progress, 0.1, 0.5))
             stand = {**below_starts(team), **told}
             flown = stages(plan, team, certificate, stand, progress=part_of(progress, 0.5, 0.9))
@@ -170,16 +171,18 @@ def simulated_robots(mission: Mission, stand: dict[str, Place], conditions: Cond
     return _framed(link, mission)
 
 
-def vehicles(asked: Asked, mission: Mission) -> Link:
+def vehicles(asked: Asked, mission: Mission, source: str | None = None) -> Link:
     """Reach vehicles, and speak to them in the mission's frame.
 
     Args:
         asked: Which link, and their addresses.
         mission: Who flies.
+        source: A run's folder, whose flight the memories of vehicles that store flights must hold; another source's is not known yet.
 
     Raises:
         BadInput: An address makes no sense.
         LinkLost: A robot cannot be reached.
+        DoesNotFit: A memory does not hold it.
     """
     from flight.frames import mission_in_laboratory
 
@@ -191,10 +194,27 @@ def vehicles(asked: Asked, mission: Mission) -> Link:
         addresses[name] = address
     laboratory = mission_in_laboratory(mission)
     if asked.kind == "crazyflie":
-        return _framed(_crazyflies(asked.inventory, laboratory, addresses), mission)
+        link = _crazyflies(asked.inventory, laboratory, addresses)
+        try:
+            link.require_room(_flown(source, mission))
+        except BaseException:
+            link.close()
+            raise
+        return _framed(link, mission)
     from flight.link.mavlink import MavlinkLink
 
     return _framed(MavlinkLink(laboratory, addresses), mission)
+
+
+def _flown(source: str | None, mission: Mission) -> dict[str, Trajectory]:
+    """Return what a run's folder has its robots fly, as the laboratory sees it; nobody's of a mission that is still to be planned."""
+    from flight.frames import team_in_laboratory
+    from verify.run_folder import read_folder
+
+    if source is None or not Path(source).is_dir():
+        return {}
+    team = {name: path.flattened(mission.spec.repeat) for name, path in read_folder(source)[1].items()}
+    return team_in_laboratory(mission, team)[0]
 
 
 def _framed(link: Link, mission: Mission) -> Link:
@@ -204,7 +224,7 @@ def _framed(link: Link, mission: Mission) -> Link:
     return link if mission.frame is None else FramedLink(link, mission.frame)
 
 
-def _crazyflies(inventory: Path | None, mission: Mission, addresses: dict[str, str]) -> Link:
+def _crazyflies(inventory: Path | None, mission: Mission, addresses: dict[str, str]) -> CrazyflieLink:
     """Reach Crazyflies by an inventory and by addresses, which go before its own."""
     from flight.exports.crazyflies.inventory import read_capture, read_inventory
     from flight.link.crazyflie.capture import connected_to

@@ -17,7 +17,7 @@ from flight.link.crazyflie.memory import Memory
 from tests.helpers.crazyflie_firmware import Manner
 from tests.helpers.crazyflie_peer import in_the_air
 from tests.helpers.crazyflie_radio import crazyradio
-from tests.helpers.crazyflie_stages import GROUNDS, PLACES
+from tests.helpers.crazyflie_stages import GROUNDS, PLACES, stage
 from tests.helpers.flights import legs
 
 
@@ -125,7 +125,9 @@ def test_flights_lie_side_by_side_and_what_does_not_fit_waits() -> None:
     assert memory.missing(2) is None
     again = memory.missing(0)
     assert again is not None, "it was written over"
-    with pytest.raises(DoesNotFit, match=r"r0's flight has 39 pieces"):
+    with pytest.raises(
+        DoesNotFit, match=r"r0's flight has 39 pieces.* `ltlplan export RUN --format crazyflie-compressed --out FOLDER`"
+    ):
         memory.take(3, "r0", legs([[k % 2, 0, 1] for k in range(40)]))
 
 
@@ -140,6 +142,20 @@ def test_what_only_fits_compressed_is_stored_compressed(mission) -> None:
     offset, pieces, kind = air.vehicles["r0"].defined[3]
     assert (offset, pieces, kind) == (0, len(path), 1)
     assert compressed_trajectory(bytes(air.vehicles["r0"].memory)) == path
+
+
+def test_a_stage_that_no_memory_holds_is_refused_before_anything_spins(mission, flown) -> None:
+    high = {name: [x, y, 0.5] for name, (x, y, _) in PLACES.items()}
+    long = stage("flight", {name: [[x + 0.005 * (k % 2), y, z] for k in range(34)] for name, (x, y, z) in high.items()})
+    with in_the_air(mission, PLACES) as (air, addresses):
+        link = CrazyflieLink(mission, addresses)
+        with pytest.raises(DoesNotFit, match="r0's flight has 33 pieces, and its trajectory memory of 4096 bytes holds 31"):
+            link.require_room(long.paths)
+        link.require_room(flown[1].paths)
+        with pytest.raises(DoesNotFit, match="r0's flight has 33 pieces"):
+            fly_live(link, (flown[0], long), grounds=GROUNDS)
+        link.close()
+        assert all(vehicle.starts == [] for vehicle in air.vehicles.values())
 
 
 @pytest.mark.slow
