@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flight.closed_loop import Setup, steps
+from flight.closed_loop import steps
 from flight.model.attitude import Floats
 from flight.model.reference import Reference
 from flight.model.timing import FRAME_STEPS, STEP, SUBSTEPS
 from flight.monitoring.formula_state import FormulaState
 from flight.monitoring.letters import PlannedAction, RegionMasks, region_letters
 from flight.processes import Workers, shared
+from flight.setup import Setup, not_simulated
 from verify.data import Mission
 from verify.data.progress import Progress, silent
 
@@ -83,15 +84,20 @@ def _batch(job: Job, seeds: range, report: Progress) -> Part:
     masks = regions.none(robots * runs)
     changes: list[list[tuple[int, int, int]]] = [[] for _ in range(runs)]  # of each run: sample, robot, regions
     peak = np.zeros(robots * runs)
-    for sample, entry in enumerate(steps(job.setup, seeds)):
-        away = (entry.position.reshape(3, runs, robots) - reference.fine[entry.step][:, None]).astype(np.float64)
-        errors[:, sample] = np.sqrt(np.max(away[0] * away[0] + away[1] * away[1] + away[2] * away[2], axis=1))
-        now = regions.of(entry.position)
-        for vehicle in np.flatnonzero(now != masks) if sample else range(robots * runs):
-            changes[vehicle // robots].append((sample, int(vehicle % robots), int(now[vehicle])))
-        masks, peak = now, entry.peak
-        if sample % 100 == 0:
-            report("simulating", sample / samples)
+    with np.errstate(all="ignore"):  # who is nowhere any more is named
+        for sample, entry in enumerate(steps(job.setup, seeds)):
+            away = (entry.position.reshape(3, runs, robots) - reference.fine[entry.step][:, None]).astype(np.float64)
+            errors[:, sample] = np.sqrt(np.max(away[0] * away[0] + away[1] * away[1] + away[2] * away[2], axis=1))
+            now = regions.of(entry.position)
+            for vehicle in np.flatnonzero(now != masks) if sample else range(robots * runs):
+                changes[vehicle // robots].append((sample, int(vehicle % robots), int(now[vehicle])))
+            masks, peak = now, entry.peak
+            if sample % 100 == 0:
+                report("simulating", sample / samples)
+    if not np.isfinite(peak).all():
+        run, robot = divmod(int(np.argmin(np.isfinite(peak))), robots)
+        name = reference.robots[robot]
+        raise not_simulated(name, job.mission.vehicle_of(name), f"in the flight with seed {seeds[run]}")
     judge = _Judge(job, reference.robots)
     satisfied = np.array([judge.satisfied(found) for found in changes], dtype=np.bool_)
     report("simulating", 1.0)

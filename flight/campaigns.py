@@ -17,7 +17,6 @@ from scipy.special import betaincinv
 
 from flight.batches import Job, simulate
 from flight.certified import require_certificate
-from flight.closed_loop import Setup
 from flight.conditions import CALM, ConditionKeywords, Conditions
 from flight.model.airframe import airframes_of
 from flight.model.attitude import Floats
@@ -26,7 +25,8 @@ from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
 from flight.monitoring.formula_state import has_formula
 from flight.monitoring.letters import planned_actions
 from flight.monitoring.tube import stray_between_steps
-from flight.processes import Processes, Workers
+from flight.processes import Processes, Workers, count_of
+from flight.setup import Setup, is_whole, require_seed
 from verify.certificate import Certificate
 from verify.data import BadInput, Plan, Trajectory, check_plan, check_trajectories
 from verify.data.progress import Progress
@@ -223,16 +223,15 @@ def campaign(
         changes: As for `fly`.
 
     Raises:
-        BadInput: There are no such conditions, trajectories do not fit the mission, the certificate's margin is 0, or the
-            number of runs or workers is out of range.
+        BadInput: There are no such conditions, trajectories do not fit the mission, the certificate's margin is 0, the
+            number of runs or workers is out of range, or what a vehicle's profile says cannot be simulated.
         NotCertified: The certificate is of other trajectories or of another mission.
     """
     conditions = conditions.changed(**changes)
-    if not 1 <= runs <= MAX_RUNS:
+    if not is_whole(runs) or not 1 <= runs <= MAX_RUNS:
         raise BadInput(f"a campaign has 1 to {MAX_RUNS} runs, not {runs}.")
-    most = workers if isinstance(workers, int) else workers.count
-    if most < 1 or seed < 0:
-        raise BadInput(f"workers must be at least 1 and seed at least 0, not {most} and {seed}.")
+    most = count_of(workers)
+    require_seed(seed)
     plan, team = check_plan(plan), check_trajectories(team)
     if cert is not None:
         require_certificate(cert, plan, team)

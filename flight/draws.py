@@ -61,6 +61,11 @@ class Draws:
         self._index += 1
         return self._wind_draws[self._index]
 
+    @property
+    def frames_left(self) -> int:
+        """Frames of motion capture that `sight` can still tell of before the next draws."""
+        return len(self._position_draws) - self._frame
+
     def sight(self) -> tuple[Floats, NDArray[np.bool_]]:
         """Return noise of one frame in standard deviations, and which vehicles were seen."""
         assert self._sensor is not None

@@ -9,7 +9,7 @@ from typing import Unpack
 import numpy as np
 
 from flight.certified import require_certificate
-from flight.closed_loop import Setup, Snapshot, steps
+from flight.closed_loop import steps
 from flight.conditions import CALM, ConditionKeywords, Conditions
 from flight.logs.log import Event, FlightLog
 from flight.model.airframe import Airframe, airframes_of
@@ -20,6 +20,7 @@ from flight.monitoring.formula_state import has_formula
 from flight.monitoring.letters import PlannedAction, RegionMasks, internal_letters, planned_actions, region_letters
 from flight.monitoring.monitor import Monitor
 from flight.monitoring.reaction import LANDING_TIME, Reaction, Stop
+from flight.setup import Setup, Snapshot, not_simulated, require_seed
 from verify.certificate import Certificate
 from verify.data import BadInput, Mission, Plan, Trajectory, check_plan, check_trajectories
 from verify.data.progress import Progress
@@ -54,11 +55,12 @@ def fly(
         changes: Some of the conditions as keywords, `wind="1.5+0.4"` for instance, in place of those of `conditions`.
 
     Raises:
-        BadInput: There are no such conditions, plan or trajectories are not sound or do not fit each other, or the
-            certificate's margin is 0.
+        BadInput: There are no such conditions, plan or trajectories are not sound or do not fit each other, the
+            certificate's margin is 0, or what a vehicle's profile says cannot be simulated.
         NotCertified: The certificate is of other trajectories or of another mission.
     """
     conditions = conditions.changed(**changes)
+    require_seed(seed)
     plan, team = check_plan(plan), check_trajectories(team)
     mission = plan.mission
     if cert is not None:
@@ -78,12 +80,16 @@ def fly(
     setup = Setup(flight.airframes, watcher, conditions)
     entries: list[Snapshot] = []
     count = (len(flight.reference.times) - 1) * SUBSTEPS // FRAME_STEPS
-    for entry in steps(setup, [seed]):
-        entries.append(entry)
-        if watcher.over(entry):
-            break
-        if progress is not None and len(entries) % 100 == 0:
-            progress("simulating the flight", min(len(entries) / (count + 1), 1.0))
+    with np.errstate(all="ignore"):  # who is nowhere any more is named
+        for entry in steps(setup, [seed]):
+            if not np.isfinite(entry.position).all():
+                robot = watcher.robots[int(np.argmin(np.isfinite(entry.position).all(axis=0)))]
+                raise not_simulated(robot, mission.vehicle_of(robot), f"at {entry.step * STEP:.2f} s")
+            entries.append(entry)
+            if watcher.over(entry):
+                break
+            if progress is not None and len(entries) % 100 == 0:
+                progress("simulating the flight", min(len(entries) / (count + 1), 1.0))
     watcher.monitor.finish(flight.reference.duration)
     return _log(flight, watcher, entries)
 

@@ -51,6 +51,21 @@ class Workers(Protocol):
         ...
 
 
+def count_of(workers: int | Workers) -> int:
+    """Return how many pieces of work are done at the same time.
+
+    Args:
+        workers: How many processes, or whose.
+
+    Raises:
+        BadInput: They are none, or no such thing.
+    """
+    count = workers if isinstance(workers, int) else getattr(workers, "count", None)  # callers may give anything
+    if not isinstance(count, int) or isinstance(count, bool) or count < 1:
+        raise BadInput(f"workers must be at least 1, a whole number or processes that work can be given to, not {workers!r}.")
+    return count
+
+
 def shared(
     work: Callable[[Job, Part, Progress], Found],
     job: Job,

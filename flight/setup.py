@@ -3,13 +3,46 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, SupportsIndex
 
 import numpy as np
 
 from flight.conditions import CALM, Conditions
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats
+from flight.model.timing import STEP
+from verify.data import BadInput, Vehicle
+
+
+def is_whole(number: object) -> bool:
+    """Return whether something counts: a whole number, of whatever kind, and no truth value."""
+    return isinstance(number, SupportsIndex) and not isinstance(number, bool)
+
+
+def require_seed(seed: int) -> None:
+    """Refuse what is no seed.
+
+    Args:
+        seed: As a caller gave it.
+
+    Raises:
+        BadInput: It is no whole number, or below 0.
+    """
+    if not is_whole(seed) or seed < 0:
+        raise BadInput(f"a seed is a whole number from 0 on, not {seed!r}.")
+
+
+def not_simulated(robot: str, vehicle: Vehicle, when: str) -> BadInput:
+    """Return what is said where a simulation comes to numbers that are none.
+
+    Args:
+        robot: Whose place is none.
+        vehicle: What it flies.
+        when: In which flight, or at what time.
+    """
+    return BadInput(
+        f"{robot} is nowhere any more {when}: what its profile '{vehicle.name}' says cannot be simulated in steps of {1000 * STEP:g} ms."
+    )
 
 
 class Guidance(Protocol):

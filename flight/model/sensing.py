@@ -38,8 +38,8 @@ class MotionCapture:
     rate_noise: float = 0.01
 
     def __post_init__(self) -> None:
-        if self.rate not in (50, 100, 250, 500):
-            raise BadInput(f"motion capture runs at 50, 100, 250 or 500 Hz, not {self.rate}.")
+        if self.rate not in (50, 100, 250, 500) or not isinstance(self.rate, int):  # pyright: ignore[reportUnnecessaryIsInstance]  # a caller may err
+            raise BadInput(f"motion capture runs at 50, 100, 250 or 500 Hz, a whole number, not {self.rate!r}.")
         for name in ("noise", "delay", "dropout", "attitude_noise", "rate_noise"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0):
@@ -48,7 +48,7 @@ class MotionCapture:
             raise BadInput(f"motion capture: a noise of {self.noise:g} m is no motion capture; it is given in metres.")
         if self.delay > 0.2:
             raise BadInput(f"motion capture: a delay of {self.delay:g} s cannot be flown; it is given in seconds.")
-        if self.dropout > 0.5 or self.burst < 1.0:
+        if self.dropout > 0.5 or not 1.0 <= self.burst < np.inf:
             raise BadInput("motion capture: dropout must be at most 0.5, and burst at least 1 frame.")
 
     @classmethod

@@ -71,7 +71,7 @@ def seen(draws: Draws, sensor: MotionCapture, half: int) -> Sight:
     attitude, gyro = draws.board()
     pictures = sensor.rate * FRAME_STEPS // 500 if sensor.rate >= 100 else 1 - half
     noise, found = np.zeros_like(gyro), np.zeros(gyro.shape[1], dtype=np.bool_)
-    for _ in range(pictures):
+    for _ in range(min(pictures, draws.frames_left)):  # behind the last control instant there is one
         noise, found = draws.sight()
     return Sight(sensor.noise * noise, sensor.attitude_noise * attitude, found, sensor.rate_noise * gyro)
 

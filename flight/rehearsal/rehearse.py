@@ -17,9 +17,10 @@ from flight.model.reference import flown, sample_reference
 from flight.model.sensing import MotionCapture
 from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
 from flight.monitoring.tube import stray_between_steps
-from flight.processes import Processes, Workers, shared
+from flight.processes import Processes, Workers, count_of, shared
 from flight.rehearsal.batches import Job, worst_errors
 from flight.rehearsal.table import Cell, Rehearsal
+from flight.setup import is_whole, require_seed
 from verify.certificate import Certificate
 from verify.data import BadInput, Plan, Trajectory, check_plan, check_trajectories
 from verify.data.progress import Progress, silent
@@ -101,8 +102,10 @@ def rehearse(
         BadInput: There are no such combinations, trajectories do not fit the mission, or a number is out of range.
         NotCertified: The certificate is of other trajectories or of another mission.
     """
-    if not 1 <= runs <= MAX_RUNS or seed < 0:
-        raise BadInput(f"a rehearsal flies each cell 1 to {MAX_RUNS} times from seed 0 on, not {runs} times from {seed}.")
+    if not is_whole(runs) or not 1 <= runs <= MAX_RUNS:
+        raise BadInput(f"a rehearsal flies each cell 1 to {MAX_RUNS} times, not {runs}.")
+    require_seed(seed)
+    count_of(workers)  # before anything is sampled
     plan, team = check_plan(plan), check_trajectories(team)
     if cert is not None:
         require_certificate(cert, plan, team)
@@ -146,10 +149,7 @@ def rehearse(
 def _flown(job: Job, parts: Sequence[tuple[str, range]], workers: int | Workers, say: Progress) -> list[Floats]:
     """Fly the parts, in order, and return what each found."""
     sentence = "rehearsing the flight"
-    count = workers if isinstance(workers, int) else workers.count
-    if count < 1:
-        raise BadInput(f"workers must be at least 1, not {count}.")
-    if count == 1 and isinstance(workers, int):
+    if count_of(workers) == 1 and isinstance(workers, int):
         found: list[Floats] = []
         for index, part in enumerate(parts):
             found.append(worst_errors(job, part, lambda _, share, index=index: say(sentence, (index + share) / len(parts))))

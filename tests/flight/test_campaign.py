@@ -142,9 +142,22 @@ def test_confidence_intervals_are_clopper_and_pearsons(count, of, low, high):
     assert (share.low, share.high) == (pytest.approx(low, abs=1e-4), pytest.approx(high, abs=1e-4))
 
 
-@pytest.mark.parametrize("options", [{"runs": 0}, {"runs": 10**7}, {"workers": 0}, {"seed": -1}])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"runs": 0},
+        {"runs": 10**7},
+        {"runs": 2.5},
+        {"runs": True},
+        {"workers": 0},
+        {"workers": None},
+        {"workers": 1.5},
+        {"seed": -1},
+        {"seed": 1.5},
+    ],
+)
 def test_campaigns_out_of_range_are_refused(made, options):
-    with pytest.raises(BadInput):
+    with pytest.raises(BadInput, match=next(iter(options))):
         flight.campaign(*made, **options)
 
 

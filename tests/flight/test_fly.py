@@ -187,3 +187,20 @@ def test_a_campaign_of_a_sequence_of_hoops_counts_tubes_alone():
     assert found.sentences[1].startswith("the mission has no formula; who stayed inside the tubes passed hoops in their order")
     bare = flight.campaign(plan, team, runs=2, model="paper")
     assert "the mission has no formula; whether hoops were passed in their order was not judged." in bare.sentences
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, float("nan"), "a", True])
+def test_what_is_no_seed_is_refused(seed):
+    with pytest.raises(BadInput, match="a seed is a whole number from 0 on, not"):
+        flight.fly(*hop(), seed=seed)
+
+
+def test_a_vehicle_that_cannot_be_simulated_is_named():
+    plan, team = hop()
+    tiny = plan.mission.vehicle.changed(name="tiny", inertia=(1e-300, 1e-300, 1e-300))
+    plan = plan.model_copy(update={"mission": plan.mission.model_copy(update={"vehicle": tiny})})
+    said = "quad0 is nowhere any more {}: what its profile 'tiny' says cannot be simulated in steps of 2 ms"
+    with pytest.raises(BadInput, match=said.format(r"at 0\.\d\d s")):
+        flight.fly(plan, team, controller="mellinger", noise=0.001)
+    with pytest.raises(BadInput, match=said.format("in the flight with seed 3")):
+        flight.campaign(plan, team, runs=2, seed=3, controller="mellinger", noise=0.001)

@@ -16,8 +16,8 @@ from ruamel.yaml import YAML
 from verify.data.errors import BadInput, did_you_mean
 from verify.data.value import Value
 
-_Number = Annotated[float, Strict(), Field(gt=0, allow_inf_nan=False)]
-_Gain = Annotated[float, Strict(), Field(ge=0, allow_inf_nan=False)]
+_Number = Annotated[float, Strict(), Field(gt=0, le=1e9, allow_inf_nan=False)]  # squares and products of which are numbers
+_Gain = Annotated[float, Strict(), Field(ge=0, le=1e9, allow_inf_nan=False)]
 Gains = tuple[_Gain, _Gain, _Gain]
 """About or along x, y and z."""
 

@@ -82,7 +82,17 @@ def test_the_filter_gives_the_textbook_answer_when_nothing_is_lost():
 
 @pytest.mark.parametrize(
     "values",
-    [{"rate": 30}, {"noise": -1}, {"noise": 3.0}, {"delay": 10.0}, {"dropout": 0.9}, {"burst": 0}, {"rate_noise": np.nan}],
+    [
+        {"rate": 30},
+        {"rate": 100.0},
+        {"noise": -1},
+        {"noise": 3.0},
+        {"delay": 10.0},
+        {"dropout": 0.9},
+        {"burst": 0},
+        {"burst": np.nan},
+        {"rate_noise": np.nan},
+    ],
 )
 def test_a_motion_capture_that_cannot_be_is_refused(values):
     with pytest.raises(BadInput):

@@ -178,3 +178,12 @@ def test_every_shipped_vehicle_names_a_controller_that_there_is(name):
     if vehicle.autopilot is not None and vehicle.autopilot.name != "crazyflie-2":
         full = vehicle.autopilot.mellinger.thrust_to_pwm * 4 * vehicle.rotor_thrust_max
         assert full == pytest.approx(65535, rel=1e-4)  # one newton asked for is one newton given
+
+
+@pytest.mark.parametrize("rate", [50, 250, 500])
+def test_the_filter_on_board_takes_cameras_of_every_rate(short, rate):
+    plan, team = short
+    log = flight.fly(plan, team, controller="geometric", noise=MotionCapture(rate=rate), estimator="ekf")
+    assert log.worst_error() < 0.02
+    assert log.measured is not None
+    assert np.isfinite(log.measured[-1]).all()

@@ -87,3 +87,5 @@ def test_numbers_out_of_range_are_refused():
         flight.rehearse(plan, team, runs=0)
     with pytest.raises(BadInput, match="workers must be at least 1"):
         flight.rehearse(plan, team, workers=0)
+    with pytest.raises(BadInput, match="a seed is a whole number"):
+        flight.rehearse(plan, team, seed=-1)
