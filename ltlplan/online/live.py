@@ -15,7 +15,7 @@ as another event may help, and lands where it can.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import ceil, floor, inf
@@ -24,19 +24,19 @@ from typing import Any
 from flight.link.live import STEP, Alarm, Flying
 from flight.link.stages import FLIGHT, Stage, Watched
 from flight.link.watch import Watch
-from flight.monitoring.monitor import Monitor
 from ltlplan.online.asking import Answer, Computer, NoAnswer, judgement, next_piece, way_down, way_to_stop
 from ltlplan.online.braking import StoppingManoeuvre
 from ltlplan.online.certified import CertifiedTeam
+from ltlplan.online.happenings import Happenings, fault_of, no_news
 from ltlplan.online.leaving import Leaving
 from ltlplan.online.next_piece import Found, Left, WholeFlight
-from ltlplan.sharing.events import falls_on, in_order
+from ltlplan.online.watching import watch_on
+from ltlplan.sharing.events import falls_on
 from ltlplan.sharing.team_in_flight import PERIOD
 from ltlplan.transfers import Place
-from verify.data import BadInput, LtlplanError, Mission, Trajectory
-from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
+from verify.data import LtlplanError, Mission, Trajectory
+from verify.data.events import RobotLeaves, WorldEvent
 from verify.data.shapes.inequalities import Point
-from verify.recordings.planned_paths import planned_paths
 
 REACTION = 0.3
 """s from an event to where robots begin to slow down, at first: finding a way for three robots takes 0.15 s."""
@@ -57,9 +57,6 @@ ENDS = 0.5
 LANDING_TAKES = 10.0
 """s of battery for what comes after the flight."""
 
-News = Callable[[], Sequence[WorldEvent | str]]
-"""Returns what has happened since it was asked last, without waiting; a text says what was told and is no event."""
-
 
 @dataclass(frozen=True, slots=True)
 class Answered:
@@ -78,25 +75,13 @@ class Answered:
     begun: float | None = None
 
 
-def checked_events(mission: Mission, events: Sequence[WorldEvent]) -> tuple[WorldEvent, ...]:
-    """Return events in the order of their times, if all of them can be in a flight over a link.
+@dataclass(frozen=True, slots=True)
+class _Question:
+    """What is being answered, what is done with the answer, and when it was asked, s of the link's clock."""
 
-    Args:
-        mission: As it is at take-off.
-        events: What happens.
-
-    Raises:
-        BadInput: An event cannot be, or a robot is to join.
-    """
-    for event in events:
-        if isinstance(event, RobotJoins):
-            raise BadInput(_NO_JOINING.format(event))
-    return in_order(mission, events)
-
-
-def no_news() -> Sequence[WorldEvent | str]:
-    """Return nothing."""
-    return ()
+    answer: Answer
+    then: Callable[[Answer], None]
+    asked: float
 
 
 @dataclass
@@ -107,8 +92,7 @@ class OnlineCourse:
         team: What is proved and flown; it hovers at its starts.
         computer: Who computes answers.
         places: Where each robot stood, m.
-        events: What happens at times that are known, s of the flight.
-        news: What else happens.
+        happenings: What happens.
         began: When the flight began, s of the link's clock.
         ended: When it ended, s of the link's clock.
         happened: What has happened, each with the flight time from which it counts.
@@ -120,20 +104,16 @@ class OnlineCourse:
     team: CertifiedTeam
     computer: Computer
     places: Mapping[str, Place]
-    events: tuple[WorldEvent, ...] = ()
-    news: News = no_news
+    happenings: Happenings = field(default_factory=lambda: Happenings((), no_news))
     began: float = 0.0
     ended: float = 0.0
     happened: list[WorldEvent] = field(default_factory=list[WorldEvent])
     earlier: list[tuple[float, Mission]] = field(default_factory=list[tuple[float, Mission]])
     answered: list[Answered] = field(default_factory=list[Answered])
     satisfied_at: float | None = None
-    _queue: list[tuple[float, WorldEvent]] = field(default_factory=list[tuple[float, WorldEvent]])
     _leaving: list[Leaving] = field(default_factory=list[Leaving])
-    _gone: set[str] = field(default_factory=set[str])
-    _answer: Answer | None = None
-    _then: Callable[[Any], None] | None = None
-    _asked_at: float = 0.0
+    _gone: dict[str, float] = field(default_factory=dict[str, float])
+    _question: _Question | None = None
     _stopping: bool = False
     _lead: float = LEAD
     _known: float = 0.0
@@ -144,14 +124,6 @@ class OnlineCourse:
     _refused_at: float | None = None
     _number: int = 0
     _shown: int = 0
-
-    def __post_init__(self) -> None:
-        """Check what is known to happen.
-
-        Raises:
-            BadInput: An event cannot be, or a robot is to join.
-        """
-        self.events = checked_events(self.team.mission, self.events)
 
     @property
     def duration(self) -> float:
@@ -219,46 +191,44 @@ class OnlineCourse:
     def _hear(self) -> None:
         """Take in what happens: one event at a time, and none while a way to come to rest is looked for."""
         arrived = self._link.now()
-        while self.events and self.events[0].time <= self._now:
-            self._queue.append((arrived, self.events[0]))
-            self.events = self.events[1:]
-        for event in self.news():
-            if isinstance(event, str):
-                self._record.note(arrived, event)
-            else:
-                self._queue.append((arrived, event))
-        while self._queue and not self._stopping:
-            self._take(*self._queue.pop(0))
+        for sentence in self.happenings.hear(self._now, arrived):
+            self._record.note(arrived, sentence)
+        while self.happenings.queue and not self._stopping:
+            self._take(*self.happenings.queue.pop(0))
 
     def _go_on(self) -> None:
         """Do what is next where an answer has come, or it is time for the next piece."""
-        if self._answer is not None:
-            if self._answer.done():
-                answer, then = self._answer, self._then
-                self._answer = self._then = None
-                assert then is not None, "whoever asked wants to know"
+        if self._question is not None:
+            waited = self._link.now() - self._question.asked
+            if self._question.answer.done():
+                question, self._question = self._question, None
                 try:
-                    then(answer)
+                    question.then(question.answer)
+                    self._breathe()
                 finally:
-                    answer.drop()
-            elif self._link.now() - self._asked_at > (LONGEST_REACTION if self._stopping else PATIENCE):
-                raise Alarm(f"there was no answer in {self._link.now() - self._asked_at:.1f} s: whoever computes it hangs.")
+                    question.answer.drop()
+            elif waited > (LONGEST_REACTION if self._stopping else PATIENCE):
+                raise Alarm(f"there was no answer in {waited:.1f} s: whoever computes it hangs.")
         elif self._due is not None and self._whole is not None and self._now >= float(self._whole.last.start) - AHEAD:
             self._begin_piece(self._due, self._whole)
 
-    def _ask(self, work: Callable[..., Any], question: object, then: Callable[[Any], None]) -> None:
-        self._answer, self._then, self._asked_at = self.computer.ask(work, question), then, self._link.now()
+    def _breathe(self) -> None:
+        """Let set-points go out between two steps that take some milliseconds each."""
+        self._link.sleep(0.0)
+
+    def _ask(self, work: Callable[..., Any], about: object, then: Callable[[Answer], None]) -> None:
+        self._breathe()
+        self._question = _Question(self.computer.ask(work, about), then, self._link.now())
 
     def _drop(self) -> None:
         """Give up what is asked, and what was found for a world that is no more."""
-        if self._answer is not None:
-            self._answer.drop()
-        self._answer = self._then = self._due = self._whole = self._found = self._left = None
+        if self._question is not None:
+            self._question.answer.drop()
+        self._question = self._due = self._whole = self._found = self._left = None
 
     def _over(self) -> bool:
         """Whether nothing is left to be flown, or nothing can be proved of what is."""
-        busy = self._answer or self._due or self._queue or self.events or not all(leaving.stopped for leaving in self._leaving)
-        if busy:
+        if self._question or self._due or self.happenings or not all(leaving.stopped for leaving in self._leaving):
             return False
         assert self.team.present is not None, "somebody is in the air"
         given_up = self._refused_at is None or self._link.now() - self._refused_at > GIVE_UP
@@ -269,33 +239,36 @@ class OnlineCourse:
     def _lose(self, robot: str, sentence: str) -> None:
         """Leave a robot out that cannot go on; the flight is over where it was the last one."""
         pose = self._link.pose(robot)
-        if pose is None or len(self.team.pilots.keys() - self._gone) < 2:
+        if pose is None or len(self.team.pilots.keys() - self._gone.keys()) < 2:
             raise Alarm(sentence)
         self._record.note(self._link.now(), sentence, robot, "alarm")
-        self._leave(robot)
-        self._watch = self._bare_watch()
-        self._queue.append((self._link.now(), RobotLeaves(time=max(pose.time - self.began, 0.0), robot=robot)))
+        self._leave(robot, max(pose.time - self.began, 0.0))
+        self._watch = self._watch_now()
+        self.happenings.queue.append((self._link.now(), RobotLeaves(time=0.0, robot=robot)))
 
-    def _leave(self, robot: str) -> None:
-        """Let a robot land where it is, whatever the others do."""
-        self._gone.add(robot)
+    def _leave(self, robot: str, seen: float) -> None:
+        """Let a robot land where it is, whatever the others do; it was part of the team for so many s of the flight."""
+        self._gone[robot] = seen
         self._leaving.append(Leaving(robot, self.places[robot][2]))
 
     def _take(self, arrived: float, event: WorldEvent) -> None:
         """Let the world change, and look for a way to come to rest in it."""
         team, now = self.team, self._now
-        unseen = isinstance(event, RobotLeaves) and event.robot in self._gone
-        since = _exact(min(event.time, now) if unseen else now, floor)
-        if (fault := self._fault(event)) is not None:
+        unseen = self._gone.get(event.robot) if isinstance(event, RobotLeaves) else None
+        since = _exact(now if unseen is None else min(unseen, now), floor)
+        if (fault := fault_of(team, event)) is not None:
             self._record.note(self._link.now(), f"Not done: {fault}")
             return
+        if isinstance(event, RobotLeaves) and len(team.pilots) == 1:
+            raise Alarm(f"{event}: no robot is left in the air.")
         assert team.present is not None, "somebody is in the air"
         if since < team.present.since:
-            if unseen and team.lost is None:
+            if unseen is not None and team.lost is None:
                 team.lost = (
                     f"when the world changed at {float(team.present.since):.2f} s, {event} had begun, and was not known."
                 )
             since = team.present.since
+        self._breathe()
         trouble = falls_on(team.mission, event, self._positions())
         self._drop()
         self.earlier.append((float(since), team.mission))
@@ -303,31 +276,16 @@ class OnlineCourse:
         self.happened.append(event)
         self._record.note(self._link.now(), f"{event}.", getattr(event, "robot", None))
         team.close_piece(event, since)
+        self._breathe()
         self._refused_at = None
-        if isinstance(event, RobotLeaves) and not unseen:
-            self._leave(event.robot)
+        if isinstance(event, RobotLeaves) and unseen is None:
+            self._leave(event.robot, now)
         if trouble is not None:
             raise Alarm(trouble)
         self.answered.append(Answered(event))
         self._known = arrived
-        self._watch = self._bare_watch()
+        self._watch = self._watch_now()
         self._ask_stop(REACTION)
-
-    def _fault(self, event: WorldEvent) -> str | None:
-        """Say why an event cannot be."""
-        team = self.team
-        if isinstance(event, RobotJoins):
-            return _NO_JOINING.format(event)
-        if isinstance(event, RobotLeaves):
-            if event.robot not in team.pilots:
-                return f"{event}: it is not in the air."
-            if len(team.pilots) == 1:
-                raise Alarm(f"{event}: no robot is left in the air.")
-        try:
-            in_order(team.mission, (replace(event, time=0.0),))
-        except BadInput as error:
-            return str(error)
-        return None
 
     # -- coming to rest ------------------------------------------------------------------------------------
 
@@ -351,10 +309,11 @@ class OnlineCourse:
             self._ask_stop(2 * reaction)
             return
         team.take_stop(how)
-        for robot in team.present.team.keys() - self._gone:
+        for robot in team.present.team.keys() - self._gone.keys():
             self._link.upload(robot, self._number, team.present.team[robot])
-        self._watch, self._stopping = self._bare_watch(), False
+        self._watch, self._stopping = self._watch_now(), False
         self.answered[-1] = replace(self.answered[-1], stop=self._link.now() - self._known)
+        self._breathe()
         if team.waits_to_share:
             self._ask_piece()
         else:
@@ -440,6 +399,10 @@ class OnlineCourse:
         except NoAnswer as error:
             raise Alarm(str(error)) from None
 
+    def _watch_now(self) -> Watch:
+        assert self.team.present is not None, "somebody is in the air"
+        return watch_on(self._link, self._record, self.team.present, self.began, without=self._gone)
+
     # -- the end -------------------------------------------------------------------------------------------
 
     def _end(self) -> None:
@@ -475,32 +438,6 @@ class OnlineCourse:
         certified = self.team.certified if self._found is None else self._found.certified
         assert certified is not None, "it was certified before anything spun"
         return Stage(FLIGHT, certified.plan, certified.team, certified.certificate)
-
-    def _bare_watch(self) -> Watch:
-        """Watch what is flown now by who is left, from now on, though the words of it are not proved."""
-        present = self.team.present
-        assert present is not None, "somebody is in the air"
-        begin, now = self.began + float(present.start), self._link.now()
-        flown = {name: path for name, path in present.team.items() if name not in self._gone}
-        begun = {name: present.mission.agents[name] for name in flown}
-        planned = planned_paths(present.mission.model_copy(update={"agents": begun}), flown)
-        here = {  # where they are: at their starts there may be something by now
-            name: agent.model_copy(update={"start": tuple(flown[name].evaluate(max(now - begin, 0.0))[:3].tolist())})
-            for name, agent in begun.items()
-        }
-        spec = present.mission.spec.model_copy(update={"formula": "true", "soft": None})
-        world = present.mission.model_copy(update={"agents": here, "spec": spec, "obstacles": {}})
-        monitor = Monitor(
-            world, (), margin=world.margin, measurement=self._link.accuracy,
-            planned_acceleration=max(path.acceleration for path in planned.values()),
-        )  # fmt: skip
-        watched = Watched(FLIGHT, flown, world.margin, False, monitor)
-        watch = Watch(self._link, watched, begin, self._record, since=max(now, begin))
-        watch.see_before([self._link.pose(name) for name in flown])
-        return watch
-
-
-_NO_JOINING = "{}: robots join a team in simulation without a link; over one, land and begin anew with all of them."
 
 
 def _exact(time: float, rounded: Callable[[float], int]) -> Fraction:

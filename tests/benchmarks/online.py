@@ -22,6 +22,7 @@ from flight import Conditions
 from flight.link.live import fly_live
 from flight.link.simulated import SimulatedLink
 from ltlplan.online.certified import CertifiedTeam
+from ltlplan.online.happenings import Happenings, no_news
 from ltlplan.online.live import Answered, OnlineCourse
 from ltlplan.service.computing.beside import Beside
 from ltlplan.transfers import to_starts
@@ -56,7 +57,7 @@ def fly(computer: Beside, seed: int) -> tuple[Sequence[Answered], str]:
     places = {name: (*agent.start[:2], 0.0) for name, agent in mission.agents.items()}
     before = [transfer.stage for transfer in to_starts(mission, team.present.team, places)]
     link = SimulatedLink(mission, places, conditions=Conditions(noise=0.001), seed=seed, real_time=True)
-    course = OnlineCourse(team, computer, places, events_of(np.random.default_rng(seed)))
+    course = OnlineCourse(team, computer, places, Happenings(events_of(np.random.default_rng(seed)), no_news))
     done = fly_live(link, before, grounds=dict.fromkeys(places, 0.0), onwards=course)
     return course.answered, done.reason or team.holding or "all was done"
 

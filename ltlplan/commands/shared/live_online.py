@@ -74,7 +74,8 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
     from flight.link.live import fly_live
     from ltlplan.online.certified import CertifiedTeam
     from ltlplan.online.files import ONLINE_FILES
-    from ltlplan.online.live import OnlineCourse, checked_events
+    from ltlplan.online.happenings import Happenings, checked_events
+    from ltlplan.online.live import OnlineCourse
     from ltlplan.service.computing.beside import Beside
     from ltlplan.transfers import to_starts
 
@@ -94,7 +95,8 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
             stand, cost = {**below_starts(team.present.team), **told}, team.cost
             before = to_starts(mission, team.present.team, stand, progress=part_of(progress, 0.3, 0.7))
             progress("making ready who computes beside the flight", 0.7)
-            course = OnlineCourse(team, Beside(), stand, events, lambda: [event for each in news for event in each()])
+            happenings = Happenings(events, lambda: [event for each in news for event in each()])
+            course = OnlineCourse(team, Beside(), stand, happenings)
         if link is None:
             robots = simulated_robots(mission, stand, said.conditions(mission), mission.planner.seed, real_time=True)
             link = opened.enter_context(closing(robots))

@@ -19,6 +19,7 @@ from ltlplan.online.asking import AtOnce, Given, NoAnswer, judgement, next_piece
 from ltlplan.online.certified import CertifiedTeam
 from ltlplan.online.files import write_online
 from ltlplan.online.flown_live import flown_live
+from ltlplan.online.happenings import Happenings, checked_events, no_news
 from ltlplan.online.live import OnlineCourse
 from ltlplan.recorded import judge_flight
 from ltlplan.transfers import to_starts
@@ -102,7 +103,9 @@ def fly(ready, *events, computer=None, faults=None, news=None, real_time=False, 
     link = SimulatedLink(team.mission, PLACES, conditions=conditions, faults=faults, real_time=real_time)
     computer = computer or Asked()
     computer.link = link
-    course = OnlineCourse(copy.deepcopy(team), computer, PLACES, events, *([] if news is None else [news]))
+    course = OnlineCourse(
+        copy.deepcopy(team), computer, PLACES, Happenings(checked_events(team.mission, events), news or no_news)
+    )
     if then is not None:
         then(course, link)
     done = fly_live(link, before, grounds=dict.fromkeys(PLACES, 0.0), onwards=course)
@@ -243,7 +246,7 @@ def test_a_robot_that_is_lost_lands_and_the_rest_does_what_is_left(ready, fault)
                 getattr(link.faults, fault)["two"] = course.began + 0.5
             return ()
 
-        course.news = lost
+        course.happenings.news = lost
 
     course, done, _ = fly(ready, then=at_work, faults=Faults())
     (left,) = course.happened
@@ -264,7 +267,7 @@ def test_a_lost_robot_that_does_not_acknowledge_ends_the_flight_of_all(ready):
                 link.faults.deaf["two"] = link.faults.unseen["two"] = course.began + 0.5
             return ()
 
-        course.news = lost
+        course.happenings.news = lost
 
     _, done, _ = fly(ready, then=at_work, faults=Faults())
     assert not done.flown
@@ -286,7 +289,7 @@ def test_ctrl_c_holds_and_lands_at_any_time(ready, time):
                 raise KeyboardInterrupt
             return ()
 
-        course.news = news
+        course.happenings.news = news
 
     _, done, _ = fly(ready, NewFormula(time=1.0, formula=BACK), NewFormula(time=20.0, formula=BACK), then=pressed)
     assert done.reason == "interrupted"
@@ -325,4 +328,4 @@ def test_a_solid_body_on_a_robot_ends_the_flight(ready):
 def test_robots_that_are_to_join_are_refused_before_anything_spins(ready):
     team, _ = ready
     with pytest.raises(BadInput, match="join a team in simulation"):
-        OnlineCourse(team, AtOnce(), PLACES, (RobotJoins(time=1.0, robot="three", agent=Agent(start=(0, 0, 1))),))
+        checked_events(team.mission, (RobotJoins(time=1.0, robot="three", agent=Agent(start=(0, 0, 1))),))
