@@ -15,10 +15,6 @@ if TYPE_CHECKING:
     from verify.aborts import AbortVerdict
 
 
-MOST_TOGETHER = 8
-"""Robots whose braking together is judged with each run: of many, that takes minutes."""
-
-
 @dataclass(frozen=True)
 class Result:
     """What a run made.
@@ -59,13 +55,6 @@ def aborts_of(mission: Mission, team: Mapping[str, Trajectory], cert: Certificat
         cert: Their certificate.
     """
     from flight.monitoring.reaction import braking_length
-    from verify.aborts import AbortVerdict, judge_aborts
-    from verify.claims.claim import Claim
+    from verify.aborts import judge_aborts
 
-    length = braking_length(mission)
-    if len(team) > MOST_TOGETHER:
-        sentence = (
-            f"it is judged of {MOST_TOGETHER} robots at most, and these are {len(team)} (`verify.aborts` judges any number)."
-        )
-        return AbortVerdict(length, None, (Claim("separation", "undecided", sentence),))
-    return judge_aborts(mission, team, length=length, margin=cert.margin, clock_error=cert.clock_error)
+    return judge_aborts(mission, team, length=braking_length(mission), margin=cert.margin, clock_error=cert.clock_error)

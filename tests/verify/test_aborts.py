@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
+import re
 
 import numpy as np
 import pytest
 
 from flight.link.on_board import Commander
 from flight.monitoring.reaction import braking_length
-from ltlplan.result import MOST_TOGETHER, aborts_of
 from tests.helpers.braking import brakes, closest
 from tests.helpers.stand_ins import hover, minimum_snap, rest_to_rest
 from verify.aborts import judge_aborts
@@ -126,7 +125,7 @@ def test_laps_that_are_never_at_rest_brake_as_far_as_sampled(clear: float, certi
     flown = mission(
         spec=mission().spec.model_copy(update={"trace": "infinite"}),
         workspace=mission().workspace.model_copy(update={"max": (3.0, wall, 3.0)}),
-        obstacles=None,
+        obstacles={},
         agents={"one": agent},
     )
     verdict = judge_aborts(flown, {"one": lap}, length=LENGTH)
@@ -164,7 +163,7 @@ def test_the_verdict_agrees_with_dense_sampling_on_random_flights() -> None:
         for name, x in (("one", -0.8), ("two", 0.8)):
             points = np.vstack([[x, 0.0, 1.0], rng.uniform((-1.0, -0.8, 0.7), (1.0, 0.8, 1.4), (2, 3))])
             team[name] = minimum_snap(points, rng.uniform(2.0, 3.0, 2))
-        flown = mission(obstacles=None)
+        flown = mission(obstacles={})
         verdict, sampled = judge_aborts(flown, team, length=LENGTH), closest(team, LENGTH, instants=500, shares=40)
         asked = flown.separation + 2 * flown.margin
         if verdict:
@@ -177,15 +176,43 @@ def test_the_verdict_agrees_with_dense_sampling_on_random_flights() -> None:
     assert refused > 5
 
 
-def test_large_teams_are_said_to_be_not_judged_with_a_run() -> None:
-    names = [f"q{k}" for k in range(MOST_TOGETHER + 1)]
-    team = {name: hover(place=(0.4 * k - 2.0, 0.0, 1.0)) for k, name in enumerate(names)}
-    agents = {
-        name: mission().agents["one"].model_copy(update={"start": (0.4 * k - 2.0, 0.0, 1.0)}) for k, name in enumerate(names)
+def test_teams_of_any_size_are_judged() -> None:
+    names = [f"q{k}" for k in range(12)]
+    places = {name: (0.5 * (k % 4) - 2.0, 0.5 * (k // 4) - 2.0, 1.0) for k, name in enumerate(names)}
+    agents = {name: mission().agents["one"].model_copy(update={"start": place}) for name, place in places.items()}
+    many = mission(agents=agents, obstacles={})
+    team = {name: rest_to_rest([place, (*place[:2], 1.5)], [3.0]) for name, place in places.items()}
+    assert judge_aborts(many, team, length=LENGTH)
+    near = {**team, "q9": rest_to_rest([places["q9"], places["q10"]], [1.8])}
+    verdict = judge_aborts(many, near, length=LENGTH)
+    assert {verdict.refused[0].robot, verdict.refused[0].other} == {"q9", "q10"}
+    assert verdict.refused[0].outcome == "fails"
+
+
+def test_a_refusal_says_who_when_and_how_near() -> None:
+    team = {
+        "one": minimum_snap([(-1, 0, 1), (-0.25, 0.0, 1), (-0.25, -0.8, 1)], [1.2, 1.2]),
+        "two": minimum_snap([(1, 0, 1), (0.25, 0.0, 1), (0.25, 0.8, 1)], [1.2, 1.2]),
     }
-    many, cert = mission(agents=agents), SimpleNamespace(margin=0.03, clock_error=0.0)
-    verdict = aborts_of(many, team, cert)
+    found = re.fullmatch(
+        r"Abort not certified: one and two come within (\S+) m of one another (\S+) s into braking that begins at (\S+) s; "
+        r"0\.3600 m are asked \(separation 0\.3 m, margin 0\.03 m\)\.",
+        judge_aborts(mission(), team, length=LENGTH).sentence,
+    )
+    assert found is not None
+    near, share, time = (float(number) for number in found.groups())
+    one, two = (brakes(path, np.array([time]), np.array([share / LENGTH]), LENGTH)[0, 0] for path in team.values())
+    assert float(np.linalg.norm(one - two)) == pytest.approx(near, abs=2e-3), "to the digits that are printed"
+
+
+def test_a_tie_is_said_to_be_unproved() -> None:
+    team = {"one": hover(place=(-1.0, 0.0, 1.0)), "two": hover(place=(-0.5, 0.0, 1.0))}
+    agents = {
+        name: mission().agents["one"].model_copy(update={"start": (x, 0.0, 1.0)}) for name, x in (("one", -1.0), ("two", -0.5))
+    }
+    verdict = judge_aborts(mission(agents=agents, separation=0.5), team, length=LENGTH, margin=0.0)
     assert not verdict
-    assert verdict.sentence.startswith("Abort not certified: it is judged of 8 robots at most, and these are 9")
-    fewer = many.model_copy(update={"agents": {name: agents[name] for name in names[1:]}})
-    assert aborts_of(fewer, {name: team[name] for name in names[1:]}, cert)
+    assert verdict.sentence.startswith(
+        "Abort not certified: it could not be proved that one and two keep apart 0.000 to 1.000 s into braking"
+    )
+    assert "0.5000 m is proved, and 0.5000 m is reached; 0.5000 m are asked" in verdict.sentence

@@ -18,9 +18,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from verify.arithmetic.balls import Balls, Floats, concatenate, dot, gamma, nearest, raised
+from verify.arithmetic.balls import Balls, Floats, concatenate, dot, nearest, raised
 from verify.arithmetic.bounds import peaks
-from verify.data.trajectory import DEGREE, Trajectory
+from verify.data.trajectory import DEGREE
 from verify.motion.limits import with_gravity
 from verify.motion.paths import TeamPaths
 
@@ -77,28 +77,6 @@ def _bernstein(powers: Sequence[Fraction], begin: Fraction, end: Fraction) -> li
     ]
 
 
-def braked(path: Trajectory, at: Weights) -> tuple[Trajectory, float]:
-    """Return the path of where robots are at one share of the braking, by the instant at which it began.
-
-    Args:
-        path: What is flown.
-        at: Weights of that share.
-
-    Returns:
-        The path, and how far its rounded coefficients are from the exact ones at most, m.
-    """
-    coefficients, sizes = path.coefficients.copy(), np.abs(path.coefficients)
-    derived = path.coefficients
-    for weight in map(float, at):
-        derived = np.pad(derived[..., 1:] * np.arange(1, DEGREE + 1), ((0, 0), (0, 0), (0, 1)))
-        coefficients[:, :3] += weight * derived[:, :3]
-        sizes[:, :3] += abs(weight) * np.abs(derived[:, :3])
-    powers = path.durations[:, None, None] ** np.arange(DEGREE + 1)
-    worst = float((sizes[:, :3] * powers).sum(axis=2).max())
-    # 3 factors, the weight, a product and a sum three times, the powers and the sum; three axes are at most twice one
-    return Trajectory(path.durations, coefficients, cycle=path.cycle), 2.0 * gamma(64) * worst
-
-
 def greatest(paths: TeamPaths, rows: Sequence[Weights], *, gravity: bool = False) -> Floats:
     """Bound how great the sum of weighted velocity, acceleration and jerk gets for any row and instant. Shape (robots,).
 
@@ -118,18 +96,6 @@ def greatest(paths: TeamPaths, rows: Sequence[Weights], *, gravity: bool = False
     np.maximum.at(first, groups, all_squares.high.max(axis=1))
     found = peaks(all_squares, groups, count, slack=_SLACK * first + 1e-12)
     return np.nextafter(np.sqrt(np.maximum(found.upper, 0.0)) * (1 + 1e-15), np.inf)
-
-
-def left_over(paths: TeamPaths, at: Weights) -> Floats:
-    """Bound how far braking would lead from the ends of finite paths, where robots rest but for rounding. Shape (robots,).
-
-    Laps have no end: what follows is the step to the cycle's start, braking there.
-    """
-    if paths.mission.spec.trace == "infinite":
-        return np.zeros(len(paths.robots))
-    found = weighted_sum(paths, at)
-    last = np.array([np.flatnonzero(paths.piece_owner == robot)[-1] for robot in range(len(paths.robots))])
-    return np.sum(np.abs(found.mid[last, :, -1]) + found.rad[last, :, -1], axis=1) * (1 + 1e-12)
 
 
 def weighted_sum(paths: TeamPaths, row: Weights) -> Balls:

@@ -18,7 +18,7 @@ import numpy as np
 
 from verify.arithmetic.balls import Floats
 from verify.arithmetic.bounds import Indices
-from verify.motion.braking.patches import Flags, Patches, joined, patches_of
+from verify.motion.braking.patches import Flags, Patches, patches_of, shortened
 from verify.motion.paths import TeamPaths
 
 _LATE = 1e-9
@@ -111,12 +111,7 @@ class Lanes:
         parts = replace(rows, item=np.arange(len(done)))
         window = float(length) / 4
         seconds = np.array([float(one.stop - one.start) for one in done])
-        short: list[Patches] = []
-        while len(parts):
-            long_ = seconds[parts.item] * parts.length > window
-            short.append(parts[~long_])
-            parts = parts[long_].halved_in_time()
-        parts = joined(short)
+        parts = shortened(parts, seconds, window)
         starts = np.array([float(one.start) for one in done])
         robots = np.array([one.robot for one in done])
         parts = parts[np.lexsort((starts[parts.item] + parts.place * seconds[parts.item], robots[parts.item]))]

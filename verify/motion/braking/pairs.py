@@ -11,29 +11,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
 from verify.arithmetic.balls import Floats
 from verify.arithmetic.bounds import Indices
+from verify.motion.braking.branching import BLOCK, Search
 from verify.motion.braking.lanes import Lanes, Stretch
 from verify.motion.braking.patches import Flags, Patches, Point, exact_place, joined
 from verify.motion.paths import TeamPaths
 from verify.motion.separation import z_weight
-
-TOLERANCE = 1e-3
-SHARE = 1 / 8
-"""m, or this share of what is missing: how closely the least distance is sought of robots that come too near."""
-FINEST = 1e-6
-"""m; patches that reach no further are not halved."""
-MOST = 300_000
-"""Pairs of patches that are looked at; what is left then is not proved."""
-CERTAIN = 1e-9
-"""m; what is too near by less is left to the bounds: roundings are far smaller."""
-_BLOCK = 4_096
-"""Pairs of patches that are looked at at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,20 +64,26 @@ def closest_braking(paths: TeamPaths, length: Fraction, asked: Sequence[Sequence
     lanes = Lanes.of(paths, length, z_weight(paths), error)
     lanes.parts.require_finite()
     limits, jumps = np.array([[math.nextafter(float(one), math.inf) for one in row] for row in asked]), np.array(lanes.jumps)
-    search = _Search(lanes, np.nextafter((limits + jumps[:, None] + jumps) * (1 + 2.0**-50), np.inf))
-    for first, second in lanes.near(search.asked):
-        for begin in range(0, len(first), _BLOCK):
-            some = slice(begin, begin + _BLOCK)
-            search.run(_Couples(lanes.parts[first[some]], lanes.parts[second[some]]))
-    if search.reached is None:
-        return search.unproved()
-    return search.meeting(search.reached, _too_near(paths, length, lanes, search.reached, asked, error))
+    least = np.nextafter((limits + jumps[:, None] + jumps) * (1 + 2.0**-50), np.inf)
+    search = Search[_Couples](lambda one: (one.apart() - one.of(least), one.meet()[0] - one.of(least)))
+    for first, second in lanes.near(least):
+        for begin in range(0, len(first), BLOCK):
+            some = slice(begin, begin + BLOCK)
+            search.run(_Couples(lanes, lanes.parts[first[some]], lanes.parts[second[some]]))
+    if search.worst is None:
+        return _unproved(search.left, least) if search.left else None
+    distance, times, share = search.worst.meet()
+    found = _Instant(search.worst, (float(times[0, 0]), float(times[1, 0])), float(share[0]))
+    low, begins = max(float(distance[0]) - search.tolerance, 0.0), (found.times[0], found.times[0])
+    fails = _too_near(paths, length, found, asked, error)
+    return Meeting(search.worst.pair(0), low, float(distance[0]), begins, (found.share, found.share), fails)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Couples:
     """Patches of two robots each, at the same shares and at instants that clocks may show at once."""
 
+    lanes: Lanes
     one: Patches
     other: Patches
 
@@ -96,7 +91,7 @@ class _Couples:
         return len(self.one)
 
     def __getitem__(self, index: Indices | Flags | slice) -> _Couples:
-        return _Couples(self.one[index], self.other[index])
+        return _Couples(self.lanes, self.one[index], self.other[index])
 
     def reaches(self) -> Floats:
         """Return how far the one's instants, the other's, and the shares of both move what is between them, about, m. Shape (3, n)."""
@@ -107,10 +102,20 @@ class _Couples:
         """Return them with what reaches furthest halved."""
         by = np.argmax(reaches, axis=0)
         mine, its, shares = (self[by == k] for k in range(3))
-        return _Couples(
-            joined([mine.one.halved_in_time(), its.one.twice(), shares.one.halved_in_share()]),
-            joined([mine.other.twice(), its.other.halved_in_time(), shares.other.halved_in_share()]),
-        )
+        one = joined([mine.one.halved_in_time(), its.one.twice(), shares.one.halved_in_share()])
+        other = joined([mine.other.twice(), its.other.halved_in_time(), shares.other.halved_in_share()])
+        (start, stop), (its_start, its_stop) = self.lanes.times(one), self.lanes.times(other)
+        at_once = (start <= its_stop + self.lanes.error) & (its_start <= stop + self.lanes.error)
+        return _Couples(self.lanes, one[at_once], other[at_once])
+
+    def of(self, table: Floats) -> Floats:
+        """Return what stands in a table for each couple's robots. Shape (robots, robots) to (n,)."""
+        robots = self.lanes.robots
+        return table[robots[self.one.item], robots[self.other.item]]
+
+    def pair(self, index: int) -> tuple[int, int]:
+        """Return the robots of one couple."""
+        return int(self.lanes.robots[self.one.item[index]]), int(self.lanes.robots[self.other.item[index]])
 
     def apart(self) -> Floats:
         """Bound the distances from below, m; 0 where nothing is known. Shape (n,)."""
@@ -126,20 +131,30 @@ class _Couples:
         gap = (gap - lost) * (1 - 2.0**-45) - 2.0**-50 * (np.abs(here).max(axis=(1, 2)) + np.abs(there).max(axis=(1, 2)))
         return np.where(gap > 0, gap, 0.0)
 
+    def meet(self) -> tuple[Floats, Floats, Floats]:
+        """Return how near robots are at the first or the last share, at one of the ends of their instants and what is at once with it, in floats.
 
-@dataclass(frozen=True, slots=True)
+        Returns:
+            Distances, m, infinite where nothing is at once; shape (n,). Instants of the one and of the other, s; shape (2, n). Shares; shape (n,).
+        """
+        ends, its_ends = (np.stack(self.lanes.times(part)) for part in (self.one, self.other))  # (2, n)
+        times = np.concatenate([ends, np.clip(its_ends, ends[0], ends[1])])
+        its_times = np.concatenate([np.clip(ends, its_ends[0], its_ends[1]), its_ends])
+        mine, its = self.one.at(_share(times, ends)), self.other.at(_share(its_times, its_ends))  # (4, n, 3, 2)
+        distances = np.sqrt(((mine - its) ** 2).sum(axis=2))
+        distances = np.where((np.abs(times - its_times) <= self.lanes.error)[..., None], distances, np.inf)
+        rows = np.arange(len(self))
+        way, share = np.divmod(np.argmin(np.moveaxis(distances, 1, 0).reshape(len(self), -1), axis=1), 2)
+        return (
+            distances[way, rows, share], np.stack([times[way, rows], its_times[way, rows]]), self.one.share + share * self.one.width
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class _Instant:
-    """Two robots at one share of braking, at instants that clocks may show at once.
+    """Two robots at one share of braking that begins at instants that clocks may show at once: one couple, s, s, and the share, in floats."""
 
-    Attributes:
-        distance: m, in floats.
-        items: Indices of the stretches.
-        times: When their braking begins, s, in floats.
-        share: Of the braking.
-    """
-
-    distance: float
-    items: tuple[int, int]
+    couple: _Couples
     times: tuple[float, float]
     share: float
 
@@ -149,114 +164,23 @@ def _share(times: Floats, ends: Floats) -> Floats:
     return np.clip((times - ends[0]) / np.maximum(ends[1] - ends[0], 1e-300), 0.0, 1.0)
 
 
-@dataclass(eq=False, slots=True)
-class _Search:
-    """Branch and bound: what is not proved, and what comes nearest of all that is too near.
-
-    Attributes:
-        lanes: Whose braking is looked at.
-        asked: How far apart robots must be, m, rounded up. Shape (robots, robots).
-    """
-
-    lanes: Lanes
-    asked: Floats
-    excess: float = 0.0
-    reached: _Instant | None = None
-    seen: int = 0
-    left: list[tuple[_Couples, Floats, Floats]] = field(default_factory=list[tuple[_Couples, Floats, Floats]])
-
-    def run(self, couples: _Couples) -> None:
-        """Halve couples until each is proved to be as far apart as is asked, or as what is reached already, or cannot be halved."""
-        stack = [couples]
-        while stack:
-            now = stack.pop()
-            if len(now) > _BLOCK:
-                stack.append(now[_BLOCK:])
-                now = now[:_BLOCK]
-            self.seen += len(now)
-            asked, low, near = self._asked(now), now.apart(), self._reach(now)
-            still = np.flatnonzero(~(low >= asked + (self.excess - self.tolerance if self.reached else 0.0)))
-            still = still[np.argsort((low - asked)[still])]
-            now, low, near = now[still], low[still], near[still]
-            reaches = now.reaches()
-            done = np.ones(len(now), dtype=bool) if self.seen > MOST else ~(reaches.max(axis=0, initial=0.0) > FINEST)
-            if done.any():
-                self.left.append((now[done], low[done], near[done]))
-            if not done.all():
-                stack.append(self._at_once(now[~done].halved(reaches[:, ~done])))
-
-    @property
-    def tolerance(self) -> float:
-        """How much nearer than what is reached robots may come, m."""
-        return max(TOLERANCE, -SHARE * self.excess)
-
-    def _asked(self, couples: _Couples) -> Floats:
-        robots = self.lanes.robots
-        return self.asked[robots[couples.one.item], robots[couples.other.item]]
-
-    def _at_once(self, couples: _Couples) -> _Couples:
-        """Return the couples whose instants clocks may show at once."""
-        (start, stop), (its_start, its_stop) = self.lanes.times(couples.one), self.lanes.times(couples.other)
-        return couples[(start <= its_stop + self.lanes.error) & (its_start <= stop + self.lanes.error)]
-
-    def _reach(self, couples: _Couples) -> Floats:
-        """Return how near ends of the shares are at instants of both patches' ends, m, and keep what is too near by most. Shape (n,)."""
-        one, other = couples.one, couples.other
-        ends, its_ends = (np.stack(self.lanes.times(part)) for part in (one, other))  # (2, n)
-        times = np.concatenate([ends, np.clip(its_ends, ends[0], ends[1])])
-        its_times = np.concatenate([np.clip(ends, its_ends[0], its_ends[1]), its_ends])
-        mine, its = one.at(_share(times, ends)), other.at(_share(its_times, its_ends))  # (4, n, 3, 2)
-        distances = np.sqrt(((mine - its) ** 2).sum(axis=2))
-        distances = np.where((np.abs(times - its_times) <= self.lanes.error)[..., None], distances, np.inf)
-        near = distances.min(axis=(0, 2))
-        excess = near - self._asked(couples)
-        k = int(np.argmin(excess)) if len(couples) else 0
-        if len(couples) and excess[k] < min(self.excess, -CERTAIN):
-            way, share = np.unravel_index(int(np.argmin(distances[:, k])), (4, 2))
-            self.excess = float(excess[k])
-            self.reached = _Instant(
-                float(near[k]),
-                (int(one.item[k]), int(other.item[k])),
-                (float(times[way, k]), float(its_times[way, k])),
-                float(one.share[k] + share * one.width[k]),
-            )
-        return near
-
-    def meeting(self, found: _Instant, fails: bool) -> Meeting:
-        """Return what is said of robots that come too near, as far as floats say, and of whom that is sure or not."""
-        begins, low = found.times[0], max(found.distance - self.tolerance, 0.0)
-        return Meeting(self._pair(found.items), low, found.distance, (begins, begins), (found.share, found.share), fails)
-
-    def _pair(self, items: tuple[int, int]) -> tuple[int, int]:
-        return int(self.lanes.robots[items[0]]), int(self.lanes.robots[items[1]])
-
-    def unproved(self) -> Meeting | None:
-        """Return what is said of the robots of which least is proved; None where all is."""
-        if not self.left:
-            return None
-        couples = _Couples(joined([c.one for c, *_ in self.left]), joined([c.other for c, *_ in self.left]))
-        low, near = np.concatenate([lows for _, lows, _ in self.left]), np.concatenate([nears for *_, nears in self.left])
-        worst = int(np.argmin(low - self._asked(couples)))
-        pair = self._pair((int(couples.one.item[worst]), int(couples.other.item[worst])))
-        its = (self.lanes.robots[couples.one.item] == pair[0]) & (self.lanes.robots[couples.other.item] == pair[1])
-        one, (start, stop) = couples.one[its], self.lanes.times(couples.one[its])
-        jump = self.lanes.jumps[pair[0]] + self.lanes.jumps[pair[1]]
-        return Meeting(
-            pair,
-            max(float(low[its].min()) - jump * (1 + 2.0**-40), 0.0),
-            float(near[its].min()),
-            (float(start.min()), float(stop.max())),
-            (float(one.share.min()), float((one.share + one.width).max())),
-            False,
-        )
+def _unproved(left: Sequence[tuple[_Couples, Floats]], least: Floats) -> Meeting:
+    """Return what is said of the robots of which least is proved."""
+    lanes = left[0][0].lanes
+    couples = _Couples(lanes, joined([part.one for part, _ in left]), joined([part.other for part, _ in left]))
+    low = np.concatenate([lows for _, lows in left])
+    pair = couples.pair(int(np.argmin(low)))
+    its = (lanes.robots[couples.one.item] == pair[0]) & (lanes.robots[couples.other.item] == pair[1])
+    couples, jump = couples[its], lanes.jumps[pair[0]] + lanes.jumps[pair[1]]
+    proved = float((low[its] + couples.of(least)).min()) * (1 - 2.0**-50) - jump * (1 + 2.0**-40)
+    return Meeting(pair, max(proved, 0.0), float(couples.meet()[0].min()), *couples.one.spans(lanes.times), False)
 
 
-# six parameters: what flies, how it brakes, and what is asked at one instant
 def _too_near(
-    paths: TeamPaths, length: Fraction, lanes: Lanes, found: _Instant, asked: Sequence[Sequence[Fraction]], error: Fraction
+    paths: TeamPaths, length: Fraction, found: _Instant, asked: Sequence[Sequence[Fraction]], error: Fraction
 ) -> bool:
     """Decide without rounding whether two robots are nearer than is asked in braking that begins at instants that clocks may show at once."""
-    one, other = (lanes.stretches[item] for item in found.items)
+    one, other = (found.couple.lanes.stretches[int(part.item[0])] for part in (found.couple.one, found.couple.other))
     time, its_time = map(Fraction, found.times)
     time = min(max(time, one.start), one.stop)
     its_time = min(max(its_time, time - error, other.start), time + error, other.stop)

@@ -9,7 +9,7 @@ halved. Coefficients are floats; one radius for each axis bounds how far they ar
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -33,6 +33,7 @@ _FAR = 1e9
 
 _POWERS = np.arange(DEGREE + 1)
 _BINOMIALS = np.array([math.comb(DEGREE, k) for k in range(DEGREE + 1)], dtype=float)
+_MIDDLE_SHARE = np.array([math.comb(SHARE_DEGREE, k) for k in range(SHARE_DEGREE + 1)]) / 2**SHARE_DEGREE
 
 Flags = NDArray[np.bool_]
 Point = tuple[Fraction, Fraction, Fraction]
@@ -107,6 +108,10 @@ class Patches:
             np.tile(width, 2), mid, rad,
         )  # fmt: skip
 
+    def centres(self) -> Floats:
+        """Return where braking leads from their middle instants at their middle shares, in floats, m. Shape (n, 3)."""
+        return np.einsum("nist,s,t->ni", self.mid, _MIDDLE_SHARE, _BINOMIALS / 2**DEGREE)
+
     def at(self, places: Floats) -> Floats:
         """Return where braking leads from some instants, at the first and at the last share, in floats, m. Shape (k, n, 3, 2).
 
@@ -118,6 +123,15 @@ class Patches:
     def twice(self) -> Patches:
         """Return them, and once more."""
         return joined([self, self])
+
+    def spans(self, times: Callable[[Patches], tuple[Floats, Floats]]) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return between which instants all of them lie, s, and between which shares.
+
+        Args:
+            times: Tells when patches begin and end.
+        """
+        start, stop = times(self)
+        return (float(start.min()), float(stop.max())), (float(self.share.min()), float((self.share + self.width).max()))
 
     def require_finite(self) -> None:
         """Refuse what cannot be computed.
@@ -145,6 +159,22 @@ class Patches:
         mid[:, axis] *= number
         rad[:, axis] = rad[:, axis] * abs(number) + 2.0**-51 * np.abs(mid[:, axis]).max(axis=(1, 2))
         return replace(self, mid=mid, rad=rad * _GROW + _TINY)
+
+
+def shortened(parts: Patches, seconds: Floats, longest: float) -> Patches:
+    """Return patches halved in time until none takes longer than is said.
+
+    Args:
+        parts: Whose items index the seconds.
+        seconds: How long each item takes, s.
+        longest: s.
+    """
+    short: list[Patches] = []
+    while len(parts):
+        long_ = seconds[parts.item] * parts.length > longest
+        short.append(parts[~long_])
+        parts = parts[long_].halved_in_time()
+    return joined(short)
 
 
 def _basis(places: Floats) -> Floats:
