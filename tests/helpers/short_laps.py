@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import TypeVar
 
 import networkx as nx
 
@@ -18,6 +19,8 @@ from tests.helpers.brute_force import for_ever
 from verify.data import Formula, Letter
 
 _GRAIN = 1e-7
+
+_Number = TypeVar("_Number", int, float)
 
 Shown = tuple[tuple[Letter, ...], ...]
 """The letters of all robots, one event after another."""
@@ -40,7 +43,9 @@ def least_dearest(world: World, below: float) -> float:
     best = math.inf
     kept = cache(lambda shown, movers, home: _keeps(world, shown, movers, home))
     begin = tuple(system.initial for system in world.each)
-    ways = [((begin,), (), ((0.0,) * len(begin),))]
+    ways: list[tuple[tuple[tuple[int, ...], ...], tuple[int, ...], tuple[tuple[float, ...], ...]]] = [
+        ((begin,), (), ((0.0,) * len(begin),))
+    ]
     while ways:
         nodes, movers, paid = ways.pop()
         for home, there in enumerate(nodes):
@@ -66,7 +71,7 @@ def _steps(
                 yield robot, _put(nodes, robot, target), _put(paid, robot, paid[robot] + cost)
 
 
-def _put(values: tuple, index: int, value: float) -> tuple:
+def _put(values: tuple[_Number, ...], index: int, value: _Number) -> tuple[_Number, ...]:
     return (*values[:index], value, *values[index + 1 :])
 
 
@@ -92,8 +97,8 @@ def _is_broken(formula: Formula, shown: Shown, movers: tuple[int, ...], home: in
     """Tell whether some readings of laps break a formula: each robot is read at least once in each of its letters and in each lap."""
     opposite = small_automaton(Formula("!", (formula,)), "infinite")
     everyone, last = (1 << len(shown[0])) - 1, len(shown) - 1
-    graph: nx.DiGraph = nx.DiGraph()
-    begin = (0, 0, opposite.initial)
+    graph: nx.DiGraph[tuple[int, int, int]] = nx.DiGraph()
+    begin: tuple[int, int, int] = (0, 0, opposite.initial)
     graph.add_node(begin)
     open_, seams = [begin], set()
     while open_:

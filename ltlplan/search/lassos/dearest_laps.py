@@ -10,15 +10,18 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ltlplan.search.lassos.lap_bounds import LapBounds
-from ltlplan.search.lassos.lap_effects import LapEffects
+import numpy as np
+
+from ltlplan.search.lassos.lap_bounds import bounds_before
+from ltlplan.search.lassos.lap_effects import LapEffects, Masks
 from ltlplan.search.lassos.lap_places import LapPlaces
+from ltlplan.search.lassos.lap_shares import LapShares
 from ltlplan.search.lassos.order_bounds import Floats
-from ltlplan.search.lassos.team_system import SEAM, Nodes
-from ltlplan.systems.transition_systems import TransitionSystem
+from ltlplan.search.lassos.team_system import SEAM, Nodes, TeamSystem
 
 _GRAIN = 1e-7
 """m; bounds that differ by less are ties: then robots that begin a lap apart come first, and smaller sums."""
@@ -26,12 +29,10 @@ _GRAIN = 1e-7
 _ROUNDING = 1e-9  # by which sums of the same costs may differ
 
 _Costs = tuple[float, ...]
-_Key = tuple[int, int, int, int, int]
-"""The place where the lap begins, or the team is before it; nodes in the lap, marks that were shown, the effect, and who has set out."""
+_Key = tuple[int, int, int, int, int, int]
+"""In a lap where it began and where the robots are, what the conjuncts remember by number, marks shown, the effect, and who has set out."""
 _BEFORE = -1
-"""The nodes of a way before the laps."""
-_UNSEEN = -1
-"""The marks of a lap that is about to begin, and whose bounds are not looked at yet."""
+"""Instead of where a lap began: none has; the robots' place follows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,26 +69,26 @@ class Terms:
     apart: Sequence[bool]
 
 
-def laps_of_least_dearest(systems: Sequence[TransitionSystem], places: LapPlaces, terms: Terms) -> DearestLaps:
+def laps_of_least_dearest(system: TeamSystem, places: LapPlaces, terms: Terms) -> DearestLaps:
     """Return laps whose dearest robot pays least, if that is below a limit.
 
     Args:
-        systems: One for each robot.
-        places: Where the team can be.
+        system: The team's.
+        places: Where it can be.
         terms: How laps are judged.
     """
-    search = _Search(systems, places, terms)
+    search = _Search(system, places, terms)
     expanded = 0
     while search.heap:
         bound, label = search.pop()
         if label.key is None:
             return DearestLaps(*search.way(label), max(label.paid), expanded)
-        if search.is_dominated(label):
+        if search.is_dominated(label.key, label.paid):
             continue
         expanded += 1
         if expanded > terms.most:
             return DearestLaps((), (), bound, expanded)
-        search.expand(label)
+        search.expand(label, label.key)
     return DearestLaps((), (), math.inf, expanded)
 
 
@@ -100,96 +101,94 @@ class _Label:
     before: _Label | None
 
 
-class _Home:
-    """Laps from one place: their bounds, and what they do to what the conjuncts remember there."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Left:
+    """What is left: costs of each robot for some ways to share it out, of which one has to be taken, and the least sum. Shape (shares, robots)."""
 
-    def __init__(self, bounds: LapBounds, effects: LapEffects, home: int) -> None:
-        self.effects, self._bounds = effects, bounds
-        self._left: Floats = bounds.lap(home)
-
-    def left(self, at: int, shown: int) -> list[float]:
-        return self._left[self._bounds.point(at, shown)].tolist()
+    costs: Floats
+    total: float
 
 
 class _Search:
-    def __init__(self, systems: Sequence[TransitionSystem], places: LapPlaces, terms: Terms) -> None:
-        self._systems, self._places, self._terms = systems, places, terms
-        self._acting = [bool(system.actions) for system in systems]
-        self._bounds = LapBounds(places, len(systems), terms.weight)
-        self._homes: dict[int, _Home] = {}  # by the number of their nodes
+    def __init__(self, system: TeamSystem, places: LapPlaces, terms: Terms) -> None:
+        self._systems, self._places, self._terms = system.systems, places, terms
+        self._acting = [bool(own.actions) for own in system.systems]
+        self._effects: dict[int, LapEffects] = {}  # by the number of the nodes at home
+        self._shares = LapShares(system, places, terms.weight)
+        self._before = bounds_before(places, len(system.systems), terms.weight).tolist()
+        self._left: dict[tuple[int, int, int], _Left] = {}
+        self._masks: list[Masks] = []
+        self._numbers: dict[Masks, int] = {}
         self._fronts: dict[_Key, list[_Costs]] = {}
         self.heap: list[tuple[int, bool, float, int, _Label]] = []
         self._count = itertools.count()
         if places.places:
-            self._push(_Label((0, _BEFORE, 0, 0, 0), (0.0,) * len(systems), None), self._bounds.before[0].tolist())
+            self._go_to_place(None, 0, (0.0,) * len(system.systems))
 
     def pop(self) -> tuple[float, _Label]:
         """Return the way with the least bound, and that."""
         grains, _, _, _, label = heapq.heappop(self.heap)
         return grains * _GRAIN, label
 
-    def is_dominated(self, label: _Label) -> bool:
+    def is_dominated(self, key: _Key, paid: _Costs) -> bool:
         """Tell whether another way to the same place is no dearer for any robot; if not, this one is known from now on."""
-        assert label.key is not None  # of a closed lap nobody asks
-        front = self._fronts.setdefault(label.key, [])
-        if _is_matched(front, label.paid):
+        front = self._fronts.setdefault(key, [])
+        if _is_matched(front, paid):
             return True
-        front.append(label.paid)
+        front.append(paid)
         return False
 
-    def expand(self, label: _Label) -> None:
+    def expand(self, label: _Label, key: _Key) -> None:
         """Go on with a way."""
-        assert label.key is not None  # a closed lap is the answer
-        place, at, shown, _, _ = label.key
-        if at == _BEFORE:
-            self._go_before(label, place)
-        elif shown == _UNSEEN:
-            self._begin(label, place, at)
-        else:
-            self._go_round(label, label.key)
+        home, at, *_ = key
+        if home != _BEFORE:
+            self._go_round(label, key)
+            return
+        for robot, cost, target in self._places.ways[at]:
+            self._go_to_place(label, target, _paying(label.paid, robot, cost))
+        begun, masks = self._places.places[at]
+        if self._places.homes[begun]:  # what is shown at home is shown at a lap's end; all may rest there for ever
+            shown = self._places.marks[begun]
+            self._go_in_lap(label, (begun, begun, self._number(masks), shown, 0, 0), label.paid)
+            self._close(label, begun, masks, shown, 0)
 
-    def _go_before(self, label: _Label, place: int) -> None:
-        for robot, cost, target in self._places.ways[place]:
-            paid = _paying(label.paid, robot, cost)
-            self._push(_Label((target, _BEFORE, 0, 0, 0), paid, label), self._bounds.before[target].tolist())
-        at, _ = self._places.places[place]
-        if self._places.homes[at]:
-            self._push(_Label((place, at, _UNSEEN, 0, 0), label.paid, label), self._bounds.begun[at].tolist())
+    def _go_to_place(self, label: _Label | None, place: int, paid: _Costs) -> None:
+        at, own = self._places.places[place][0], self._before[place]
+        bound = max(max(map(operator.add, paid, own)), sum(paid) / len(paid) + own[-1])
+        self._push(_Label((_BEFORE, place, 0, 0, 0, 0), paid, label), self._left_at(_BEFORE, at, 0), bound)
 
-    def _begin(self, label: _Label, place: int, at: int) -> None:
-        """Begin a lap: what is shown at home is shown at its end. All may rest there for ever."""
-        home, shown = self._home(at), self._places.marks[at]
-        self._push(_Label((place, at, shown, 0, 0), label.paid, label), home.left(at, shown))
-        self._close(label, place, at, shown, 0)
+    def _go_in_lap(self, label: _Label, key: _Key, paid: _Costs) -> None:
+        home, at, _, shown, _, _ = key
+        self._push(_Label(key, paid, label), self._left_at(home, at, shown), 0.0)
 
     def _go_round(self, label: _Label, key: _Key) -> None:
-        place, at, shown, effect, out = key
-        begun, masks = self._places.places[place]
-        home = self._home(begun)
+        home, at, number, shown, effect, out = key
+        effects, masks = self._effects_from(home), self._masks[number]
         for robot, cost, target in self._places.steps[at]:
-            if not self._places.lasting[target]:
+            letter = self._places.letter(target, robot)
+            after = self._places.followers.after(masks, letter) if self._places.lasting[target] else None
+            if after is None:
                 continue
             gone = out
             if self._acting[robot] and not out >> robot & 1:
                 if self._acts(robot, at, target):
                     continue  # what is done where a lap begins is done at its end
                 gone |= 1 << robot
-            after = home.effects.after(effect, self._places.letter(target, robot))
-            if not home.effects.alive(masks, after):
-                continue
-            seen = shown | self._places.marks[target]
-            way = _Label((place, target, seen, after, gone), _paying(label.paid, robot, self._terms.weight * cost), label)
-            if target != begun or not self._close(way, place, begun, seen, after):
-                self._push(way, home.left(target, seen))
+            done, seen = effects.after(effect, letter), shown | self._places.marks[target]
+            paid = _paying(label.paid, robot, self._terms.weight * cost)
+            further = (home, target, self._number(after), seen, done, gone)
+            if target != home or not self._close(_Label(further, paid, label), home, after, seen, done):
+                self._go_in_lap(label, further, paid)
 
-    def _close(self, label: _Label, place: int, home: int, shown: int, effect: int) -> bool:
+    def _close(self, label: _Label, home: int, masks: Masks, shown: int, effect: int) -> bool:
         """End a lap at home, if the formula is kept when it is repeated for ever; tell whether it is."""
         if shown != self._places.everything:
             return False
-        effects, masks = self._home(home).effects, self._places.places[place][1]
-        if not effects.accepts(masks, effects.after(effect, self._places.letter(home, SEAM))):
+        effects, letter = self._effects_from(home), self._places.letter(home, SEAM)
+        begun = self._places.followers.after(masks, letter)
+        if begun is None or not effects.accepts(begun, effects.after(effect, letter)):
             return False
-        self._push(_Label(None, label.paid, label), [0.0] * len(self._bounds.subsets))
+        self._push(_Label(None, label.paid, label), _NOTHING, max(label.paid))
         return True
 
     def _acts(self, robot: int, at: int, target: int) -> bool:
@@ -198,21 +197,42 @@ class _Search:
         here, there = (self._places.nodes[number][robot] for number in (at, target))
         return nodes[here].internal != nodes[there].internal
 
-    def _home(self, at: int) -> _Home:
-        if at not in self._homes:
-            self._homes[at] = _Home(self._bounds, LapEffects(self._places.followers, self._places.at_home(at)), at)
-        return self._homes[at]
+    def _number(self, masks: Masks) -> int:
+        number = self._numbers.setdefault(masks, len(self._masks))
+        if number == len(self._masks):
+            self._masks.append(masks)
+        return number
 
-    def _push(self, label: _Label, left: Sequence[float]) -> None:
+    def _effects_from(self, home: int) -> LapEffects:
+        if home not in self._effects:
+            self._effects[home] = LapEffects(self._places.followers, self._places.at_home(home))
+        return self._effects[home]
+
+    def _left_at(self, home: int, at: int, shown: int) -> _Left:
+        found = self._left.get((home, at, shown))
+        if found is None:
+            nodes = self._places.nodes
+            costs = self._shares.before(nodes[at]) if home == _BEFORE else self._shares.of_lap(nodes[home], nodes[at], shown)
+            found = self._left[home, at, shown] = _Left(costs, float(costs.sum(axis=1).min()))
+        return found
+
+    def _push(self, label: _Label, left: _Left, bound: float) -> None:
         """Keep a way for later, if with what is left it can stay below the limit."""
-        paid, subsets, key = label.paid, self._bounds.subsets, label.key
-        bound = max(sum(map(paid.__getitem__, some)) / len(some) + rest for some, rest in zip(subsets, left, strict=True))
+        paid, key = label.paid, label.key
+        bound = max(bound, float((left.costs + paid).max(axis=1).min()))
         if bound >= self._terms.below or (key is not None and _is_matched(self._fronts.get(key, ()), paid)):
             return
-        begun = label.before.key if key is None and label.before is not None else key
-        together = begun is not None and begun[1] != _BEFORE and not self._terms.apart[self._places.places[begun[0]][0]]
-        total = sum(paid) + len(paid) * left[-1]
-        heapq.heappush(self.heap, (math.floor(bound / _GRAIN), together, total, next(self._count), label))
+        last = key if key is not None or label.before is None else label.before.key
+        together = last is not None and self._is_together(last, closed=key is None)
+        order = math.floor(bound / _GRAIN), together, sum(paid) + left.total, next(self._count)
+        heapq.heappush(self.heap, (*order, label))
+
+    def _is_together(self, key: _Key, *, closed: bool) -> bool:
+        """Tell whether robots are not apart from each other where a lap begins, if that is known."""
+        home, at, *_ = key
+        if home == _BEFORE:
+            return closed and not self._terms.apart[self._places.places[at][0]]
+        return not self._terms.apart[home]
 
     def way(self, label: _Label) -> tuple[tuple[Nodes, ...], tuple[Nodes, ...]]:
         """Return what all robots are at before a closed lap, and in it."""
@@ -224,9 +244,12 @@ class _Search:
             before = before.before
         keys.reverse()
         nodes = self._places.nodes
-        prefix = [nodes[self._places.places[place][0]] for place, at, *_ in keys if at == _BEFORE]
-        lap = [nodes[at] for _, at, shown, *_ in keys if at != _BEFORE and shown != _UNSEEN]
+        prefix = [nodes[self._places.places[place][0]] for home, place, *_ in keys if home == _BEFORE]
+        lap = [nodes[at] for home, at, *_ in keys if home != _BEFORE]
         return tuple(prefix), tuple(lap or [prefix[-1]] * 2)
+
+
+_NOTHING = _Left(np.zeros((1, 1)), 0.0)
 
 
 def _is_matched(front: Sequence[_Costs], paid: _Costs) -> bool:

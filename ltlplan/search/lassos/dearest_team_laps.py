@@ -9,7 +9,7 @@ from ltlplan.search.assignment import TIES
 from ltlplan.search.lassos.dearest_laps import DearestLaps, Terms, laps_of_least_dearest
 from ltlplan.search.lassos.lap_places import LapPlaces, Limits
 from ltlplan.search.lassos.team_lassos import TeamLasso, are_apart, can_begin, course_of, ways_of
-from ltlplan.search.lassos.team_readers import AnyReader, team_readers
+from ltlplan.search.lassos.team_readers import AnyReader, LetterReader, team_readers
 from ltlplan.search.lassos.team_stages import staged
 from ltlplan.search.lassos.team_system import TeamSystem
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -63,8 +63,18 @@ def least_for_dearest(
         BadInput: A conjunct is of a form that is not planned.
     """
     system = TeamSystem(each, together=True)
-    found = _searched(mission, system, team_readers(mission, asked, system.letters, budget), budget, known - TIES)
-    return None if found is None else min(max(0.0, found.bound - TIES), known)
+    readers = team_readers(mission, asked, system.letters, budget)
+    plain = [reader for reader in readers if reader.closes or (isinstance(reader, LetterReader) and reader.stays)]
+    least: float | None = None
+    for some in (
+        (plain, readers) if len(plain) < len(readers) else (readers,)
+    ):  # those that remember nothing are quick, and often enough
+        found = _searched(mission, system, some, budget, known - TIES)
+        if found is not None:
+            least = max(least or 0.0, min(found.bound - TIES, known))
+            if least >= known - TIES:
+                break
+    return least
 
 
 def _searched(
@@ -78,4 +88,4 @@ def _searched(
         return None
     apart = [home and are_apart(mission, system, nodes) for home, nodes in zip(places.homes, places.nodes, strict=True)]
     terms = Terms(mission.spec.repeat, below, min(MOST_WAYS, budget.states // 50), apart)
-    return laps_of_least_dearest(system.systems, places, terms)
+    return laps_of_least_dearest(system, places, terms)

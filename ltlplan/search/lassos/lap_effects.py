@@ -159,16 +159,6 @@ class LapEffects:
                 self._effects.append(key)
         return found
 
-    def alive(self, masks: Masks, effect: int) -> bool:
-        """Tell whether no conjunct is lost on a way that begins in some states.
-
-        Args:
-            masks: The states at home.
-            effect: What the way does.
-        """
-        rows = zip(masks, self._domain, self._effects[effect], strict=True)
-        return all(any(reach for s, (reach, _) in zip(own, row, strict=True) if mask >> s & 1) for mask, own, row in rows)
-
     def accepts(self, masks: Masks, effect: int) -> bool:
         """Tell whether all conjuncts accept a lap that is repeated for ever.
 
