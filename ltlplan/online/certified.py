@@ -289,13 +289,21 @@ class CertifiedTeam(TeamInFlight[LocatedRobot]):
         """
         assert self.present is not None, "somebody is in the air"
         self._ways, self._braking = how.ways, True
-        if how.refused and self._proved_count is None:
-            self._proved_count = len(self.pieces)
-        if how.refused and self.lost is None:
-            said = how.refused[0].sentence
-            since = float(self.present.since)
-            self.lost = f"At {since:.2f} s the robots stopped in a way that is not certified (times from then): {said}"
+        if how.refused:
+            self.lose(f"the robots stopped in a way that is not certified (times from then): {how.refused[0].sentence}")
         self.present = replace(self.present, team=how.team)
+
+    def lose(self, why: str) -> None:
+        """Take note that nothing is proved of what is flown from the present piece on.
+
+        Args:
+            why: What happened then, as the rest of a sentence.
+        """
+        assert self.present is not None, "somebody is in the air"
+        if self._proved_count is None:
+            self._proved_count = len(self.pieces)
+        if self.lost is None:
+            self.lost = f"At {float(self.present.since):.2f} s {why}"
 
     @property
     def _time(self) -> float:

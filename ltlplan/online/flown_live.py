@@ -39,7 +39,7 @@ def flown_live(course: OnlineCourse, live: LiveFlight, *, planned_cost: float) -
         planned_cost: Summed cost at take-off.
 
     Raises:
-        BadInput: It never began, so nothing was flown.
+        BadInput: It never began, or ended before all were measured.
     """
     if FLIGHT not in live.record.starts:
         raise BadInput(f"The online flight never began: {live.reason}")
@@ -48,6 +48,8 @@ def flown_live(course: OnlineCourse, live: LiveFlight, *, planned_cost: float) -
     gone = {event.robot: event.time for event in course.happened if isinstance(event, RobotLeaves)}
     times, position = _places(course, live, robots, gone)
     actions = {name: _actions(course, name) for name in robots}
+    if not len(times):
+        raise BadInput("The online flight ended before all robots were measured at once.")
     letters = {name: _letters(course, name, times, position[:, j], actions[name], gone) for j, name in enumerate(robots)}
     timelines = {name: seen_timeline(mission, name, times, letters[name], actions[name]) for name in robots}
     verdict = judge_formula(mission, timelines, Relations())[0]

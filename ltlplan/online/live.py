@@ -157,6 +157,8 @@ class OnlineCourse:
         finally:
             self._drop()
             self.ended = self.ended or self._link.now()
+            if self._stopping:
+                self.team.lose("the world changed, and the robots did not come to rest in a certified way.")
 
     @property
     def _now(self) -> float:

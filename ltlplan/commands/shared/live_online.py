@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json as json_text
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -109,12 +109,13 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
 
 def _show(course: OnlineCourse, done: LiveFlight, planned_cost: float, out: Path | None, *, json: bool) -> None:
     """Judge what was flown, write it, and show how it ended."""
-    from flight.link.stages import FLIGHT
     from ltlplan.online.files import write_online
     from ltlplan.online.flown_live import flown_live
 
     mission = course.team.mission
-    flown = flown_live(course, done, planned_cost=planned_cost) if FLIGHT in done.record.starts else None
+    flown = None
+    with suppress(BadInput):  # it never began, or ended at once
+        flown = flown_live(course, done, planned_cost=planned_cost)
     outcome = _outcome(course, done, flown)
     texts = done.record.files(mission.frame)
     texts["live.json"] = json_text.dumps({**json_text.loads(texts["live.json"]), "answers": _answers(course)}, indent=1) + "\n"

@@ -224,6 +224,9 @@ def test_who_computes_is_killed_or_hangs_and_the_team_holds_and_lands(ready, wor
     assert ("gives no answer" if fault == "killed" else "hangs") in done.reason
     assert "all robots land." in sentences(done)
     assert len(course.team.certificates) == 1 + (work is way_down)
+    if work is way_to_stop:
+        assert "did not come to rest in a certified way" in course.team.lost
+        assert len(course.team.all_pieces) == 1, "of what came after the event nothing is proved"
 
 
 def test_a_proof_that_fails_lets_the_team_hover_and_then_land_in_a_certified_way(ready):
