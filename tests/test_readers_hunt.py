@@ -31,11 +31,11 @@ from tests.verify.data.files.test_mission_file import GOOD
 from tests.verify.test_run_folder import write_folder
 from verify import certify, recheck
 from verify.certificate import payload_digest
+from verify.certificate_file import certificate_from_json
 from verify.data import LtlplanError, Mission, Plan, Trajectory, Word, mission_to_yaml, parse_mission
 from verify.data.files.trajectory_csv import read_csv, write_csv
 from verify.data.plan import Visit, plan_from_json
 from verify.recordings.flight_log import read_flight_log
-from verify.run_folder import certificate_from_json
 
 REGIONS = "a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}\nb: {center: [-1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}"
 

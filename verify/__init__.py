@@ -5,7 +5,7 @@
 
 Read `certification` (the door; `certificate` is the value) and `claims`, then `motion` (polynomials), `behaviour` (words over time)
 and `logic` (what a formula says), over `arithmetic`. `words` judges words alone, `recordings` flights that were flown, `foreign` what
-other programs planned, `pieces` flights in changing worlds; `run_folder` proves again from files, `testing` is for other people's tests.
+other programs planned, `pieces` flights in changing worlds; `run_folder` proves again from files (`certificate_file`), `testing` is for other people's tests.
 """
 
 from __future__ import annotations

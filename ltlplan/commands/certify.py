@@ -112,8 +112,8 @@ def command(
 
 def _clock_error_before(folder: Path) -> float | None:
     """Return the clock error of the folder's certificate, so that proving again does not drop it; None without one."""
+    from verify.certificate_file import read_certificate
     from verify.data.storage.folders import PROOF
-    from verify.run_folder import read_certificate
 
     path = folder / PROOF
     return float(read_certificate(path)["clock_error"]) if path.exists() else None

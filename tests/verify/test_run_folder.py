@@ -10,12 +10,13 @@ import pytest
 from tests.helpers.flights import firefighting, legs, plan_of, small_mission
 from verify import certify, recheck
 from verify.certificate import payload_digest
+from verify.certificate_file import certificate_from_json
 from verify.data.errors import BadInput, LtlplanError, NotCertified
 from verify.data.files.mission_file import mission_to_yaml
 from verify.data.files.trajectory_csv import HEADER, load_csv, read_csv, write_csv
 from verify.data.plan import Visit
 from verify.data.trajectory import Trajectory
-from verify.run_folder import certificate_from_json, read_folder
+from verify.run_folder import read_folder
 
 BALL = "a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}"
 

@@ -1,0 +1,181 @@
+"""certificate.json as plain data: read with the shape that it must have, and held against what is proved now."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from verify.certificate import CERTIFICATE_FORMAT, payload_digest
+from verify.data.errors import BadInput
+from verify.data.storage.reading import parse_json, read_bytes
+
+MAX_BYTES = 20_000_000
+
+_AGREE = 1e-6
+"""Bounds proved on another machine may differ by so much of their size: sums are rounded in another order there."""
+
+
+def read_certificate(path: Path) -> dict[str, Any]:  # of any type: JSON nests
+    """Read certificate.json as plain data of the right shape; `recheck` proves what it says.
+
+    Raises:
+        BadInput: The file is unreadable, no certificate, or one of another format.
+    """
+    if not path.exists():
+        raise BadInput(f"{path.parent} has no {path.name}; name a folder that `ltlplan run` or `ltlplan certify` wrote.")
+    data = read_bytes(path, most=MAX_BYTES, what="certificate")
+    return certificate_from_json(data, str(path))
+
+
+def certificate_from_json(data: str | bytes, source: str = "certificate.json") -> dict[str, Any]:  # of any type: JSON nests
+    """Read certificate.json as plain data; `recheck` proves what it says.
+
+    Raises:
+        BadInput: It is no certificate, or one of another format.
+    """
+    value = parse_json(data, source)
+    if not isinstance(value, dict):
+        raise BadInput(f"{source} is no certificate: it must be an object.")
+    number = value.get("format")
+    if isinstance(number, int) and not isinstance(number, bool) and number > CERTIFICATE_FORMAT:
+        raise BadInput(
+            f"{source} has format {number}, which is later than this version's {CERTIFICATE_FORMAT}; update ltlplan."
+        )
+    if number != CERTIFICATE_FORMAT or isinstance(number, bool):
+        raise BadInput(f'{source} must have "format": {CERTIFICATE_FORMAT}, not {number!r}.')
+    for key, test, wanted in _SHAPE:
+        if key not in value:
+            raise BadInput(f"{source} lacks '{key}'; it is incomplete.")
+        if not test(value[key]):
+            raise BadInput(f"{source}: '{key}' must be {wanted}.")
+    if "soft" in value and not _is_list_of_objects(value["soft"]):
+        raise BadInput(f"{source}: 'soft' must be a list of objects.")
+    unknown = sorted(set(value) - {key for key, _, _ in _SHAPE} - {"format", "soft"})
+    if unknown:
+        raise BadInput(f"{source} has an unknown key '{unknown[0][:40]}'.")
+    return value
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= 1e300
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+def _are_trajectories(value: Any) -> bool:
+    return isinstance(value, dict) and all(
+        isinstance(entry, dict)
+        and {"digest", "cycle"} <= set(entry) <= {"digest", "cycle", "cuts"}
+        and _is_text(entry["digest"])
+        and (entry["cycle"] is None or _is_index(entry["cycle"]))
+        and ("cuts" not in entry or (isinstance(entry["cuts"], list) and all(map(_is_index, entry["cuts"]))))
+        for entry in value.values()
+    )
+
+
+def _is_index(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+
+
+def _is_list_of_objects(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(item, dict) for item in value)
+
+
+def _are_actions(value: Any) -> bool:
+    return _is_list_of_objects(value) and all(
+        set(item) == {"robot", "visit", "time", "source", "target"}
+        and all(_is_text(item[key]) for key in ("robot", "source", "target"))
+        and _is_number(item["time"])
+        and _is_number(item["visit"])
+        for item in value
+    )
+
+
+def _are_versions(value: Any) -> bool:
+    return isinstance(value, dict) and all(map(_is_text, value.values()))
+
+
+_SHAPE = (
+    ("mission", _is_text, "a digest"),
+    ("plan", _is_text, "a digest"),
+    ("trajectories", _are_trajectories, "an object of digest, cycle and cuts for each robot"),
+    ("margin", _is_number, "a number, at least 0"),
+    ("largest_margin", lambda v: v is None or _is_number(v), "a number, at least 0, or null"),
+    ("clock_error", _is_number, "a number, at least 0"),
+    ("duration", _is_number, "a number, at least 0"),
+    ("claims", _is_list_of_objects, "a list of objects"),
+    ("actions", _are_actions, "a list of objects with robot, visit, time, source and target"),
+    ("versions", _are_versions, "an object of texts"),
+    ("digest", _is_text, "a digest"),
+)
+
+
+def difference(written: Mapping[str, Any], proved: Mapping[str, Any]) -> str:  # of any type: JSON nests
+    """Say where certificate.json differs from what was proved now; versions may. Empty where it does not.
+
+    Args:
+        written: As it was read.
+        proved: As it is proved now.
+    """
+    for key in ("duration", "largest_margin", "actions"):
+        if not _agree(written[key], proved[key]):
+            return f"its '{key}' is not what the files give."
+    for what, name in (("claims", "name"), ("soft", "formula")):
+        ours, theirs = proved.get(what, []), written.get(what, [])
+        if len(theirs) != len(ours):
+            return f"it lists {len(theirs)} {'claims' if what == 'claims' else 'soft parts'}; the files give {len(ours)}."
+        for index, (old, new) in enumerate(zip(theirs, ours, strict=True)):
+            where = f"{'claim' if what == 'claims' else 'soft part'} {index} ({new[name]})"
+            if fault := _differing(old, new):
+                return f"{where}: {fault}"
+    body = {key: value for key, value in written.items() if key != "digest"}
+    if payload_digest(body) != written["digest"]:
+        return "its digest does not belong to its contents."
+    return ""
+
+
+def _differing(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
+    """Say in what a claim as it is written differs from the one that is proved."""
+    for key in sorted(set(old) | set(new)):
+        if key == "sentence" and isinstance(old.get(key), str) and not _same_sentence(old[key], new[key]):
+            return f"its sentence is not the one that is proved: {new[key]}"
+        if key == "sentence":
+            continue
+        if key not in old or key not in new or not _agree(old[key], new[key]):
+            return f"its '{key}' is not what the files give."
+    return ""
+
+
+_NUMBER = re.compile(r"\d+(?:\.(\d+))?(?:e([+-]\d+))?")
+
+
+def _same_sentence(old: str, new: str) -> bool:
+    """Tell whether two sentences are the same, last places of their numbers aside: on other machines they round otherwise."""
+    if old == new:
+        return True
+    if len(old) > 10 * len(new) + 1000 or _NUMBER.sub("0", old) != _NUMBER.sub("0", new):
+        return False
+    for a, b in zip(_NUMBER.finditer(old), _NUMBER.finditer(new), strict=True):
+        if a.group() == b.group():
+            continue
+        if a.group(1) is None or b.group(1) is None or len(a.group()) > 40:  # whole numbers count and name
+            return False
+        place = 10.0 ** (int(b.group(2) or 0) - min(len(a.group(1)), len(b.group(1))))
+        if abs(float(a.group()) - float(b.group())) > 1.01 * place:
+            return False
+    return True
+
+
+def _agree(a: Any, b: Any) -> bool:
+    if isinstance(a, bool) or isinstance(b, bool) or not isinstance(a, int | float) or not isinstance(b, int | float):
+        if isinstance(a, list) and isinstance(b, list):
+            return len(a) == len(b) and all(map(_agree, a, b))
+        if isinstance(a, dict) and isinstance(b, dict):
+            return a.keys() == b.keys() and all(_agree(a[key], b[key]) for key in a)
+        return type(a) is type(b) and a == b
+    return abs(a) <= 1e300 and abs(b) <= 1e300 and math.isclose(a, b, rel_tol=_AGREE, abs_tol=_AGREE)
