@@ -28,30 +28,36 @@ def command(
     wind: flight_options.WindOption = None,
     noise: flight_options.NoiseOption = None,
     model: flight_options.ModelOption = flight_options.FULL,
-    controller: flight_options.ControllerOption = flight_options.GEOMETRIC,
+    controller: flight_options.FollowerOption = None,
     estimator: flight_options.EstimatorOption = None,
     latency: flight_options.LatencyOption = None,
     mass: flight_options.MassOption = None,
     json: options.JsonOption = False,
 ) -> None:
-    """Fly a certified mission many times in simulation: which share of the flights kept tube and formula."""
+    """Fly a certified mission many times in simulation: which share of the flights kept tube and formula.
+
+    By whom and in what is as for `fly`, whose flight with the same options and seed is one of them.
+    """
     from flight import campaign
     from ltlplan.output import CAMPAIGN_FILES, write_campaign
 
-    conditions = flight_options.Said(wind, noise, model, controller, estimator, latency, mass).by(controller)
+    said = flight_options.Said(wind, noise, model, controller, estimator, latency, mass)
+    said.require_sense()
     with simulating(out, CAMPAIGN_FILES, quiet=json) as progress:
         with nullcontext(workers or 1) if dask is None else machines.cluster_at(dask, workers) as those:
             plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
+            conditions = said.conditions(plan.mission)
             found = campaign(
                 plan, team, certificate, runs=runs, seed=plan.seed if seed is None else seed, conditions=conditions, workers=those,
                 progress=part_of(progress, 0.5, 1.0),
             )  # fmt: skip
         files = written(out, lambda folder: write_campaign(plan, found, folder))
-    _outcome(found).show(files, as_json=json)
+    _outcome(found, conditions.sentence).show(files, as_json=json)
 
 
-def _outcome(found: Campaign) -> Outcome:
+def _outcome(found: Campaign, flown: str) -> Outcome:
+    """Say what was found, and by whom and in what was flown."""
     refusal = None
     if found.contradictions:
         refusal = f"Seeds {found.contradictions[:5]} flew inside the tube and broke the formula: a bug of the certificate."
-    return Outcome(list(found.sentences), found.to_dict(), refusal)
+    return Outcome([*found.sentences, flown], {**found.to_dict(), "conditions": flown}, refusal)

@@ -121,6 +121,7 @@ def test_fly_once_and_many_times(folder: Path, small: Path, tmp_path: Path) -> N
     assert (tmp_path / "once" / "flight.csv").exists()
     text = ok("campaign", str(small), "--runs", "3", "--noise", "0.001", "--out", str(tmp_path / "many"))
     assert "3 of 3" in text
+    assert "flown by the controller mellinger in still air, with motion capture" in text  # as `fly` with these options
     assert json.loads((tmp_path / "many" / "campaign.json").read_text())
     assert "<html" in (tmp_path / "many" / "campaign.html").read_text()
 
