@@ -10,11 +10,13 @@ from __future__ import annotations
 import json
 import math
 import struct
+from collections.abc import Mapping
 from importlib import resources
 from typing import Any
 
 import numpy as np
 
+from flight.exports.crazyflies.inventory import read_inventory, system_ids
 from flight.exports.target import ExportTarget, Product, Request
 from flight.model.attitude import Floats
 from verify.data import BadInput, MissingEngine, Trajectory
@@ -38,17 +40,20 @@ def _product(request: Request) -> Product:
     if centre.shape != (3,) or not np.all(np.isfinite(centre)):
         raise BadInput(f"origin must be three finite numbers in m, not {origin}.")
     duration = max(path.duration for path in request.flown.values())
+    inventory = request.options.get("inventory")
+    items = {} if inventory is None else read_inventory(inventory, tuple(request.team))
+    systems = system_ids(request.team, items)
     files = {
-        f"{name}.tlog": _log(path, index + 1, rate, centre, duration, request.digest)
-        for index, (name, path) in enumerate(request.flown.items())
+        f"{name}.tlog": _log(path, systems[name], rate, centre, duration, request.digest)
+        for name, path in request.flown.items()
     }
-    files["flight.json"] = _described(request, rate, centre, duration)
+    files["flight.json"] = _described(request, systems, rate, centre, duration)
     files["stream_setpoints.py"] = (resources.files("flight.exports") / "px4_stream.py").read_bytes()
-    systems = ", ".join(f"{name} is system {index + 1}" for index, name in enumerate(request.team))
+    said = ", ".join(f"{name} is system {systems[name]}" for name in request.team)
     return Product(
         files,
         (
-            f"Setpoints at {rate:g} a second; {systems}. stream_setpoints.py sends them to PX4 in real time; see its first lines.",
+            f"Setpoints at {rate:g} a second; {said}. stream_setpoints.py sends them to PX4 in real time; see its first lines.",
             "North is the mission's y, east its x; the local frame's origin is "
             f"({', '.join(f'{x:g}' for x in centre)}) m in the mission's frame.",
             "The certificate is of the path that the setpoints are samples of; what an autopilot does between them is its own.",
@@ -56,9 +61,9 @@ def _product(request: Request) -> Product:
     )
 
 
-def _described(request: Request, rate: float, origin: Floats, duration: float) -> bytes:
+def _described(request: Request, systems: Mapping[str, int], rate: float, origin: Floats, duration: float) -> bytes:
     """Return what the streaming script reads beside the logs."""
-    robots = {name: {"system": index + 1, "file": f"{name}.tlog"} for index, name in enumerate(request.team)}
+    robots = {name: {"system": systems[name], "file": f"{name}.tlog"} for name in request.team}
     data = {
         "certificate": request.digest,
         "margin": request.margin,
@@ -123,7 +128,11 @@ def _pymavlink() -> Any:
 PX4 = ExportTarget(
     name="px4",
     make=_product,
-    options={"rate": "setpoints a second", "origin": "m, the local frame's origin in the mission's"},
+    options={
+        "rate": "setpoints a second",
+        "origin": "m, the local frame's origin in the mission's",
+        "inventory": "file or table: robot to `id`, its MAVLink system",
+    },
     voids=(
         "sending the setpoints at another rate, or late",
         "an estimator whose local frame is not the mission's (see the origin above)",

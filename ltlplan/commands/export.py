@@ -37,7 +37,8 @@ def command(
     inventory: Annotated[
         Path | None,
         typer.Option(
-            "--inventory", help="crazyswarm2: YAML of your robots' addresses and weights (robots: NAME: uri, mass); only read."
+            "--inventory",
+            help="crazyswarm2, px4: YAML of your robots' addresses, weights and MAVLink systems (robots: NAME: uri, mass, id); only read.",
         ),
     ] = None,
     upload: Annotated[

@@ -53,7 +53,7 @@ def command(
         Path | None,
         typer.Option(
             "--inventory",
-            help="With --link crazyflie: YAML of your robots' addresses and weights, and of motion capture; only read.",
+            help="With --link crazyflie or mavlink: YAML of your robots' addresses, weights or MAVLink systems, and of motion capture; only read.",
         ),
     ] = None,
     real_time: Annotated[bool, typer.Option("--real-time", help="With --link simulated: a second takes a second.")] = False,

@@ -1,6 +1,6 @@
-"""A user's inventory: each robot's address, and what it weighs. It is read, and never written.
+"""A user's inventory: each robot's address, what it weighs, and its MAVLink system. It is read, and never written.
 
-A YAML file with a table `robots`: `quad0: {uri: radio://0/80/2M/E7E7E7E701, mass: 0.0331}`. A `crazyflies.yaml` of crazyswarm2 will do: what
+A YAML file with a table `robots`: `quad0: {uri: radio://0/80/2M/E7E7E7E701, mass: 0.0331}`, of a PX4 vehicle `{uri: udpin:0.0.0.0:14540, id: 3}`. A `crazyflies.yaml` of crazyswarm2 will do: what
 it says beyond that of its robots belongs to crazyswarm2, and is left there. Live flights read a table `motion_capture` beside it, as
 crazyswarm2's `motion_capture.yaml` has it: `{type: optitrack, hostname: 192.168.1.2}`.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,12 +24,16 @@ from verify.data.storage.reading import read_text
 
 _OFF = 0.1
 """Share by which a robot's weight may differ from the certificate's before it is another airframe."""
-KEYS = ("uri", "mass")
+KEYS = ("uri", "mass", "id")
 """What is read of a robot."""
 _CRAZYSWARM2 = ("enabled", "initial_position", "type", "firmware_params", "firmware_logging", "reference_frame")
 """What crazyswarm2 reads of a robot, and we do not."""
 _RADIO = re.compile(r"radio://([^/]+)")
 """Of an address, which radio on this machine."""
+_ADDRESS = re.compile(r"\w+://.+|(udp|tcp|mcast)\w*:.+|/dev/.+|COM\d+")
+"""By radio, or as pymavlink takes them: network or serial port."""
+_SYSTEMS = 255
+"""Of MAVLink."""
 _MOST = 1_000_000
 """Bytes of an inventory."""
 
@@ -39,12 +43,14 @@ class Item:
     """What is known of one robot.
 
     Attributes:
-        uri: Radio address; None where it is not said.
+        uri: Its address, by radio or for MAVLink; None where it is not said.
         mass: kg as it flies; None where it was not weighed.
+        id: Its MAVLink system; None where it is not said.
     """
 
     uri: str | None = None
     mass: float | None = None
+    id: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,12 +150,34 @@ def _item(where: str, row: object) -> Item:
     for key in row:
         if key not in KEYS and key not in _CRAZYSWARM2:
             raise BadInput(f"{where}.{key}: unknown key.{did_you_mean(str(key), KEYS)} Known here: {', '.join(KEYS)}.")
-    uri, mass = row.get("uri"), row.get("mass")
-    if uri is not None and (not isinstance(uri, str) or "://" not in uri):
-        raise BadInput(f"{where}.uri must be an address such as radio://0/80/2M/E7E7E7E701, not {uri!r:.60}.")
+    uri, mass, system = row.get("uri"), row.get("mass"), row.get("id")
+    if uri is not None and (not isinstance(uri, str) or not _ADDRESS.fullmatch(uri)):
+        raise BadInput(
+            f"{where}.uri must be an address such as radio://0/80/2M/E7E7E7E701 or udpin:0.0.0.0:14540, not {uri!r:.60}."
+        )
     if mass is not None and (isinstance(mass, bool) or not isinstance(mass, int | float) or not 0 < mass < math.inf):
         raise BadInput(f"{where}.mass must be a number of kg above 0, not {mass!r:.60}.")
-    return Item(uri, None if mass is None else float(mass))
+    if system is not None and (type(system) is not int or not 1 <= system <= _SYSTEMS):
+        raise BadInput(f"{where}.id must be a MAVLink system of 1 to {_SYSTEMS}, not {system!r:.60}.")
+    return Item(uri, None if mass is None else float(mass), system)
+
+
+def system_ids(robots: Iterable[str], items: Mapping[str, Item]) -> dict[str, int]:
+    """Return each robot's MAVLink system: as the inventory says, else its place among the robots, from 1.
+
+    Args:
+        robots: Who flies.
+        items: What is known of the robots.
+
+    Raises:
+        BadInput: Two robots would be one system.
+    """
+    found = {name: items.get(name, Item()).id or index + 1 for index, name in enumerate(robots)}
+    of: dict[int, str] = {}
+    for name, system in found.items():
+        if (other := of.setdefault(system, name)) != name:
+            raise BadInput(f"{other} and {name} are both MAVLink system {system}; write `id` of each in the inventory.")
+    return found
 
 
 def checked_weight(name: str, vehicle: Vehicle, mass: float | None) -> float | None:

@@ -134,8 +134,8 @@ def require_sense(asked: Asked, said: Said) -> None:
         )
     if asked.kind == "simulated" and asked.addresses:
         raise BadInput("--address goes with --link crazyflie and mavlink, not simulated.")
-    if asked.kind != "crazyflie" and asked.inventory:
-        raise BadInput(f"--inventory goes with --link crazyflie, not {asked.kind}.")
+    if asked.kind == "simulated" and asked.inventory:
+        raise BadInput("--inventory goes with --link crazyflie and mavlink, not simulated.")
     if asked.kind != "simulated" and asked.real_time:
         raise BadInput(f"--real-time goes with --link simulated; {asked.kind} is real.")
 
@@ -201,9 +201,7 @@ def vehicles(asked: Asked, mission: Mission, source: str | None = None) -> Link:
             link.close()
             raise
         return _framed(link, mission)
-    from flight.link.mavlink import MavlinkLink
-
-    return _framed(MavlinkLink(laboratory, addresses), mission)
+    return _framed(_px4(asked.inventory, laboratory, addresses), mission)
 
 
 def _flown(source: str | None, mission: Mission) -> dict[str, Trajectory]:
@@ -222,6 +220,18 @@ def _framed(link: Link, mission: Mission) -> Link:
     from flight.link.framed import FramedLink
 
     return link if mission.frame is None else FramedLink(link, mission.frame)
+
+
+def _px4(inventory: Path | None, mission: Mission, addresses: dict[str, str]) -> Link:
+    """Reach PX4 vehicles by an inventory and by addresses, which go before its own."""
+    from flight.exports.crazyflies.inventory import read_capture, read_inventory, system_ids
+    from flight.link.mavlink import MavlinkLink
+
+    items = {} if inventory is None else read_inventory(inventory, tuple(mission.agents))
+    if inventory is not None and read_capture(inventory) is not None:
+        raise BadInput(f"{inventory}: motion_capture goes with --link crazyflie; PX4 is given poses by its own companion.")
+    known = {name: item.uri for name, item in items.items() if item.uri is not None}
+    return MavlinkLink(mission, {**known, **addresses}, systems=system_ids(mission.agents, items))
 
 
 def _crazyflies(inventory: Path | None, mission: Mission, addresses: dict[str, str]) -> CrazyflieLink:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 from ruamel.yaml import YAML
 
@@ -53,6 +55,9 @@ def test_addresses_and_weights_come_from_the_users_file_and_it_stays_as_it_is(ce
         ("robots: {quad0: {mass: -1}}", r"quad0\.mass must be a number of kg"),
         ("robots: {quad0: {mass: .nan}}", r"quad0\.mass must be a number of kg"),
         ("robots: {quad0: {mas: 0.03}}", r"quad0\.mas: unknown key.*mass"),
+        ("robots: {quad0: {id: 0}}", r"quad0\.id must be a MAVLink system of 1 to 255, not 0"),
+        ("robots: {quad0: {id: 1.0}}", r"quad0\.id must be a MAVLink system"),
+        ("robots: {quad0: {uri: '0.0.0.0'}}", r"quad0\.uri must be an address such as radio://.* or udpin:"),
         ("robots: {quad0: 5}", "must be a table"),
         ("robots: {quad0: {uri: 'radio://0'}, quad1: {uri: 'radio://0'}}", "quad0 and quad1 have one address"),
         ("robots: {cf1: {uri: 'radio://0'}}", "no robot of the mission"),
@@ -80,3 +85,15 @@ def test_addresses_of_more_radios_than_the_skew_was_reckoned_for_are_refused(cer
 def test_a_robot_that_weighs_much_more_is_another_airframe(certified, tmp_path) -> None:
     with pytest.raises(DoesNotFit, match=r"quad0 weighs 40\.0 g, and was certified as 33\.0 g"):
         flight.export(*certified, tmp_path, inventory={"quad0": {"mass": 0.040}}, anyway=True)
+
+
+def test_px4_vehicles_have_the_systems_that_the_inventory_says(certified, tmp_path) -> None:
+    pytest.importorskip("pymavlink", reason="pymavlink is not installed")
+    team, cert = certified
+    mine = {"quad0": {"id": 7, "uri": "udpin:0.0.0.0:14540"}, "other": {"id": 7}}
+    done = flight.export(team, cert, tmp_path / "out", format="px4", inventory=mine, anyway=True)
+    told = json.loads((tmp_path / "out" / "flight.json").read_text())["robots"]
+    assert {name: row["system"] for name, row in told.items()} == {name: k + 1 if k else 7 for k, name in enumerate(team)}
+    assert any("quad0 is system 7" in note for note in done.notes)
+    with pytest.raises(BadInput, match="quad0 and quad1 are both MAVLink system 2; write `id` of each"):
+        flight.export(team, cert, tmp_path / "no", format="px4", inventory={"quad0": {"id": 2}}, anyway=True)

@@ -54,6 +54,9 @@ def unproved(tmp_path: Path) -> Path:
     folder = tmp_path / "unproved"
     folder.mkdir()
     (folder / "mission.yaml").write_text(MISSION)
+    (folder / "twice.yaml").write_text("robots: {one: {id: 4}, two: {id: 4}}\n")
+    (folder / "half.yaml").write_text("robots: {one: {uri: 'udpin:127.0.0.1:1'}}\n")
+    (folder / "seen.yaml").write_text("robots: {one: {id: 4}}\nmotion_capture: {type: vicon}\n")
     return folder
 
 
@@ -72,6 +75,9 @@ def unproved(tmp_path: Path) -> Path:
             "Cannot find a Crazyradio",
         ),
         ("crazyflie --inventory nowhere.yaml", "nowhere.yaml"),
+        ("mavlink --inventory unproved/twice.yaml", "one and two are both MAVLink system 4"),
+        ("mavlink --inventory unproved/half.yaml", "no address of two; write two=udpin:"),
+        ("mavlink --inventory unproved/seen.yaml", "motion_capture goes with --link crazyflie"),
         ("mavlink --place one=1,2", "write NAME=x,y,z in m"),
         ("simulated --place one=nan,0,0", "a place is finite"),
         ("simulated --place one=0,0,0 --place one=0,0,0", "--place names one twice"),
@@ -79,8 +85,9 @@ def unproved(tmp_path: Path) -> Path:
     ],
 )
 def test_what_cannot_be_reached_is_said_before_anything_is_proved(unproved: Path, arguments, says) -> None:
+    within = arguments.replace("unproved/", f"{unproved}/").split()
     with pytest.raises(LtlplanError, match=re.escape(says)) as refused:
-        CliRunner().invoke(app, ["fly", str(unproved), "--link", *arguments.split()], catch_exceptions=False)
+        CliRunner().invoke(app, ["fly", str(unproved), "--link", *within], catch_exceptions=False)
     assert refused.value.exit_code == 2
 
 
@@ -137,7 +144,10 @@ def test_without_a_radio_one_sentence_says_so(run: Path, tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("--link", "simulated", "--inventory", "lab.yaml"), "--inventory goes with --link crazyflie, not simulated"),
+        (
+            ("--link", "simulated", "--inventory", "lab.yaml"),
+            "--inventory goes with --link crazyflie and mavlink, not simulated",
+        ),
         (("--link", "simulated", "--address", "one=radio://0/80"), "--address goes with --link crazyflie and mavlink"),
         (("--link", "crazyflie", "--real-time"), "--real-time goes with --link simulated"),
         (("--link", "crazyflie", "--wind", "0.2"), r"--wind, .* go with simulated robots; crazyflie is real"),
