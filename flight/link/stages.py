@@ -26,14 +26,12 @@ class Watched:
         name: What it is called.
         paths: What each robot flies, finite.
         margin: delta, m.
-        asks: Whether its formula says anything.
         monitor: Sees it from its beginning, or from when on it is watched.
     """
 
     name: str
     paths: Mapping[str, Trajectory]
     margin: float
-    asks: bool
     monitor: Monitor
 
     @property
@@ -98,4 +96,4 @@ class Stage:
             planned_acceleration=max(path.acceleration for path in self.planned.values()),
             planned=self.planned,
         )
-        return Watched(self.name, self.paths, self.margin, self.plan.mission.spec.formula != "true", monitor)
+        return Watched(self.name, self.paths, self.margin, monitor)

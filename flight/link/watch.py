@@ -119,12 +119,7 @@ class Watch:
         """Return the monitor's events since the last time, on the link's clock."""
         new = self._monitor.events[self._said :]
         self._said = len(self._monitor.events)
-        asks = self._watched.asks
-        return [
-            Event(self._since + event.time, event.robot, event.kind, event.sentence)
-            for event in new
-            if asks or event.kind != "formula"
-        ]
+        return [Event(self._since + event.time, event.robot, event.kind, event.sentence) for event in new]
 
     def lost(self) -> tuple[str, str] | None:
         """Return a robot that cannot go on, and why; None where all can."""
