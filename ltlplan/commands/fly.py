@@ -66,7 +66,8 @@ def command(
     said = flight_options.Said(wind, noise, model, controller, estimator, latency, mass)
     said.require_sense()
     if link is not None:
-        from ltlplan.commands.shared.live_flight import Asked, fly_over_link
+        from ltlplan.commands.shared.links import Asked
+        from ltlplan.commands.shared.live_flight import fly_over_link
 
         kind = Asked(str(link), tuple(place or ()), tuple(address or ()), inventory, real_time)
         fly_over_link(source, out, kind, said, seed, json=json)

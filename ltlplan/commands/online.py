@@ -58,7 +58,7 @@ def command(
     from ltlplan.commands.shared.events import parse_events
 
     if link is not None:
-        from ltlplan.commands.shared.live_flight import Asked
+        from ltlplan.commands.shared.links import Asked
         from ltlplan.commands.shared.live_online import Happening, online_over_link
         from ltlplan.planner import with_seed
 

@@ -10,19 +10,8 @@ from typing import TYPE_CHECKING
 
 from ltlplan.commands.shared.events import parse_events
 from ltlplan.commands.shared.followed import Followed
-from ltlplan.commands.shared.live_flight import (
-    FILES,
-    Asked,
-    below_starts,
-    data_of,
-    refusal_of,
-    require_sense,
-    simulated_robots,
-    told_places,
-    vehicles,
-    worst_lines,
-    write_texts,
-)
+from ltlplan.commands.shared.links import Asked, below_starts, require_sense, simulated_robots, told_places, vehicles
+from ltlplan.commands.shared.live_flight import FILES, data_of, refusal_of, worst_lines, write_texts
 from ltlplan.commands.shared.live_view import View, interrupts_land
 from ltlplan.commands.shared.simulation import Outcome, simulating, written
 from verify.data import BadInput
