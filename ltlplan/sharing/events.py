@@ -138,7 +138,7 @@ def _naming(formula: Formula, robot: str) -> Formula:
 def _corner(mission: Mission, radius: float) -> Point:
     """Return the point of the workspace, away from its walls and clear of solid bodies, that is farthest from all regions."""
     low, high = np.array(mission.workspace.min), np.array(mission.workspace.max)
-    inset = np.minimum((high - low) / 4, mission.margin + 0.1)
+    inset = np.minimum((high - low) / 2, mission.margin + 0.1)
     corners = np.stack(np.meshgrid(*zip(low + inset, high - inset, strict=True)), axis=-1).reshape(-1, 3)
     if parts := solid_parts(mission.obstacles, mission.hoops):
         axes = (np.linspace(a, b, _PLACES) for a, b in zip(low + inset, high - inset, strict=True))

@@ -232,6 +232,13 @@ def test_events_that_cannot_be_are_refused_before_take_off(fire, event, words):
         in_order(fire, [event])
 
 
+def test_events_in_a_room_that_is_low_for_its_margin_are_taken():
+    mission = ltlplan.load_mission("wall-swap")
+    assert mission.workspace.max[2] - mission.workspace.min[2] < 4 * mission.margin
+    (event,) = in_order(mission, [NewFormula(time=1.0, formula="F south_east")])
+    assert event.time == 1.0
+
+
 def test_a_robot_that_others_would_touch_is_refused_before_take_off(fire):
     near = changed(fire, separation=2.1 * fire.vehicle.radius)
     large = fire.vehicle.model_copy(update={"radius": 1.2 * fire.vehicle.radius})
