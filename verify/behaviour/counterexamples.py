@@ -13,7 +13,7 @@ from verify.behaviour.team_graph import Observation
 from verify.behaviour.team_laps import TeamWords
 from verify.behaviour.timeline import Timeline
 from verify.data.errors import InternalError
-from verify.data.language.counting import Atom, written_out
+from verify.data.language.counting import Atom, atoms, written_out
 from verify.data.language.formula import FREE
 from verify.data.language.word import Letter, Word, show_letter
 from verify.data.mission import Mission
@@ -119,10 +119,12 @@ class Counterexamples:
         return next(iter(held)) if len(held) == 1 else None
 
     def _explain(self, word: Word, where: Where) -> Reason:
-        """Explain with the formula as it was written, counts aside: `free` is a name again."""
+        """Explain with the formula as it was written, where nothing in it counts: `free` is a name again."""
         if satisfies(self.mission.formula, word):
             raise InternalError("A counterexample satisfies the formula after all. This is a bug of ltlplan's.")
         written = written_out(self.mission.written, tuple(self.mission.agents))
+        if atoms(written):  # such as `all(free)`, which comes to plain names of regions
+            return explain(self.mission.formula, word, where)
         regions = self.mission.all_regions.keys()
 
         def with_free(letters: tuple[Letter, ...]) -> tuple[Letter, ...]:

@@ -187,9 +187,9 @@ class _Graph:
         """
         if self.reading == "own":
             for r in range(len(self.robots)):
-                yield self._read(state, r), _State(state.nodes, state.ahead, state.read | 1 << r), False
+                yield self.read(state, r), _State(state.nodes, state.ahead, state.read | 1 << r), False
         else:
-            yield self._read(state, None), state, False
+            yield self.read(state, None), state, False
         for r, robot in enumerate(self.robots):
             node = state.nodes[r]
             for target in robot.following[node]:
@@ -204,7 +204,7 @@ class _Graph:
         if self.reading == "joint":
             for nodes in self._changes(state):
                 moved = _State(nodes, state.ahead, 0)
-                yield self._read(moved, None), moved, False
+                yield self.read(moved, None), moved, False
 
     def _moved(self, state: _State, r: int, target: int, *, lap: bool, changed: bool) -> _State | None:
         """Return the state after one robot has moved on while all others stay; None where that cannot be."""
@@ -253,7 +253,8 @@ class _Graph:
         shift = ahead >> r & 1
         return self._low[shift][r][nodes[r]], self._high[shift][r][nodes[r]]
 
-    def _read(self, state: _State, robot: int | None) -> Reading:
+    def read(self, state: _State, robot: int | None) -> Reading:
+        """Return what one robot shows in a state, or all."""
         spans = [r.spans[node] for r, node in zip(self.robots, state.nodes, strict=True)]
         slow = spans if robot is None else [spans[robot]]
         if robot is None and state.ahead:
@@ -274,7 +275,7 @@ class _Words:
 
     def all(self) -> TeamWords:
         """Follow every reading from the beginning on."""
-        initial = tuple(dict.fromkeys(node for state in self.graph.initial() for node in self._after(state)))
+        initial = tuple(dict.fromkeys(node for state in self.graph.initial() for node in self._first(state)))
         following: list[tuple[int, ...]] = []
         for _, state, _ in self._order:  # grows while it is walked
             following.append(tuple(self._after(state)))
@@ -291,6 +292,12 @@ class _Words:
             (0,) * len(readings),
         )
         return TeamWords(tuple(robot.robot for robot in self.graph.robots), behaviour, readings)
+
+    def _first(self, state: _State) -> list[int]:
+        """Return the nodes that can be read first: what all show together is, before anything changes."""
+        if self.graph.reading == "own":
+            return self._after(state)
+        return [self._number(self.graph.read(state, None), state, False)]
 
     def _after(self, state: _State) -> list[int]:
         """Return the nodes that can be read next: after any number of silent steps."""

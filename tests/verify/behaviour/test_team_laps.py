@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.helpers.timelines import APART, END, at, mission, timeline
+from tests.helpers.worlds import world
 from tests.strategies import formulas
 from verify.behaviour.timeline import Change, Timeline
 from verify.behaviour.word_claims import judge_formula
@@ -47,6 +48,28 @@ def test_who_rests_in_a_region_is_read_in_every_lap():
     assert judged("F G a", rests, other).outcome == "fails"  # under `own` it asks every robot to stay there
     assert judged("F G a", rests, other, team="joint")
     assert judged("G F(a & b)", rests, other, team="joint")
+
+
+@pytest.mark.parametrize(
+    "formula", ["!a", "F free", "F all(free)", "q0.free & q1.free", "count(a) < 1 U q0.a", "!b W (a & q1.free)"]
+)
+def test_what_all_show_at_first_is_read_before_anything_changes(formula: str):
+    comes = Timeline("q0", dict.fromkeys("abc", "no"), (Change(at(1), "a", "must"),), Fraction(END), cycle=Fraction(2))
+    lines = comes, timeline("q1", cycle=2)
+    assert judged(formula, *lines, team="joint", error=HALF)
+    assert judged(f"!({formula})", *lines, team="joint").outcome == "fails"
+
+
+@pytest.mark.parametrize("formula", ["G all(free)", "F G all(free)", "all(free) W false"])
+def test_counts_of_the_free_that_come_to_plain_names_are_explained(formula: str):
+    lines = {
+        name: Timeline(name, {"a": "no"}, (Change(at(1), "a", "must"),) if name == "quad0" else (), Fraction(END))
+        for name in ("quad0", "quad1")
+    }
+    verdict = judge_formula(world(formula, robots=2, regions={"a": (0.0, 0.0)}, team="joint"), lines, APART)[0]
+    assert verdict.outcome == "fails"
+    assert "!a` " in verdict.sentence
+    assert verdict.region == "a"
 
 
 def test_laps_keep_their_order():
