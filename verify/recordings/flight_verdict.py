@@ -7,9 +7,7 @@ whatever happened, it is broken whatever happened, or the samples cannot tell. A
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from fractions import Fraction
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,25 +15,14 @@ import numpy as np
 from verify.behaviour.inclusion import DEFAULT_BUDGET
 from verify.claims.claim import Claim, Outcome
 from verify.data.errors import BadInput
-from verify.data.plan import RobotPlan
-from verify.recordings.actions import Action, action_claim, internal_changes, logged_actions, planned_actions, unplanned
-from verify.recordings.alignment import Alignment, fitted, given
-from verify.recordings.asked import Asked, World
+from verify.recordings.alignment import Alignment
+from verify.recordings.asked import Asked
 from verify.recordings.flight_log import Samples
-from verify.recordings.measurement import LARGEST, require_error, require_speed, unseen_sentence, with_rounding
-from verify.recordings.planned_paths import PlannedPath, planned_paths
-from verify.recordings.recorded_visits import passage_claim, visit_claim, widened
+from verify.recordings.measurement import LARGEST, require_error, require_speed, with_rounding
+from verify.recordings.recorded_flight import RecordedFlight
 from verify.recordings.samples import MAX_SAMPLES
-from verify.recordings.space import TELLS, obstacle_claim, rim_claim, separation_claims, workspace_claim
-from verify.recordings.tracks import Bounds, Track, track
-from verify.recordings.tube import tube_claim
-from verify.recordings.words import (
-    formula_claim,
-    recorded_timeline,
-    region_rows,
-    transition_claim,
-    within,
-)
+from verify.recordings.space import TELLS
+from verify.recordings.tracks import Bounds
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +115,8 @@ def check_flight(
     _require_fit(samples, asked)
     whole = with_rounding(float(error), speed, samples.rounding, samples.times, samples.positions.values())
     bounds = Bounds(speed, whole, np.inf if max_acceleration is None else float(max_acceleration))
-    return _Judge(samples, asked, bounds, begins, budget).judge()
+    flown = RecordedFlight(samples, asked, bounds, begins, budget)
+    return FlightVerdict(flown.claims(), tuple(flown.assumptions()), flown.alignment)
 
 
 def _begins(start: float | tuple[float, float] | None) -> tuple[float, float] | None:
@@ -145,188 +133,6 @@ def _begins(start: float | tuple[float, float] | None) -> tuple[float, float] | 
 
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-class _Judge:
-    """One recording, held against what is asked of it."""
-
-    def __init__(self, samples: Samples, asked: Asked, bounds: Bounds, start: tuple[float, float] | None, budget: int) -> None:
-        self.samples, self.asked, self.budget = samples, asked, budget
-        self.paths: dict[str, PlannedPath] | None = (
-            None if asked.team is None else planned_paths(asked.worlds[0].mission, asked.team)
-        )
-        self.end = None if self.paths is None else max(path.end for path in self.paths.values())
-        self.alignment = self._aligned(start, bounds.error)
-        self.start, self.stop = self._window()
-        self.bounds = bounds
-        self.tracks: dict[str, Track] = {}
-        for robot, places in samples.positions.items():
-            whole = track(robot, samples.times, places, bounds, start=self.start, stop=self.stop)
-            gone = asked.gone.get(robot)
-            if gone is not None and gone < self.start:
-                raise BadInput(
-                    f"{robot} left at {gone:g} s, before the flight that is judged begins at {self.start:g} s: what it showed last "
-                    "was not recorded."
-                )
-            self.tracks[robot] = whole if gone is None else whole.over(self.start, gone)
-        self.rows = {robot: region_rows(one, asked.worlds) for robot, one in self.tracks.items()}
-
-    def judge(self) -> FlightVerdict:
-        """Judge every claim."""
-        claims = [*self._tube(), *self._words(), *self._visits(), *self._space()]
-        if not self.alignment.trusted:
-            claims = [_perhaps_outside(claim) for claim in claims]
-        return FlightVerdict(tuple(claims), tuple(self._assumptions()), self.alignment)
-
-    def _aligned(self, start: tuple[float, float] | None, error: float) -> Alignment:
-        first = float(self.samples.times[0])
-        if start is not None:
-            return given(*start)
-        if self.paths is None:
-            return given(first, first)
-        found = fitted(self.samples.times, self.samples.positions, self.paths, error=error, clock_error=self.asked.clock_error)
-        return replace(found, zero=self.samples.zero)
-
-    def _window(self) -> tuple[float, float]:
-        """Return from when until when the flight lasted on the recording's clock.
-
-        Without a start that can be trusted, that is the whole recording.
-        """
-        first, last = float(self.samples.times[0]), float(self.samples.times[-1])
-        if self.end is None:
-            return self.alignment.low, max(last, self.alignment.low)
-        if not self.alignment.trusted:
-            return first, last
-        return self.alignment.low, self.alignment.high + self.end
-
-    # -- claims -----------------------------------------------------------------------------------------------
-
-    def _tube(self) -> Iterable[Claim]:
-        if self.paths is not None and self.end is not None:
-            for robot, one in self.tracks.items():
-                yield tube_claim(one, self.paths[robot], self.alignment, self.asked.margin, self.end)
-
-    def _words(self) -> Iterable[Claim]:
-        mission, timelines, deeds = self.asked.mission, {}, []
-        for robot, one in self.tracks.items():
-            internal, actions = self._actions(robot)
-            deeds.append((robot, actions))
-            changes = internal_changes(actions, mission, Fraction(self.start), Fraction(self.stop) - Fraction(self.start))
-            timelines[robot] = recorded_timeline(
-                one, self.rows[robot], start=self.start, stop=self.stop, internal=internal, actions=changes
-            )
-        open_ = [action for _, actions in deeds for action in actions if action.outcome == "undecided"]
-        doubtful = open_[0].sentence if open_ else ""
-        if mission.spec.formula is not None:
-            yield formula_claim(self.asked.worlds, timelines, self.rows, doubtful=doubtful, zero=self.start, budget=self.budget)
-        for timeline in timelines.values():
-            yield transition_claim(self.asked.worlds, timeline, zero=self.start)
-        for robot, actions in deeds:
-            claim = action_claim(robot, actions)
-            if claim is not None:
-                yield claim
-
-    def _visits(self) -> Iterable[Claim]:
-        mission, plan = self.asked.worlds[0].mission, self.asked.plan
-        for robot, one in self.tracks.items():
-            if plan is not None:
-                laps = _all_laps(plan.robots[robot], mission.spec.repeat)
-                near = region_rows(one, [World(w.since, widened(w.mission, self.asked.margin)) for w in self.asked.worlds])
-                start = np.array(mission.agents[robot].start)
-                starts_in = frozenset(name for name, region in mission.all_regions.items() if region.level(start) <= 1)
-                yield visit_claim(one, laps, self.rows[robot], near, starts_in)
-                wanted = [(v.region, v.direction) for v in laps.visits if v.direction is not None]
-                yield passage_claim(one, self.asked.worlds, wanted, self.rows[robot], self.asked.margin)
-            elif mission.passages is not None:
-                sequence = mission.passages
-                flown = [*sequence.prefix, *(sequence.cycle or ()) * mission.spec.repeat]
-                yield passage_claim(
-                    one, self.asked.worlds, [(p.hoop, p.direction) for p in flown], self.rows[robot], mission.margin
-                )
-
-    def _space(self) -> Iterable[Claim]:
-        worlds = self.asked.worlds
-        radii = {robot: self.asked.mission.vehicle_of(robot).radius for robot in self.tracks}
-        for index, world in enumerate(worlds):
-            since = self.start if index == 0 else world.since
-            until = self.stop if index + 1 == len(worlds) else worlds[index + 1].since
-            parts = {robot: one.over(since, until) for robot, one in self.tracks.items()}
-            parts = {robot: one for robot, one in parts.items() if one.start <= one.stop}
-            rims = (rim_claim(one, world.mission, radii[robot]) for robot, one in parts.items())
-            yield from (claim for claim in rims if claim is not None)
-            solid = (obstacle_claim(one, world.mission, radii[robot]) for robot, one in parts.items())
-            yield from (claim for claim in solid if claim is not None)
-        for one in self.tracks.values():
-            yield workspace_claim(one, self.asked.mission)
-        yield from separation_claims(self.tracks, self.asked.mission)
-
-    def _actions(self, robot: str) -> tuple[frozenset[str], list[Action]]:
-        """Return a robot's internal propositions at the start, and its actions, each held against the samples."""
-        mission, rows = self.asked.mission, self.rows[robot]
-        planned = planned_actions(self.asked, robot, rows, self.alignment)
-        one, times = self.tracks[robot], self.samples.times
-        index = within(times, one.start, one.stop)
-        if self.samples.internal is None or not len(index):
-            return mission.initial_letter(robot), planned
-        first = int(index[0])
-        at, logged = [*times[index].tolist()], [self.samples.internal[robot][i] for i in index]
-        if at[0] > one.start:  # what it was when the flight began: of the last row before, or as the mission says
-            at = [float(times[first - 1]) if first else one.start, *at]
-            logged = [self.samples.internal[robot][first - 1] if first else mission.initial_letter(robot), *logged]
-        shown = [frozenset(letter) & mission.internal_propositions for letter in logged]
-        made = logged_actions(robot, np.array(at), shown, mission, rows)
-        if self.asked.team is None:
-            return shown[0], made
-        return shown[0], [*made, *unplanned(robot, made, planned, mission, until=Fraction(at[-1]))]
-
-    def _assumptions(self) -> Iterable[str]:
-        first, last = float(self.samples.times[0]), float(self.samples.times[-1])
-        lasts = f"The flight lasts from {self.start:.4f} to {self.stop:.4f} s of the recording"
-        planned = "" if self.end is None else f" (as planned, {self.end:.4f} s)" if self.alignment.trusted else " (all of it)"
-        rest = "; rows beyond are not judged" if last > self.stop or first < self.start else ""
-        yield f"{lasts}{planned}{rest}."
-        yield self.alignment.sentence
-        yield f"No robot is ever faster than {self.bounds.speed:g} m/s."
-        if np.isfinite(self.bounds.acceleration):
-            yield f"No robot is ever accelerated by more than {self.bounds.acceleration:g} m/s^2."
-        yield f"No measured position is off by more than {self.bounds.error:g} m, the digits that it was written with included."
-        yield from self.samples.notes
-        for robot, one in self.tracks.items():
-            if unseen := unseen_sentence(robot, one.times[one.real], one.start, one.stop):
-                yield unseen
-        if self.asked.mission.internal_propositions:
-            if self.samples.internal is not None:
-                yield "Internal states are those of the log; an action counts where the samples allow it at its place."
-            elif self.asked.actions:
-                yield (
-                    "Internal states are those of the certificate's planned actions, each where the samples allow it at its place."
-                )
-        if len(self.asked.worlds) > 1 or self.asked.gone:
-            yield "The world changed in flight as the folder says; the formula is the one that was asked last."
-        if self.paths is None:
-            yield "There are no trajectories to hold the flight against: nothing is said of a tube."
-        if self.asked.plan is None:
-            yield "There is no plan to hold the flight against: nothing is said of planned visits."
-
-
-def _perhaps_outside(claim: Claim) -> Claim:
-    """Return what is broken at some time of the recording as what cannot be told: it may have been before the flight, or after it.
-
-    What never happens in all of the recording, such as a visit, did not happen in the flight.
-    """
-    if claim.outcome != "fails" or claim.time is None:
-        return claim
-    sentence = f"{claim.sentence} Whether that was during the flight cannot be told: when it began is not known."
-    witness = None if claim.witness is None else replace(claim.witness, sentence=sentence)
-    return replace(claim, outcome="undecided", sentence=sentence, witness=witness)
-
-
-def _all_laps(robot: RobotPlan, repeat: int) -> RobotPlan:
-    """Return a robot's plan with its cycle flown as often as is asked."""
-    if robot.cycle_visit is None:
-        return robot
-    visits = (*robot.visits[: robot.cycle_visit], *robot.visits[robot.cycle_visit :] * repeat)
-    return robot.model_copy(update={"visits": visits, "cycle_visit": None})
 
 
 def _require_fit(samples: Samples, asked: Asked) -> None:
