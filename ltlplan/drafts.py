@@ -30,6 +30,7 @@ class Draft:
         others: How many times other words were tried that do without legs.
         shut: The legs that these do without.
         rooms: How many robots regions hold, where refinement found no places for more: (region, robots).
+        tried: What the plans before did that no flight kept, as digests.
         given_up: Why the first plan was given up for other words; None before that.
     """
 
@@ -43,6 +44,7 @@ class Draft:
     others: int = 0
     shut: frozenset[Leg] = frozenset()
     rooms: tuple[tuple[str, int], ...] = ()
+    tried: tuple[str, ...] = ()
     given_up: str | None = None
 
     @property

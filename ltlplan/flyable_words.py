@@ -2,11 +2,14 @@
 
 Whether robots have places beside each other, and ways past each other, is seen in refinement alone. What it says goes back to planning: a
 region in which no places were found for so many robots holds fewer of them (`search.counts.capacities`), where the formula counts robots;
-else each leg of the robots in conflict is shut in turn, and the cheapest answer is taken.
+else each leg of the robots in conflict is shut in turn. Of the answers those are taken first whose visits can be made one after another so
+that nobody rests where another one comes to, the cheapest ones first.
 """
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
@@ -24,9 +27,10 @@ from verify.data.choices import PLANNING_METHODS
 
 _OTHERS = 4
 """Other plans that are tried."""
-_LEGS = 8
+_LEGS = 6
 """Legs that are shut in turn, each for one search."""
-_BUDGET = Budget(states=20_000)
+_BUDGET, _COUNTED = Budget(states=20_000), Budget(states=4_000)
+"""Of a search for other words, and where robots are counted, whose states take ten times as long."""
 _NONE = (BadInput, Unsatisfiable, Infeasible, NotCertified, InternalError)
 
 
@@ -37,17 +41,21 @@ def flown_otherwise(draft: Draft, error: LtlplanError) -> Draft | None:
         draft: The plan, and what was tried before.
         error: What refinement or the judge said of it.
     """
+    from refine.coordination.team_flights import has_an_order
+
     made, witness = draft.plan, _conflict(error)
     if witness is None or draft.others >= _OTHERS or len(made.robots) < 2:
         return None
     if made.method == SEQUENCE or made.method not in PLANNING_METHODS.built_in:
         return None
-    found = _with_fewer_in_a_region(draft, witness) or _without_a_leg(draft, witness)
+    draft = replace(draft, tried=(*draft.tried, _digest(made)))
+    others = list(_with_fewer_in_a_region(draft, witness)) or list(_without_a_leg(draft, witness))
+    found = next((other for other in others if has_an_order(other.plan)), others[0] if others else None)
     if found is None:
         return None
     why = draft.given_up or str(error)
     note = f"The words planned first were given up for others, as no flight of theirs was found. {why}"
-    bound = None if draft.plan.lower_bound is None else min(draft.plan.lower_bound, found.plan.cost)
+    bound = None if made.lower_bound is None else min(made.lower_bound, found.plan.cost)
     changes = {"lower_bound": bound, "complete": False, "method": made.method, "notes": (*found.plan.notes, note)}
     other = found.plan.model_copy(update=changes)
     return replace(found, plan=other, witnesses=(), begun=draft.rounds, others=draft.others + 1, given_up=why)
@@ -80,20 +88,18 @@ def _conflict(error: LtlplanError) -> Witness | None:
     return next((each for each in witnesses if each is not None and each.claim in ("separation", "formula")), None)
 
 
-def _with_fewer_in_a_region(draft: Draft, witness: Witness) -> Draft | None:
+def _with_fewer_in_a_region(draft: Draft, witness: Witness) -> Iterator[Draft]:
+    """Yield plans in which regions that are too full hold fewer robots."""
     made, known = draft.plan, dict(draft.rooms)
-    if not made.mission.written.counts:
-        return None
-    for region, most in _too_full(made, witness, known):
+    for region, most in _too_full(made, witness, known) if made.mission.written.counts else ():
         rooms = {**known, region: most}
         try:
-            with holding(rooms), knowing((), _BUDGET):
+            with holding(rooms), knowing((), _budget(made)):
                 other = plan(made.mission, method=made.method)
         except _NONE:
             continue
-        if _does(other) != _does(made):
-            return replace(draft, plan=other, rooms=tuple(rooms.items()))
-    return None
+        if _digest(other) not in draft.tried:
+            yield replace(draft, plan=other, rooms=tuple(rooms.items()))
 
 
 def _too_full(made: Plan, witness: Witness, known: Mapping[str, int]) -> Iterator[tuple[str, int]]:
@@ -110,27 +116,26 @@ def _too_full(made: Plan, witness: Witness, known: Mapping[str, int]) -> Iterato
             yield region, most
 
 
-def _without_a_leg(draft: Draft, witness: Witness) -> Draft | None:
-    made, best = draft.plan, None
+def _without_a_leg(draft: Draft, witness: Witness) -> Iterator[Draft]:
+    """Yield plans that do without a leg of the robots in conflict, the cheapest one first."""
+    made, costs = draft.plan, list[tuple[float, frozenset[Leg]]]()
     for legs in _legs(made, witness):
         shut = draft.shut | legs
         try:
-            with holding(dict(draft.rooms)), knowing((), _BUDGET):
+            with holding(dict(draft.rooms)), knowing((), _budget(made)):
                 found = without_legs(shut)(made.mission, Context(np.random.default_rng(made.seed)))
         except _NONE:
             continue
-        if any(does.legs(made.mission, name) & shut for name, does in found.robots.items()):
+        if not any(does.legs(made.mission, name) & shut for name, does in found.robots.items()):
+            costs.append((found.cost, shut))
+    for _, shut in sorted(costs, key=lambda each: each[0]):
+        try:
+            with holding(dict(draft.rooms)), knowing((), _budget(made)):
+                other = plan(made.mission, method=without_legs(shut))
+        except _NONE:
             continue
-        if best is None or found.cost < best[0]:
-            best = found.cost, shut
-    if best is None:
-        return None
-    try:
-        with holding(dict(draft.rooms)), knowing((), _BUDGET):
-            other = plan(made.mission, method=without_legs(best[1]))
-    except _NONE:
-        return None
-    return None if _does(other) == _does(made) else replace(draft, plan=other, shut=best[1])
+        if _digest(other) not in draft.tried:
+            yield replace(draft, plan=other, shut=shut)
 
 
 def _legs(made: Plan, witness: Witness) -> Iterator[frozenset[Leg]]:
@@ -147,6 +152,12 @@ def _legs(made: Plan, witness: Witness) -> Iterator[frozenset[Leg]]:
     yield from list(found)[:_LEGS]
 
 
-def _does(made: Plan) -> tuple[object, ...]:
-    """Return what tells two plans apart: words, visits, and who waits for whom."""
-    return made.words, [robot.visits for robot in made.robots.values()], made.precedences, made.meetings
+def _budget(made: Plan) -> Budget:
+    return _COUNTED if made.mission.written.counts else _BUDGET
+
+
+def _digest(made: Plan) -> str:
+    """Return what tells plans apart: words, visits, and who waits for whom."""
+    does = {name: (str(robot.word), [visit.model_dump() for visit in robot.visits]) for name, robot in made.robots.items()}
+    waits = [wait.model_dump() for wait in (*made.precedences, *made.meetings)]
+    return hashlib.sha256(json.dumps([does, waits], sort_keys=True).encode()).hexdigest()

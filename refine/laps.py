@@ -16,7 +16,7 @@ import numpy as np
 
 from refine.coordination.spacing import spacing_for
 from refine.corridor.legs import HOVERING
-from refine.corridor.relocation import moved_to_meet
+from refine.corridor.meeting_places import moved_to_meet
 from refine.feedback import Feedback, feedback_of
 from refine.parts import from_rest_to_rest, longer_than_held
 from refine.single.values import RefinementOptions

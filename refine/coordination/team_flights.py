@@ -24,8 +24,8 @@ from refine.coordination.safe_intervals import schedule_safe_intervals
 from refine.coordination.spacing import firm_pairs, hovers_of, idle_others, spacing_for
 from refine.coordination.turns import Turns
 from refine.corridor.legs import HOVERING
-from refine.corridor.relocation import moved_apart, moved_to_meet
-from refine.feedback import Feedback
+from refine.corridor.meeting_places import moved_apart, moved_to_meet
+from refine.feedback import Feedback, feedback_of
 from refine.single.flight import robot_flight
 from refine.single.values import Problem, RefinementOptions, RobotFlight
 from verify.data import Infeasible, Plan, Witness
@@ -105,6 +105,15 @@ def _other_ways(plan: Plan, feedback: Feedback) -> Iterator[_Way]:
     by_name, backwards = (one_at_a_time(plan, last_first=last_first) for last_first in (False, True))
     for meetings, nearest in ((by_name, False), (by_name, True), (backwards, False)) if in_order else ():
         yield _Way("letting one robot fly at a time between meetings", meetings, nearest)
+
+
+def has_an_order(plan: Plan) -> bool:
+    """Tell whether a team's visits can be made one after another so that nobody rests where another one comes to; sooner than by flights.
+
+    Args:
+        plan: Who visits what, in laps or once.
+    """
+    return not _takes_turns(plan) or next(_turns(plan, feedback_of(plan, ())), None) is not None
 
 
 def _takes_turns(plan: Plan) -> bool:

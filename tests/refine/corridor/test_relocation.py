@@ -11,7 +11,8 @@ import pytest
 
 import verify
 from refine import refine
-from refine.corridor.relocation import moved_apart, moved_to_meet, relocations
+from refine.corridor.meeting_places import moved_apart, moved_to_meet
+from refine.corridor.relocation import relocations
 from tests.helpers.plans_by_hand import ball, room, straight
 from verify.data import Infeasible, Plan
 from verify.data.sections import Agent
@@ -77,6 +78,21 @@ def test_robots_that_meet_exchange_their_places_so_that_ways_are_short() -> None
     )
     assert squares[1] == pytest.approx(least)
     assert squares[1] < squares[0]
+
+
+@pytest.mark.parametrize(("radius", "places"), [(1.0, 3), (0.34, 2), (0.2, 1)])
+def test_robots_share_places_where_a_region_has_too_few_and_who_ends_there_has_its_own(radius: float, places: int) -> None:
+    """Robot a only passes; b ends in the region, and c where there is room for two."""
+    starts = {"a": (-1.5, 0.3, 1.0), "b": (0.9, -1.4, 1.0), "c": (1.1, 1.6, 1.0)}
+    mission = room({"goal": ball(1.0, 0.0, radius)}, {name: Agent(start=start) for name, start in starts.items()})
+    goal, beyond = (1.0, 0.0, 1.0), (2.5, 0.0, 1.0)
+    stay = {"a": False, "b": True, "c": places > 1}
+    robots = {name: straight(starts[name], goal, *(() if stay[name] else (beyond,)), visits={1: "goal"}) for name in starts}
+    moved = moved_to_meet(Plan(mission=mission, robots=robots), 0.5, 1.0)
+    at = {name: robot.waypoints[1].position for name, robot in moved.robots.items()}
+    assert len(set(at.values())) == places
+    ends = [at[name] for name in starts if stay[name]]
+    assert all(math.dist(one, other) >= 0.5 for one, other in itertools.combinations(ends, 2))
 
 
 @pytest.mark.parametrize("robots", [2, 3])
