@@ -41,7 +41,8 @@ def not_simulated(robot: str, vehicle: Vehicle, when: str) -> BadInput:
         when: In which flight, or at what time.
     """
     return BadInput(
-        f"{robot} is nowhere any more {when}: what its profile '{vehicle.name}' says cannot be simulated in steps of {1000 * STEP:g} ms."
+        f"{robot} is nowhere any more {when}: what its profile '{vehicle.name}' says, or what its controller asks for, cannot be "
+        f"simulated in steps of {1000 * STEP:g} ms."
     )
 
 

@@ -199,7 +199,7 @@ def test_a_vehicle_that_cannot_be_simulated_is_named():
     plan, team = hop()
     tiny = plan.mission.vehicle.changed(name="tiny", inertia=(1e-300, 1e-300, 1e-300))
     plan = plan.model_copy(update={"mission": plan.mission.model_copy(update={"vehicle": tiny})})
-    said = "quad0 is nowhere any more {}: what its profile 'tiny' says cannot be simulated in steps of 2 ms"
+    said = "quad0 is nowhere any more {}: what its profile 'tiny' says, or what its controller asks for, cannot be simulated in steps"
     with pytest.raises(BadInput, match=said.format(r"at 0\.\d\d s")):
         flight.fly(plan, team, controller="mellinger", noise=0.001)
     with pytest.raises(BadInput, match=said.format("in the flight with seed 3")):
