@@ -52,6 +52,11 @@ class Battery(Value):
     def _ordered(self) -> Battery:
         if self.empty >= self.full:
             raise ValueError(f"empty {self.empty} V is not below full {self.full} V")
+        sag = self.resistance * self.hover_current
+        if sag >= self.full:
+            raise ValueError(
+                f"in hover {sag:g} V of its {self.full:g} V are lost to its resistance; nothing is left to fly with"
+            )
         return self
 
 

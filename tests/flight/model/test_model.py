@@ -251,3 +251,12 @@ def test_every_shipped_airframe_is_known_and_an_inline_vehicle_gets_an_estimate(
     assert not inline.known
     assert inline.rotor_drag > 0
     assert inline.battery.hover_current > 0
+
+
+@pytest.mark.parametrize(
+    ("change", "said"), [({"empty": 5.0}, "is not below full"), ({"resistance": 1e6}, "nothing is left to fly with")]
+)
+def test_batteries_that_lift_nothing_are_refused(change, said):
+    battery = airframe_of(load_vehicle("crazyflie-2.1")).battery
+    with pytest.raises(ValueError, match=said):
+        type(battery).model_validate({**battery.model_dump(), **change})
