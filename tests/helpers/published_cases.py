@@ -68,12 +68,19 @@ def lomap_fifth() -> Mission:
     return world(LOMAP_FIFTH, robots=2, regions=places, radii=radii, starts=starts, trace="infinite", objective="longest")
 
 
-def meeting_in_each_lap() -> Mission:
+def meeting_in_each_lap(objective: str = "sum") -> Mission:
     """Return two robots that meet again and again, and come to a place of their own in between."""
     places = {"post": (0.0, 0.0), "west": (-2.0, 0.0), "east": (2.0, 0.0)}
     formula = "G F(count(post) >= 2) & G F quad0.west & G F quad1.east"
     radii, starts = {"post": 0.6, "west": 0.4, "east": 0.4}, ((-1.0, 1.5), (1.0, 1.5))
-    return world(formula, robots=2, regions=places, radii=radii, starts=starts, trace="infinite", team="joint")
+    return world(
+        formula, robots=2, regions=places, radii=radii, starts=starts, trace="infinite", team="joint", objective=objective
+    )
+
+
+def meeting_by_the_dearer_robot() -> Mission:
+    """Return the same, of whom neither is to fly much more than the other."""
+    return meeting_in_each_lap("longest")
 
 
 def _robot(begun: dict[str, str], ended: dict[str, str], more: str = "", switches: str = "") -> str:
@@ -138,6 +145,7 @@ CASES: dict[str, tuple[Callable[[], Mission], str]] = {
     "Schillinger, third, joint": (schillinger_third_together, "21.1 s, cost 98"),
     "LOMAP, fifth": (lomap_fifth, "-"),
     "a meeting in each lap": (meeting_in_each_lap, "-"),
+    "a meeting in each lap, by the dearer robot": (meeting_by_the_dearer_robot, "-"),
     "five gather": (gathering, "-"),
     "ten meet": (ten_meet, "-"),
 }

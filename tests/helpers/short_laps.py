@@ -100,7 +100,8 @@ def _is_broken(formula: Formula, shown: Shown, movers: tuple[int, ...], home: in
     graph: nx.DiGraph[tuple[int, int, int]] = nx.DiGraph()
     begin: tuple[int, int, int] = (0, 0, opposite.initial)
     graph.add_node(begin)
-    open_, seams = [begin], set()
+    open_: list[tuple[int, int, int]] = [begin]
+    seams: set[tuple[tuple[int, int, int], tuple[int, int, int]]] = set()
     while open_:
         place = open_.pop()
         at, read, state = place

@@ -42,7 +42,12 @@ def test_published_cases_are_planned_to_the_cheapest_words(case: str, cost: floa
 
 @pytest.mark.parametrize(
     ("case", "cost", "complete"),
-    [("Bai, first", 12.236, False), ("LOMAP, fifth", 10.236, True), ("a meeting in each lap", 13.606, False)],
+    [
+        ("Bai, first", 12.236, False),
+        ("LOMAP, fifth", 10.236, True),
+        ("a meeting in each lap", 13.606, False),
+        ("a meeting in each lap, by the dearer robot", 5.803, True),
+    ],
 )
 def test_laps_of_published_cases_are_shared(case: str, cost: float, complete: bool) -> None:
     _, plan = planned(case)

@@ -9,7 +9,7 @@ from random import Random
 
 import pytest
 
-from ltlplan.logic.budget import DEFAULT_BUDGET
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.search.exact import assign
 from ltlplan.search.lassos.dearest_team_laps import laps_for_dearest, least_for_dearest
 from ltlplan.systems.robot_systems import Systems
@@ -138,3 +138,38 @@ MOST = 2.2
 @pytest.mark.parametrize("team", ["own", "joint"])
 def test_patrols_are_the_cheapest_by_their_dearest_robot(team: str):
     assert sum(patrol_agrees(seed, team) for seed in range(60)) >= 30
+
+
+def meeting(budget: Budget):
+    """Return a plan of two robots that meet in each lap, and see to two places."""
+    places, starts = {"a": (0.0, 0.0), "b": (2.0, 0.0), "c": (0.0, 2.5)}, ((-1.0, 0.3), (-1.5, 2.5))
+    formula = "G F(count(a) >= 2) & G F some(b) & G F some(c)"
+    return assign(
+        world(
+            formula, robots=2, regions=places, radii={"a": 0.6}, starts=starts, team="joint", trace="infinite", objective="longest",
+        ),
+        budget=budget,
+    )  # fmt: skip
+
+
+def test_where_the_search_is_stopped_the_plan_says_that_cheaper_laps_may_exist():
+    proved, stopped = meeting(DEFAULT_BUDGET), meeting(Budget(states=1_000))
+    assert proved.complete
+    assert not any("may exist" in note for note in proved.notes)
+    assert stopped.lower_bound is not None
+    assert stopped.lower_bound <= proved.cost + 1e-5
+    assert proved.cost <= stopped.cost
+    assert stopped.complete or any("may exist" in note for note in stopped.notes)
+
+
+def test_a_robot_that_rests_is_known_to_be_read_in_each_lap():
+    """Both may wait in their places for ever: whoever is read in b, the other one is read in c in the next lap at the latest."""
+    places = (
+        TransitionSystem((frozenset(), frozenset("b")), (((1, 1.0),), ())),
+        TransitionSystem((frozenset(), frozenset("c")), (((1, 1.0),), ())),
+    )
+    asked = mission("G F b & G(b -> F c)", team="own", robots=2, trace="infinite")
+    found = laps_for_dearest(asked, places, asked.formula, DEFAULT_BUDGET, math.inf)
+    assert found is not None
+    assert found.prefixes == ((0, 1), (0, 1))
+    assert found.laps == ((1,), (1,))
