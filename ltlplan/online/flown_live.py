@@ -47,9 +47,9 @@ def flown_live(course: OnlineCourse, live: LiveFlight, *, planned_cost: float) -
     robots = tuple(mission.agents)
     gone = {event.robot: event.time for event in course.happened if isinstance(event, RobotLeaves)}
     times, position = _places(course, live, robots, gone)
-    actions = {name: _actions(course, name) for name in robots}
     if not len(times):
         raise BadInput("The online flight ended before all robots were measured at once.")
+    actions = {name: _actions(course, name, Fraction(times[-1])) for name in robots}
     letters = {name: _letters(course, name, times, position[:, j], actions[name], gone) for j, name in enumerate(robots)}
     timelines = {name: seen_timeline(mission, name, times, letters[name], actions[name]) for name in robots}
     verdict = judge_formula(mission, timelines, Relations())[0]
@@ -121,11 +121,11 @@ def _places(
     return times, np.stack(columns, axis=1)
 
 
-def _actions(course: OnlineCourse, robot: str) -> tuple[InternalChange, ...]:
-    """Return the internal changes that a robot made, on the flight's clock."""
+def _actions(course: OnlineCourse, robot: str, end: Fraction) -> tuple[InternalChange, ...]:
+    """Return the internal changes that a robot made until an end, exact, in s, on the flight's clock."""
     found: list[InternalChange] = []
     pieces = course.team.all_pieces
-    ends = [*(piece.since for piece in pieces[1:]), Fraction(course.ended - course.began)]
+    ends = [*(min(piece.since, end) for piece in pieces[1:]), end]
     for piece, until in zip(pieces, ends, strict=True):
         for action in piece.actions.get(robot, ()):
             if piece.since <= piece.start + action.time <= until:

@@ -37,6 +37,6 @@ def watch_on(link: Link, record: Record, piece: Piece, began: float, *, without:
         world, (), margin=world.margin, measurement=link.accuracy,
         planned_acceleration=max(path.acceleration for path in planned.values()),
     )  # fmt: skip
-    watch = Watch(link, Watched(FLIGHT, flown, world.margin, False, monitor), begin, record, since=max(now, begin))
+    watch = Watch(link, Watched(FLIGHT, flown, world.margin, monitor), begin, record, since=max(now, begin))
     watch.see_before([link.pose(name) for name in flown])
     return watch

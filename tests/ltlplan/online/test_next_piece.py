@@ -7,9 +7,12 @@ from fractions import Fraction
 
 import pytest
 
+from flight.link.record import Record
+from flight.link.simulated import SimulatedLink
 from ltlplan.online.braking import REACTION, come_to_rest
 from ltlplan.online.certified import CertifiedTeam
 from ltlplan.online.next_piece import find_piece, require_proved, with_endurance_left
+from ltlplan.online.watching import watch_on
 from verify.data import NotCertified, parse_mission
 from verify.data.events import NewFormula
 
@@ -72,6 +75,19 @@ def test_robots_fly_on_until_a_stop_was_found(team):
         slowed = stop.team["quad0"]
         assert 0.5 + reaction <= slowed.knots[-2] + 1e-6
         assert slowed.evaluate(0.5 + reaction) == pytest.approx(before.evaluate(0.5 + reaction), abs=1e-6)
+
+
+def test_what_is_flown_is_watched_though_its_words_are_not_proved(team):
+    team.close_piece(NewFormula(time=0.5, formula="F b"), Fraction(1, 2))
+    link, record = SimulatedLink(team.mission, {"quad0": (-0.3, 0.0, 1.0)}), Record()
+    watch = watch_on(link, record, team.present, began=link.now() - 0.5, without=())
+    for _ in range(30):
+        link.sleep(0.02)
+        look = watch.look()
+    assert look.stage == "flight"
+    assert look.errors["quad0"] > team.mission.margin, "it stands, and should fly"
+    assert "from its plan; the margin is" in watch.alarm()
+    assert watch.lost() is None
 
 
 def test_a_piece_is_flown_only_from_when_it_was_judged_to_begin(team):
