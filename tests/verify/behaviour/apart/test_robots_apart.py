@@ -88,7 +88,7 @@ def test_configurations_that_are_known_are_not_followed_again(seed: int, broken:
 def test_of_unions_robots_that_show_nothing_are_left_out(
     seed: int, teams: int, budget: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("verify.behaviour.word_claims.FEW", 1)
+    monkeypatch.setattr("verify.behaviour.formula_judge.FEW", 1)
     rng = Random(seed)
     for number in range(teams):
         lines = [random_timeline(rng, f"q{i}", busy=rng.choice([0.1, 0.4])) for i in range(rng.choice([2, 2, 3]))]
@@ -124,7 +124,7 @@ def can_be_read(graph: OwnGraph, names: list[str], readings: tuple) -> bool:
 def test_a_counterexample_that_is_put_together_is_a_word_of_the_team(
     seed: int, teams: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("verify.behaviour.word_claims.FEW", 0)
+    monkeypatch.setattr("verify.behaviour.formula_judge.FEW", 0)
     rng = Random(seed)
     for _ in range(teams):
         lines = [random_timeline(rng, f"q{i}", busy=rng.choice([0.2, 0.5])) for i in range(rng.choice([1, 2, 2, 3]))]
