@@ -56,7 +56,8 @@ def _misplaced(point: Point, values: Mapping[str, Any], vehicle: Vehicle | None)
     margin = values.get("margin", 0.05)
     shown = f"({', '.join(f'{x:g}' for x in point)})"
     if workspace is not None and not workspace.holds(point):
-        yield f"{shown} lies outside the workspace {list(workspace.min)} to {list(workspace.max)}."
+        low, high = (", ".join(f"{x:g}" for x in corner) for corner in (workspace.min, workspace.max))
+        yield f"{shown} lies outside the workspace [{low}] to [{high}]."
     elif workspace is not None and _wall(point, workspace) < margin + ROUNDING:
         yield (
             f"{shown} is {_wall(point, workspace):.4f} m from the workspace's wall; {margin + ROUNDING:g} m is needed: the margin "

@@ -70,6 +70,12 @@ def test_a_resolved_mission_reads_back_as_itself(name: str) -> None:
         ),
         ("F a & G !b", "F a, soft: [{formula: F b, wieght: 2}]", 3, "soft.0.wieght: unknown key. Did you mean 'weight'?"),
         ("radii: [0.2, 0.2, 0.2], opening", "opening", 5, "hoops.a.radii: missing"),
+        (
+            "min: [-1.6, -1.3, 0.2]",
+            "min: [-1.6, -1.3, 1.1000000000000001]",
+            12,
+            "(1.2, 0.8, 0.8) lies outside the workspace [-1.6, -1.3, 1.1] to [",
+        ),
         ("[0.2, 0.2, 0.2]", "[0.2, 0.2]", 5, "hoops.a.radii"),
         ("[0.2, 0.2, 0.2]", "[0,2, 0,2]", 5, "must have 3 entries, not 4: [0, 2, 0, 2]."),
         ("[0.2, 0.2, 0.2]", "0.2", 5, "must be a list, such as [1, 2], not 0.2."),
