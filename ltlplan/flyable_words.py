@@ -49,7 +49,9 @@ def flown_otherwise(draft: Draft, error: LtlplanError) -> Draft | None:
     if made.method == SEQUENCE or made.method not in PLANNING_METHODS.built_in:
         return None
     draft = replace(draft, tried=(*draft.tried, _digest(made)))
-    others = list(_with_fewer_in_a_region(draft, witness)) or list(_without_a_leg(draft, witness))
+    others = list(_with_fewer_in_a_region(draft, witness))
+    if not others and not (made.mission.written.counts and witness.region is not None):  # a leg leaves no more room in it
+        others = list(_without_a_leg(draft, witness))
     found = next((other for other in others if has_an_order(other.plan)), others[0] if others else None)
     if found is None:
         return None
