@@ -156,6 +156,8 @@ def _too_early(node: Formula, at: int, table: TruthTable) -> tuple[int | None, s
     keep, awaited = node.arguments if node.operator == "W" else (node.arguments[1], node.arguments[0])
     n = len(table.word.letters)
     broken = next((i for i in range(at, n) if not table.at(keep, i)), at)
+    if table.at(awaited, broken):  # of `R`, whose both parts are to hold at one letter
+        return broken, f"`{show(keep)}` gives way there, where `{show(awaited)}` comes: `R` asks for both at that letter"
     return broken, f"`{show(keep)}` gives way there before `{show(awaited)}` has come"
 
 

@@ -2,6 +2,7 @@
 
 import pytest
 
+from verify import check_word
 from verify.logic.verdict import show_readings
 
 
@@ -17,3 +18,16 @@ def test_long_words_are_cut_in_the_middle(count, shown):
 def test_a_robot_is_named_where_it_changes():
     letter = frozenset({"b"})
     assert show_readings((("q0", letter), ("q0", frozenset()), ("q1", letter), ("q0", letter))) == "q0 {b}, {}, q1 {b}, q0 {b}"
+
+
+@pytest.mark.parametrize(
+    ("word", "says"),
+    [
+        ([{"a"}, {"b"}], "`a` gives way there, where `b` comes: `R` asks for both"),
+        ([{"a"}, set(), {"b"}], "`a` gives way there before `b` has"),
+    ],
+)
+def test_what_gives_way_as_the_awaited_comes_is_said_so(word: list[set[str]], says: str) -> None:
+    verdict = check_word("b R a", word)
+    assert verdict.outcome == "fails"
+    assert says in verdict.sentence
