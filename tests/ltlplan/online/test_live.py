@@ -15,6 +15,7 @@ import pytest
 import flight
 from flight.link.live import fly_live
 from flight.link.simulated import Faults, SimulatedLink
+from ltlplan.missions import load_mission
 from ltlplan.online.asking import AtOnce, Given, NoAnswer, judgement, next_piece, way_down, way_to_stop
 from ltlplan.online.certified import CertifiedTeam
 from ltlplan.online.files import write_online
@@ -332,3 +333,30 @@ def test_robots_that_are_to_join_are_refused_before_anything_spins(ready):
     team, _ = ready
     with pytest.raises(BadInput, match="join a team in simulation"):
         checked_events(team.mission, (RobotJoins(time=1.0, robot="three", agent=Agent(start=(0, 0, 1))),))
+
+
+def test_an_action_after_a_robot_was_seen_last_and_before_it_was_missed_counts(tmp_path):
+    """The world changed when the robot was seen last, and another one acted before anybody knew of that."""
+    mission = load_mission("firefighting")
+    places = {name: (*agent.start[:2], 0.0) for name, agent in mission.agents.items()}
+    team, faults = CertifiedTeam(mission, seed=1), Faults()
+    acts = float(team.present.actions["quad0"][0].time)
+
+    def lost():
+        if course.began and not faults.unseen:
+            faults.unseen["quad1"] = course.began + acts - 0.1
+        return ()
+
+    before = [transfer.stage for transfer in to_starts(mission, team.present.team, places)]
+    course = OnlineCourse(team, AtOnce(), places, Happenings((), lost))
+    link = SimulatedLink(mission, places, conditions=flight.Conditions(noise=0.001), faults=faults)
+    done = fly_live(link, before, grounds=dict.fromkeys(places, 0.0), onwards=course)
+    assert done.flown, done.reason
+    (left,) = course.happened
+    assert left.time < acts < left.time + 0.2
+    nothing_flown_that_was_not_proved(course, done)
+    flown = flown_live(course, done, planned_cost=1.0)
+    assert flown.words["quad0"].count(frozenset({"water", "carrying"})) == 1
+    write_online(flown, ["flown"], tmp_path)
+    judged = judge_flight(tmp_path, tmp_path / "flight.csv", max_speed=1.5, error=0.006, start=0.0)
+    assert (flown.verdict.outcome, judged.verdict.outcome) == ("holds", "holds")
