@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,8 +28,34 @@ _ALONE = 0.5
 """s without a sign of life from the link after which a vehicle acts on its own."""
 _HOVER = 1.0
 """s that it hovers then before it lands."""
+_AT_ONCE = 0.1
+"""s that are simulated at once, where a second need not take a second."""
 _HOVERS = 360.0
 """s that a full battery lasts in hover, where the vehicle has no endurance of its own."""
+
+
+@contextmanager
+def _heard_later() -> Generator[None]:
+    """Hold Ctrl-C and SIGTERM back for a step of the simulation: an exception inside of it would end it, and nobody could land.
+
+    Their handlers are set aside: other threads may take a signal that this one has blocked, and handlers run in this one all the same.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    heard: list[int] = []
+    interrupt, terminate = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+    try:
+        signal.signal(signal.SIGINT, lambda number, _: heard.append(number))
+        signal.signal(signal.SIGTERM, lambda number, _: heard.append(number))
+        yield
+    finally:
+        try:
+            signal.signal(signal.SIGTERM, terminate)
+        finally:
+            signal.signal(signal.SIGINT, interrupt)
+    for number in heard:
+        signal.raise_signal(number)
 
 
 @dataclass(slots=True)
@@ -132,8 +161,13 @@ class SimulatedLink:
             ahead = (self._frames + 1) * _FRAME - (time.monotonic() - self._began)
             if self._real_time and ahead > 0:
                 time.sleep(ahead)
-            self._frames += 1
-            self._take(next(self._entries))
+            until = min(end, self._time + (0.0 if self._real_time else _AT_ONCE))
+            with _heard_later():
+                self._frames += 1
+                self._take(next(self._entries))
+                while self._time < until - 1e-9:
+                    self._frames += 1
+                    self._take(next(self._entries))
 
     def pose(self, robot: str) -> Pose | None:
         """Return the last pose that arrived."""

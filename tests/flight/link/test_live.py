@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import threading
 
 import numpy as np
 import pytest
@@ -238,6 +241,28 @@ def require_whole_logs(done: LiveFlight) -> None:
     sentences = [event["sentence"] for event in data["events"]]
     assert not done.reason or done.reason in sentences
     assert all(any(s.startswith(f"{robot} has not acknowledged") for s in sentences) for robot in done.unsafe)
+
+
+def test_ctrl_c_never_ends_the_simulation_itself(ready) -> None:
+    mission, _ = ready
+    link, heard = link_to(mission), 0
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        for number in range(20):
+            pressed = threading.Timer(0.001 + 0.0007 * number, os.kill, (os.getpid(), signal.SIGINT))
+            pressed.start()
+            try:
+                for _ in range(10_000):
+                    link.sleep(0.05)
+            except KeyboardInterrupt:
+                heard += 1
+            pressed.join()
+            time = link.now()
+            link.sleep(0.05)
+            assert link.now() > time
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert heard == 20
 
 
 @pytest.mark.slow
