@@ -1,4 +1,4 @@
-"""What a lap does to the states of automata.
+"""Conjuncts that remember more than the last letter, and what a lap does to the states of their automata.
 
 An automaton need not be back in its state after a lap for its word to go on for ever: several laps may be one round of the automaton. So a lap is
 judged by where it leads from each state, and by whether it passes an accepting state on the way.
