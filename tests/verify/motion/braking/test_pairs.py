@@ -59,7 +59,7 @@ def test_random_teams_are_as_near_as_sampled(seed: int, error: float) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2, 200))
+@pytest.mark.parametrize("seed", range(2, 60))
 def test_many_random_teams_are_as_near_as_sampled(seed: int) -> None:
     held_against_sampling(seed, (0.0, 0.02, 0.2)[seed % 3])
 
