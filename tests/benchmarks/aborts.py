@@ -1,7 +1,7 @@
 """What certificates of aborts cost, and whether the judge ever says yes where a dense sampler says no.
 
 python tests/benchmarks/aborts.py                 # times: shipped missions, then thirty and a hundred robots
-python tests/benchmarks/aborts.py --teams 60      # random teams against dense sampling of separation, instead
+python tests/benchmarks/aborts.py --teams 1000    # random teams against dense sampling of separation, instead
 """
 
 from __future__ import annotations
