@@ -250,8 +250,8 @@ def test_ctrl_c_never_ends_the_simulation_itself(ready) -> None:
     try:
         for number in range(20):
             pressed = threading.Timer(0.001 + 0.0007 * number, os.kill, (os.getpid(), signal.SIGINT))
-            pressed.start()
             try:
+                pressed.start()  # in here: it may be heard before anything else is done
                 for _ in range(10_000):
                     link.sleep(0.05)
             except KeyboardInterrupt:

@@ -17,6 +17,9 @@ from verify.data.errors import BadInput
 MAX_DIGITS = 1000
 """Digits that an integer in JSON may have; no float has a tenth of them."""
 
+_BLOCK = 65536
+"""Bytes that are asked for at a time where a file does not say how many it has."""
+
 _LONE_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 
 
@@ -124,13 +127,19 @@ def _read(path: str | os.PathLike[str], count: int, what: str) -> bytes:
     except (OSError, ValueError) as error:
         raise BadInput(f"{_shown(path)} cannot be read: {_reason(error)}.") from None
     try:
-        mode = os.fstat(handle).st_mode
+        found = os.fstat(handle)
+        mode = found.st_mode
         if stat.S_ISDIR(mode):
             raise BadInput(f"{path} cannot be read: it is a folder; name a {what}.")
         if not stat.S_ISREG(mode):
             raise BadInput(f"{path} cannot be read: it is no file but a pipe, a socket or a device; name a {what}.")
         with os.fdopen(os.dup(handle), "rb") as file:
-            return file.read(count)
+            parts: list[bytes] = []
+            while count > 0:
+                asked = min(count, max(found.st_size + 1, _BLOCK))  # all of it is taken from memory before anything is read
+                parts.append(file.read(asked))
+                count = count - asked if len(parts[-1]) == asked else 0
+            return b"".join(parts)
     except OSError as error:
         raise BadInput(f"{path} cannot be read: {_reason(error)}.") from None
     finally:
