@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-
-from refine.bodies import Ball, keep_out
+from scipy.spatial.distance import cdist
 
 Floats = NDArray[np.float64]
+Numbers = NDArray[np.intp]
 
 _TRIES = 3_000
 """Places that are tried, of all robots together."""
+
+_BLOCK = 64
+"""Places whose distances from all others are found at once."""
 
 
 def packed(middle: Floats, free: Sequence[Floats], distance: float, z_scale: float) -> list[Floats] | None:
@@ -27,23 +30,47 @@ def packed(middle: Floats, free: Sequence[Floats], distance: float, z_scale: flo
         distance: m that robots keep.
         z_scale: Distances in z count this many times.
     """
-    return _beside((), middle, free, (distance, z_scale), iter(range(_TRIES)))
+    return _Places(middle, free, distance, z_scale).found((), [np.arange(len(points)) for points in free])
 
 
-def _beside(
-    taken: tuple[Ball, ...], middle: Floats, free: Sequence[Floats], kept: tuple[float, float], tries: Iterator[int]
-) -> list[Floats] | None:
-    if not free:
-        return []
-    outwards = -np.linalg.norm(free[0] - middle, axis=1)
-    away = np.sum([ball.signed_distance(free[0]) for ball in taken], axis=0) if taken else outwards
-    for place in free[0][np.argsort(away, kind="stable")]:
-        if next(tries, None) is None:
-            return None
-        own = keep_out("", place, *kept)
-        left = [points[own.signed_distance(points) > 0.0] for points in free[1:]]
-        if all(map(len, left)):
-            others = _beside((*taken, own), middle, left, kept, tries)
-            if others is not None:
-                return [place, *others]
-    return None
+class _Places:
+    """Where robots may be, and how far apart that is, found once for each place that is tried."""
+
+    def __init__(self, middle: Floats, free: Sequence[Floats], distance: float, z_scale: float) -> None:
+        self._free = free
+        scale = np.array([1.0, 1.0, z_scale]) / distance  # what `refine.bodies.keep_out` keeps free is a unit ball then
+        self._scaled, self._least = [points * scale for points in free], float(1.0 / scale.max())
+        self._outwards = [-np.linalg.norm(points - middle, axis=1) for points in free]
+        self._known: dict[tuple[int, int], list[Floats]] = {}
+        self._tries = iter(range(_TRIES))
+
+    def found(self, taken: tuple[tuple[int, int], ...], left: Sequence[Numbers]) -> list[Floats] | None:
+        """Return places for the robots that have none yet.
+
+        Args:
+            taken: Robots, and which of its places each has.
+            left: For each robot that has none, which of its places are apart from those.
+        """
+        if not left:
+            return []
+        robot = len(taken)
+        away = np.sum([self._apart(*place)[robot] for place in taken], axis=0) if taken else self._outwards[robot]
+        for place in left[0][np.argsort(away[left[0]], kind="stable")].tolist():
+            if next(self._tries, None) is None:
+                return None
+            apart = self._apart(robot, place)
+            still = [numbers[apart[other][numbers] > 0.0] for other, numbers in enumerate(left[1:], start=robot + 1)]
+            if all(map(len, still)):
+                others = self.found((*taken, (robot, place)), still)
+                if others is not None:
+                    return [self._free[robot][place], *others]
+        return None
+
+    def _apart(self, robot: int, place: int) -> list[Floats]:
+        """Return how far the places of the robots after one are from what it keeps free at one of its own, m."""
+        block, row = divmod(place, _BLOCK)
+        if (robot, block) not in self._known:
+            own = self._scaled[robot][block * _BLOCK : (block + 1) * _BLOCK]
+            self._known[robot, block] = [(cdist(own, points) - 1.0) * self._least for points in self._scaled[robot + 1 :]]
+        none = [np.empty(0)] * (robot + 1)
+        return [*none, *(apart[row] for apart in self._known[robot, block])]

@@ -154,6 +154,7 @@ def test_an_answer_that_no_longer_gets_better_is_taken_before_its_multipliers_re
     assert max(durations) < 1.02 * min(durations)
 
 
+@pytest.mark.slow
 def test_visits_of_time_optimised_flights_may_be_anywhere_in_their_rooms(monkeypatch: pytest.MonkeyPatch) -> None:
     """A region's point moves within the region less the margin, a passage's across the hoop's axis."""
     mission = room({"a": ball(0, 0.5, 0.4)}, {"q": Agent(start=(-1.5, 0.0, 1.0))})

@@ -125,6 +125,7 @@ def test_a_thousand_regions_do_not_take_long() -> None:
     assert seconds[1] < 25 * seconds[0]
 
 
+@pytest.mark.slow
 def test_a_formula_that_speaks_of_too_many_regions_is_refused_in_words() -> None:
     mission = field(401, "F(!free & !r1)")
     alone = mission.model_copy(update={"agents": {"q": mission.agents["q"]}})  # robots' systems are made before it is known
