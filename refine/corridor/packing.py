@@ -71,6 +71,7 @@ class _Places:
         block, row = divmod(place, _BLOCK)
         if (robot, block) not in self._known:
             own = self._scaled[robot][block * _BLOCK : (block + 1) * _BLOCK]
-            self._known[robot, block] = [(cdist(own, points) - 1.0) * self._least for points in self._scaled[robot + 1 :]]
+            distances = (np.asarray(cdist(own, points), dtype=np.float64) for points in self._scaled[robot + 1 :])
+            self._known[robot, block] = [(found - 1.0) * self._least for found in distances]
         none = [np.empty(0)] * (robot + 1)
         return [*none, *(apart[row] for apart in self._known[robot, block])]
