@@ -103,7 +103,7 @@ def test_nothing_scrolls_sideways_or_lies_over_words_on_a_narrow_screen(narrow: 
         assert max(abs(part) for corner in scene["corners"] for part in corner) < ROOM, "axes are clipped"
 
 
-@pytest.mark.parametrize("name", ["report", SHOW, ONLINE, RECORDED])
+@pytest.mark.parametrize("name", [*(pytest.param(name, marks=pytest.mark.slow) for name in ("report", SHOW)), ONLINE, RECORDED])
 def test_scenes_are_to_scale(desk: Desk, name: str) -> None:
     tab = desk(name)
     scenes = tab.run(SCENES)

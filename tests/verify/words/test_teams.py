@@ -241,6 +241,7 @@ def test_a_budget_that_runs_out_is_undecided():
     assert "200 configurations" in found.parallel.sentence
 
 
+@pytest.mark.slow
 def test_many_alike_are_counted_and_not_permuted():
     team = {f"q{i}": word(", a, " if i % 2 else ", b, ") for i in range(13)}
     assert math.factorial(13) > 10**9  # orders

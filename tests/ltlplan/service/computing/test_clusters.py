@@ -71,6 +71,7 @@ def test_cancelling_kills_at_once(cluster: Cluster, tmp_path: Path) -> None:
     assert until(lambda: is_gone(pid), 5.0)
 
 
+@pytest.mark.slow
 def test_stages_find_there_what_they_find_here(cluster: Cluster) -> None:
     mission = small_mission("F a", margin=0.05)
 

@@ -68,6 +68,7 @@ async def many_at_once(folder: Path, small: int, large: int) -> list[str]:
         await jobs.stop()
 
 
+@pytest.mark.slow
 def test_small_jobs_are_not_stuck_behind_large_ones(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     soon_long(monkeypatch)
     ended_as = run(many_at_once(tmp_path / "data", 6, 2))
