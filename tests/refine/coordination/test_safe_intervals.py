@@ -106,10 +106,10 @@ def test_time_optimised_flights_are_not_slowed_to_waiting_ones() -> None:
 @pytest.mark.slow
 def test_flights_that_may_rest_are_split_where_they_wait() -> None:
     plan = random_plan(979)
-    team = refine(plan, max_pieces=8, too_long="rest")
-    assert max(len(flight) for flight in team.values()) > 8
-    parts = {name: split(flight, 8) for name, flight in team.items()}
-    assert all(len(part) <= 8 for cut in parts.values() for part in cut)
+    team = refine(plan, max_pieces=6, too_long="rest")
+    assert max(len(flight) for flight in team.values()) > 6
+    parts = {name: split(flight, 6) for name, flight in team.items()}
+    assert all(len(part) <= 6 for cut in parts.values() for part in cut)
     assert verify.judge(plan, team, largest=False).holds
 
 
