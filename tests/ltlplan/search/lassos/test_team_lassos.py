@@ -228,3 +228,19 @@ def test_the_dearest_robot_of_laps_that_are_planned_together_pays_less_where_tha
     assert longest.lower_bound is not None
     assert by_sum.lower_bound / 2 - 1e-3 <= longest.lower_bound <= longest.cost
     assert longest.complete or any("may exist" in note for note in longest.notes)
+
+
+def test_a_lap_that_begins_at_once_is_no_dearer_than_its_bound():
+    """The robot that ends the lap made no step before it, and the product counts its first step twice."""
+    still, to_and_fro = (
+        TransitionSystem(labels=labels, edges=edges, initial=0, final=None, nodes=(), robot="", actions=(), walls={})
+        for labels, edges in (
+            ((frozenset[str](), frozenset[str]()), (((1, 1.0),), ())),
+            ((frozenset("a"), frozenset("b")), (((1, 1.0),), ((0, 1.0),))),
+        )
+    )
+    asked = mission("G F a & G F b", team="joint", robots=2, trace="infinite")
+    found = plan_team_lasso(asked, (still, to_and_fro), asked.formula, DEFAULT_BUDGET)
+    assert cost((still, to_and_fro), found) == pytest.approx(2.0)
+    assert found.least == pytest.approx(2.0, abs=1e-5)
+    assert found.exact
