@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso
-from ltlplan.search.lassos.team_readers import AnyReader, team_readers
+from ltlplan.search.lassos.team_readers import AnyReader, reads_letters, team_readers
 from ltlplan.search.lassos.team_system import TeamSystem
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Mission
@@ -82,7 +82,7 @@ def _lasso(
 ) -> TeamRun | None:
     """Return the cheapest lasso below a limit in which only some robots fly and the others stay where they start."""
     some = [own if k in flying else replace(own, edges=tuple(() for _ in own.edges)) for k, own in enumerate(each)]
-    system = TeamSystem(some)
+    system = TeamSystem(some, movers=not reads_letters(mission, asked))
     readers = team_readers(mission, asked, system.letters, budget, flying)
     run = cheapest_lasso(system, readers, weight=mission.spec.repeat, budget=budget, limit=limit)
     return None if run is None else TeamRun(run, system, readers)

@@ -10,13 +10,10 @@ import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from scipy.sparse.csgraph import csgraph_from_dense, shortest_path
-
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.lassos.few_flying import cheapest_team_lasso
 from ltlplan.search.lassos.lasso import LassoRun, begun_soonest, cheapest_lasso, lasso_exists
-from ltlplan.search.lassos.team_readers import team_readers
+from ltlplan.search.lassos.team_readers import reads_letters, team_readers
 from ltlplan.search.lassos.team_stages import Course, Move, Stage, staged
 from ltlplan.search.lassos.team_system import Nodes, TeamSystem
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -73,15 +70,10 @@ def plan_team_lasso(mission: Mission, each: Sequence[TransitionSystem], asked: F
     prefix, cycle = _turned(mission, system, run)
     least = _least(mission, each, asked, budget)
     course = staged(system, readers, course_of(system, prefix, cycle), joint=mission.spec.team == "joint")
-    before, lap = ways_of(len(each), prefix), ways_of(len(each), cycle)
-    cost = _cost(each, before) + mission.spec.repeat * _cost(each, lap)
-    exact = found.whole and _once(each, run.bound, mission.spec.repeat) >= cost - 1e-6
-    return TeamLasso(before, lap, course, least, exact, len(system.places))
-
-
-def _cost(each: Sequence[TransitionSystem], ways: Sequence[Sequence[int]]) -> float:
-    steps = ((own.edges[a], b) for own, way in zip(each, ways, strict=True) for a, b in itertools.pairwise(way))
-    return sum(min(cost for target, cost in edges if target == b) for edges, b in steps)
+    cost = run.prefix_cost + mission.spec.repeat * run.cycle_cost
+    # where robots are read one at a time the product tells apart who moved last, and may have the first step of a lap twice
+    exact = found.whole and reads_letters(mission, asked) and run.bound >= cost - 1e-6
+    return TeamLasso(ways_of(len(each), prefix), ways_of(len(each), cycle), course, least, exact, len(system.places))
 
 
 def course_of(system: TeamSystem, prefix: Sequence[Nodes], cycle: Sequence[Nodes]) -> Course:
@@ -100,7 +92,7 @@ def _least(mission: Mission, each: Sequence[TransitionSystem], asked: Formula, b
 
     Counted are conjuncts that are back in their states after every lap, whose laps are rounds of the product; the others may ask for more.
     """
-    system = TeamSystem(each, together=True)
+    system = TeamSystem(each, together=True, movers=False)  # who moved last is nothing to those readers
     readers = [reader for reader in team_readers(mission, asked, system.letters, budget) if reader.closes]
     if not readers:
         return None
@@ -109,34 +101,7 @@ def _least(mission: Mission, each: Sequence[TransitionSystem], asked: Formula, b
         run = cheapest_lasso(system, readers, weight=mission.spec.repeat, budget=budget)
     except TooLarge:
         return None
-    if run is None:
-        return None
-    return max(0.0, _once(each, run.bound, mission.spec.repeat) - 1e-6)
-
-
-def _once(each: Sequence[TransitionSystem], bound: float, weight: float) -> float:
-    """Return what laps cost at the least, from such a bound on laps of the product.
-
-    Where a lap is come to by another robot than the one that ends it, the product tells the two apart, and has the lap's first step twice. Who makes
-    that step comes back in the lap.
-
-    Args:
-        each: What each robot can do.
-        bound: No laps of the product cost less.
-        weight: How many laps count.
-    """
-    least = bound
-    for own in each:
-        steps = [(a, b, cost) for a, found in enumerate(own.edges) for b, cost in found]
-        if not steps:
-            continue
-        a, b, costs = (np.array(column) for column in zip(*steps, strict=True))
-        count = len(own.edges)
-        kept = np.full((count, count), np.inf)
-        np.minimum.at(kept, (a, b), np.maximum(costs, 1e-12))  # a step for nothing is one, too
-        back = shortest_path(csgraph_from_dense(kept, null_value=np.inf))
-        least = min(least, float(np.maximum(bound - costs, weight * (costs + back[b, a])).min()))
-    return least
+    return None if run is None else max(0.0, run.bound - 1e-6)
 
 
 def team_lasso_exists(

@@ -59,14 +59,20 @@ class TeamSystem:
         systems: One for each robot.
         together: Whether several robots may be on their way at the same time, each of them making a step at a time.
         weights: What a robot's costs count; 1 where None.
+        movers: Whether it is told apart who moved last, which only readings one robot at a time ask for.
     """
 
     def __init__(
-        self, systems: Sequence[TransitionSystem], *, together: bool = False, weights: Sequence[float] | None = None
+        self,
+        systems: Sequence[TransitionSystem],
+        *,
+        together: bool = False,
+        weights: Sequence[float] | None = None,
+        movers: bool = True,
     ) -> None:
         self.systems = tuple(systems)
         self.letters = TeamLetters()
-        self._together, self._weights = together, tuple(weights or (1.0,) * len(self.systems))
+        self._movers, self._together, self._weights = movers, together, tuple(weights or (1.0,) * len(self.systems))
         self._rests = [_resting(own) for own in self.systems]
         self._numbers: dict[tuple[Nodes, int], int] = {}
         self.places: list[tuple[Nodes, int]] = []
@@ -103,6 +109,7 @@ class TeamSystem:
         return tuple((self._number(after, robot), cost) for robot, cost, after in self.moves(self.places[place][0]))
 
     def _number(self, nodes: Nodes, mover: int) -> int:
+        mover = mover if self._movers else NOBODY
         found = self._numbers.get((nodes, mover))
         if found is None:
             found = self._numbers[nodes, mover] = len(self.places)
