@@ -38,3 +38,7 @@ vehicle: crazyflie-2.1
 workspace: {{min: [-2.0, -2.0, {floor}], max: [2.0, 2.0, 2.0]}}
 {more}
 """
+
+
+PAIR = pair("[-1.0, 0.4, 1.0]", "[1.0, 0.4, 1.4]")
+"""Two robots, the one's region lower than the other's."""

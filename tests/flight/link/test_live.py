@@ -17,10 +17,9 @@ from flight.link.simulated import Faults, SimulatedLink
 from flight.link.stages import Stage
 from ltlplan.live import stages
 from ltlplan.pipeline import certified_team
-from tests.helpers.live_missions import pair
+from tests.helpers.live_missions import PAIR
 from verify.data import BadInput
 
-MISSION = pair("[-1.0, 0.4, 1.0]", "[1.0, 0.4, 1.4]")
 PLACES = {"one": (1.05, -0.5, 0.02), "two": (-1.0, -0.55, 0.0)}
 GROUNDS = {name: place[2] for name, place in PLACES.items()}
 
@@ -28,7 +27,7 @@ GROUNDS = {name: place[2] for name, place in PLACES.items()}
 @pytest.fixture(scope="module")
 def ready():
     """A mission, and its stages for robots that stand below each other's starts."""
-    mission = ltlplan.parse_mission(MISSION)
+    mission = ltlplan.parse_mission(PAIR)
     done = certified_team(ltlplan.plan(mission))
     return mission, stages(done.plan, done.team, done.certificate, PLACES)
 

@@ -11,24 +11,12 @@ from pathlib import Path
 import pytest
 
 from ltlplan.commands.shared.followed import Followed
+from tests.helpers.live_missions import PAIR
 from tests.ltlplan.commands.test_interruptions import heed_interrupts
 from verify.data import BadInput
 from verify.data.events import HoopMoves, NewFormula, RobotLeaves
 
 ROOT = Path(__file__).parents[3]
-MISSION = """
-format: 1
-name: pair
-spec: {formula: F left & F right}
-regions:
-  left: {center: [-1.0, 0.4, 1.0], radii: [0.25, 0.25, 0.25]}
-  right: {center: [1.0, 0.4, 1.4], radii: [0.25, 0.25, 0.25]}
-agents:
-  one: {start: [-1.0, -0.5, 1.0]}
-  two: {start: [1.0, -0.5, 1.0]}
-vehicle: crazyflie-2.1
-workspace: {min: [-2.0, -2.0, 0.3], max: [2.0, 2.0, 2.0]}
-"""
 
 
 def test_a_file_that_grows_is_followed_line_by_line(tmp_path):
@@ -88,7 +76,7 @@ def test_a_file_that_is_not_there_is_said_with_what_to_do(tmp_path):
     ],
 )
 def test_what_cannot_be_is_refused_before_anything_spins(ltlplan, tmp_path, options, said):
-    (tmp_path / "pair.yaml").write_text(MISSION)
+    (tmp_path / "pair.yaml").write_text(PAIR)
     done = ltlplan("online", "pair.yaml", *options, cwd=tmp_path)
     assert done.returncode == 2
     assert said in done.stderr
@@ -96,7 +84,7 @@ def test_what_cannot_be_is_refused_before_anything_spins(ltlplan, tmp_path, opti
 
 def begun(folder, *options):
     """Begin a flight in real time that is told events through a named pipe, and return both once it flies."""
-    (folder / "pair.yaml").write_text(MISSION)
+    (folder / "pair.yaml").write_text(PAIR)
     os.mkfifo(folder / "pipe")
     command = [sys.executable, "-m", "ltlplan", "online", "pair.yaml", "--certified", "--link", "simulated", "--noise", "0.001"]
     process = subprocess.Popen(

@@ -24,6 +24,7 @@ from ltlplan.online.happenings import Happenings, checked_events, no_news
 from ltlplan.online.live import OnlineCourse
 from ltlplan.recorded import judge_flight
 from ltlplan.transfers import to_starts
+from tests.helpers.live_missions import PAIR
 from verify.data import BadInput, Infeasible, parse_mission
 from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoins, RobotLeaves
 from verify.data.sections import Agent
@@ -32,19 +33,6 @@ from verify.pieces import judge_pieces
 
 pytestmark = pytest.mark.slow  # each flies for half a minute
 
-PAIR = """
-format: 1
-name: pair
-spec: {formula: F left & F right}
-regions:
-  left: {center: [-1.0, 0.4, 1.0], radii: [0.25, 0.25, 0.25]}
-  right: {center: [1.0, 0.4, 1.4], radii: [0.25, 0.25, 0.25]}
-agents:
-  one: {start: [-1.0, -0.5, 1.0]}
-  two: {start: [1.0, -0.5, 1.0]}
-vehicle: crazyflie-2.1
-workspace: {min: [-2.0, -2.0, 0.3], max: [2.0, 2.0, 2.0]}
-"""
 PLACES = {"one": (-1.0, -0.5, 0.0), "two": (1.0, -0.5, 0.0)}
 BACK = "F left & F right & F(left & F right)"
 """What asks one robot to fly on to the other one's region."""

@@ -88,30 +88,29 @@ def nearness(braking: Braking, asked: type, margin: float) -> Nearness | None:
     return braking.nearness(around)
 
 
-def held_against_sampling(seed: int, kind: str) -> None:
+def agrees_with_sampling(seed: int, kind: str) -> bool:
+    """Tell whether the judge's answers to a little more and a little less than a dense sampler finds are what that says."""
     braking, asked, sampled = asked_around(seed, kind)
     more = max(sampled, 0.0) + 0.0005
     found = nearness(braking, asked, more)
-    assert found is not None, "the sampler's own place says so"
-    if kind != "regions" or sampled < -0.001:
-        assert found.fails
-    if sampled > 0.02:
-        found = nearness(braking, asked, sampled - 0.01)
-        assert found is None or found.fails, "what the sampler's grid leaves out says so"
-        assert found is None or kind == "regions" or found.high < sampled + 0.2
+    if found is None or not (found.fails or (kind == "regions" and sampled >= -0.001)):
+        return False  # though the sampler's own place says so
+    less = nearness(braking, asked, sampled - 0.01) if sampled > 0.02 else None
+    # what the sampler's grid leaves out may say so
+    return less is None or (less.fails and (kind == "regions" or less.high < sampled + 0.2))
 
 
 @pytest.mark.parametrize("kind", ["walls", "rims", "solids", "regions"])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_random_flights_brake_as_near_as_sampled(seed: int, kind: str) -> None:
-    held_against_sampling(seed, kind)
+    assert agrees_with_sampling(seed, kind)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["walls", "rims", "solids", "regions"])
 @pytest.mark.parametrize("seed", range(2, 30))
 def test_many_random_flights_brake_as_near_as_sampled(seed: int, kind: str) -> None:
-    held_against_sampling(seed, kind)
+    assert agrees_with_sampling(seed, kind)
 
 
 def test_a_place_that_is_too_near_is_where_it_is_said() -> None:
