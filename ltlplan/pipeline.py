@@ -13,10 +13,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ltlplan.checked_plan import Asked, as_mission, plan
-from ltlplan.drafts import MAX_ROUNDS, Certified, Draft, Refused
-from ltlplan.flyable_words import no_other_words
-from ltlplan.mending import elsewhere_for_soft_parts, keeping_soft_parts, mended, without_this_flight
+from ltlplan.attempts.checked_plan import Asked, as_mission, plan
+from ltlplan.attempts.drafts import MAX_ROUNDS, Certified, Draft, Refused
+from ltlplan.attempts.flyable_words import no_other_words
+from ltlplan.attempts.mending import elsewhere_for_soft_parts, keeping_soft_parts, mended, without_this_flight
 from ltlplan.result import Result
 from verify.data import DoesNotFit, Infeasible, Plan, Trajectory, check_plan
 from verify.data.progress import Progress, part_of, silent

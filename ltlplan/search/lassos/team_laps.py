@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from ltlplan.allocation import Itinerary
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.assignment import TIES, Assignment, Cheapest, NoWords, asked_of
-from ltlplan.search.lassos.dearest_team_laps import laps_for_dearest, least_for_dearest
+from ltlplan.search.lassos.labels.dearest_team_laps import laps_for_dearest, least_for_dearest
 from ltlplan.search.lassos.shared_parts import Parts, parts_of, share_out
 from ltlplan.search.lassos.team_itineraries import team_itineraries, team_meetings
 from ltlplan.search.lassos.team_lassos import TeamLasso, plan_team_lasso, team_lasso_exists

@@ -11,7 +11,7 @@ import pytest
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.search.exact import assign
-from ltlplan.search.lassos.dearest_team_laps import laps_for_dearest, least_for_dearest
+from ltlplan.search.lassos.labels.dearest_team_laps import laps_for_dearest, least_for_dearest
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from tests.helpers.short_laps import World, least_dearest

@@ -13,7 +13,8 @@ import pytest
 import ltlplan
 import refine
 import verify
-from ltlplan import drafts, pipeline
+from ltlplan import pipeline
+from ltlplan.attempts import drafts
 from ltlplan.service.computing.exact import from_bytes, to_bytes
 from ltlplan.service.computing.stages import Outcome, mission_bytes, plan_of, run_stage, share_after
 from tests.helpers.flights import small_mission

@@ -14,12 +14,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from ltlplan.attempts.soft_searches import Searches, asking
 from ltlplan.logic.budget import DEFAULT_BUDGET, TooLarge
 from ltlplan.precedences import with_planned_waits
 from ltlplan.search.exact import assign
 from ltlplan.search.method import knowing
 from ltlplan.search.refusals.most_weight import Kept, MostWeight, Parts
-from ltlplan.soft_searches import Searches, asking
 from verify.data import BadInput, Infeasible, Mission, NotCertified, Plan, Unsatisfiable, Word
 from verify.data.plan import Meeting
 from verify.data.progress import Progress, part_of, silent

@@ -47,7 +47,7 @@ def plan(
 
     mission = as_mission(mission)
     if mission.soft_parts and mission.passages is None:
-        from ltlplan.soft_parts import plan_with_soft_parts
+        from ltlplan.attempts.soft_parts import plan_with_soft_parts
 
         def planned(asked: Mission, say: Progress) -> Plan:
             return plan(asked, method=method, seed=seed, progress=say)

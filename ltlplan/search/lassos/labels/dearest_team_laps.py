@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.assignment import TIES
-from ltlplan.search.lassos.dearest_laps import DearestLaps, Terms, laps_of_least_dearest
-from ltlplan.search.lassos.lap_places import LapPlaces, Limits
+from ltlplan.search.lassos.labels.dearest_laps import DearestLaps, Terms, laps_of_least_dearest
+from ltlplan.search.lassos.labels.lap_places import LapPlaces, Limits
 from ltlplan.search.lassos.team_lassos import TeamLasso, are_apart, can_begin, course_of, ways_of
 from ltlplan.search.lassos.team_readers import AnyReader, LetterReader, team_readers
 from ltlplan.search.lassos.team_stages import staged

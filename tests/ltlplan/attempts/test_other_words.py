@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import ltlplan
-from ltlplan.other_words import asked_again, legs_of, words_without
+from ltlplan.attempts.other_words import asked_again, legs_of, words_without
 from ltlplan.pipeline import certified_team
 from ltlplan.search.method import without_legs
 from tests.helpers.worlds import PLACES, world

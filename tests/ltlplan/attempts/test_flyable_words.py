@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import ltlplan
-from ltlplan.drafts import Draft
-from ltlplan.flyable_words import flown_otherwise, no_other_words
+from ltlplan.attempts.drafts import Draft
+from ltlplan.attempts.flyable_words import flown_otherwise, no_other_words
 from ltlplan.pipeline import certified_team
 from tests.helpers.worlds import world
 from verify.data import Infeasible, Mission, Plan, Witness

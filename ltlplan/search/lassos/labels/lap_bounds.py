@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from ltlplan.search.lassos.lap_places import LapPlaces, Step
+from ltlplan.search.lassos.labels.lap_places import LapPlaces, Step
 from ltlplan.search.lassos.order_bounds import Floats
 
 Numbers = NDArray[np.int64]

@@ -12,11 +12,11 @@ import pytest
 
 import ltlplan
 import verify
+from ltlplan.attempts.soft_parts import kept_by_words
 from ltlplan.pipeline import certified_team
 from ltlplan.report.summary import soft_sentences
 from ltlplan.search.exact import assign
 from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
-from ltlplan.soft_parts import kept_by_words
 from tests.helpers.own_places import own_places
 from tests.helpers.worlds import world
 from verify.data import BadInput, Mission, NotCertified, Unsatisfiable, mission_to_yaml, parse_mission

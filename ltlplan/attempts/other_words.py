@@ -14,8 +14,8 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 from ltlplan.allocation import Itinerary, Leg
-from ltlplan.soft_parts import kept_by_plan, reworded
-from ltlplan.soft_searches import asking
+from ltlplan.attempts.soft_parts import kept_by_plan, reworded
+from ltlplan.attempts.soft_searches import asking
 from verify.data import BadInput, Infeasible, Mission, NotCertified, Plan, Unsatisfiable, Witness
 
 _SHUT = 12  # legs that are shut in turn, each for one search

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ltlplan.search.lassos.lap_bounds import bounds_before
+from ltlplan.search.lassos.labels.lap_bounds import bounds_before
+from ltlplan.search.lassos.labels.lap_places import LapPlaces
+from ltlplan.search.lassos.labels.lap_shares import LapShares
 from ltlplan.search.lassos.lap_effects import LapEffects, Masks
-from ltlplan.search.lassos.lap_places import LapPlaces
-from ltlplan.search.lassos.lap_shares import LapShares
 from ltlplan.search.lassos.order_bounds import Floats
 from ltlplan.search.lassos.team_system import SEAM, Nodes, TeamSystem
 

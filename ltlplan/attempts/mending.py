@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ltlplan.checked_plan import plan
-from ltlplan.drafts import Draft, Refused
-from ltlplan.flyable_words import flown_otherwise, no_other_words
+from ltlplan.attempts.checked_plan import plan
+from ltlplan.attempts.drafts import Draft, Refused
+from ltlplan.attempts.flyable_words import flown_otherwise, no_other_words
 from ltlplan.planner import SEQUENCE
 from ltlplan.precedences import with_planned_waits, with_waits
 from verify.data import BadInput, Infeasible, LtlplanError, NotCertified, Plan, Unsatisfiable
@@ -115,7 +115,7 @@ def without_this_flight(draft: Draft, error: LtlplanError) -> Draft | None:
 
 
 def _with_fewer_soft_parts(draft: Draft, why: str) -> Draft | None:
-    from ltlplan.soft_parts import less_wished, part_text
+    from ltlplan.attempts.soft_parts import less_wished, part_text
 
     made = draft.plan
     fewer = tuple(less_wished(made)) if draft.fewer is None else draft.fewer
@@ -139,7 +139,7 @@ def keeping_soft_parts(refused: Refused) -> Draft | None:
     Args:
         refused: A team whose certificate lacks some of the soft parts.
     """
-    from ltlplan.soft_parts import kept_by_plan, same_words_under_precedences
+    from ltlplan.attempts.soft_parts import kept_by_plan, same_words_under_precedences
 
     draft, made = refused.draft, refused.draft.plan
     lost = [part.outcome != "holds" for part in refused.certificate.soft]
@@ -172,7 +172,7 @@ def elsewhere_for_soft_parts(draft: Draft, judged: Sequence[SoftClaim]) -> Draft
     Returns:
         None where there are none, or enough of them were tried.
     """
-    from ltlplan.other_words import asked_again, words_without
+    from ltlplan.attempts.other_words import asked_again, words_without
     from ltlplan.search.method import without_legs
 
     made = draft.plan
@@ -188,7 +188,7 @@ def elsewhere_for_soft_parts(draft: Draft, judged: Sequence[SoftClaim]) -> Draft
 
 
 def _other_words_for_soft_parts(made: Plan) -> Plan | None:
+    from ltlplan.attempts.soft_parts import other_words_under_precedences
     from ltlplan.search.method import under_precedences
-    from ltlplan.soft_parts import other_words_under_precedences
 
     return other_words_under_precedences(made, lambda asked: plan(asked, method=under_precedences))

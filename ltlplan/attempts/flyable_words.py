@@ -16,8 +16,8 @@ from dataclasses import replace
 import numpy as np
 
 from ltlplan.allocation import Context, Itinerary, Leg
-from ltlplan.checked_plan import plan
-from ltlplan.drafts import Draft
+from ltlplan.attempts.checked_plan import plan
+from ltlplan.attempts.drafts import Draft
 from ltlplan.logic.budget import Budget
 from ltlplan.planner import SEQUENCE
 from ltlplan.search.counts.capacities import holding
