@@ -170,6 +170,7 @@ class Export:
     notes: tuple[str, ...]
 
 
+# seven parameters: what is exported and in what form, the rest as `flight.export` has them, each by its keyword
 def make_export(
     folder: str | os.PathLike[str],
     format: ExportTarget | str,  # noqa: A002  # the name that users type

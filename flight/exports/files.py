@@ -47,6 +47,7 @@ def formats() -> tuple[str, ...]:
     return EXPORT_TARGETS.names()
 
 
+# as many parameters as `ltlplan export` has options, each by its keyword
 def export(
     team: Mapping[str, Trajectory],
     cert: Certificate,

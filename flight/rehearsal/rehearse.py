@@ -71,6 +71,7 @@ USUAL = Combinations()
 """Four controllers, three masses, three latencies and three winds."""
 
 
+# as many parameters as `ltlplan rehearse` has choices, each by its keyword
 def rehearse(
     plan: Plan,
     team: Mapping[str, Trajectory],
@@ -82,7 +83,7 @@ def rehearse(
     seed: int = 0,
     workers: int | Workers = 1,
     progress: Progress | None = None,
-) -> Rehearsal:  # as many parameters as `ltlplan rehearse` has choices
+) -> Rehearsal:
     """Fly every combination of controller, mass, latency and wind some times, and say which stay in the tube.
 
     All fly on the estimator on board (`ekf`), those from the ground too. The same seeds are used in every cell.

@@ -19,6 +19,7 @@ else:
 CRAZYSWARM2 = TargetName("crazyswarm2")
 
 
+# a parameter for each of the command's options
 def command(
     folder: FolderArgument,
     format: Annotated[  # noqa: A002  # the name that users type

@@ -175,6 +175,7 @@ class Client:
         self._wire.ask("POST", "/api/missions/check", content=text.encode(), headers=_YAML)
         return parse_mission(text)
 
+    # as many parameters as `ltlplan.judge_flight` has
     def judge_flight(
         self,
         source: Submitted | str | os.PathLike[str],
@@ -185,7 +186,7 @@ class Client:
         start: float | None = None,
         told: Told | None = None,
         pauses: Sequence[float] = (),
-    ) -> dict[str, Any]:  # as many parameters as `ltlplan.judge_flight` has
+    ) -> dict[str, Any]:
         """Judge a recorded flight there, claim by claim; what `ltlplan certify --flight` prints as JSON.
 
         Args:
@@ -232,6 +233,7 @@ class Client:
         with tempfile.TemporaryDirectory() as scratch:
             return recheck(self._of(job).download(Path(scratch) / "run"))
 
+    # as many parameters as `flight.export` has
     def export(
         self,
         job: Submitted | str,

@@ -29,6 +29,7 @@ _STATES_DEAREST, _FEW_DEAREST = 400_000, 200
 """Moves tried, about, and states at the least, of a search for the cheapest dearest robot."""
 
 
+# seven parameters: as many as a search of words has, and what small regions hold
 def plan_counts(
     systems: Sequence[TransitionSystem],
     kinds: Sequence[str],
@@ -38,7 +39,7 @@ def plan_counts(
     *,
     rooms: Mapping[str, int] | None = None,
     longest: bool = False,
-) -> CountedPlan | None:  # as many as a search of words has, and what small regions hold
+) -> CountedPlan | None:
     """Return a cheapest plan for a formula that counts robots, or None where there is none.
 
     Small regions hold no more robots at rest than they have room for. Where no such plan is found, and it is not sure either that there

@@ -81,8 +81,8 @@ class Walls:
 
 
 @dataclass(frozen=True, eq=False)
-class Rims:
-    """The rims of all hoops.
+class _Around:
+    """What vehicles' spheres keep away from, each robot's centre by its own radius more.
 
     Attributes:
         paths: What is flown.
@@ -93,19 +93,24 @@ class Rims:
     margin: Fraction
 
     @cached_property
-    def hoops(self) -> tuple[Hoop, ...]:
-        """The hoops, in the mission's order."""
-        return tuple(self.paths.mission.hoops.values())
-
-    @cached_property
     def limits(self) -> tuple[Fraction, ...]:
         """What each robot's centre stays away, m, exact."""
-        return _with_radius(self.paths, self.margin)
+        return tuple(self.margin + Fraction(self.paths.mission.vehicle_of(robot).radius) for robot in self.paths.robots)
 
     @property
     def asked(self) -> Floats:
         """How far each robot stays away, m, rounded up. Shape (robots,)."""
         return np.array([_above(limit) for limit in self.limits])
+
+
+@dataclass(frozen=True, eq=False)
+class Rims(_Around):
+    """The rims of all hoops."""
+
+    @cached_property
+    def hoops(self) -> tuple[Hoop, ...]:
+        """The hoops, in the mission's order."""
+        return tuple(self.paths.mission.hoops.values())
 
     @cached_property
     def _frames(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
@@ -169,31 +174,13 @@ class Rims:
 
 
 @dataclass(frozen=True, eq=False)
-class Solids:
-    """The convex parts of all obstacles.
-
-    Attributes:
-        paths: What is flown.
-        margin: How far the vehicles' spheres stay from them, m, exact.
-    """
-
-    paths: TeamPaths
-    margin: Fraction
+class Solids(_Around):
+    """The convex parts of all obstacles."""
 
     @cached_property
     def bodies(self) -> SolidBodies:
         """What is solid."""
         return SolidBodies.of(self.paths.mission)
-
-    @cached_property
-    def limits(self) -> tuple[Fraction, ...]:
-        """What each robot's centre stays away, m, exact."""
-        return _with_radius(self.paths, self.margin)
-
-    @property
-    def asked(self) -> Floats:
-        """How far each robot stays away, m, rounded up. Shape (robots,)."""
-        return np.array([_above(limit) for limit in self.limits])
 
     def close(self, parts: Patches, robots: Indices) -> tuple[Indices, Indices]:
         """Return the rows of patches, and the obstacles' parts, whose boxes are near enough to meet."""
@@ -229,10 +216,6 @@ class Solids:
             target: Index of what it may be too near to.
         """
         return is_near(place, self.bodies.parts[target], self.limits[robot])
-
-
-def _with_radius(paths: TeamPaths, margin: Fraction) -> tuple[Fraction, ...]:
-    return tuple(margin + Fraction(paths.mission.vehicle_of(robot).radius) for robot in paths.robots)
 
 
 def _above(limit: Fraction) -> float:
