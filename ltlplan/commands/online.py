@@ -45,7 +45,7 @@ def command(
         typer.Option(
             "--follow",
             help="With --link: events as they are told, a line each as in --event, at once where no time is written: a file that grows, a "
-            "named pipe, or - for the keyboard (again for more).",
+            "named pipe, - for the keyboard, or ros2:/TOPIC for messages of ROS 2 (again for more).",
         ),
     ] = None,
     json: options.JsonOption = False,
@@ -55,7 +55,7 @@ def command(
     With --certified each piece is certified before it is flown, and with --link it is flown over a link: computing takes the time that it
     takes, while robots fly on or hover. There is nothing to export.
     """
-    from ltlplan.commands.shared.events import parse_events
+    from ltlplan.online.told.lines import parse_events
 
     if link is not None:
         from ltlplan.commands.shared.links import Asked

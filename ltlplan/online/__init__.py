@@ -5,6 +5,7 @@
 | `flight`, `online_flight` | a mission flown online in simulation, judged afterwards; what came of it |
 | `certified`, `braking`, `next_piece` | the same team flying certified pieces only, how it comes to rest, and what it flies next |
 | `live`, `happenings`, `leaving`, `watching`, `asking` | that team over a link in real time: what happens, robots that leave it, its watch, and who computes answers |
+| `told` | where events are told: lines of files, of a ROS 2 topic |
 | `flown_live`, `seen`, `files` | what measurements show of such a flight, timelines of what was seen, and what is written |
 
 The method itself is in `ltlplan.sharing`. Names are loaded at first use, so that a part of the package can be used by what the

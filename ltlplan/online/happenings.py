@@ -10,8 +10,25 @@ from ltlplan.sharing.events import in_order
 from verify.data import BadInput, Mission
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
 
-News = Callable[[], Sequence[WorldEvent | str]]
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """An event that was told by somebody who is to hear what became of it.
+
+    Attributes:
+        event: The event.
+        answer: Told whether it was heard, and what was done or why it was not, as a sentence. It returns at once.
+    """
+
+    event: WorldEvent
+    answer: Callable[[bool, str], None]
+
+
+News = Callable[[], Sequence[WorldEvent | Told | str]]
 """Returns what was told since it was asked last, without waiting; a text says what was told and is no event."""
+
+TOO_LATE = "the flight ended before."
+"""Why an event was not heard that nobody took in time."""
 
 _NO_JOINING = "{}: robots join a team in simulation without a link; over one, land and begin anew with all of them."
 
@@ -32,7 +49,7 @@ def checked_events(mission: Mission, events: Sequence[WorldEvent]) -> tuple[Worl
     return in_order(mission, events)
 
 
-def no_news() -> Sequence[WorldEvent | str]:
+def no_news() -> Sequence[WorldEvent | Told | str]:
     """Return nothing."""
     return ()
 
@@ -55,6 +72,10 @@ def fault_of(team: CertifiedTeam, event: WorldEvent) -> str | None:
     return None
 
 
+def _nobody(_heard: bool, _sentence: str) -> None:
+    """Tell nobody."""
+
+
 @dataclass(slots=True)
 class Happenings:
     """Events that were not taken yet.
@@ -65,13 +86,22 @@ class Happenings:
         queue: Those that are known, with when that came to be, s of the link's clock.
     """
 
-    timed: tuple[WorldEvent, ...]
+    timed: tuple[WorldEvent | Told, ...]
     news: News
-    queue: list[tuple[float, WorldEvent]] = field(default_factory=list[tuple[float, WorldEvent]])
+    queue: list[tuple[float, Told]] = field(default_factory=list[tuple[float, Told]])
 
     def __bool__(self) -> bool:
         """Whether there are any."""
         return bool(self.timed or self.queue)
+
+    def add(self, arrived: float, event: WorldEvent) -> None:
+        """Take in what nobody told.
+
+        Args:
+            arrived: When it came to be known, s of the link's clock.
+            event: What happened.
+        """
+        self.queue.append((arrived, Told(event, _nobody)))
 
     def hear(self, now: float, arrived: float) -> list[str]:
         """Take in what is due and what was told, and return what was told and is no event.
@@ -80,15 +110,20 @@ class Happenings:
             now: s of the flight.
             arrived: The same on the link's clock, s.
         """
-        said: list[str] = []
-        told = list[WorldEvent]()
-        for event in self.news():
-            if isinstance(event, str):
-                said.append(event)
-            else:
-                told.append(event)
-        self.timed = tuple(sorted((*self.timed, *told), key=lambda event: event.time))
-        while self.timed and self.timed[0].time <= now:
-            self.queue.append((arrived, self.timed[0]))
-            self.timed = self.timed[1:]
-        return said
+        news = self.news()
+        self.timed = tuple(sorted((*self.timed, *(each for each in news if not isinstance(each, str))), key=_time))
+        while self.timed and _time(self.timed[0]) <= now:
+            first, self.timed = self.timed[0], self.timed[1:]
+            self.queue.append((arrived, first if isinstance(first, Told) else Told(first, _nobody)))
+        return [each for each in news if isinstance(each, str)]
+
+    def end(self) -> None:
+        """Answer all who told what was not taken, and forget it."""
+        for told in (*(told for _, told in self.queue), *self.timed):
+            if isinstance(told, Told):
+                told.answer(False, TOO_LATE)
+        self.queue, self.timed = [], ()
+
+
+def _time(each: WorldEvent | Told) -> float:
+    return each.event.time if isinstance(each, Told) else each.time

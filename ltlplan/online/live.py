@@ -27,7 +27,7 @@ from flight.link.watch import Watch
 from ltlplan.online.asking import Answer, Computer, NoAnswer, judgement, next_piece, way_down, way_to_stop
 from ltlplan.online.braking import StoppingManoeuvre
 from ltlplan.online.certified import CertifiedTeam
-from ltlplan.online.happenings import Happenings, fault_of, no_news
+from ltlplan.online.happenings import Happenings, Told, fault_of, no_news
 from ltlplan.online.leaving import Leaving
 from ltlplan.online.next_piece import Found, Left, WholeFlight
 from ltlplan.online.watching import watch_on
@@ -156,6 +156,7 @@ class OnlineCourse:
             self._land()
         finally:
             self._drop()
+            self.happenings.end()
             self.ended = self.ended or self._link.now()
             if self._stopping:
                 self.team.lose("the world changed, and the robots did not come to rest in a certified way.")
@@ -246,22 +247,24 @@ class OnlineCourse:
         self._record.note(self._link.now(), sentence, robot, "alarm")
         self._leave(robot, max(pose.time - self.began, 0.0))
         self._watch = self._watch_now()
-        self.happenings.queue.append((self._link.now(), RobotLeaves(time=0.0, robot=robot)))
+        self.happenings.add(self._link.now(), RobotLeaves(time=0.0, robot=robot))
 
     def _leave(self, robot: str, seen: float) -> None:
         """Let a robot land where it is, whatever the others do; it was part of the team for so many s of the flight."""
         self._gone[robot] = seen
         self._leaving.append(Leaving(robot, self.places[robot][2]))
 
-    def _take(self, arrived: float, event: WorldEvent) -> None:
+    def _take(self, arrived: float, told: Told) -> None:
         """Let the world change, and look for a way to come to rest in it."""
-        team, now = self.team, self._now
+        team, now, event = self.team, self._now, told.event
         unseen = self._gone.get(event.robot) if isinstance(event, RobotLeaves) else None
         since = _exact(now if unseen is None else min(unseen, now), floor)
         if (fault := fault_of(team, event)) is not None:
             self._record.note(self._link.now(), f"Not done: {fault}")
+            told.answer(False, fault)
             return
         if isinstance(event, RobotLeaves) and len(team.pilots) == 1:
+            told.answer(True, f"{event}, and no robot is left in the air.")
             raise Alarm(f"{event}: no robot is left in the air.")
         assert team.present is not None, "somebody is in the air"
         if since < team.present.since:
@@ -277,6 +280,7 @@ class OnlineCourse:
         event = replace(event, time=float(since))
         self.happened.append(event)
         self._record.note(self._link.now(), f"{event}.", getattr(event, "robot", None))
+        told.answer(True, f"{event}, from {float(since):.2f} s of the flight on.")
         team.close_piece(event, since)
         self._breathe()
         self._refused_at = None

@@ -1,69 +1,38 @@
-"""Events that are told while a team flies: lines of a file that grows, of a named pipe, or from the keyboard."""
+"""Where events are told while a team flies, as `--follow` spells it: the keyboard, a ROS 2 topic, or else a file."""
 
 from __future__ import annotations
 
-import os
-import select
-import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
-from ltlplan.commands.shared.events import event_told
-from verify.data import BadInput
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
+    from ltlplan.online.happenings import Told
     from verify.data.events import WorldEvent
 
-KEYBOARD = "-"
-"""What the keyboard is called where a file can be named."""
-_MOST = 65_536
-"""Bytes that are read at a time, and that a line may have."""
 
+class Source(Protocol):
+    """Somewhere events are told."""
 
-class Followed:
-    """Lines as they come; asking for them never waits."""
-
-    def __init__(self, name: str) -> None:
-        """Begin to follow.
-
-        Args:
-            name: A file, a named pipe, or `-` for the keyboard.
-
-        Raises:
-            BadInput: It cannot be read.
-        """
-        self._name, self._rest = name, b""
-        try:
-            self._open = sys.stdin.fileno() if name == KEYBOARD else os.open(name, os.O_RDONLY | os.O_NONBLOCK)
-        except (OSError, ValueError) as error:
-            made = "" if name == KEYBOARD else f"; make it before, such as by `mkfifo {name}`"
-            raise BadInput(f"events cannot be read from {name}: {error}{made}.") from None
-
-    def __call__(self) -> Sequence[WorldEvent | str]:
-        """Return the events of lines that have come; a text where a line is none."""
-        found: list[WorldEvent | str] = []
-        *lines, self._rest = (self._rest + self._read()).split(b"\n")
-        if len(self._rest) > _MOST:
-            self._rest = b""
-            found.append(f"{self._name}: a line is too long to be an event.")
-        for line in lines:
-            text = line.decode("utf-8", errors="replace").strip()
-            if not text or text.startswith("#"):
-                continue
-            try:
-                found.append(event_told(text))
-            except BadInput as error:
-                found.append(f"Not done: {error}")
-        return found
+    def __call__(self) -> Sequence[WorldEvent | Told | str]:
+        """Return what was told since it was asked last, without waiting; a text says what was told and is no event."""
+        ...
 
     def close(self) -> None:
-        """Let go of the file; the keyboard stays."""
-        if self._name != KEYBOARD:
-            os.close(self._open)
+        """Let go of it."""
+        ...
 
-    def _read(self) -> bytes:
-        try:
-            ready, _, _ = select.select([self._open], [], [], 0.0)
-            return os.read(self._open, _MOST) if ready else b""
-        except BlockingIOError:
-            return b""
+
+def followed(name: str) -> Source:
+    """Begin to follow what is told.
+
+    Args:
+        name: `-` for the keyboard, `ros2:/TOPIC`, or a file or a named pipe.
+
+    Raises:
+        BadInput: It cannot be followed.
+        MissingEngine: A library that is needed for it is not installed.
+    """
+    from ltlplan.online.told.files import FollowedFile
+    from ltlplan.online.told.topics import PREFIX, FollowedTopic
+
+    return FollowedTopic(name.removeprefix(PREFIX)) if name.startswith(PREFIX) else FollowedFile(name)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ltlplan.commands.shared.events import parse_events
-from ltlplan.commands.shared.followed import Followed
+from ltlplan.commands.shared.followed import followed
 from ltlplan.commands.shared.links import Asked, below_starts, require_sense, simulated_robots, told_places, vehicles
 from ltlplan.commands.shared.live_flight import FILES, data_of, refusal_of, worst_lines, write_texts
 from ltlplan.commands.shared.live_view import View, interrupts_land
 from ltlplan.commands.shared.simulation import Outcome, simulating, written
+from ltlplan.online.told.lines import parse_events
 from verify.data import BadInput
 from verify.data.progress import part_of
 
@@ -74,7 +74,7 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
     require_tube(mission.margin)
     told, events = told_places(asked.places, mission), checked_events(mission, parse_events(happening.events))
     with ExitStack() as opened:
-        news = [opened.enter_context(closing(Followed(name))) for name in happening.followed]
+        news = [opened.enter_context(closing(followed(name))) for name in happening.followed]
         with simulating(out, (*ONLINE_FILES, *FILES), quiet=json) as progress:
             progress("reaching the robots", 0.0)
             link = None if asked.kind == "simulated" else opened.enter_context(closing(vehicles(asked, mission)))

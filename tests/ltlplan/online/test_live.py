@@ -20,7 +20,7 @@ from ltlplan.online.asking import AtOnce, Given, NoAnswer, judgement, next_piece
 from ltlplan.online.certified import CertifiedTeam
 from ltlplan.online.files import write_online
 from ltlplan.online.flown_live import flown_live
-from ltlplan.online.happenings import Happenings, checked_events, no_news
+from ltlplan.online.happenings import TOO_LATE, Happenings, Told, checked_events, no_news
 from ltlplan.online.live import OnlineCourse
 from ltlplan.recorded import judge_flight
 from ltlplan.transfers import to_starts
@@ -308,6 +308,36 @@ def test_what_is_told_and_cannot_be_is_said_and_changes_nothing(ready):
         "robots join a team",
     ):
         assert word in said
+
+
+def test_whoever_told_an_event_hears_what_became_of_it(ready):
+    """What is done, what cannot be, and what was to happen at a time that never came, since the flight was ended."""
+    answers = []
+    told = [
+        Told(event, lambda *answer, event=event: answers.append((event, *answer)))
+        for event in (
+            NewFormula(time=30.0, formula=BACK),
+            RobotLeaves(time=0, robot="three"),
+            NewFormula(time=0, formula=BACK),
+        )
+    ]
+    asked = iter([(), told])
+
+    def at_work(course, link):
+        def news():
+            if link.now() - course.began >= 6.0:
+                raise KeyboardInterrupt
+            return next(asked, ())
+
+        course.happenings.news = news
+
+    course, _, _ = fly(ready, then=at_work)
+    late, wrong, done = told
+    (first, second, third) = answers
+    assert first == (wrong.event, False, "three fails and lands: it is not in the air.")
+    assert second[:2] == (done.event, True)
+    assert f"{course.happened[0].time:.2f} s" in second[2]
+    assert third == (late.event, False, TOO_LATE)
 
 
 def test_a_solid_body_on_a_robot_ends_the_flight(ready):

@@ -1,4 +1,4 @@
-"""What changes during an online flight, as text on the command line.
+"""What changes during an online flight, as a line of text.
 
 12.5 quad1 fails            12.5 quad1 leaves          12.5 quad3 joins 1.2,0.9,0.8
 12.5 water moves 0.3,-0.7,0.9                          12.5 formula F loc1
@@ -7,13 +7,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from verify.data import BadInput
 
 if TYPE_CHECKING:
     from verify.data.events import WorldEvent
+
+MOST_LETTERS = 10_000
+"""Letters that a line may have which is told in flight."""
 
 _FORMS = (
     "write TIME ROBOT fails, TIME ROBOT leaves, TIME ROBOT joins X,Y,Z, TIME NAME moves X,Y,Z, TIME NAME appears X,Y,Z SX,SY,SZ "
@@ -40,12 +44,39 @@ def event_told(line: str) -> WorldEvent:
     Raises:
         BadInput: It is no event; the message says how one is written.
     """
-    first = line.strip().partition(" ")[0]
+    text = line.strip()
+    if len(text) > MOST_LETTERS:
+        raise BadInput(f"{len(text)} letters are no event; one has at most {MOST_LETTERS}: {text[:40]!r}...")
+    if not text.isprintable():  # whoever reads it reads it on a terminal
+        raise BadInput(f"{text[:200]!r} is no event: it has letters that cannot be shown.")
     try:
-        float(first)
+        time = float(text.partition(" ")[0])
     except ValueError:
-        return _event(f"0 {line.strip()}")
-    return _event(line)
+        return _event(f"0 {text}")
+    if not (math.isfinite(time) and time >= 0):
+        raise BadInput(f"'{text}' is no event: its time must be a number of seconds, at least 0.")
+    return _event(text)
+
+
+def events_told(lines: Iterable[str]) -> list[WorldEvent | str]:
+    """Return the events of lines as they were told; a text where a line is none. Empty lines, and those that begin with `#`, say nothing.
+
+    Args:
+        lines: Without their ends.
+    """
+    found: list[WorldEvent | str] = []
+    for line in meant(lines):
+        try:
+            found.append(event_told(line))
+        except BadInput as error:
+            found.append(f"Not done: {error}")
+    return found
+
+
+def meant(lines: Iterable[str]) -> list[str]:
+    """Return the lines that say something, without spaces around them."""
+    stripped = (line.strip() for line in lines)
+    return [line for line in stripped if line and not line.startswith("#")]
 
 
 def _event(text: str) -> WorldEvent:
